@@ -1,0 +1,1 @@
+"""Deviations of parts: distributions inside tolerances, drawn reproducibly."""

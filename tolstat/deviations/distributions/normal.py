@@ -1,0 +1,86 @@
+"""Normal distribution: parts from a process of known capability."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from tolstat.deviations.distributions import deviation_field
+from tolstat.deviations.tolerance import Tolerance
+from tolstat.errors import DistributionError
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normal distribution, not truncated: the tolerance is +-3 sigma at Cp = 1.
+
+    Attributes
+    ----------
+    cp : float, optional
+        Half the tolerance over three standard deviations.
+    cpk : float, optional
+        Distance of the mean from the nearer end over three standard deviations. With
+        `cp` it gives the shift, towards the upper end; with `shift` the standard
+        deviation; alone it is a centred process.
+    shift : float, optional
+        Mean less the middle of the tolerance, SI.
+    """
+
+    cp: float | None = None
+    cpk: float | None = None
+    shift: float | None = deviation_field(None)
+
+    def mean_and_sigma(self, tolerance: Tolerance) -> tuple[float, float]:
+        """Return mean and standard deviation, SI.
+
+        Parameters
+        ----------
+        tolerance : Tolerance
+            The permitted zone, SI.
+
+        Returns
+        -------
+        tuple of float
+            Mean, standard deviation.
+
+        Raises
+        ------
+        DistributionError
+            If the keys contradict each other or the tolerance.
+        """
+        for name in ("cp", "cpk"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise DistributionError(f"{name} = {value:g}: it must be above zero")
+        half = tolerance.half
+        if self.shift is not None and abs(self.shift) >= half:
+            raise DistributionError(
+                "the shift puts the mean outside the tolerance; give one below half "
+                "its width"
+            )
+        if self.cp is not None and self.cpk is not None:
+            if self.shift is not None:
+                raise DistributionError(
+                    "cp, cpk and shift say one thing too many; give two of them"
+                )
+            if self.cpk > self.cp:
+                raise DistributionError(
+                    f"cpk = {self.cpk:g} is above cp = {self.cp:g}; it is at most cp"
+                )
+            shift, sigma = half * (1 - self.cpk / self.cp), half / (3 * self.cp)
+        elif self.cpk is not None:
+            shift = self.shift or 0.0
+            sigma = (half - abs(shift)) / (3 * self.cpk)
+        else:
+            shift, sigma = self.shift or 0.0, half / (3 * (self.cp or 1.0))
+        return tolerance.middle + shift, sigma
+
+    def deviations(
+        self, u: NDArray[np.float64], tolerance: Tolerance
+    ) -> NDArray[np.float64]:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        mean, sigma = self.mean_and_sigma(tolerance)
+        return mean + sigma * np.asarray(ndtri(u))

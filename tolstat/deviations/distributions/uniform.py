@@ -1,0 +1,21 @@
+"""Uniform distribution: nothing is known but the ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.deviations.tolerance import Tolerance
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """Every deviation inside the tolerance is as likely as any other."""
+
+    def deviations(
+        self, u: NDArray[np.float64], tolerance: Tolerance
+    ) -> NDArray[np.float64]:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        return tolerance.lower + (tolerance.upper - tolerance.lower) * u

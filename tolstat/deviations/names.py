@@ -1,0 +1,49 @@
+"""Names without their number: `rod_length` means rod_length_1 and rod_length_2."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+from tolstat.errors import ModelError, allowed_names
+
+
+def expand(name: str, known: Sequence[str]) -> list[str]:
+    """List the known names that a name stands for.
+
+    Parameters
+    ----------
+    name : str
+        A known name, or one without its number: NAME means exactly NAME_<number>
+        (runout is not runout_phase_7).
+    known : sequence of str
+        All names.
+
+    Returns
+    -------
+    list of str
+        At least one.
+
+    Raises
+    ------
+    ModelError
+        If it stands for none; the nearest known name is in the message.
+    """
+    if name in known:
+        return [name]
+    numbered = re.compile(re.escape(name) + r"_[0-9]+")
+    found = [each for each in known if numbered.fullmatch(each)]
+    if not found:
+        raise ModelError(f"unknown; {allowed_names(name, known_or_general(known))}")
+    return found
+
+
+def known_or_general(known: Iterable[str]) -> list[str]:
+    """List names, each numbered family also by its name without number."""
+    names: dict[str, None] = {}
+    for each in known:
+        general = re.sub(r"_[0-9]+$", "", each)
+        if general != each:
+            names[general] = None
+        names[each] = None
+    return list(names)

@@ -1,0 +1,22 @@
+"""The permitted zone of a deviation."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Tolerance(NamedTuple):
+    """The permitted zone of a deviation, in the SI unit of its contributor."""
+
+    lower: float
+    upper: float
+
+    @property
+    def middle(self) -> float:
+        """Middle of the zone: where a centred process aims, unequal ends or not."""
+        return 0.5 * (self.lower + self.upper)
+
+    @property
+    def half(self) -> float:
+        """Half the width of the zone."""
+        return 0.5 * (self.upper - self.lower)

@@ -1,0 +1,52 @@
+"""What tolstat says to an engineer when it refuses to go on."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class TolstatError(Exception):
+    """Anything that tolstat refuses; the message is meant to be read by people."""
+
+
+class UnitError(TolstatError, ValueError):
+    """A quantity that cannot be read, or one of the wrong kind."""
+
+
+class ModelError(TolstatError, ValueError):
+    """A model, a setting, a contributor or a response that does not exist or fit."""
+
+
+class DistributionError(TolstatError, ValueError):
+    """A distribution that does not exist, or does not fit its tolerance."""
+
+
+class StudyError(TolstatError, ValueError):
+    """A study that is wrong; every problem found in it stands in the message."""
+
+
+class RunFileError(TolstatError):
+    """A run file that exists already, is missing, or cannot be read."""
+
+
+def allowed_names(wrong: str, allowed: Iterable[str]) -> str:
+    """Say what is allowed instead of a wrong name, the nearest known one first.
+
+    Parameters
+    ----------
+    wrong : str
+        The name as the user typed it.
+    allowed : iterable of str
+        Every name that would have been right.
+
+    Returns
+    -------
+    str
+        "did you mean ...?" where a known name is near, else the list of them.
+    """
+    names = list(allowed)
+    near = difflib.get_close_matches(wrong, names, n=3, cutoff=0.6)
+    if near:
+        return "did you mean " + " or ".join(f"'{name}'" for name in near) + "?"
+    return "allowed: " + (", ".join(names) if names else "none")

@@ -1,0 +1,1 @@
+"""Runge-Kutta integration of many trials side by side; knows no machine."""

@@ -1,0 +1,114 @@
+"""One step of Dormand-Prince 5(4), written out, for all lanes at once."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+from numba import types
+
+from tolstat.integrator import tableau
+from tolstat.lanes.compiled import compiled
+from tolstat.lanes.rows import rows
+
+C2, C3, C4, C5 = (float(c) for c in tableau.C[1:5])
+A21 = float(tableau.A[1][0])
+A31, A32 = (float(a) for a in tableau.A[2])
+A41, A42, A43 = (float(a) for a in tableau.A[3])
+A51, A52, A53, A54 = (float(a) for a in tableau.A[4])
+A61, A62, A63, A64, A65 = (float(a) for a in tableau.A[5])
+B1, _, B3, B4, B5, B6, _ = (float(b) for b in tableau.B)
+E1, _, E3, E4, E5, E6, E7 = (float(e) for e in tableau.E)
+H1, _, H3, H4, H5, H6, H7 = (
+    float(w) for w in tableau.dense_weights(Fraction(1, 2))
+)
+
+array_of_rows = types.float64[:, ::1]
+
+# rates(clock, y, p, out): clock holds the rows time and phase; out takes the
+# derivatives, then the rates of the quadratures, then the watched quantities
+rates_signature = types.void(*[array_of_rows] * 4)
+rates_type = types.FunctionType(rates_signature)
+
+
+@compiled(within=True)
+def advance(rates, clock, t, h, t_new, y, p, k, y_new):
+    """Fill the stages k[1] ... k[6] and the state y_new after a step.
+
+    k[0] holds the rates at (t, y) and stays. `t_new` is handed over, because t + h
+    may miss the end of a phase by a rounding.
+    """
+    n = len(y)
+    time, Y, S = rows(clock), rows(y), rows(y_new)
+    K1, K2, K3, K4 = rows(k[0]), rows(k[1]), rows(k[2]), rows(k[3])
+    K5, K6 = rows(k[4]), rows(k[5])
+    for i in range(n):
+        S[i] = Y[i] + h * (A21 * K1[i])
+    time[0] = t + C2 * h
+    rates(clock, y_new, p, k[1])
+    for i in range(n):
+        S[i] = Y[i] + h * (A31 * K1[i] + A32 * K2[i])
+    time[0] = t + C3 * h
+    rates(clock, y_new, p, k[2])
+    for i in range(n):
+        S[i] = Y[i] + h * (A41 * K1[i] + A42 * K2[i] + A43 * K3[i])
+    time[0] = t + C4 * h
+    rates(clock, y_new, p, k[3])
+    for i in range(n):
+        S[i] = Y[i] + h * (A51 * K1[i] + A52 * K2[i] + A53 * K3[i] + A54 * K4[i])
+    time[0] = t + C5 * h
+    rates(clock, y_new, p, k[4])
+    for i in range(n):
+        S[i] = Y[i] + h * (
+            A61 * K1[i] + A62 * K2[i] + A63 * K3[i] + A64 * K4[i] + A65 * K5[i]
+        )
+    time[0] = t_new
+    rates(clock, y_new, p, k[5])
+    for i in range(n):
+        S[i] = Y[i] + h * (
+            B1 * K1[i] + B3 * K3[i] + B4 * K4[i] + B5 * K5[i] + B6 * K6[i]
+        )
+    rates(clock, y_new, p, k[6])
+
+
+@compiled(within=True)
+def error_of(h, k, i):
+    """Estimate the error of the i-th state: order 5 minus order 4."""
+    K1, K3, K4, K5 = rows(k[0]), rows(k[2]), rows(k[3]), rows(k[4])
+    K6, K7 = rows(k[5]), rows(k[6])
+    return h * (
+        E1 * K1[i] + E3 * K3[i] + E4 * K4[i] + E5 * K5[i] + E6 * K6[i] + E7 * K7[i]
+    )
+
+
+@compiled(within=True)
+def quadrature_of(h, k, i):
+    """Integrate the i-th rate over the step."""
+    K1, K3, K4, K5, K6 = rows(k[0]), rows(k[2]), rows(k[3]), rows(k[4]), rows(k[5])
+    return h * (B1 * K1[i] + B3 * K3[i] + B4 * K4[i] + B5 * K5[i] + B6 * K6[i])
+
+
+@compiled(within=True)
+def halfway(h, y, k, middle):
+    """Interpolate the state in the middle of the step."""
+    K1, K3, K4, K5 = rows(k[0]), rows(k[2]), rows(k[3]), rows(k[4])
+    K6, K7, Y, M = rows(k[5]), rows(k[6]), rows(y), rows(middle)
+    for i in range(len(y)):
+        M[i] = Y[i] + h * (
+            H1 * K1[i] + H3 * K3[i] + H4 * K4[i] + H5 * K5[i] + H6 * K6[i] + H7 * K7[i]
+        )
+
+
+DENSE = np.array([[float(w) for w in row] for row in tableau.DENSE])
+
+
+@compiled(within=True)
+def interpolate(h, theta, y, k, lane, i):
+    """Interpolate the i-th state of one lane at the fraction theta of the step."""
+    total = 0.0
+    for stage in range(7):
+        weight = DENSE[stage, 0] + theta * (
+            DENSE[stage, 1] + theta * (DENSE[stage, 2] + theta * DENSE[stage, 3])
+        )
+        total += weight * theta * k[stage, i, lane]
+    return y[i, lane] + h * total

@@ -1,0 +1,54 @@
+"""Compilation the way tolstat does it: cached by source, without the GIL."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numba
+from numba import njit
+
+from tolstat.lanes.cache import cache_folder
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+# never "nnan" or "ninf": a trial that blows up must be seen
+FASTMATH = {"contract", "nsz", "arcp"}
+
+
+def compiled(signature: Any = None, *, within: bool = False) -> Callable[[Function], Any]:
+    """Compile a function to machine code with Numba.
+
+    Parameters
+    ----------
+    signature : optional
+        Numba signature; with one the function is compiled at once and its machine code
+        kept between sessions, without one it is compiled into whatever calls it.
+    within : bool
+        Compile the function into its caller, leaving no call: for equations.
+
+    Returns
+    -------
+    callable
+        The decorator.
+    """
+    options: dict[str, Any] = {
+        "nogil": True,
+        "error_model": "numpy",
+        "fastmath": FASTMATH,
+        "forceinline": within,
+    }
+
+    def decorate(function: Function) -> Any:
+        if signature is None:
+            return njit(**options)(function)
+        folder = cache_folder()
+        before = numba.config.CACHE_DIR
+        try:
+            # global to every user of Numba in the process: put back at once
+            numba.config.CACHE_DIR = folder or before
+            return njit(signature, cache=folder is not None, **options)(function)
+        finally:
+            numba.config.CACHE_DIR = before
+
+    return decorate

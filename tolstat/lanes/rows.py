@@ -1,0 +1,227 @@
+"""Views of plain arrays [row, lane], so that model equations are plain NumPy.
+
+The same functions serve both ways of running the equations: uncompiled on NumPy
+arrays of any number of lanes, compiled on arrays of WIDTH lanes in registers.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any, TypeVar
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import (
+    intrinsic,
+    lower_builtin,
+    models,
+    overload,
+    register_model,
+)
+from numpy.typing import NDArray
+
+from tolstat.lanes import arctan, sine  # noqa: F401  NumPy's functions on vectors
+from tolstat.lanes.vector import DOUBLES, WIDTH, vector
+
+Names = TypeVar("Names")
+
+
+def rows(array: NDArray[np.float64]) -> NDArray[np.float64]:
+    """See an array [row, lane] as rows of lanes.
+
+    Parameters
+    ----------
+    array : float64[n, lanes]
+        In compiled code C-contiguous with exactly WIDTH lanes.
+
+    Returns
+    -------
+    rows
+        `view[i]` is the i-th row of lanes, `view[i] = v` stores one, `len(view)` is n.
+        Uncompiled it is the array itself.
+    """
+    return array
+
+
+def named(names: type[Names], array: NDArray[np.float64]) -> Names:
+    """Read an array [row, lane] as a named tuple, one row a field.
+
+    Parameters
+    ----------
+    names : type
+        A NamedTuple class; its i-th field names the i-th row.
+    array : float64[n, lanes]
+        Has at least as many rows as the class has fields.
+
+    Returns
+    -------
+    names
+        The fields hold rows of lanes.
+    """
+    return names(*array[: len(names._fields)])  # type: ignore[attr-defined]
+
+
+class RowsType(types.Type):
+    """Rows of lanes: the address of the first and their number."""
+
+    def __init__(self) -> None:
+        super().__init__(name="rows of lanes")
+
+
+rows_type = RowsType()
+
+
+@register_model(RowsType)
+class RowsModel(models.StructModel):
+    """An address and a count."""
+
+    def __init__(self, dmm, fe_type):
+        members = [("data", types.CPointer(types.float64)), ("count", types.intp)]
+        super().__init__(dmm, fe_type, members)
+
+
+def _row_address(builder, data, index):
+    """Point to one row; NumPy promises only 8-byte alignment."""
+    lane = builder.mul(index, ir.Constant(index.type, WIDTH))
+    return builder.bitcast(builder.gep(data, [lane]), DOUBLES.as_pointer())
+
+
+def _load(builder, data, index):
+    loaded = builder.load(_row_address(builder, data, index))
+    loaded.align = 8
+    return loaded
+
+
+def _store(builder, data, index, value):
+    builder.store(value, _row_address(builder, data, index)).align = 8
+
+
+def _is_array_of_rows(array):
+    return isinstance(array, types.Array) and array.ndim == 2 and array.layout == "C"
+
+
+@intrinsic
+def _view(typingctx, array):
+    def codegen(context, builder, sig, args):
+        plain = context.make_array(sig.args[0])(context, builder, args[0])
+        view = cgutils.create_struct_proxy(rows_type)(context, builder)
+        view.data = plain.data
+        view.count = cgutils.unpack_tuple(builder, plain.shape)[0]
+        return view._getvalue()
+
+    return rows_type(array), codegen
+
+
+@overload(rows)
+def rows_of_array(array):
+    """Compile `rows`."""
+    return (lambda array: _view(array)) if _is_array_of_rows(array) else None
+
+
+@intrinsic
+def _named(typingctx, names, array):
+    instance = names.instance_class
+    tuple_type = types.NamedUniTuple(vector, len(instance._fields), instance)
+
+    def codegen(context, builder, sig, args):
+        plain = context.make_array(sig.args[1])(context, builder, args[1])
+        index = [ir.Constant(ir.IntType(64), i) for i in range(len(tuple_type))]
+        values = [_load(builder, plain.data, i) for i in index]
+        return context.make_tuple(builder, tuple_type, values)
+
+    return tuple_type(names, array), codegen
+
+
+@overload(named)
+def named_of_array(names, array):
+    """Compile `named`."""
+    if isinstance(names, types.NamedTupleClass) and _is_array_of_rows(array):
+        return lambda names, array: _named(names, array)
+    return None
+
+
+@infer_global(len)
+class _Len(AbstractTemplate):
+    def generic(self, args, kws):
+        return signature(types.intp, *args) if args == (rows_type,) else None
+
+
+@lower_builtin(len, rows_type)
+def lower_len(context, builder, sig, args):
+    """Count the rows."""
+    return cgutils.create_struct_proxy(rows_type)(context, builder, args[0]).count
+
+
+@intrinsic
+def _get(typingctx, view, index):
+    def codegen(context, builder, sig, args):
+        data = cgutils.create_struct_proxy(rows_type)(context, builder, args[0]).data
+        return _load(builder, data, args[1])
+
+    return vector(rows_type, types.intp), codegen
+
+
+@intrinsic
+def _set(typingctx, view, index, value):
+    def codegen(context, builder, sig, args):
+        data = cgutils.create_struct_proxy(rows_type)(context, builder, args[0]).data
+        _store(builder, data, args[1], args[2])
+        return context.get_dummy_value()
+
+    return types.void(rows_type, types.intp, vector), codegen
+
+
+@overload(operator.getitem)
+def getitem(view, index):
+    """Compile `view[i]`."""
+    if view is rows_type and isinstance(index, types.Integer):
+        return lambda view, index: _get(view, index)
+    return None
+
+
+@overload(operator.setitem)
+def setitem(view, index, value):
+    """Compile `view[i] = v`."""
+    if view is rows_type and isinstance(index, types.Integer):
+        return lambda view, index, value: _set(view, index, value)
+    return None
+
+
+def write(array: NDArray[np.float64], first: int, values: tuple[Any, ...]) -> None:
+    """Store a tuple of rows into an array [row, lane], from a row onwards.
+
+    Parameters
+    ----------
+    array : float64[n, lanes]
+        Where to.
+    first : int
+        The row that takes the first value.
+    values : tuple of float64[lanes]
+        What.
+    """
+    for i, value in enumerate(values):
+        array[first + i] = value
+
+
+@intrinsic
+def _write(typingctx, array, first, values):
+    def codegen(context, builder, sig, args):
+        plain = context.make_array(sig.args[0])(context, builder, args[0])
+        for i, fromty in enumerate(sig.args[2]):
+            value = builder.extract_value(args[2], i)
+            value = context.cast(builder, value, fromty, vector)
+            index = builder.add(args[1], ir.Constant(args[1].type, i))
+            _store(builder, plain.data, index, value)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, values), codegen
+
+
+@overload(write)
+def write_to_array(array, first, values):
+    """Compile `write`."""
+    if _is_array_of_rows(array) and isinstance(values, types.BaseTuple):
+        return lambda array, first, values: _write(array, first, values)
+    return None

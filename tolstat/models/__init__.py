@@ -1,0 +1,1 @@
+"""The machines; none knows another."""

@@ -1,0 +1,134 @@
+"""What a model says of itself: contributors, responses, settings."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Contributor:
+    """A dimension or property that carries a tolerance.
+
+    Attributes
+    ----------
+    name : str
+        As typed in study files; `NAME_<number>` also answers to NAME.
+    unit : str
+        SI unit of its deviation; "1" for a deviation relative to the nominal.
+    symbol : str
+        The paper's letter.
+    sentence : str
+        What it is.
+    source : str
+        Where it enters the equations.
+    """
+
+    name: str
+    unit: str
+    symbol: str
+    sentence: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Response:
+    """A number that a trial yields; attributes as of `Contributor`."""
+
+    name: str
+    unit: str
+    symbol: str
+    sentence: str
+    source: str
+
+
+class Description(NamedTuple):
+    """The contributors and responses of a model at given settings, in order."""
+
+    contributors: tuple[Contributor, ...]
+    responses: tuple[Response, ...]
+
+
+class Outcome(NamedTuple):
+    """What a block of trials yields.
+
+    Attributes
+    ----------
+    responses : float64[trial, response]
+        SI; NaN in failed trials.
+    status : int64[trial]
+        Values of `tolstat.status.Status`.
+    steps : int64[trial] or None
+        Integration steps; None where nothing is integrated.
+    """
+
+    responses: NDArray[np.float64]
+    status: NDArray[np.int64]
+    steps: NDArray[np.int64] | None = None
+
+
+class Model(Protocol):
+    """A machine: what it may be given and what it answers.
+
+    Attributes
+    ----------
+    name, title : str
+        How it is called in study files, and in words.
+    settings : type
+        A frozen dataclass whose fields are declared with `setting`.
+    """
+
+    name: str
+    title: str
+    settings: type
+
+    def describe(self, settings: Any) -> Description:
+        """List contributors and responses, which may depend on the settings."""
+        ...
+
+    def evaluate(self, deviations: NDArray[np.float64], settings: Any) -> Outcome:
+        """Simulate one trial for each row of deviations[trial, contributor], SI."""
+        ...
+
+
+def setting(
+    default: Any,
+    sentence: str,
+    *,
+    unit: str = "",
+    above: float | None = None,
+    at_least: float | None = None,
+    choices: Sequence[str] = (),
+    presets: dict[str, float | None] | None = None,
+) -> Any:
+    """Declare one setting of a model, as a field of its settings dataclass.
+
+    Parameters
+    ----------
+    default
+        Its value when the study says nothing; its type decides what may be given.
+    sentence : str
+        What it is.
+    unit : str
+        SI unit of a number that has one.
+    above, at_least : float, optional
+        Lower bounds, the first excluded.
+    choices : sequence of str
+        The words allowed, for a setting that is a word.
+    presets : dict, optional
+        Words that stand for a value.
+    """
+    metadata = {
+        "sentence": sentence,
+        "unit": unit,
+        "above": above,
+        "at_least": at_least,
+        "choices": tuple(choices),
+        "presets": presets or {},
+    }
+    return dataclasses.field(default=default, metadata=metadata)

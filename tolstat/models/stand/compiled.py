@@ -1,0 +1,38 @@
+"""The stand's equations in registers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tolstat.integrator.integrate import System
+from tolstat.integrator.step import rates_signature
+from tolstat.lanes.compiled import compiled
+from tolstat.lanes.rows import named, write
+from tolstat.models.stand import motion as equations
+from tolstat.models.stand.motion import SCALE, Loads, Moment, Powers, State
+from tolstat.models.stand.parameters import Parameters
+
+motion = compiled(within=True)(equations.motion)
+
+N_STATES, N_POWERS, N_LOADS = len(State._fields), len(Powers._fields), len(Loads._fields)
+
+
+@compiled(rates_signature)
+def rates(moment, y, p, out):
+    """Fill derivatives, powers and loads."""
+    at = motion(named(Moment, moment), named(State, y), named(Parameters, p))
+    write(out, 0, at.derivative)
+    write(out, N_STATES, at.powers)
+    write(out, N_STATES + N_POWERS, at.loads)
+    write(out, N_STATES + N_POWERS + N_LOADS, at.jam)
+
+
+@compiled(rates_signature)
+def watch(moment, y, p, out):
+    """Fill the loads alone; the compiler drops the rest of the equations."""
+    at = motion(named(Moment, moment), named(State, y), named(Parameters, p))
+    write(out, 0, at.loads)
+    write(out, N_LOADS, at.jam)
+
+
+SYSTEM = System(rates, watch, np.array(SCALE), N_POWERS, N_LOADS, 1)

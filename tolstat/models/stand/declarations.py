@@ -1,0 +1,71 @@
+"""Contributors and responses of the stand: names, units, words."""
+
+from __future__ import annotations
+
+from tolstat.models.description import Contributor, Description, Response
+
+_C = Contributor
+_R = Response
+
+CONTRIBUTORS = (
+    _C("rod_length_1", "m", "dl1", "length of rod 3", "l_1 in (4)"),
+    _C("rod_length_2", "m", "dl2", "length of rod 4", "l_2 in (5)"),
+    _C("rod_difference", "m", "dl", "half the difference of the rods: +dl, -dl", "(4), (5)"),
+    _C("rod_stiffness_1", "1", "k1", "axial stiffness and damping of rod 3", "(2)"),
+    _C("rod_stiffness_2", "1", "k2", "axial stiffness and damping of rod 4", "(2)"),
+    _C("crank_radius_1", "m", "dr1", "radius of the crank on wheel 7", "r_1 in (4)"),
+    _C("crank_radius_2", "m", "dr2", "radius of the crank on wheel 8", "r_2 in (5)"),
+    _C("crank_difference", "m", "dr", "difference of the cranks: -dr/2, +dr/2", "(4), (5)"),
+    _C("crank_angle_1", "rad", "psi1", "angular position of the crank on wheel 7", "f_1 in (4)"),
+    _C("crank_angle_2", "rad", "psi2", "angular position of the crank on wheel 8", "f_2 in (5)"),
+    _C("tooth_position_1", "m", "s1", "constant tooth-position error of mesh 10-7", "mesh1 in (2)"),
+    _C("tooth_position_2", "m", "s2", "constant tooth-position error of mesh 11-8", "mesh2 in (2)"),
+    _C("runout_7", "m", "E7", "run-out of wheel 7", "mesh1 in (2)"),
+    _C("runout_8", "m", "E8", "run-out of wheel 8", "mesh2 in (2)"),
+    _C("runout_10", "m", "E10", "run-out of pinion 10", "mesh1 in (2)"),
+    _C("runout_11", "m", "E11", "run-out of pinion 11", "mesh2 in (2)"),
+    _C("runout_phase_7", "rad", "th7", "phase of the run-out of wheel 7", "mesh1 in (2)"),
+    _C("runout_phase_8", "rad", "th8", "phase of the run-out of wheel 8", "mesh2 in (2)"),
+    _C("runout_phase_10", "rad", "th10", "phase of the run-out of pinion 10", "mesh1 in (2)"),
+    _C("runout_phase_11", "rad", "th11", "phase of the run-out of pinion 11", "mesh2 in (2)"),
+    _C("mesh_stiffness_0", "1", "k30", "stiffness of mesh 13-10", "mesh0 in (2)"),
+    _C("mesh_stiffness_1", "1", "k31", "stiffness of mesh 10-7", "mesh1 in (2)"),
+    _C("mesh_stiffness_2", "1", "k32", "stiffness of mesh 11-8", "mesh2 in (2)"),
+    _C("shaft_9_stiffness", "1", "c3", "torsional stiffness of shaft 9", "(2)"),
+    _C("shaft_12_stiffness", "1", "c2", "torsional stiffness of shaft 12", "(2)"),
+    _C("wheel_inertia_1", "1", "I1", "moment of inertia of wheel 7", "(2)"),
+    _C("wheel_inertia_2", "1", "I2", "moment of inertia of wheel 8", "(2)"),
+    _C("carriage_mass", "1", "m", "mass of the carriage", "(2), (7), (9)"),
+    _C("friction", "1", "mu", "sliding friction of the carriage", "(7), (8)"),
+    _C("rolling_force", "1", "F0", "rolling force", "(3)"),
+    _C("guide_clearance", "m", "dL", "side clearance between carriage and guides", "delta in (6)"),
+)  # fmt: skip
+
+RESPONSES = (
+    _R("extra_loss", "1", "Delta E", "share of the drive energy lost to guide friction", "Fig. 4"),
+    _R("extra_loss_run", "1", "Delta E", "the same from standstill to the end", "Fig. 4"),
+    _R("drive_energy", "J", "W", "work of the drive on gear 13", "(1), (2)"),
+    _R("slide_energy", "J", "W_fr1", "lost to friction under the weight", "(7)"),
+    _R("guide_energy", "J", "W_fr2", "lost to friction at the side guides", "(7)"),
+    _R("roll_energy", "J", "W_roll", "work of rolling", "(3)"),
+    _R("spin_energy", "J", "W_spin", "lost to friction against yawing", "(9)"),
+    _R("damping_energy", "J", "W_D", "lost in rods, meshes and shafts", "D in (2)"),
+    _R("contact_energy", "J", "W_guide", "work of the guides against yawing", "(6)"),
+    _R("energy_residual", "1", "eps", "part of the drive energy unaccounted for", "balance of (2)"),
+    _R("rod_force_1", "N", "|k d_1|", "peak force in rod 3", "(4)"),
+    _R("rod_force_2", "N", "|k d_2|", "peak force in rod 4", "(5)"),
+    _R("rod_tension_1", "N", "+k d_1", "peak tension in rod 3", "(4)"),
+    _R("rod_tension_2", "N", "+k d_2", "peak tension in rod 4", "(5)"),
+    _R("rod_compression_1", "N", "-k d_1", "peak compression in rod 3", "(4)"),
+    _R("rod_compression_2", "N", "-k d_2", "peak compression in rod 4", "(5)"),
+    _R("shaft_9_moment", "N m", "M9", "peak elastic moment of shaft 9", "(2)"),
+    _R("shaft_12_moment", "N m", "M12", "peak elastic moment of shaft 12", "(2)"),
+    _R("mesh_force_0", "N", "F0", "peak elastic force in mesh 13-10", "(2)"),
+    _R("mesh_force_1", "N", "F1", "peak elastic force in mesh 10-7", "(2)"),
+    _R("mesh_force_2", "N", "F2", "peak elastic force in mesh 11-8", "(2)"),
+    _R("drive_moment", "N m", "M13", "peak moment on gear 13, dissipation included", "(2)"),
+    _R("yaw", "rad", "alpha", "peak yaw of the carriage", "(2)"),
+    _R("jam_share", "1", "tau", "share of time in contact with the side guides", "(6)"),
+)  # fmt: skip
+
+DESCRIPTION = Description(CONTRIBUTORS, RESPONSES)

@@ -1,0 +1,232 @@
+"""Equations of motion of the stand, once: in NumPy, with the paper's letters.
+
+Called on arrays [lanes] they run in NumPy, compiled they run in registers.
+
+References
+----------
+E. Ya. Antonyuk, A. G. Zabuga, On the dynamic loading of machines with parallel
+statically indeterminate kinematic chains (2012); equation numbers are the paper's.
+
+Three departures from the print: the rods' elongations are exact distances (the
+printed (4), (5) project on the undeformed rod, which does not conserve energy); the
+couple and the yaw in (7) carry a modulus, without which friction would drive a
+carriage that yaws to the left; run-out and tooth position enter the meshes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.models.stand.parameters import NOMINAL, Parameters
+
+Array = NDArray[np.float64]
+
+I_s, dl_s, dh = NOMINAL.I_s, NOMINAL.dl_s, NOMINAL.dh
+h, r2, r3, g = NOMINAL.h, NOMINAL.r2, NOMINAL.r3, NOMINAL.g
+Hc3, Hk3, c_s, H_s = NOMINAL.Hc3, NOMINAL.Hk3, NOMINAL.c_s, NOMINAL.H_s
+x_roll = NOMINAL.x_roll
+beta1, beta2, beta3 = NOMINAL.beta1, NOMINAL.beta2, NOMINAL.beta3
+beta4, beta5 = NOMINAL.beta4, NOMINAL.beta5
+two_over_pi = 2.0 / np.pi
+
+
+class Moment(NamedTuple):
+    """When: the time and the phase of the trial."""
+
+    t: Array  # s
+    phase: Array
+
+
+class State(NamedTuple):
+    """Coordinates and speeds of the stand."""
+
+    phi31: Array  # rad, wheel 7
+    phi32: Array  # rad, wheel 8
+    x: Array  # m, carriage
+    alpha: Array  # rad, carriage: yaw
+    phi31_: Array  # rad/s
+    phi32_: Array  # rad/s
+    x_: Array  # m/s
+    alpha_: Array  # rad/s
+
+
+# what the integrator measures each state's error by
+SCALE = State(3e-4, 3e-4, 1e-3, 1e-3, 3e-2, 3e-2, 1e-1, 1e-1)  # type: ignore[arg-type]
+
+
+class Powers(NamedTuple):
+    """Rates of the energies, W."""
+
+    drive: Array
+    slide: Array
+    guide: Array
+    roll: Array
+    spin: Array
+    damping: Array
+    contact: Array
+
+
+class Loads(NamedTuple):
+    """Elastic loads and the yaw, signed; tension of a rod is positive."""
+
+    rod_1: Array  # N
+    rod_2: Array  # N
+    shaft_9: Array  # N m
+    shaft_12: Array  # N m
+    mesh_0: Array  # N
+    mesh_1: Array  # N
+    mesh_2: Array  # N
+    drive_moment: Array  # N m, dissipation included
+    yaw: Array  # rad
+
+
+class Motion(NamedTuple):
+    """Everything the equations say about a moment."""
+
+    derivative: State
+    powers: Powers
+    loads: Loads
+    jam: tuple[Array]  # rad, yaw beyond the guides' clearance
+    stored: Array  # J, kinetic and elastic energy without the guide contact
+
+
+def motion(moment: Moment, y: State, p: Parameters) -> Motion:
+    """Evaluate the equations of motion (1) to (9).
+
+    Parameters
+    ----------
+    moment : Moment
+        Time; each field float64[lanes].
+    y : State
+        Coordinates and speeds, each float64[lanes], SI.
+    p : Parameters
+        The machine, each float64[lanes], SI.
+
+    Returns
+    -------
+    Motion
+        Derivatives, powers, loads and the stored energy, each float64[lanes], SI.
+    """
+    phi31, phi32, x, alpha, phi31_, phi32_, x_, alpha_ = y
+
+    # drive law (1): the turn of gear 13
+    s = np.minimum(moment.t * p.per_t1, 1.0)
+    phi1 = p.phi1_0 + p.omega0 * (
+        p.t1 * s * s * s * (2.0 - 2.0 * s + 0.6 * s * s)
+        + np.maximum(moment.t - p.t1, 0.0)
+    )
+    phi1_ = p.omega0 * s * s * (6.0 - 8.0 * s + 3.0 * s * s)
+
+    # run-out and tooth position: wheel 7 or 8 seems turned by g_i/r3
+    i3 = r3 / r2
+    g1 = p.s1 + p.E7 * np.sin(phi31 + p.th7) + p.E10 * np.sin(i3 * phi31 + p.th10)
+    g2 = p.s2 + p.E8 * np.sin(phi32 + p.th8) + p.E11 * np.sin(i3 * phi32 + p.th11)
+    a1 = phi31 + g1 * (1.0 / r3)
+    a2 = phi32 + g2 * (1.0 / r3)
+    # da_i/dphi3i
+    da1 = 1.0 + (
+        p.E7 * np.cos(phi31 + p.th7) + i3 * p.E10 * np.cos(i3 * phi31 + p.th10)
+    ) * (1.0 / r3)
+    da2 = 1.0 + (
+        p.E8 * np.cos(phi32 + p.th8) + i3 * p.E11 * np.cos(i3 * phi32 + p.th11)
+    ) * (1.0 / r3)
+    a1_, a2_ = da1 * phi31_, da2 * phi32_
+
+    # second loop: deformations B q, their rates B q', forces B^T (K B q + H B q')
+    e0 = p.B00 * phi1 + p.B01 * a1 + p.B02 * a2
+    e1 = p.B10 * phi1 + p.B11 * a1 + p.B12 * a2
+    e2 = p.B20 * phi1 + p.B21 * a1 + p.B22 * a2
+    e3 = p.B30 * phi1 + p.B31 * a1 + p.B32 * a2
+    e0_ = p.B00 * phi1_ + p.B01 * a1_ + p.B02 * a2_
+    e1_ = p.B10 * phi1_ + p.B11 * a1_ + p.B12 * a2_
+    e2_ = p.B20 * phi1_ + p.B21 * a1_ + p.B22 * a2_
+    e3_ = p.B30 * phi1_ + p.B31 * a1_ + p.B32 * a2_
+    mesh0, mesh1, mesh2, shaft12 = p.k30 * e0, p.k31 * e1, p.k32 * e2, p.c2 * e3
+    f0, f1, f2 = mesh0 + Hk3 * e0_, mesh1 + Hk3 * e1_, mesh2 + Hk3 * e2_
+    f3 = shaft12 + p.Hc2 * e3_
+    M_drive = p.B00 * f0 + p.B10 * f1 + p.B20 * f2 + p.B30 * f3
+    M_mesh1 = (p.B01 * f0 + p.B11 * f1 + p.B21 * f2 + p.B31 * f3) * da1
+    M_mesh2 = (p.B02 * f0 + p.B12 * f1 + p.B22 * f2 + p.B32 * f3) * da2
+
+    # shaft 9
+    turn, turn_ = phi32 - phi31, phi32_ - phi31_
+    M_shaft9 = p.c3 * turn + Hc3 * turn_
+
+    # rods: from crank pin to hinge, exact distance instead of (4), (5)
+    sin_f1, cos_f1 = np.sin(phi31 + p.psi1), np.cos(phi31 + p.psi1)
+    sin_f2, cos_f2 = np.sin(phi32 + p.psi2), np.cos(phi32 + p.psi2)
+    sin_alpha, cos_alpha = np.sin(alpha), np.cos(alpha)
+    X1 = x + (dl_s / 2.0) * sin_alpha + p.r_1 * cos_f1
+    X2 = x - (dl_s / 2.0) * sin_alpha + p.r_2 * cos_f2
+    Y1 = h - p.r_1 * sin_f1
+    Y2 = h - p.r_2 * sin_f2
+    L1, L2 = np.sqrt(X1 * X1 + Y1 * Y1), np.sqrt(X2 * X2 + Y2 * Y2)
+    cos41, sin41 = X1 / L1, Y1 / L1
+    cos42, sin42 = X2 / L2, Y2 / L2
+    p1 = p.r_1 * (sin_f1 * cos41 + cos_f1 * sin41)
+    p2 = p.r_2 * (sin_f2 * cos42 + cos_f2 * sin42)
+    d1, d2 = L1 - p.l1, L2 - p.l2
+    hinge_ = (dl_s / 2.0) * cos_alpha * alpha_
+    d1_ = (x_ + hinge_) * cos41 - p1 * phi31_
+    d2_ = (x_ - hinge_) * cos42 - p2 * phi32_
+    # equalizing link (12) to (14): it moves the hinges by u and -u
+    yielding = p.link / (p.k1 * cos41 + p.k2 * cos42)
+    u = (p.k2 * d2 - p.k1 * d1) * yielding
+    u_ = (p.k2 * d2_ - p.k1 * d1_) * yielding
+    d1, d2 = d1 + u * cos41, d2 - u * cos42
+    d1_, d2_ = d1_ + u_ * cos41, d2_ - u_ * cos42
+    rod1, rod2 = p.k1 * d1, p.k2 * d2
+    Q1, Q2 = rod1 + p.H1 * d1_, rod2 + p.H2 * d2_
+
+    # rolling force (3)
+    forward = two_over_pi * np.arctan(beta2 * x_)
+    rolling = 1.0 + two_over_pi * np.arctan(beta1 * (x - x_roll))
+    F_roll = 0.25 * p.F0 * rolling * (1.0 + forward)
+
+    # guides (6): gate is 1 in contact, 0 free
+    jam = np.abs(alpha) - p.delta
+    gate = 0.5 * (1.0 + two_over_pi * np.arctan(beta4 * jam))
+    beyond = alpha - p.delta * (two_over_pi * np.arctan(beta3 * alpha))
+    free = 1.0 - p.link
+    M_guide = free * (c_s * beyond + H_s * alpha_) * gate
+
+    # friction (7), (9)
+    pressure = p.m * g + Q1 * sin41 + Q2 * sin42
+    couple = Q2 * cos42 - Q1 * cos41
+    leverage = dl_s * cos_alpha / (dh * cos_alpha - dl_s * np.abs(sin_alpha))
+    F_fr1 = p.mu * pressure * forward
+    F_fr2 = free * p.mu * np.abs(couple) * leverage * gate * forward
+    M_spin = free * p.mu_rot * pressure * (two_over_pi * np.arctan(beta5 * alpha_))
+
+    # (2)
+    phi31__ = p.per_I1 * (M_shaft9 - M_mesh1 + Q1 * p1)
+    phi32__ = p.per_I2 * (-M_shaft9 - M_mesh2 + Q2 * p2)
+    x__ = p.per_m * (-Q1 * cos41 - Q2 * cos42 - F_fr1 - F_fr2 - F_roll)
+    M_couple = free * couple * (dl_s / 2.0) * cos_alpha
+    alpha__ = (M_couple - M_guide - M_spin) * (1.0 / I_s)
+
+    lost = (
+        p.H1 * d1_ * d1_ + p.H2 * d2_ * d2_ + Hc3 * turn_ * turn_
+        + Hk3 * (e0_ * e0_ + e1_ * e1_ + e2_ * e2_) + p.Hc2 * e3_ * e3_
+    )  # fmt: skip
+    stored = 0.5 * (
+        phi31_ * phi31_ / p.per_I1 + phi32_ * phi32_ / p.per_I2
+        + p.m * x_ * x_ + I_s * alpha_ * alpha_
+        + rod1 * d1 + rod2 * d2 + p.c3 * turn * turn
+        + mesh0 * e0 + mesh1 * e1 + mesh2 * e2 + shaft12 * e3
+    )  # fmt: skip
+    return Motion(
+        State(phi31_, phi32_, x_, alpha_, phi31__, phi32__, x__, alpha__),
+        Powers(
+            M_drive * phi1_, F_fr1 * x_, F_fr2 * x_, F_roll * x_, M_spin * alpha_,
+            lost, M_guide * alpha_,
+        ),
+        Loads(
+            rod1, rod2, p.c3 * turn, shaft12, mesh0, mesh1, mesh2, M_drive, alpha
+        ),
+        (jam,),
+        stored,
+    )  # fmt: skip

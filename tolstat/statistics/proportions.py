@@ -1,0 +1,42 @@
+"""Shares of trials with exact binomial intervals."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from scipy.stats import beta
+
+
+class Proportion(NamedTuple):
+    """A share of trials and its interval."""
+
+    estimate: float
+    lower: float
+    upper: float
+
+
+def proportion(count: int, trials: int, confidence: float = 0.95) -> Proportion:
+    """Estimate a share from a count.
+
+    Parameters
+    ----------
+    count : int
+        Trials that have the property.
+    trials : int
+        All trials, at least one.
+    confidence : float
+        Of the interval.
+
+    Returns
+    -------
+    Proportion
+        With the interval of Clopper and Pearson.
+
+    References
+    ----------
+    C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404-413.
+    """
+    miss = (1 - confidence) / 2
+    lower = beta.ppf(miss, count, trials - count + 1) if count > 0 else 0.0
+    upper = beta.ppf(1 - miss, count + 1, trials - count) if count < trials else 1.0
+    return Proportion(count / trials, float(lower), float(upper))

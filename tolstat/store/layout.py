@@ -1,0 +1,88 @@
+"""How a run lies in its file.
+
+At the root one dataset for each contributor and response and for status and steps,
+with unit and sentence as attributes and `trial` as dimension scale; the nominal
+machine, which is no trial, in the group `nominal`; everything about the run as a whole
+in the attributes of the root. All datasets are contiguous and allocated when the file
+is made: afterwards only raw data change, and a kill cannot tear the file.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import h5py
+import numpy as np
+
+from tolstat.models.description import Contributor, Response
+from tolstat.status import WORDS
+
+FORMAT = 1
+TRIAL, STATUS, STEPS, NOMINAL = "trial", "status", "steps", "nominal"
+LIMIT = "limit"  # attribute of a response: least and greatest permitted value, SI
+
+
+def allocate(group: h5py.Group, name: str, shape: tuple[int, ...], dtype: Any) -> h5py.Dataset:
+    """Make a contiguous dataset whose space exists at once.
+
+    Parameters
+    ----------
+    group : h5py.Group
+        Where.
+    name : str
+        Of the dataset.
+    shape : tuple of int
+        Empty for one number.
+    dtype
+        NumPy type; floating numbers start as NaN, integers as 0.
+    """
+    fill = np.array(np.nan if np.dtype(dtype).kind == "f" else 0, dtype)
+    plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    plan.set_layout(h5py.h5d.CONTIGUOUS)
+    plan.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    plan.set_fill_time(h5py.h5d.FILL_TIME_ALLOC)
+    plan.set_fill_value(fill)
+    space = h5py.h5s.create_simple(shape) if shape else h5py.h5s.create(h5py.h5s.SCALAR)
+    kind = h5py.h5t.py_create(np.dtype(dtype))
+    made = h5py.h5d.create(group.id, name.encode(), kind, space, dcpl=plan)
+    return h5py.Dataset(made)
+
+
+def describe(dataset: h5py.Dataset, what: Contributor | Response, role: str) -> None:
+    """Attach unit, symbol, sentence and source to a dataset."""
+    dataset.attrs["role"] = role
+    dataset.attrs["units"] = what.unit
+    dataset.attrs["symbol"] = what.symbol
+    dataset.attrs["long_name"] = what.sentence
+    dataset.attrs["source"] = what.source
+
+
+def lay_out(
+    file: h5py.File,
+    trials: int,
+    contributors: tuple[Contributor, ...],
+    responses: tuple[Response, ...],
+) -> None:
+    """Make every dataset of a run."""
+    index = allocate(file, TRIAL, (trials,), np.int64)
+    index[...] = np.arange(trials)
+    index.attrs["long_name"] = "number of the trial"
+    index.make_scale(TRIAL)
+    nominal = file.create_group(NOMINAL)
+    nominal.attrs["long_name"] = "the machine without deviations; it is no trial"
+    roles = [(c, "contributor") for c in contributors] + [(r, "response") for r in responses]
+    for what, role in roles:
+        column = allocate(file, what.name, (trials,), np.float64)
+        describe(column, what, role)
+        column.dims[0].attach_scale(index)
+        describe(allocate(nominal, what.name, (), np.float64), what, role)
+    for group, shape in ((file, (trials,)), (nominal, ())):
+        status = allocate(group, STATUS, shape, np.uint8)
+        status.attrs["long_name"] = "how the trial ended"
+        status.attrs["flag_values"] = np.arange(len(WORDS), dtype=np.uint8)
+        status.attrs["flag_meanings"] = " ".join(word.replace(" ", "_") for word in WORDS)
+        steps = allocate(group, STEPS, shape, np.int64)
+        steps.attrs["long_name"] = "integration steps, rejected ones included"
+        if shape:
+            status.dims[0].attach_scale(index)
+            steps.dims[0].attach_scale(index)

@@ -1,0 +1,49 @@
+"""What a run must say about how it came to be."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from datetime import datetime
+from importlib.metadata import version
+
+import h5py
+
+from tolstat.lanes.cache import source_digest
+
+PACKAGES = ("tolstat", "numba", "llvmlite", "numpy", "scipy", "pandas", "h5py")
+
+
+def now() -> str:
+    """Return the time to the second, with its zone."""
+    return datetime.now().astimezone().isoformat(timespec="seconds")
+
+
+def processor() -> str:
+    """Name the processor and the instruction set that the lanes are compiled to."""
+    from llvmlite import binding
+
+    features = binding.get_host_cpu_features()
+    vectors = [name for name in ("avx512f", "avx2", "neon", "sse2") if features.get(name)]
+    return f"{platform.machine()} {binding.get_host_cpu_name()} {' '.join(vectors[:1])}"
+
+
+def provenance() -> dict[str, str]:
+    """Return the versions of everything that decides the numbers.
+
+    Returns
+    -------
+    dict of str to str
+        For the attributes of a run file.
+    """
+    facts = {f"version_{name}": version(name) for name in PACKAGES}
+    return {
+        **facts,
+        "version_python": platform.python_version(),
+        "version_hdf5": h5py.version.hdf5_version,
+        "source_digest": source_digest(),
+        "processor": processor(),
+        "platform": platform.platform(),
+        "command": " ".join(sys.argv[1:]) if sys.argv else "",
+        "started_at": now(),
+    }

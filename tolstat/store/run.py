@@ -1,0 +1,187 @@
+"""A stored run, to be looked at."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.errors import RunFileError
+from tolstat.models.description import Contributor, Response
+from tolstat.status import WORDS, Status
+from tolstat.store.layout import FORMAT, LIMIT, NOMINAL, STATUS, STEPS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class StudyText:
+    """The study that a run was made from.
+
+    Attributes
+    ----------
+    text : str
+        As it was written.
+    table : dict
+        The same, read as TOML.
+    """
+
+    text: str
+    table: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A stored run.
+
+    Attributes
+    ----------
+    path : Path
+        Its file.
+    study : StudyText
+        What was asked.
+    facts : dict
+        Model, seed, versions, times: the attributes of the file.
+    contributors, responses : tuple
+        The columns, in order, with units and sentences.
+    limits : dict
+        Least and greatest permitted value by response, SI.
+    """
+
+    path: Path
+    study: StudyText
+    facts: dict[str, Any]
+    contributors: tuple[Contributor, ...]
+    responses: tuple[Response, ...]
+    limits: dict[str, tuple[float, float]]
+    _columns: dict[str, NDArray[Any]] = field(repr=False)
+    _nominal: dict[str, Any] = field(repr=False)
+
+    @property
+    def trials(self) -> int:
+        """Number of trials asked for."""
+        return len(self.status)
+
+    @property
+    def status(self) -> NDArray[np.uint8]:
+        """Status of each trial, values of `Status`."""
+        return self._columns[STATUS]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of trials of each status, by its word."""
+        return {s.word: int(np.count_nonzero(self.status == s)) for s in Status}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of each contributor and response; "1" where there is none."""
+        return {each.name: each.unit for each in (*self.contributors, *self.responses)}
+
+    def column(self, name: str) -> NDArray[np.float64]:
+        """Return a contributor or response of all trials, SI."""
+        return self._columns[name]
+
+    @property
+    def nominal(self) -> pd.Series[Any]:
+        """The machine without deviations: its responses, status and steps."""
+        import pandas as pd
+
+        status = WORDS[int(self._nominal[STATUS])]
+        values = {r.name: float(self._nominal[r.name]) for r in self.responses}
+        series = pd.Series(
+            {**values, STATUS: status, STEPS: int(self._nominal[STEPS])}, name="nominal"
+        )
+        series.attrs["units"] = self.units
+        return series
+
+    def frame(self) -> pd.DataFrame:
+        """Return contributors, responses, status and steps of every trial.
+
+        Returns
+        -------
+        DataFrame
+            Indexed by trial, SI; `attrs["units"]` holds the units, status is a word.
+        """
+        import pandas as pd
+
+        columns = {
+            each.name: self._columns[each.name]
+            for each in (*self.contributors, *self.responses)
+        }
+        status = pd.Categorical.from_codes(self.status.astype(int), list(WORDS))
+        frame = pd.DataFrame({**columns, STATUS: status, STEPS: self._columns[STEPS]})
+        frame.index.name = "trial"
+        frame.attrs["units"] = self.units
+        return frame
+
+
+def open(path: str | os.PathLike[str]) -> Run:
+    """Open a run file, also one that is still being written.
+
+    Parameters
+    ----------
+    path : path
+        As `tolstat run` wrote it.
+
+    Returns
+    -------
+    Run
+        Everything in it, read at once.
+
+    Raises
+    ------
+    RunFileError
+        If there is no such file or it holds no run.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise RunFileError(f"{path}: there is no such file")
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            facts = {name: _plain(value) for name, value in file.attrs.items()}
+            if "study" not in facts or "format" not in facts:
+                raise RunFileError(f"{path} is an HDF5 file, but not a run of tolstat")
+            if facts["format"] != FORMAT:
+                raise RunFileError(
+                    f"{path} has format {facts['format']}, this tolstat reads format "
+                    f"{FORMAT}; use the version that made it ({facts['version_tolstat']})"
+                )
+            columns = {
+                name: item[...] for name, item in file.items() if name != NOMINAL
+            }
+            nominal = {name: item[()] for name, item in file[NOMINAL].items()}
+            contributors = tuple(
+                Contributor(*_words(file[name])) for name in facts["contributors"].split()
+            )
+            responses = tuple(
+                Response(*_words(file[name])) for name in facts["responses"].split()
+            )
+            limits = {
+                each.name: tuple(file[each.name].attrs[LIMIT].tolist())
+                for each in responses
+                if LIMIT in file[each.name].attrs
+            }
+    except OSError as error:
+        raise RunFileError(f"{path} cannot be read as HDF5: {error}") from error
+    text = facts.pop("study")
+    study = StudyText(text, tomllib.loads(text))
+    return Run(path, study, facts, contributors, responses, limits, columns, nominal)
+
+
+def _words(dataset: h5py.Dataset) -> tuple[str, str, str, str, str]:
+    attrs = dataset.attrs
+    name = dataset.name.removeprefix("/")
+    return name, attrs["units"], attrs["symbol"], attrs["long_name"], attrs["source"]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, bytes):
+        return value.decode()
+    return value.item() if isinstance(value, np.generic) else value

@@ -1,0 +1,1 @@
+"""What is asked: studies read, checked and run."""

@@ -1,0 +1,106 @@
+"""Blocks of trials on the workers of an executor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.integrator.integrate import stop_flag
+from tolstat.models.description import Model, Outcome
+from tolstat.study.evaluate import simulate
+
+LOOK_AGAIN = 0.1  # s, between two looks at whether to stop
+SUBMITTED = 3  # blocks for each worker, so that none waits for the writer
+
+
+def finished_blocks(
+    model: Model,
+    settings: Any,
+    deviations: NDArray[np.float64],
+    executor: Executor,
+    *,
+    workers: int,
+    block: int,
+    stopping: Callable[[], bool],
+) -> Iterator[list[tuple[int, Outcome]]]:
+    """Run all trials in blocks and yield what is finished, as it comes.
+
+    Parameters
+    ----------
+    model, settings
+        The machine.
+    deviations : float64[trial, contributor]
+        SI.
+    executor : concurrent.futures.Executor
+        Runs the blocks; the results do not depend on which.
+    workers, block : int
+        How many blocks run at once, and how many trials a block has.
+    stopping : callable
+        Asked ten times a second; once true, running blocks end early, and the trials
+        that they finished are yielded.
+
+    Yields
+    ------
+    list of (int, Outcome)
+        Blocks with the number of their first trial.
+    """
+    stop = np.zeros(1, dtype=np.int64)
+    starts = iter(range(0, len(deviations), block))
+    running: dict[Future[Outcome], int] = {}
+    try:
+        while True:
+            while not stop[0] and len(running) < SUBMITTED * workers:
+                first = next(starts, None)
+                if first is None:
+                    break
+                rows = deviations[first : first + block]
+                running[executor.submit(_run_block, model, rows, settings, stop)] = first
+            if not running:
+                return
+            done, _ = wait(running, timeout=LOOK_AGAIN, return_when=FIRST_COMPLETED)
+            if done:
+                yield [(running.pop(future), future.result()) for future in done]
+            if stopping() and not stop[0]:
+                stop[0] = 1
+                for future in list(running):
+                    if future.cancel():
+                        del running[future]
+    finally:
+        stop[0] = 1
+        for future in running:
+            future.cancel()
+
+
+def _run_block(
+    model: Model,
+    deviations: NDArray[np.float64],
+    settings: Any,
+    stop: NDArray[np.int64],
+) -> Outcome:
+    """Run one block on a worker; the flag ends it early where memory is shared."""
+    token = stop_flag.set(stop)
+    try:
+        return simulate(model, deviations, settings)
+    finally:
+        stop_flag.reset(token)
+
+
+def block_size(trials: int, workers: int) -> int:
+    """Choose how many trials a block has: long blocks keep lanes busy, short ones news.
+
+    Parameters
+    ----------
+    trials, workers : int
+        Of the run.
+
+    Returns
+    -------
+    int
+        Between 16 and 128; the results do not depend on it.
+    """
+    return min(128, max(16, trials // (4 * workers)))
+

@@ -1,0 +1,108 @@
+"""The study file as it is written: its keys and their types."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from tolstat.errors import StudyError, allowed_names
+from tolstat.study.problems import Problems
+
+
+class Document(BaseModel):
+    """A study file before its names and quantities are looked at."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    title: str = ""
+    model: str
+    trials: int = Field(ge=1)
+    seed: int = Field(ge=0)
+    sampling: str = "random"
+    settings: dict[str, str | int | float] = {}
+    deviations: dict[str, str | dict[str, Any]] = {}
+    limits: dict[str, str] = {}
+
+
+MISSING = {
+    "model": "missing; name a machine, such as model = \"stand\" (`tolstat models`)",
+    "trials": "missing; say how many machines to build, such as trials = 4096",
+    "seed": "missing; give a whole number, such as seed = 75: it makes the run repeatable",
+}
+
+EXPECTED = {
+    "title": "a text is expected",
+    "model": "the name of a machine is expected, in quotes",
+    "trials": "a whole number from 1 is expected",
+    "seed": "a whole number from 0 is expected",
+    "sampling": "the name of a sampling is expected, in quotes",
+    "settings": 'a value such as "7.5 rad/s", a number or a word is expected',
+    "deviations": 'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", '
+    "cp = 1.33 } is expected",
+    "limits": 'a limit such as "<= 3 %" is expected, in quotes',
+}
+
+
+def read(path: Path, problems: Problems) -> tuple[str, Document]:
+    """Read a study file and check its keys.
+
+    Parameters
+    ----------
+    path : Path
+        A TOML file.
+    problems : Problems
+        Takes what is wrong.
+
+    Returns
+    -------
+    tuple of (str, Document)
+        The text and its content.
+
+    Raises
+    ------
+    StudyError
+        If the file cannot be read or its keys are wrong.
+    """
+    if path.suffix == ".h5":
+        raise StudyError(f"{path} is a stored run; a study is a .toml file")
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        near = [str(p) for p in sorted(path.parent.glob("*.toml"))]
+        hint = allowed_names(str(path), near) if near else "no study lies in that folder"
+        raise StudyError(f"{path}: there is no such file; {hint}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise StudyError(f"{path} cannot be read: {error}") from None
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise StudyError(f"{path} is not a TOML file: {error}") from None
+    try:
+        return text, Document.model_validate(table)
+    except ValidationError as error:
+        for each in error.errors():
+            _note(each, table, problems)
+        problems.raise_if_any()
+        raise
+
+
+def _note(error: Any, table: dict[str, Any], problems: Problems) -> None:
+    """Say one of pydantic's findings in the words of a study file."""
+    section, *rest = (str(part) for part in error["loc"])
+    key = section if not rest else f"[{section}] {rest[0]}"
+    value: Any = table.get(section)
+    if rest and isinstance(value, dict):
+        value = value.get(rest[0])
+    if error["type"] == "missing":
+        problems.add(key, None, MISSING[section])
+    elif error["type"] == "extra_forbidden":
+        allowed = allowed_names(section, Document.model_fields)
+        problems.add(key, None, f"a study has no such key; {allowed}")
+    else:
+        problem = (key, value, EXPECTED[section])
+        already = f"{key} = "
+        if not any(found.startswith(already) for found in problems.found):
+            problems.add(*problem)

@@ -1,0 +1,68 @@
+"""Everything that is wrong with a study, collected, then said at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from tolstat.errors import StudyError, TolstatError
+
+
+class Problems:
+    """Problems of one study file.
+
+    Parameters
+    ----------
+    source : str
+        The file, as the user named it.
+    """
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+        self.found: list[str] = []
+
+    def add(self, key: str, value: Any, message: str) -> None:
+        """Note one problem.
+
+        Parameters
+        ----------
+        key : str
+            Where: "trials", "[limits] extra_loss".
+        value
+            What stands there; None if nothing does.
+        message : str
+            What is wrong, what is allowed, what to do.
+        """
+        shown = "" if value is None else f" = {_toml(value)}"
+        self.found.append(f"{key}{shown}: {message}")
+
+    @contextmanager
+    def noting(self, key: str, value: Any) -> Iterator[None]:
+        """Note what is refused inside, and go on with the next key."""
+        try:
+            yield
+        except TolstatError as error:
+            self.add(key, value, str(error))
+
+    def raise_if_any(self) -> None:
+        """Refuse the study if any problem was noted.
+
+        Raises
+        ------
+        StudyError
+            With one line for each problem.
+        """
+        if self.found:
+            lines = "\n".join(f"  {problem}" for problem in self.found)
+            raise StudyError(f"{self.source} cannot be run:\n{lines}")
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{k} = {_toml(v)}" for k, v in value.items()) + " }"
+    return str(value)

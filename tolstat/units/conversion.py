@@ -1,0 +1,177 @@
+"""Units: known names only, combined with * / and small powers, converted by pint.
+
+An angle is a dimension of its own here: 7.5 Hz is not 7.5 rad/s, and a phase is not a
+plain number.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import cache
+from typing import Any
+
+from tolstat.errors import UnitError, allowed_names
+
+# what each known name means in SI base units (kg m s rad)
+KNOWN = {
+    "1": "1",
+    "%": "0.01",
+    "ppm": "1e-6",
+    "m": "m",
+    "km": "1e3 m",
+    "cm": "1e-2 m",
+    "mm": "1e-3 m",
+    "um": "1e-6 m",
+    "nm": "1e-9 m",
+    "in": "0.0254 m",
+    "kg": "kg",
+    "g": "1e-3 kg",
+    "t": "1e3 kg",
+    "s": "s",
+    "ms": "1e-3 s",
+    "us": "1e-6 s",
+    "min": "60 s",
+    "h": "3600 s",
+    "Hz": "1 / s",
+    "rad": "rad",
+    "mrad": "1e-3 rad",
+    "urad": "1e-6 rad",
+    "deg": f"{math.pi / 180!r} rad",
+    "arcmin": f"{math.pi / 10800!r} rad",
+    "arcsec": f"{math.pi / 648000!r} rad",
+    "rpm": f"{math.pi / 30!r} rad / s",
+    "N": "kg m / s^2",
+    "kN": "1e3 kg m / s^2",
+    "MN": "1e6 kg m / s^2",
+    "J": "kg m^2 / s^2",
+    "kJ": "1e3 kg m^2 / s^2",
+    "MJ": "1e6 kg m^2 / s^2",
+    "W": "kg m^2 / s^3",
+    "kW": "1e3 kg m^2 / s^3",
+    "MW": "1e6 kg m^2 / s^3",
+    "Pa": "kg / m / s^2",
+    "kPa": "1e3 kg / m / s^2",
+    "MPa": "1e6 kg / m / s^2",
+    "GPa": "1e9 kg / m / s^2",
+}
+
+SPELLINGS = {"µm": "um", "μm": "um", "µs": "us", "μs": "us", "°": "deg"}
+
+# what a table prints instead of the SI unit
+ENGINEERING = {
+    "1": "%",
+    "m": "mm",
+    "rad": "mrad",
+    "N": "kN",
+    "J": "kJ",
+    "N m": "kN m",
+}
+
+_NAME = re.compile(r"\s*([A-Za-zµμ%°]+|1(?=\s*(?:/|$)))(?:(?:\^|\*\*)(-?[1-4]))?\s*")
+
+
+def to_si(value: float, given: str, unit: str) -> float:
+    """Turn a number with its unit into the SI number.
+
+    Parameters
+    ----------
+    value : float
+        As written.
+    given : str
+        The unit as written; empty for a bare number.
+    unit : str
+        SI unit that is expected.
+
+    Returns
+    -------
+    float
+        In the expected unit.
+
+    Raises
+    ------
+    UnitError
+        If the unit is unknown, missing or of another kind.
+    """
+    factor, kind = _measure(given)
+    expected, expected_kind = _measure(unit)
+    if kind != expected_kind:
+        raise UnitError(_wrong_kind(given, unit))
+    return value * (factor / expected)
+
+
+def from_si(value: float, unit: str, shown: str) -> float:
+    """Turn an SI number of one unit into another of the same kind."""
+    return value * (_measure(unit)[0] / _measure(shown)[0])
+
+
+def engineering_unit(unit: str) -> str:
+    """Choose the unit in which engineers read a quantity of this SI unit."""
+    return ENGINEERING.get(unit, unit)
+
+
+def units_like(unit: str) -> list[str]:
+    """List the known names of the same kind as a unit."""
+    kind = _measure(unit)[1]
+    return [name for name in KNOWN if _measure(name)[1] == kind]
+
+
+@cache
+def _registry() -> Any:
+    """Prepare pint with our names only: its own would let hm and Bq through."""
+    import pint
+
+    registry = pint.UnitRegistry(None)
+    for name, dimension in (
+        ("kg", "mass"),
+        ("m", "length"),
+        ("s", "time"),
+        ("rad", "angle"),
+    ):
+        registry.define(f"{name} = [{dimension}]")
+    return registry
+
+
+@cache
+def _measure(unit: str) -> tuple[float, Any]:
+    """Return the SI factor and the dimensions of a unit."""
+    total = _registry().Quantity(1.0)
+    position, sign = 0, 1
+    text = f"1{unit}" if unit.startswith("/") else unit
+    while position < len(text):
+        found = _NAME.match(text, position)
+        if found is None:
+            raise UnitError(
+                f"the unit '{unit}' cannot be read; units are known names joined by "
+                "* and /, with powers such as ^2"
+            )
+        name = SPELLINGS.get(found[1], found[1])
+        if name not in KNOWN:
+            raise UnitError(f"unknown unit '{name}'; {allowed_names(name, KNOWN)}")
+        total *= _registry()(KNOWN[name]) ** (sign * int(found[2] or 1))
+        position = found.end()
+        if position < len(text):
+            sign = -1 if text[position] == "/" else 1
+            position += text[position] in "*/"
+            if position == len(text):
+                raise UnitError(f"the unit '{unit}' ends in a sign")
+    base = total.to_base_units()
+    return float(base.magnitude), base.dimensionality
+
+
+def _wrong_kind(given: str, unit: str) -> str:
+    expected = f"in {unit}" if unit != "1" else "as a plain number or in %"
+    alike = units_like(unit)
+    if len(alike) > 1 and unit != "1":
+        expected += f" (or {', '.join(u for u in alike if u != unit)})"
+    if _measure(unit)[1] == _measure("rad/s")[1]:
+        hint = "rad/s, deg/s or rpm"
+        if given and _measure(given)[1] == _measure("Hz")[1]:
+            return (
+                f"an angular speed is given in {hint}; '{given}' leaves open whether "
+                "turns or radians are meant (1 Hz of turning is 60 rpm)"
+            )
+        expected = f"in {hint}"
+    if not given:
+        return f"the unit is missing; the value is expected {expected}"
+    return f"'{given}' is of another kind; the value is expected {expected}"

@@ -1,0 +1,158 @@
+"""Our own small grammar of numbers, ranges and signs; pint never sees these.
+
+pint alone reads "+-1.2 mm" as -1.2, "0..60 um" as 0 and "1,2 mm" as 12.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import NamedTuple
+
+from tolstat.errors import UnitError
+from tolstat.units.conversion import engineering_unit, to_si
+
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_UNSIGNED = _NUMBER.removeprefix("[+-]?")
+_UNIT = r"(?P<unit>1\s*/.*|[^0-9.,+\-<>=±\s].*)?"
+
+_QUANTITY = re.compile(rf"(?P<value>{_NUMBER})\s*{_UNIT}")
+_SYMMETRIC = re.compile(rf"(?:\+-|\+/-|±)\s*(?P<half>{_UNSIGNED})\s*{_UNIT}")
+_RANGE = re.compile(rf"(?P<lower>{_NUMBER})\s*\.\.\s*(?P<upper>{_NUMBER})\s*{_UNIT}")
+_BOUND = re.compile(rf"(?P<sign><=|>=)\s*(?P<value>{_NUMBER})\s*{_UNIT}")
+
+
+class Range(NamedTuple):
+    """Two ends, SI; an open end is infinite."""
+
+    lower: float
+    upper: float
+
+
+def quantity(text: str, unit: str) -> float:
+    """Read one quantity, such as "7.5 rad/s".
+
+    Parameters
+    ----------
+    text : str
+        Number and unit; a bare number where the unit is "1".
+    unit : str
+        SI unit that it must agree with.
+
+    Returns
+    -------
+    float
+        SI.
+
+    Raises
+    ------
+    UnitError
+        If it cannot be read or is of another kind.
+    """
+    found = _QUANTITY.fullmatch(text.strip())
+    if found is None:
+        raise UnitError(_unreadable(text, f"a quantity such as {_example('7.5', unit)}"))
+    return _si(found["value"], found["unit"], unit)
+
+
+def tolerance(text: str, unit: str) -> Range:
+    """Read a tolerance: "+-1.2 mm", or with unequal ends "-0.1..+0.3 mm".
+
+    Parameters
+    ----------
+    text : str
+        As in a study file.
+    unit : str
+        SI unit of the contributor's deviation.
+
+    Returns
+    -------
+    Range
+        The permitted zone of the deviation, SI.
+
+    Raises
+    ------
+    UnitError
+        If it cannot be read, is of another kind, has no width or is upside down.
+    """
+    text = text.strip()
+    if found := _SYMMETRIC.fullmatch(text):
+        half = _si(found["half"], found["unit"], unit)
+        zone = Range(-half, half)
+    elif found := _RANGE.fullmatch(text):
+        zone = _range(found, unit)
+    else:
+        expected = f"{_example('+-1.2', unit)} or {_example('-0.1..+0.3', unit)}"
+        raise UnitError(_unreadable(text, f"a tolerance such as {expected}"))
+    if not zone.upper > zone.lower:
+        raise UnitError(
+            "a tolerance has a width, and its lower end comes first; "
+            "leave the line out for a part without deviation"
+        )
+    return zone
+
+
+def limit(text: str, unit: str) -> Range:
+    """Read a limit: "<= 3 %", ">= 0 mm" or "1..2 mm".
+
+    Parameters
+    ----------
+    text : str
+        As in a study file.
+    unit : str
+        SI unit of the response.
+
+    Returns
+    -------
+    Range
+        The permitted values, SI.
+
+    Raises
+    ------
+    UnitError
+        If it cannot be read, is of another kind or is upside down.
+    """
+    text = text.strip()
+    if found := _BOUND.fullmatch(text):
+        value = _si(found["value"], found["unit"], unit)
+        return Range(-math.inf, value) if found["sign"] == "<=" else Range(value, math.inf)
+    if found := _RANGE.fullmatch(text):
+        permitted = _range(found, unit)
+        if not permitted.upper > permitted.lower:
+            raise UnitError("the limit is upside down: its lower end comes first")
+        return permitted
+    expected = ", ".join(_example(form, unit) for form in ("<= 3", ">= 0", "1..2"))
+    raise UnitError(_unreadable(text, f"a limit such as {expected}"))
+
+
+def unit_of(text: str) -> str:
+    """Return the unit as it stands at the end of a quantity, tolerance or limit."""
+    for form in (_QUANTITY, _SYMMETRIC, _RANGE, _BOUND):
+        if found := form.fullmatch(text.strip()):
+            return (found["unit"] or "1").strip()
+    raise UnitError(_unreadable(text, "a quantity"))
+
+
+def _range(found: re.Match[str], unit: str) -> Range:
+    return Range(
+        _si(found["lower"], found["unit"], unit), _si(found["upper"], found["unit"], unit)
+    )
+
+
+def _si(number: str, given: str | None, unit: str) -> float:
+    value = float(number)
+    if not math.isfinite(value):
+        raise UnitError(f"{number} is not a finite number")
+    return to_si(value, (given or "").strip(), unit)
+
+
+def _example(number: str, unit: str) -> str:
+    return f'"{number} {engineering_unit(unit)}"'
+
+
+def _unreadable(text: str, expected: str) -> str:
+    if "," in text:
+        return f"the decimal sign is a point, not a comma; write {expected}"
+    if re.match(r"(\+-|\+/-|±)\s*[+-]", text):
+        return f"a tolerance is not negative; write {expected}"
+    return f"cannot be read; write {expected}"
