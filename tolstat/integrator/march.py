@@ -11,11 +11,13 @@ from numba import types
 
 from tolstat.integrator.control import step_factor
 from tolstat.integrator.occupancy import (
+    CLOCK_ROWS,
     COUNT,
     EVENT,
     FAILED,
     MARK_REACHED,
     PHASE,
+    ROOT,
     SAMPLE,
     SMALLEST,
     STEP,
@@ -133,7 +135,7 @@ def march(
         states, quadratures, greatest, least, above, history, status, steps
     )
     lanes = Lanes(
-        np.zeros((8, WIDTH)),
+        np.zeros((CLOCK_ROWS, WIDTH)),
         np.zeros((n, WIDTH)),
         np.zeros((parameters.shape[1], WIDTH)),
         np.zeros((n_sums, WIDTH)),
@@ -197,10 +199,11 @@ def march(
             S[i] = np.where(accepted, S[i] + quadrature_of(h, k, n + i), S[i])
         for i in range(n_rates):
             K1[i] = np.where(accepted, K7[i], K1[i])
-        step = np.minimum(h * step_factor(worst), max_step)
+        factor, root = step_factor(worst, L[ROOT])
+        step = np.minimum(h * factor, max_step)
         count = L[COUNT] + np.where(running, 1.0, 0.0)
         L[TIME] = np.where(accepted, t_new, t)
-        L[STEP] = step
+        L[STEP], L[ROOT] = step, root
         L[COUNT] = count
 
         reached = accepted & landing

@@ -17,7 +17,8 @@ NOT_FINITE = int(Status.NOT_FINITE)
 SMALLEST_STEP = 1e-14  # of the duration of the trial
 
 # rows of the lanes' clocks
-TIME, PHASE, STEP, TARGET, SMALLEST, COUNT, SAMPLE, EVENT = range(8)
+TIME, PHASE, STEP, ROOT, TARGET, SMALLEST, COUNT, SAMPLE, EVENT = range(9)
+CLOCK_ROWS = 9
 MARK_REACHED = 1.0
 FAILED = 2.0
 
@@ -63,6 +64,7 @@ def pass_marks(lane, lanes, block, found):
             clock[TARGET, lane] = block.marks[trial, mark + 1]
     length = clock[TARGET, lane] - clock[TIME, lane]
     clock[STEP, lane] = FIRST_STEP * min(block.max_step, length)
+    clock[ROOT, lane] = 1.0
     return clock[PHASE, lane] >= last
 
 

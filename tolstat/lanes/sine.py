@@ -10,11 +10,10 @@ from tolstat.lanes.vector import vector
 
 FARTHEST = 1e6
 TWO_OVER_PI = 0.6366197723675814
-# pi/2 in four parts; the first two have 33 bits, so that n times them is exact
-PI_2_A = 1.5707963267341256
-PI_2_B = 6.077100506303966e-11
-PI_2_C = 2.0222662487959506e-21
-PI_2_D = 1.0085854035872481e-37
+# pi/2 in three parts of 53 bits
+PI_2_A = 1.5707963267948966
+PI_2_B = 6.123233995736766e-17
+PI_2_C = -1.4973849048591698e-33
 
 STRICT = {"fastmath": False}
 
@@ -23,24 +22,21 @@ STRICT = {"fastmath": False}
 def _reduce(x):
     """Write x = n pi/2 + r + rest with |r| <= pi/4; return r, rest, n mod 4.
 
-    Cancellation near a multiple of pi/2 leaves no error: the first two parts are
-    subtracted exactly, the sums carry their rounding errors along in `rest`.
+    x - n A is exact: it is a multiple of 2^-53 below 1. What n B adds is carried
+    along with its rounding errors, so nothing is lost near a multiple of pi/2.
+
+    References
+    ----------
+    S. Boldo, M. Daumas, R.-C. Li, Formally verified argument reduction with a fused
+    multiply-add, IEEE Trans. Comput. 58 (2009) 1139-1145.
     """
-    n = np.rint(x * TWO_OVER_PI)
+    n = np.where(np.abs(x) <= FARTHEST, np.rint(x * TWO_OVER_PI), np.nan)
     a = multiply_add(-n, PI_2_A, x)
     b = n * PI_2_B
-    s = a - b
-    back = s - a
-    error = (a - (s - back)) - (b + back)
-    c = n * PI_2_C
-    c_error = multiply_add(n, PI_2_C, -c)
-    r = s - c
-    back = r - s
-    error += (s - (r - back)) - (c + back)
-    rest = error - multiply_add(n, PI_2_D, c_error)
-    total = r + rest
-    rest = rest - (total - r)
-    return total, rest, n - 4.0 * np.floor(0.25 * n)
+    b_error = multiply_add(n, PI_2_B, -b)
+    r = a - b
+    rest = ((a - r) - b) - multiply_add(n, PI_2_C, b_error)
+    return r, rest, n - 4.0 * np.floor(0.25 * n)
 
 
 @register_jitable(**STRICT)
@@ -78,11 +74,10 @@ def sin(x):
 
     def implementation(x):
         r, rest, quadrant = _reduce(x)
-        odd = (quadrant == 1.0) | (quadrant == 3.0)
+        odd = np.abs(quadrant - 2.0) == 1.0
         value = np.where(odd, _cos_near_zero(r, rest), _sin_near_zero(r, rest))
         value = np.where(quadrant >= 2.0, -value, value)
-        value = np.where(x == 0.0, x, value)
-        return np.where(np.abs(x) <= FARTHEST, value, np.nan)
+        return np.where(x == 0.0, x, value)
 
     return implementation
 
@@ -95,9 +90,8 @@ def cos(x):
 
     def implementation(x):
         r, rest, quadrant = _reduce(x)
-        odd = (quadrant == 1.0) | (quadrant == 3.0)
+        odd = np.abs(quadrant - 2.0) == 1.0
         value = np.where(odd, _sin_near_zero(r, rest), _cos_near_zero(r, rest))
-        value = np.where((quadrant == 1.0) | (quadrant == 2.0), -value, value)
-        return np.where(np.abs(x) <= FARTHEST, value, np.nan)
+        return np.where(np.abs(quadrant - 1.5) < 1.0, -value, value)
 
     return implementation

@@ -54,7 +54,7 @@ class State(NamedTuple):
 
 
 # what the integrator measures each state's error by
-SCALE = State(3e-4, 3e-4, 1e-3, 1e-3, 3e-2, 3e-2, 1e-1, 1e-1)  # type: ignore[arg-type]
+SCALE = State(1e-3, 1e-3, 3e-3, 1.5e-6, 0.1, 0.1, 0.3, 0.15)  # type: ignore[arg-type]
 
 
 class Powers(NamedTuple):
@@ -120,19 +120,21 @@ def motion(moment: Moment, y: State, p: Parameters) -> Motion:
     )
     phi1_ = p.omega0 * s * s * (6.0 - 8.0 * s + 3.0 * s * s)
 
-    # run-out and tooth position: wheel 7 or 8 seems turned by g_i/r3
+    # run-out and tooth position: wheel 7 or 8 seems turned by g_i/r3. Sums of angles
+    # are written out: E7 sin(phi31 + th7) = E7c sin phi31 + E7s cos phi31
     i3 = r3 / r2
-    g1 = p.s1 + p.E7 * np.sin(phi31 + p.th7) + p.E10 * np.sin(i3 * phi31 + p.th10)
-    g2 = p.s2 + p.E8 * np.sin(phi32 + p.th8) + p.E11 * np.sin(i3 * phi32 + p.th11)
+    sin31, cos31 = np.sin(phi31), np.cos(phi31)
+    sin32, cos32 = np.sin(phi32), np.cos(phi32)
+    sin21, cos21 = np.sin(i3 * phi31), np.cos(i3 * phi31)
+    sin22, cos22 = np.sin(i3 * phi32), np.cos(i3 * phi32)
+    g1 = p.s1 + p.E7c * sin31 + p.E7s * cos31 + p.E10c * sin21 + p.E10s * cos21
+    g2 = p.s2 + p.E8c * sin32 + p.E8s * cos32 + p.E11c * sin22 + p.E11s * cos22
     a1 = phi31 + g1 * (1.0 / r3)
     a2 = phi32 + g2 * (1.0 / r3)
     # da_i/dphi3i
-    da1 = 1.0 + (
-        p.E7 * np.cos(phi31 + p.th7) + i3 * p.E10 * np.cos(i3 * phi31 + p.th10)
-    ) * (1.0 / r3)
-    da2 = 1.0 + (
-        p.E8 * np.cos(phi32 + p.th8) + i3 * p.E11 * np.cos(i3 * phi32 + p.th11)
-    ) * (1.0 / r3)
+    dg1 = p.E7c * cos31 - p.E7s * sin31 + i3 * (p.E10c * cos21 - p.E10s * sin21)
+    dg2 = p.E8c * cos32 - p.E8s * sin32 + i3 * (p.E11c * cos22 - p.E11s * sin22)
+    da1, da2 = 1.0 + dg1 * (1.0 / r3), 1.0 + dg2 * (1.0 / r3)
     a1_, a2_ = da1 * phi31_, da2 * phi32_
 
     # second loop: deformations B q, their rates B q', forces B^T (K B q + H B q')
@@ -155,9 +157,12 @@ def motion(moment: Moment, y: State, p: Parameters) -> Motion:
     turn, turn_ = phi32 - phi31, phi32_ - phi31_
     M_shaft9 = p.c3 * turn + Hc3 * turn_
 
-    # rods: from crank pin to hinge, exact distance instead of (4), (5)
-    sin_f1, cos_f1 = np.sin(phi31 + p.psi1), np.cos(phi31 + p.psi1)
-    sin_f2, cos_f2 = np.sin(phi32 + p.psi2), np.cos(phi32 + p.psi2)
+    # rods: from crank pin to hinge, exact distance instead of (4), (5);
+    # the cranks stand at f_i = phi3i + psi_i
+    sin_f1 = sin31 * p.cos_psi1 + cos31 * p.sin_psi1
+    cos_f1 = cos31 * p.cos_psi1 - sin31 * p.sin_psi1
+    sin_f2 = sin32 * p.cos_psi2 + cos32 * p.sin_psi2
+    cos_f2 = cos32 * p.cos_psi2 - sin32 * p.sin_psi2
     sin_alpha, cos_alpha = np.sin(alpha), np.cos(alpha)
     X1 = x + (dl_s / 2.0) * sin_alpha + p.r_1 * cos_f1
     X2 = x - (dl_s / 2.0) * sin_alpha + p.r_2 * cos_f2

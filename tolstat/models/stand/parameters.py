@@ -88,20 +88,23 @@ class Parameters(NamedTuple):
     Hc2: Array
     s1: Array
     s2: Array
-    E7: Array
-    E8: Array
-    E10: Array
-    E11: Array
-    th7: Array
-    th8: Array
-    th10: Array
-    th11: Array
+    # run-out: E7c = E7 cos th7, E7s = E7 sin th7, ...
+    E7c: Array
+    E8c: Array
+    E10c: Array
+    E11c: Array
+    E7s: Array
+    E8s: Array
+    E10s: Array
+    E11s: Array
     # wheels and shaft 9
     per_I1: Array
     per_I2: Array
     c3: Array
-    psi1: Array
-    psi2: Array
+    cos_psi1: Array
+    cos_psi2: Array
+    sin_psi1: Array
+    sin_psi2: Array
     r_1: Array
     r_2: Array
     # rods
@@ -155,6 +158,7 @@ def build(deviations: Mapping[str, Array], settings: Settings) -> Parameters:
     if settings.contact_yaw is not None:
         delta = 0 * delta + settings.contact_yaw
     omega0 = settings.crank_speed * N.r3 / N.r1
+    runout = [(d[f"runout_{i}"], d[f"runout_phase_{i}"]) for i in (7, 8, 10, 11)]
     phi31_0, _, _ = initial_position(l1, l2, r_1, r_2)
 
     # c2 may be zero by a sum of deviations or by the balanced drive, never negative
@@ -179,13 +183,13 @@ def build(deviations: Mapping[str, Array], settings: Settings) -> Parameters:
             0.0 if balanced else N.Hc2,
             d["tooth_position_1"],
             d["tooth_position_2"],
-            *(d[f"runout_{i}"] for i in (7, 8, 10, 11)),
-            *(d[f"runout_phase_{i}"] for i in (7, 8, 10, 11)),
+            *(E * np.cos(th) for E, th in runout),
+            *(E * np.sin(th) for E, th in runout),
             1 / I1,
             1 / I2,
             c3,
-            d["crank_angle_1"],
-            d["crank_angle_2"],
+            *(np.cos(d[f"crank_angle_{i}"]) for i in (1, 2)),
+            *(np.sin(d[f"crank_angle_{i}"]) for i in (1, 2)),
             r_1,
             r_2,
             l1,

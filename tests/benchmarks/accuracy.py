@@ -1,0 +1,96 @@
+"""What the default settings of the stand cost and how far they are from the truth.
+
+    python tests/benchmarks/accuracy.py
+
+256 machines drawn as in runs/khpt75.toml, at several settings, against rtol 1e-9 with a
+step limit of 1e-4 s.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.deviations.draw import draw
+from tolstat.study.study import Study, load
+
+STUDY = Path(__file__).parents[2] / "runs" / "khpt75.toml"
+ENERGIES = ("drive", "slide", "guide", "roll", "spin", "damping", "contact")
+PEAKS = (
+    "rod_force", "rod_tension", "rod_compression", "shaft_9_moment", "shaft_12_moment",
+    "mesh_force", "drive_moment", "yaw",
+)  # fmt: skip
+Responses = dict[str, NDArray[np.float64]]
+
+
+def machines(study: Study, trials: int) -> NDArray[np.float64]:
+    """Draw machines as the study does."""
+    names = [contributor.name for contributor in study.description.contributors]
+    return draw(
+        names, study.spreads, sampling=study.sampling, seed=study.seed, trials=trials
+    )
+
+
+def responses(
+    study: Study, deviations: NDArray[np.float64], rtol: float, max_step: float
+) -> tuple[Responses, NDArray[np.int64]]:
+    """Simulate machines at an integration tolerance."""
+    settings = replace(study.settings, rtol=rtol, max_step=max_step)
+    values, _, steps = study.model.evaluate(deviations, settings)
+    names = [response.name for response in study.description.responses]
+    return dict(zip(names, values.T, strict=True)), steps
+
+
+def errors(found: Responses, truth: Responses) -> dict[str, float]:
+    """Compare in the measures of the accuracy bounds."""
+    drive = truth["drive_energy"]
+    energy = max(
+        np.max(np.abs(found[f"{e}_energy"] - truth[f"{e}_energy"]) / drive) for e in ENERGIES
+    )
+    peaks = [name for name in truth if name.startswith(PEAKS) and np.all(truth[name] > 0)]
+    relative = {p: np.abs(found[p] / truth[p] - 1) for p in peaks}
+    return {
+        "energy": energy,
+        "loss": np.max(np.abs(found["extra_loss"] - truth["extra_loss"])),
+        "loss_run": np.max(np.abs(found["extra_loss_run"] - truth["extra_loss_run"])),
+        "jam": np.max(np.abs(found["jam_share"] - truth["jam_share"])),
+        "peak mean": max(float(np.mean(each)) for each in relative.values()),
+        "peak worst": max(float(np.max(each)) for each in relative.values()),
+        "residual": np.max(np.abs(found["energy_residual"])),
+    }
+
+
+BOUNDS = {
+    "energy": 1e-4,
+    "loss": 5e-5,
+    "loss_run": 5e-5,
+    "jam": 2e-3,
+    "peak mean": 2e-3,
+    "peak worst": 1.5e-2,
+    "residual": 1e-5,
+}
+
+
+def main() -> None:
+    """Print one line for each setting."""
+    study = load(STUDY)
+    deviations = machines(study, 256)
+    truth, _ = responses(study, deviations, 1e-9, 1e-4)
+    print(f"{'rtol':>8} {'max_step':>8} {'steps':>8} {'trials/s':>8}", *BOUNDS)
+    print(" " * 36, *(f"{bound:.1e}" for bound in BOUNDS.values()))
+    default = (study.settings.rtol, study.settings.max_step)
+    others = [(r, h) for r in (1e-3, 3e-4, 1e-4, 3e-5, 1e-5) for h in (1e-3, 5e-4)]
+    for rtol, max_step in [default, *others]:
+        began = time.perf_counter()
+        found, steps = responses(study, deviations, rtol, max_step)
+        rate = len(deviations) / (time.perf_counter() - began)
+        measured = " ".join(f"{value:.1e}" for value in errors(found, truth).values())
+        print(f"{rtol:8.0e} {max_step:8.0e} {steps.mean():8.0f} {rate:8.0f} {measured}")
+
+
+if __name__ == "__main__":
+    main()
