@@ -5,11 +5,11 @@ from __future__ import annotations
 import importlib
 
 from tolstat.errors import ModelError, allowed_names
-from tolstat.models.description import Model
+from tolstat.machines.description import Model
 
 # name in study files: module and class
 MACHINES = {
-    "stand": ("tolstat.models.stand.machine", "Stand"),
+    "stand": ("tolstat.machines.stand.machine", "Stand"),
 }
 
 
@@ -34,7 +34,9 @@ def find(model: str | Model) -> Model:
     if not isinstance(model, str):
         return model
     if model not in MACHINES:
-        raise ModelError(f"no model is called '{model}'; {allowed_names(model, MACHINES)}")
+        raise ModelError(
+            f"no model is called '{model}'; {allowed_names(model, MACHINES)}"
+        )
     module, kind = MACHINES[model]
     found: Model = getattr(importlib.import_module(module), kind)()
     return found

@@ -49,9 +49,12 @@ def errors(found: Responses, truth: Responses) -> dict[str, float]:
     """Compare in the measures of the accuracy bounds."""
     drive = truth["drive_energy"]
     energy = max(
-        np.max(np.abs(found[f"{e}_energy"] - truth[f"{e}_energy"]) / drive) for e in ENERGIES
+        np.max(np.abs(found[f"{e}_energy"] - truth[f"{e}_energy"]) / drive)
+        for e in ENERGIES
     )
-    peaks = [name for name in truth if name.startswith(PEAKS) and np.all(truth[name] > 0)]
+    peaks = [
+        name for name in truth if name.startswith(PEAKS) and np.all(truth[name] > 0)
+    ]
     relative = {p: np.abs(found[p] / truth[p] - 1) for p in peaks}
     return {
         "energy": energy,

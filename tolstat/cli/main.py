@@ -25,7 +25,7 @@ class _Group(click.Group):
 
 
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="tolstat")
+@click.version_option(package_name="tolstat", prog_name="tolstat")
 def main() -> None:
     """Monte Carlo tolerance analysis with the dynamics in the loop.
 

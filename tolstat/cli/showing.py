@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tolstat import catalogue
-from tolstat.models import settings as model_settings
+from tolstat.machines import settings as model_settings
 from tolstat.report.summary_table import summary_table
 from tolstat.store.run import Run
 from tolstat.store.run import open as open_run
@@ -21,7 +21,9 @@ PIPED_WIDTH = 160
 def screen() -> Console:
     """Return the standard output."""
     console = Console(highlight=False)
-    return console if console.is_terminal else Console(width=PIPED_WIDTH, highlight=False)
+    return (
+        console if console.is_terminal else Console(width=PIPED_WIDTH, highlight=False)
+    )
 
 
 def print_summary(run: Run) -> None:
@@ -89,6 +91,8 @@ def show_model(name: str) -> None:
         heads = (title.split(":")[0].rstrip("s"), "unit", "symbol", "", "equation")
         table = Table(*heads, box=box.SIMPLE_HEAD, title=title)
         for each in listed:
-            unit = "relative" if each.unit == "1" and "deviations" in title else each.unit
+            unit = (
+                "relative" if each.unit == "1" and "deviations" in title else each.unit
+            )
             table.add_row(each.name, unit, each.symbol, each.sentence, each.source)
         console.print(table)

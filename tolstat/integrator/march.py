@@ -131,9 +131,7 @@ def march(
     n_rates = first_above + n_above
 
     block = Block(start, parameters, marks, samples, watch_from, max_step)
-    found = Found(
-        states, quadratures, greatest, least, above, history, status, steps
-    )
+    found = Found(states, quadratures, greatest, least, above, history, status, steps)
     lanes = Lanes(
         np.zeros((CLOCK_ROWS, WIDTH)),
         np.zeros((n, WIDTH)),
@@ -210,8 +208,6 @@ def march(
         failed = running & ~reached & ((step < L[SMALLEST]) | (count >= max_steps))
         if np.any(reached | failed):
             rows(error)[0] = worst
-            L[EVENT] = np.where(
-                reached, MARK_REACHED, np.where(failed, FAILED, 0.0)
-            )
+            L[EVENT] = np.where(reached, MARK_REACHED, np.where(failed, FAILED, 0.0))
             n_begun, n_busy = sort_out(n_begun, error, lanes, block, found)
             _renew_rates(rates, lanes, moment, lanes.y, fresh)

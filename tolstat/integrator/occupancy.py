@@ -81,6 +81,7 @@ def end(lane, status, lanes, found):
             np.sum(found.quadratures[trial])
             + np.sum(found.greatest[trial])
             + np.sum(found.least[trial])
+            + np.sum(found.above[trial])
         )
         if not np.isfinite(total):
             status = NOT_FINITE

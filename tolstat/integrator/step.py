@@ -19,9 +19,7 @@ A51, A52, A53, A54 = (float(a) for a in tableau.A[4])
 A61, A62, A63, A64, A65 = (float(a) for a in tableau.A[5])
 B1, _, B3, B4, B5, B6, _ = (float(b) for b in tableau.B)
 E1, _, E3, E4, E5, E6, E7 = (float(e) for e in tableau.E)
-H1, _, H3, H4, H5, H6, H7 = (
-    float(w) for w in tableau.dense_weights(Fraction(1, 2))
-)
+H1, _, H3, H4, H5, H6, H7 = (float(w) for w in tableau.dense_weights(Fraction(1, 2)))
 
 array_of_rows = types.float64[:, ::1]
 

@@ -95,4 +95,6 @@ def dense_weights(theta: F) -> tuple[F, ...]:
     tuple of Fraction
         y(t + theta h) = y(t) + h times the sum of weight times stage.
     """
-    return tuple(sum((w * theta ** (j + 1) for j, w in enumerate(row)), F(0)) for row in DENSE)
+    return tuple(
+        sum((w * theta ** (j + 1) for j, w in enumerate(row)), F(0)) for row in DENSE
+    )

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import platformdirs
 
-COMPILED_FLOORS = ("lanes", "integrator", "models")
+COMPILED_FLOORS = ("lanes", "integrator", "machines")
 UNUSED_DAYS = 14.0
 
 

@@ -16,7 +16,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 FASTMATH = {"contract", "nsz", "arcp"}
 
 
-def compiled(signature: Any = None, *, within: bool = False) -> Callable[[Function], Any]:
+def compiled(
+    signature: Any = None, *, within: bool = False
+) -> Callable[[Function], Any]:
     """Compile a function to machine code with Numba.
 
     Parameters

@@ -61,7 +61,9 @@ def summary_table(run: Run) -> SummaryTable:
         name, unit = response.name, response.unit
         summary = summarize(run.column(name), run.status, limits.get(name))
         row = [name, engineering_unit(unit), in_engineering_unit(nominal[name], unit)]
-        row += [quantile_with_interval(quantile, unit) for quantile in summary.quantiles]
+        row += [
+            quantile_with_interval(quantile, unit) for quantile in summary.quantiles
+        ]
         row.append(limit_in_words(limits[name], unit) if name in limits else "")
         row.append(share_with_interval(summary.beyond) if summary.beyond else "")
         rows.append(row)

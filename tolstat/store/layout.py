@@ -14,7 +14,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from tolstat.models.description import Contributor, Response
+from tolstat.machines.description import Contributor, Response
 from tolstat.status import WORDS
 
 FORMAT = 1
@@ -22,7 +22,9 @@ TRIAL, STATUS, STEPS, NOMINAL = "trial", "status", "steps", "nominal"
 LIMIT = "limit"  # attribute of a response: least and greatest permitted value, SI
 
 
-def allocate(group: h5py.Group, name: str, shape: tuple[int, ...], dtype: Any) -> h5py.Dataset:
+def allocate(
+    group: h5py.Group, name: str, shape: tuple[int, ...], dtype: Any
+) -> h5py.Dataset:
     """Make a contiguous dataset whose space exists at once.
 
     Parameters
@@ -70,7 +72,9 @@ def lay_out(
     index.make_scale(TRIAL)
     nominal = file.create_group(NOMINAL)
     nominal.attrs["long_name"] = "the machine without deviations; it is no trial"
-    roles = [(c, "contributor") for c in contributors] + [(r, "response") for r in responses]
+    roles = [(c, "contributor") for c in contributors] + [
+        (r, "response") for r in responses
+    ]
     for what, role in roles:
         column = allocate(file, what.name, (trials,), np.float64)
         describe(column, what, role)
@@ -80,7 +84,9 @@ def lay_out(
         status = allocate(group, STATUS, shape, np.uint8)
         status.attrs["long_name"] = "how the trial ended"
         status.attrs["flag_values"] = np.arange(len(WORDS), dtype=np.uint8)
-        status.attrs["flag_meanings"] = " ".join(word.replace(" ", "_") for word in WORDS)
+        status.attrs["flag_meanings"] = " ".join(
+            word.replace(" ", "_") for word in WORDS
+        )
         steps = allocate(group, STEPS, shape, np.int64)
         steps.attrs["long_name"] = "integration steps, rejected ones included"
         if shape:

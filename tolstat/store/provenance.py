@@ -24,7 +24,9 @@ def processor() -> str:
     from llvmlite import binding
 
     features = binding.get_host_cpu_features()
-    vectors = [name for name in ("avx512f", "avx2", "neon", "sse2") if features.get(name)]
+    vectors = [
+        name for name in ("avx512f", "avx2", "neon", "sse2") if features.get(name)
+    ]
     return f"{platform.machine()} {binding.get_host_cpu_name()} {' '.join(vectors[:1])}"
 
 

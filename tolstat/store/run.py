@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import RunFileError
-from tolstat.models.description import Contributor, Response
+from tolstat.machines.description import Contributor, Response
 from tolstat.status import WORDS, Status
 from tolstat.store.layout import FORMAT, LIMIT, NOMINAL, STATUS, STEPS
 
@@ -158,7 +158,8 @@ def open(path: str | os.PathLike[str]) -> Run:
             }
             nominal = {name: item[()] for name, item in file[NOMINAL].items()}
             contributors = tuple(
-                Contributor(*_words(file[name])) for name in facts["contributors"].split()
+                Contributor(*_words(file[name]))
+                for name in facts["contributors"].split()
             )
             responses = tuple(
                 Response(*_words(file[name])) for name in facts["responses"].split()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import RunFileError
-from tolstat.models.description import Description, Outcome
+from tolstat.machines.description import Description, Outcome
 from tolstat.status import Status
 from tolstat.store.layout import FORMAT, LIMIT, NOMINAL, STATUS, STEPS, lay_out
 from tolstat.store.provenance import now, provenance
@@ -78,7 +79,8 @@ class RunWriter:
             os.replace(aside, path)
             self._file = h5py.File(path, "r+")
         except OSError as error:
-            aside.unlink(missing_ok=True)
+            with suppress(OSError):
+                aside.unlink()
             raise RunFileError(f"{path} cannot be written: {error}") from error
 
     def _write_plan(self, file: h5py.File, plan: Plan) -> None:

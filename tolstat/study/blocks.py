@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.integrator.integrate import stop_flag
-from tolstat.models.description import Model, Outcome
+from tolstat.machines.description import Model, Outcome
 from tolstat.study.evaluate import simulate
 
 LOOK_AGAIN = 0.1  # s, between two looks at whether to stop
@@ -58,7 +58,9 @@ def finished_blocks(
                 if first is None:
                     break
                 rows = deviations[first : first + block]
-                running[executor.submit(_run_block, model, rows, settings, stop)] = first
+                running[executor.submit(_run_block, model, rows, settings, stop)] = (
+                    first
+                )
             if not running:
                 return
             done, _ = wait(running, timeout=LOOK_AGAIN, return_when=FIRST_COMPLETED)
@@ -103,4 +105,3 @@ def block_size(trials: int, workers: int) -> int:
         Between 16 and 128; the results do not depend on it.
     """
     return min(128, max(16, trials // (4 * workers)))
-

@@ -28,7 +28,7 @@ class Document(BaseModel):
 
 
 MISSING = {
-    "model": "missing; name a machine, such as model = \"stand\" (`tolstat models`)",
+    "model": 'missing; name a machine, such as model = "stand" (`tolstat models`)',
     "trials": "missing; say how many machines to build, such as trials = 4096",
     "seed": "missing; give a whole number, such as seed = 75: it makes the run repeatable",
 }
@@ -72,7 +72,9 @@ def read(path: Path, problems: Problems) -> tuple[str, Document]:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         near = [str(p) for p in sorted(path.parent.glob("*.toml"))]
-        hint = allowed_names(str(path), near) if near else "no study lies in that folder"
+        hint = (
+            allowed_names(str(path), near) if near else "no study lies in that folder"
+        )
         raise StudyError(f"{path}: there is no such file; {hint}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(f"{path} cannot be read: {error}") from None

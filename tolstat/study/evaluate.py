@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from tolstat import catalogue
 from tolstat.deviations.names import expand
 from tolstat.errors import ModelError
-from tolstat.models import settings as model_settings
-from tolstat.models.description import Description, Model, Outcome
+from tolstat.machines import settings as model_settings
+from tolstat.machines.description import Description, Model, Outcome
 from tolstat.status import WORDS, Status
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tolstat.deviations.draw import draw
-from tolstat.models.description import Model
+from tolstat.machines.description import Model
 from tolstat.status import Status
 from tolstat.store.run import Run
 from tolstat.store.run import open as open_run
@@ -105,7 +105,13 @@ def execute(
     executor = ThreadPoolExecutor(workers, thread_name_prefix="worker")
     try:
         return execute_on(
-            study, path, executor, workers, force=force, progress=progress, stopping=stopping
+            study,
+            path,
+            executor,
+            workers,
+            force=force,
+            progress=progress,
+            stopping=stopping,
         )
     finally:
         # who stops does not wait for a compilation

@@ -57,7 +57,9 @@ def read_spread(given: str | dict[str, Any], unit: str) -> Spread:
     for key, value in keys.items():
         if key not in fields:
             allowed = allowed_names(key, ["tolerance", "distribution", *fields])
-            raise DistributionError(f"the {name} distribution has no key {key}; {allowed}")
+            raise DistributionError(
+                f"the {name} distribution has no key {key}; {allowed}"
+            )
         if fields[key].metadata.get("in_unit_of_contributor"):
             values[key] = quantity(str(value), unit)
         elif isinstance(value, bool) or not isinstance(value, int | float):

@@ -13,8 +13,8 @@ from tolstat.deviations.draw import Spread
 from tolstat.deviations.names import expand
 from tolstat.deviations.parts import names_in
 from tolstat.errors import ModelError, StudyError, allowed_names
-from tolstat.models import settings as model_settings
-from tolstat.models.description import Description, Model
+from tolstat.machines import settings as model_settings
+from tolstat.machines.description import Description, Model
 from tolstat.study.document import Document, read
 from tolstat.study.problems import Problems
 from tolstat.study.spread import read_spread
@@ -141,7 +141,9 @@ def _settings(document: Document, model: Model, problems: Problems) -> Any:
             value: Any = given
             unit, presets = field.metadata["unit"], field.metadata["presets"]
             if unit and not isinstance(given, str):
-                raise ModelError(f'a quantity with its unit is expected, "{given} {unit}"')
+                raise ModelError(
+                    f'a quantity with its unit is expected, "{given} {unit}"'
+                )
             if unit and given not in presets:
                 value = quantity(str(given), unit)
             values[name] = model_settings.checked(field, value)

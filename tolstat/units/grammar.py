@@ -51,7 +51,9 @@ def quantity(text: str, unit: str) -> float:
     """
     found = _QUANTITY.fullmatch(text.strip())
     if found is None:
-        raise UnitError(_unreadable(text, f"a quantity such as {_example('7.5', unit)}"))
+        raise UnitError(
+            _unreadable(text, f"a quantity such as {_example('7.5', unit)}")
+        )
     return _si(found["value"], found["unit"], unit)
 
 
@@ -115,7 +117,9 @@ def limit(text: str, unit: str) -> Range:
     text = text.strip()
     if found := _BOUND.fullmatch(text):
         value = _si(found["value"], found["unit"], unit)
-        return Range(-math.inf, value) if found["sign"] == "<=" else Range(value, math.inf)
+        return (
+            Range(-math.inf, value) if found["sign"] == "<=" else Range(value, math.inf)
+        )
     if found := _RANGE.fullmatch(text):
         permitted = _range(found, unit)
         if not permitted.upper > permitted.lower:
@@ -135,7 +139,8 @@ def unit_of(text: str) -> str:
 
 def _range(found: re.Match[str], unit: str) -> Range:
     return Range(
-        _si(found["lower"], found["unit"], unit), _si(found["upper"], found["unit"], unit)
+        _si(found["lower"], found["unit"], unit),
+        _si(found["upper"], found["unit"], unit),
     )
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.models.stand.settings import Settings
+from tolstat.machines.stand.settings import Settings
 
 Array = NDArray[np.float64]
 
@@ -136,7 +136,9 @@ def build(deviations: Mapping[str, Array], settings: Settings) -> Parameters:
 
     Returns
     -------
+
     Parameters
+    ----------
         Each float64[n]; NaN throughout for a machine that cannot exist, whose trial
         then ends as "not finite".
     """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tolstat.models.description import Contributor, Description, Response
+from tolstat.machines.description import Contributor, Description, Response
 
 _C = Contributor
 _R = Response

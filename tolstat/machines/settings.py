@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from tolstat.errors import ModelError, allowed_names
-from tolstat.models.description import Model
+from tolstat.machines.description import Model
 
 
 def fields_of(model: Model) -> dict[str, dataclasses.Field[Any]]:
@@ -45,7 +45,7 @@ def checked(field: dataclasses.Field[Any], value: Any) -> Any:
     Parameters
     ----------
     field : dataclasses.Field
-        As declared with `tolstat.models.description.setting`.
+        As declared with `tolstat.machines.description.setting`.
     value
         A number in SI, a word, or None where the declaration allows it.
 

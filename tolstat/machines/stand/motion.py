@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.models.stand.parameters import NOMINAL, Parameters
+from tolstat.machines.stand.parameters import NOMINAL, Parameters
 
 Array = NDArray[np.float64]
 

@@ -8,13 +8,17 @@ from tolstat.integrator.integrate import System
 from tolstat.integrator.step import rates_signature
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import named, write
-from tolstat.models.stand import motion as equations
-from tolstat.models.stand.motion import SCALE, Loads, Moment, Powers, State
-from tolstat.models.stand.parameters import Parameters
+from tolstat.machines.stand import motion as equations
+from tolstat.machines.stand.motion import SCALE, Loads, Moment, Powers, State
+from tolstat.machines.stand.parameters import Parameters
 
 motion = compiled(within=True)(equations.motion)
 
-N_STATES, N_POWERS, N_LOADS = len(State._fields), len(Powers._fields), len(Loads._fields)
+N_STATES, N_POWERS, N_LOADS = (
+    len(State._fields),
+    len(Powers._fields),
+    len(Loads._fields),
+)
 
 
 @compiled(rates_signature)

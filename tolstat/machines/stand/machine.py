@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.integrator.integrate import Found, Accuracy, integrate
-from tolstat.models.description import Description, Outcome
-from tolstat.models.stand import parameters
-from tolstat.models.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES
-from tolstat.models.stand.motion import Loads, Moment, Powers, State, motion
-from tolstat.models.stand.settings import Settings
+from tolstat.integrator.integrate import Accuracy, Found, integrate
+from tolstat.machines.description import Description, Outcome
+from tolstat.machines.stand import parameters
+from tolstat.machines.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES
+from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
+from tolstat.machines.stand.settings import Settings
 from tolstat.status import Status
 
 Array = NDArray[np.float64]
@@ -57,7 +57,7 @@ class Stand:
             The responses, NaN where a trial failed; status and steps.
         """
         # only a machine that is simulated needs the compiler
-        from tolstat.models.stand.compiled import SYSTEM
+        from tolstat.machines.stand.compiled import SYSTEM
 
         by_name = {c.name: deviations[:, i] for i, c in enumerate(CONTRIBUTORS)}
         p = parameters.build(by_name, settings)

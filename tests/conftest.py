@@ -1,0 +1,96 @@
+"""Studies and machines that many tests need."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tolstat.machines.description import (
+    Contributor,
+    Description,
+    Outcome,
+    Response,
+    setting,
+)
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(autouse=True)
+def _in_the_project(monkeypatch):
+    """Let studies be named as the README does."""
+    monkeypatch.chdir(ROOT)
+    # rich reads these: the same width on every machine
+    monkeypatch.setitem(os.environ, "COLUMNS", "200")
+
+
+@dataclass(frozen=True)
+class ToySettings:
+    gain: float = setting(2.0, "what the sum is multiplied with", above=0.0)
+    speed: float = setting(1.0, "not used", unit="rad/s", above=0.0)
+    mode: str = setting("plain", "how", choices=("plain", "odd"))
+
+
+class Toy:
+    """A closed formula; a part longer than 0.9 mm cannot be mounted."""
+
+    name = "toy"
+    title = "sum of two parts"
+    settings = ToySettings
+
+    def describe(self, settings):
+        parts = tuple(
+            Contributor(f"part_{i}", "m", f"l{i}", f"length of part {i}", "sum")
+            for i in (1, 2)
+        )
+        angle = Contributor("angle", "rad", "a", "an angle", "none")
+        return Description(
+            (*parts, angle),
+            (
+                Response("gap", "m", "g", "sum of the parts", "sum"),
+                Response("ratio", "1", "q", "share of the first part", "sum"),
+            ),
+        )
+
+    def evaluate(self, deviations, settings):
+        total = settings.gain * deviations[:, :2].sum(axis=1)
+        status = np.where(deviations[:, 0] > 0.9e-3, 4, 1)
+        return Outcome(np.stack([total, deviations[:, 0] / 1e-3], axis=1), status)
+
+
+@pytest.fixture
+def toy():
+    return Toy()
+
+
+TOY_STUDY = """\
+title = "toy"
+model = "toy"
+trials = 1000
+seed = 1
+[deviations]
+part = "+-1 mm"
+angle = { tolerance = "0..360 deg", distribution = "uniform" }
+[limits]
+gap = "-1..2 mm"
+"""
+
+
+@pytest.fixture
+def toy_study(tmp_path):
+    path = tmp_path / "toy.toml"
+    path.write_text(TOY_STUDY)
+    return path
+
+
+@pytest.fixture
+def small_study(tmp_path):
+    """runs/khpt75.toml with 24 trials, in a folder of its own."""
+    text = (ROOT / "runs" / "khpt75.toml").read_text()
+    path = tmp_path / "small.toml"
+    path.write_text(text.replace("trials = 4096", "trials = 24"))
+    return path

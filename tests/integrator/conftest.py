@@ -1,0 +1,55 @@
+"""Toy systems: known answers, jumps, failures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tolstat.integrator.integrate import System
+from tolstat.integrator.step import rates_signature
+from tolstat.lanes.compiled import compiled
+from tolstat.lanes.rows import rows, write
+
+
+def pendulum_rates(t, y, p):
+    """A driven, damped pendulum in plain NumPy; works compiled and uncompiled."""
+    angle, speed = y[0], y[1]
+    return speed, -p[0] * np.sin(angle) - p[1] * speed + p[2] * np.cos(3.0 * t)
+
+
+pendulum_on_lanes = compiled()(pendulum_rates)
+
+
+@compiled(rates_signature)
+def pendulum(moment, y, p, out):
+    write(out, 0, pendulum_on_lanes(rows(moment)[0], rows(y), rows(p)))
+
+
+@compiled(rates_signature)
+def oscillator(moment, y, p, out):
+    """X'' = -p x; the work integral of x'^2; watched: x, and x above p[1]."""
+    Y, P = rows(y), rows(p)
+    write(out, 0, (Y[1], -P[0] * Y[0], Y[1] * Y[1], Y[0], Y[0] - P[1]))
+
+
+@compiled(rates_signature)
+def oscillator_watch(moment, y, p, out):
+    Y, P = rows(y), rows(p)
+    write(out, 0, (Y[0], Y[0] - P[1]))
+
+
+@compiled(rates_signature)
+def blow_up(moment, y, p, out):
+    """Y' = y^2 reaches infinity at t = 1/y(0); p > 0 makes the rate a square root."""
+    Y, P = rows(y), rows(p)
+    write(out, 0, (np.where(P[0] > 0.0, np.sqrt(1.0 - Y[0]), Y[0] * Y[0]),))
+
+
+@pytest.fixture
+def oscillator_system():
+    return System(oscillator, oscillator_watch, np.array([1.0, 1.0]), 1, 1, 1)
+
+
+@pytest.fixture
+def blow_up_system():
+    return System(blow_up, blow_up, np.array([1.0]))

@@ -1,0 +1,65 @@
+"""Intervals against the binomial distribution and SciPy, and what they claim."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import binom, binomtest
+
+from tolstat.statistics.proportions import proportion
+from tolstat.statistics.quantiles import quantile
+from tolstat.statistics.summary import summarize
+from tolstat.status import Status
+
+
+@pytest.mark.parametrize(
+    ("count", "trials"), [(0, 10), (10, 10), (3, 64), (40, 4096), (1, 1)]
+)
+def test_shares_are_those_of_clopper_and_pearson(count, trials):
+    expected = binomtest(count, trials).proportion_ci(0.95, method="exact")
+    found = proportion(count, trials)
+    assert found.estimate == count / trials
+    assert (found.lower, found.upper) == pytest.approx((expected.low, expected.high))
+
+
+@pytest.mark.parametrize("trials", [5, 30, 100, 473, 4096])
+@pytest.mark.parametrize("share", [0.05, 0.5, 0.95, 0.99])
+def test_quantile_intervals_cover_and_no_more_than_needed(trials, share):
+    """With values 1..n the interval's ends are ranks; their coverage is binomial."""
+    found = quantile(np.arange(1.0, trials + 1), share)
+    exists = trials >= found.needed
+    assert exists == (not np.isnan(found.lower) and not np.isnan(found.upper))
+    if not np.isnan(found.lower):
+        rank = int(found.lower)
+        assert binom.cdf(rank - 1, trials, share) <= 0.025
+        assert binom.cdf(rank, trials, share) > 0.025 or rank == trials
+    if not np.isnan(found.upper):
+        rank = int(found.upper)
+        assert binom.sf(rank - 1, trials, share) <= 0.025
+        assert binom.sf(rank - 2, trials, share) > 0.025 or rank == 1
+
+
+def test_coverage_on_a_skewed_distribution():
+    rng = np.random.default_rng(10)
+    true, inside = np.exp(1.6448536269514722), 0
+    for _ in range(2000):
+        found = quantile(rng.lognormal(size=200), 0.95)
+        inside += found.lower <= true <= found.upper
+    assert inside / 2000 > 0.95 - 3.5 * np.sqrt(0.95 * 0.05 / 2000)
+
+
+def test_two_sided_numbers_of_wilks():
+    # both ends with at most 2.5 % each
+    assert quantile(np.arange(9.0), 0.95).needed == 72
+    assert quantile(np.arange(9.0), 0.5).needed == 6
+    assert np.isnan(quantile(np.empty(0), 0.5).estimate)
+
+
+def test_failed_trials_count_against_and_enter_no_quantile():
+    values = np.array([1.0, 2.0, np.nan, 3.0, np.nan])
+    status = np.array(
+        [Status.DONE, Status.DONE, Status.NOT_FINITE, Status.DONE, Status.NOT_RUN]
+    )
+    found = summarize(values, status, (-np.inf, 2.5))
+    assert found.quantiles[0].estimate == 2.0
+    assert found.beyond == proportion(2, 4)

@@ -1,0 +1,87 @@
+"""A run file read by others: plain h5py, pandas, xarray; and files that are no runs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+import xarray
+
+import tolstat
+from tolstat.errors import RunFileError
+
+
+@pytest.fixture
+def run(toy, toy_study):
+    return tolstat.run(toy_study, model=toy)
+
+
+def test_five_lines_of_h5py_and_pandas(run):
+    with h5py.File(run.path) as file:
+        columns = {
+            name: item[...]
+            for name, item in file.items()
+            if isinstance(item, h5py.Dataset)
+        }
+        units = file["gap"].attrs["units"]
+        meanings = file["status"].attrs["flag_meanings"].split()
+    frame = pd.DataFrame(columns).set_index("trial")
+    np.testing.assert_array_equal(frame["gap"], run.column("gap"))
+    assert units == "m"
+    assert [meanings[code] for code in frame["status"][:1]] == ["done"]
+
+
+def test_xarray_reads_it(run):
+    with xarray.open_dataset(run.path, engine="h5netcdf") as data:
+        assert data["gap"].dims == ("trial",)
+        assert data["gap"].attrs["long_name"] == "sum of the parts"
+        np.testing.assert_array_equal(data["part_1"].values, run.column("part_1"))
+
+
+def test_every_dataset_is_contiguous_and_allocated(run):
+    with h5py.File(run.path) as file:
+        for item in file.values():
+            if isinstance(item, h5py.Dataset):
+                assert item.chunks is None
+                assert item.id.get_space_status() == h5py.h5d.SPACE_STATUS_ALLOCATED
+
+
+def test_provenance(run):
+    for name in ("numba", "numpy", "scipy", "h5py", "python", "tolstat"):
+        assert run.facts[f"version_{name}"]
+    assert len(run.facts["source_digest"]) == 16
+    assert run.facts["trials_done"] == run.counts["done"]
+    assert run.facts["trials_not_finite"] == run.counts["not finite"]
+    assert run.facts["seconds"] > 0
+    assert run.facts["started_at"] <= run.facts["ended_at"]
+    assert run.facts["processor"]
+
+
+def test_it_can_be_read_while_it_is_written(run):
+    code = f"import tolstat; print(tolstat.open({str(run.path)!r}).trials)"
+    with h5py.File(run.path, "r+"):
+        found = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        )
+    assert found.stdout.strip() == "1000"
+
+
+def test_files_that_are_no_runs(tmp_path, run):
+    with pytest.raises(RunFileError, match="no such file"):
+        tolstat.open(tmp_path / "nothing.h5")
+    text = tmp_path / "text.h5"
+    text.write_text("hello")
+    with pytest.raises(RunFileError, match="cannot be read as HDF5"):
+        tolstat.open(text)
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["x"] = [1]
+    with pytest.raises(RunFileError, match="not a run of tolstat"):
+        tolstat.open(tmp_path / "other.h5")
+    with h5py.File(run.path, "r+") as file:
+        file.attrs["format"] = 99
+    with pytest.raises(RunFileError, match="format 99"):
+        tolstat.open(run.path)

@@ -1,0 +1,85 @@
+"""Quantities as people write them, right and wrong."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from tolstat.errors import UnitError
+from tolstat.units.conversion import from_si
+from tolstat.units.grammar import limit, quantity, tolerance
+
+RIGHT = [
+    (quantity, "7.5 rad/s", "rad/s", 7.5),
+    (quantity, "60 rpm", "rad/s", 2 * math.pi),
+    (quantity, "180 deg/s", "rad/s", math.pi),
+    (quantity, "7.5rad/s", "rad/s", 7.5),
+    (quantity, "-1.5e-3 m", "m", -1.5e-3),
+    (quantity, "1 ms", "s", 1e-3),
+    (quantity, "8e6 N m/rad", "N m/rad", 8e6),
+    (quantity, "8 kN*m/rad", "N m/rad", 8e3),
+    (quantity, "30 deg", "rad", math.pi / 6),
+    (quantity, "12 %", "1", 0.12),
+    (quantity, "0.12", "1", 0.12),
+    (tolerance, "+-1.2 mm", "m", (-1.2e-3, 1.2e-3)),
+    (tolerance, "±1.2 mm", "m", (-1.2e-3, 1.2e-3)),
+    (tolerance, "+/-1.2 mm", "m", (-1.2e-3, 1.2e-3)),
+    (tolerance, "-0.1..+0.3 mm", "m", (-1e-4, 3e-4)),
+    (tolerance, "0 .. 60 µm", "m", (0.0, 60e-6)),
+    (tolerance, "0..360 deg", "rad", (0.0, 2 * math.pi)),
+    (tolerance, "+-10 %", "1", (-0.1, 0.1)),
+    (limit, "<= 3 %", "1", (-math.inf, 0.03)),
+    (limit, ">= 0 mm", "m", (0.0, math.inf)),
+    (limit, "1..2 mm", "m", (1e-3, 2e-3)),
+    (limit, "<= 180 kN", "N", (-math.inf, 180e3)),
+]
+
+WRONG = [
+    (quantity, "7.5 Hz", "rad/s", "rpm"),
+    (quantity, "72/min", "rad/s", "rpm"),
+    (quantity, "72 1/min", "rad/s", "rpm"),
+    (quantity, "7.5", "rad/s", "unit is missing"),
+    (quantity, "1.57", "rad", "unit is missing"),
+    (quantity, "3 kg", "m", "another kind"),
+    (quantity, "1,2 mm", "m", "not a comma"),
+    (quantity, "1e999 m", "m", "finite"),
+    (quantity, "nan m", "m", "cannot be read"),
+    (quantity, "inf m", "m", "cannot be read"),
+    (quantity, "9**9**9", "1", "cannot be read"),
+    (quantity, "5 m^9", "m", "cannot be read"),
+    (quantity, "5 furlong", "m", "unknown unit"),
+    (quantity, "5 kNm", "N m", "did you mean"),
+    (quantity, "5 N/", "N", "ends in a sign"),
+    (quantity, "", "m", "cannot be read"),
+    (quantity, "1 __import__('os')", "m", "cannot be read|unknown"),
+    (tolerance, "+--1.2 mm", "m", "not negative"),
+    (tolerance, "+-0 mm", "m", "width"),
+    (tolerance, "0.3..-0.1 mm", "m", "lower end comes first"),
+    (tolerance, "1.2 mm", "m", "a tolerance such as"),
+    (tolerance, "+-1.2", "m", "unit is missing"),
+    (tolerance, "+-90", "rad", "unit is missing"),
+    (tolerance, "IT7", "m", "cannot be read"),
+    (limit, "2..1 mm", "m", "upside down"),
+    (limit, "3 %", "1", "a limit such as"),
+    (limit, "< 3 %", "1", "a limit such as"),
+    (limit, "<= 3 kN", "1", "plain number"),
+]
+
+
+@pytest.mark.parametrize(("read", "text", "unit", "value"), RIGHT)
+def test_right(read, text, unit, value):
+    assert read(text, unit) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(("read", "text", "unit", "words"), WRONG)
+def test_wrong(read, text, unit, words):
+    with pytest.raises(UnitError, match=words):
+        read(text, unit)
+
+
+def test_there_and_back():
+    for unit, shown in (("N", "kN"), ("rad", "mrad"), ("1", "%"), ("N m", "kN m")):
+        assert from_si(quantity(f"3.7 {shown}", unit), unit, shown) == pytest.approx(
+            3.7
+        )
