@@ -1,4 +1,4 @@
-"""arctan, sin and cos of vectors against 300 bits of mpmath, and NumPy's special values."""
+"""arctan, sin and cos of vectors against 300 bits of mpmath, and special values."""
 
 from __future__ import annotations
 

@@ -28,8 +28,9 @@ def everything(x, out):
         np.sqrt(np.abs(a)), np.abs(b), np.floor(a), np.rint(a), np.copysign(a, b),
         np.maximum(a, b), np.minimum(a, b), np.maximum(a, 0.0),
         np.where(a < b, 1.0, 0.0), np.where(a <= b, a, b), np.where(a > b, 1, 2),
-        np.where(a >= b, a, 0.0), np.where(a == b, 1.0, 0.0), np.where(a != b, 1.0, 0.0),
-        np.where((a < b) & (b > 0.0), 1.0, 0.0), np.where((a < b) | (b > 0.0), 1.0, 0.0),
+        np.where(a >= b, a, 0.0), np.where(a == b, 1.0, 0.0),
+        np.where(a != b, 1.0, 0.0), np.where((a < b) & (b > 0.0), 1.0, 0.0),
+        np.where((a < b) | (b > 0.0), 1.0, 0.0),
         np.where((a < b) ^ (b > 0.0), 1.0, 0.0), np.where(~(a < b), 1.0, 0.0),
         np.where(np.isfinite(a), 1.0, 0.0),
     )  # fmt: skip

@@ -74,5 +74,6 @@ TABLE = {words[0]: words[1:] for words in map(str.split, _PRINT.strip().splitlin
 
 # crank_difference, mm: extra_loss_run, per cent, with contact_yaw 5.8e-4
 FIG4 = {
-    0.25: 0.000, 0.5: 0.003, 0.75: 0.475, 1: 1.215, 1.5: 2.89, 2: 4.65, 2.5: 6.39, 3: 8.08
+    0.25: 0.000, 0.5: 0.003, 0.75: 0.475, 1: 1.215,
+    1.5: 2.89, 2: 4.65, 2.5: 6.39, 3: 8.08,
 }  # fmt: skip

@@ -131,7 +131,7 @@ def test_losses_are_losses():
 
 
 def test_histories_give_the_same_shares_peaks_and_energies():
-    """An audit by other means: states by dense output, equations in NumPy, sums by rule."""
+    """By other means: states by dense output, equations in NumPy, sums by rule."""
     from tolstat.machines.stand.compiled import SYSTEM
 
     names = {"crank_difference": np.array([1e-3, 2e-3, 3e-3])}
@@ -158,8 +158,8 @@ def test_histories_give_the_same_shares_peaks_and_energies():
             "shaft_12_moment": "shaft_12", "mesh_force_1": "mesh_1", "yaw": "yaw",
             "drive_moment": "drive_moment",
         }  # fmt: skip
-        for response, load in peaks.items():
-            peak = np.abs(getattr(at.loads, load)).max()
+        for response, name in peaks.items():
+            peak = np.abs(getattr(at.loads, name)).max()
             assert told[response][i] == pytest.approx(peak, rel=1e-5)
         assert told["rod_tension_2"][i] == pytest.approx(at.loads.rod_2.max(), rel=1e-5)
         assert told["rod_compression_2"][i] == pytest.approx(

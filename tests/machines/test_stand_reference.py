@@ -1,4 +1,4 @@
-"""The stand against the reference numbers of its specification, and the paper's Fig. 4."""
+"""The stand against the reference numbers of its specification and the paper."""
 
 from __future__ import annotations
 

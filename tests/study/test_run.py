@@ -68,7 +68,7 @@ def test_seed_and_trials_of_the_caller(toy, toy_study, tmp_path):
 
 @pytest.fixture(scope="module")
 def khpt75():
-    """300 machines of khpt75, five of them impossible, and their outcome in one block."""
+    """300 machines of khpt75, five of them impossible, and their outcome."""
     study = load("runs/khpt75.toml")
     names = [contributor.name for contributor in study.description.contributors]
     deviations = draw(names, study.spreads, sampling="random", seed=75, trials=300)

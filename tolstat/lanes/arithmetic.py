@@ -16,7 +16,7 @@ def _declare(op, result, *arguments):
 
     @infer_global(op)
     class Template(ConcreteTemplate):
-        cases = [signature(result, *arguments)]
+        cases = [signature(result, *arguments)]  # noqa: RUF012  as Numba wants it
 
 
 def _arithmetic(op, inplace, instruction):

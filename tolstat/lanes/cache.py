@@ -58,7 +58,7 @@ def cache_folder() -> str | None:
     except OSError as error:
         warnings.warn(
             f"compiled code cannot be kept in {folder} ({error.strerror}): every "
-            "session compiles anew; set NUMBA_CACHE_DIR to a folder that can be written",
+            "session compiles anew; set NUMBA_CACHE_DIR to a folder you can write",
             RuntimeWarning,
             stacklevel=2,
         )

@@ -82,7 +82,8 @@ class Run:
     @property
     def units(self) -> dict[str, str]:
         """SI unit of each contributor and response; "1" where there is none."""
-        return {each.name: each.unit for each in (*self.contributors, *self.responses)}
+        described: list[Contributor | Response] = [*self.contributors, *self.responses]
+        return {each.name: each.unit for each in described}
 
     def column(self, name: str) -> NDArray[np.float64]:
         """Return a contributor or response of all trials, SI."""
@@ -111,11 +112,8 @@ class Run:
         """
         import pandas as pd
 
-        columns = {
-            each.name: self._columns[each.name]
-            for each in (*self.contributors, *self.responses)
-        }
-        status = pd.Categorical.from_codes(self.status.astype(int), list(WORDS))
+        columns = {name: self._columns[name] for name in self.units}
+        status = pd.Categorical.from_codes(self.status.tolist(), pd.Index(WORDS))
         frame = pd.DataFrame({**columns, STATUS: status, STEPS: self._columns[STEPS]})
         frame.index.name = "trial"
         frame.attrs["units"] = self.units
@@ -151,7 +149,7 @@ def open(path: str | os.PathLike[str]) -> Run:
             if facts["format"] != FORMAT:
                 raise RunFileError(
                     f"{path} has format {facts['format']}, this tolstat reads format "
-                    f"{FORMAT}; use the version that made it ({facts['version_tolstat']})"
+                    f"{FORMAT}; open it with tolstat {facts['version_tolstat']}"
                 )
             columns = {
                 name: item[...] for name, item in file.items() if name != NOMINAL

@@ -30,7 +30,7 @@ class Document(BaseModel):
 MISSING = {
     "model": 'missing; name a machine, such as model = "stand" (`tolstat models`)',
     "trials": "missing; say how many machines to build, such as trials = 4096",
-    "seed": "missing; give a whole number, such as seed = 75: it makes the run repeatable",
+    "seed": "missing; a whole number, such as seed = 75: it makes the run repeatable",
 }
 
 EXPECTED = {

@@ -56,13 +56,15 @@ def evaluate(
     machine = catalogue.find(model)
     chosen = model_settings.make(machine, settings)
     description = machine.describe(chosen)
-    given = {} if deviations is None else {str(k): deviations[k] for k in deviations}
+    given = {} if deviations is None else {str(k): v for k, v in deviations.items()}
     outcome = simulate(machine, _table(given, description), chosen)
     names = [response.name for response in description.responses]
     frame = pd.DataFrame(outcome.responses, columns=names)
     if isinstance(deviations, pd.DataFrame):
         frame.index = deviations.index
-    frame["status"] = pd.Categorical.from_codes(outcome.status, list(WORDS))
+    frame["status"] = pd.Categorical.from_codes(
+        outcome.status.tolist(), pd.Index(WORDS)
+    )
     frame["steps"] = outcome.steps
     frame.attrs["units"] = {r.name: r.unit for r in description.responses}
     return frame

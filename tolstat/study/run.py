@@ -75,7 +75,7 @@ def execute(
     *,
     workers: int | None = None,
     force: bool = False,
-    progress: Progress = lambda over, failed: None,
+    progress: Progress | None = None,
     stopping: Callable[[], bool] = lambda: False,
 ) -> Run:
     """Run a checked study on threads of this process.
@@ -90,7 +90,7 @@ def execute(
         Threads; as many as there are processors if not given.
     force : bool
         Whether an existing run file may be replaced.
-    progress : callable
+    progress : callable, optional
         Called with the numbers of trials over and failed, whenever some are stored.
     stopping : callable
         Once true the run ends early; what is finished is stored.
@@ -125,7 +125,7 @@ def execute_on(
     workers: int,
     *,
     force: bool,
-    progress: Progress,
+    progress: Progress | None,
     stopping: Callable[[], bool],
 ) -> Run:
     """Run a checked study on any executor; see `execute`."""
@@ -155,7 +155,8 @@ def execute_on(
             time.sleep(0.01)
         if not stopping():
             file.write_nominal(nominal.result())
-            progress(over, failed)
+            if progress:
+                progress(over, failed)
             for blocks in finished_blocks(
                 study.model, study.settings, deviations, executor,
                 workers=workers, block=block_size(study.trials, workers),
@@ -165,7 +166,8 @@ def execute_on(
                 status = np.concatenate([outcome.status for _, outcome in blocks])
                 over += int(np.count_nonzero(status != Status.NOT_RUN))
                 failed += int(np.count_nonzero(status > Status.DONE))
-                progress(over, failed)
+                if progress:
+                    progress(over, failed)
         file.write_end(time.perf_counter() - began)
     return open_run(path)
 

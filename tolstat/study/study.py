@@ -114,11 +114,14 @@ def load(
         _limits(document, description, problems),
     )
     problems.raise_if_any()
-    changed = {"trials": trials, "seed": seed}
     for name, value, least in (("trials", trials, 1), ("seed", seed, 0)):
         if value is not None and value < least:
             raise StudyError(f"{name} = {value}: it must be at least {least}")
-    return replace(study, **{k: v for k, v in changed.items() if v is not None})
+    return replace(
+        study,
+        trials=study.trials if trials is None else trials,
+        seed=study.seed if seed is None else seed,
+    )
 
 
 def _machine(document: Document, model: Model | None, problems: Problems) -> Model:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.integrator.integrate import Accuracy, Found, integrate
+from tolstat.integrator.integrate import Accuracy, integrate
+from tolstat.integrator.trials import Found
 from tolstat.machines.description import Description, Outcome
 from tolstat.machines.stand import parameters
 from tolstat.machines.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES

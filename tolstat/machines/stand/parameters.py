@@ -8,6 +8,7 @@ statically indeterminate kinematic chains (2012); equation numbers are the paper
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -136,9 +137,7 @@ def build(deviations: Mapping[str, Array], settings: Settings) -> Parameters:
 
     Returns
     -------
-
-    Parameters
-    ----------
+    p : Parameters
         Each float64[n]; NaN throughout for a machine that cannot exist, whose trial
         then ends as "not finite".
     """
@@ -262,7 +261,8 @@ def gear_deformations(
     pinions = np.array([[on_10, on_11], [r2, 0], [0, r2], [-1, 1]])
     K = np.stack(np.broadcast_arrays(k30, k31, k32, c2), axis=-1)[:, :, None]
     T = -np.linalg.solve(pinions.T @ (K * pinions), pinions.T @ (K * driven))
-    return driven + pinions @ T
+    B: Array = driven + pinions @ T
+    return B
 
 
 def friction_arm() -> float:
@@ -270,15 +270,15 @@ def friction_arm() -> float:
 
     The integral of hypot over a rectangle from the origin in closed form.
     """
-    dh, dl_s, foot = NOMINAL.dh, NOMINAL.dl_s, NOMINAL.foot
+    dh, dl_s, foot = float(NOMINAL.dh), float(NOMINAL.dl_s), float(NOMINAL.foot)
 
     def integral(a: float, b: float) -> float:
         return (
-            2 * a * b * np.hypot(a, b)
-            + a**3 * np.arcsinh(b / a)
-            + b**3 * np.arcsinh(a / b)
+            2 * a * b * math.hypot(a, b)
+            + a**3 * math.asinh(b / a)
+            + b**3 * math.asinh(a / b)
         ) / 6
 
     S = 2 * dh * foot
     quarter = integral(dh / 2, dl_s / 2) - integral(dh / 2, dl_s / 2 - foot)
-    return float(4 * quarter / S)
+    return 4 * quarter / S
