@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import binom, binomtest
 
 from tolstat.statistics.proportions import proportion
-from tolstat.statistics.quantiles import quantile
+from tolstat.statistics.quantiles import _binomial_quantile, quantile
 from tolstat.statistics.summary import summarize
 from tolstat.status import Status
 
@@ -37,6 +37,14 @@ def test_quantile_intervals_cover_and_no_more_than_needed(trials, share):
         rank = int(found.upper)
         assert binom.sf(rank - 1, trials, share) <= 0.025
         assert binom.sf(rank - 2, trials, share) > 0.025 or rank == 1
+
+
+@pytest.mark.parametrize("n", [1, 2, 17, 368, 4096, 100_000])
+@pytest.mark.parametrize("share", [0.00135, 0.05, 0.5, 0.99, 0.99865])
+def test_ranks_are_those_of_scipy(n, share):
+    for probability in (0.005, 0.025, 0.5, 0.975, 0.995):
+        expected = binom.ppf(probability, n, share)
+        assert _binomial_quantile(probability, n, share) == expected
 
 
 def test_coverage_on_a_skewed_distribution():

@@ -10,41 +10,55 @@ from rich.table import Table
 
 from tolstat import catalogue
 from tolstat.machines import settings as model_settings
-from tolstat.report.summary_table import summary_table
+from tolstat.report.summary_table import Cell, summary_table
 from tolstat.store.run import Run
 from tolstat.store.run import open as open_run
 
-# wide enough for every column where the output is no terminal
-PIPED_WIDTH = 160
+# where the output is no terminal
+PIPED_WIDTH = 120
+# from this width on an interval stands in one line
+WIDE = 120
 
 
 def screen() -> Console:
     """Return the standard output."""
     console = Console(highlight=False)
-    return (
-        console if console.is_terminal else Console(width=PIPED_WIDTH, highlight=False)
-    )
+    if console.is_terminal:
+        return console
+    return Console(width=PIPED_WIDTH, highlight=False)
 
 
 def print_summary(run: Run) -> None:
-    """Print the summary table of a run.
+    """Print the summary tables of a run.
 
     Parameters
     ----------
     run : Run
         Complete or not.
     """
-    summary = summary_table(run)
-    table = Table(*summary.heads, title=summary.title, box=box.SIMPLE_HEAD)
-    for column in table.columns[2:]:
-        column.justify = "right"
-        column.no_wrap = True
-    for row in summary.rows:
-        table.add_row(*row)
     console = screen()
-    console.print(table)
+    summary = summary_table(run)
+    parts = [(summary.title, summary.heads, summary.rows)]
+    if summary.limit_rows:
+        parts.append(("limits", summary.limit_heads, summary.limit_rows))
+    for title, heads, rows in parts:
+        table = Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+        for head in heads:
+            words = head in ("response", "unit", "limit")
+            table.add_column(head, justify="left" if words else "right", no_wrap=True)
+        for row in rows:
+            table.add_row(*(_in_lines(cell, console.width >= WIDE) for cell in row))
+        console.print(table)
     for note in summary.notes:
         console.print(note)
+
+
+def _in_lines(cell: Cell, wide: bool) -> str:
+    """Write a number over its interval, in two lines or in three."""
+    if isinstance(cell, str):
+        return cell
+    value, lower, upper = cell
+    return f"{value}\n{lower}..{upper}" if wide else f"{value}\n{lower}\n{upper}"
 
 
 def show_run(path: Path) -> None:

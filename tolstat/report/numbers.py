@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 
-from tolstat.statistics.proportions import Proportion
-from tolstat.statistics.quantiles import Quantile
 from tolstat.units.conversion import engineering_unit, from_si
 
 FIGURES = 4
 
 
 def number(value: float) -> str:
-    """Write a number with four figures; a dash for what is not known.
+    """Write a number with four figures, three where it needs an exponent.
 
     Parameters
     ----------
@@ -20,11 +18,11 @@ def number(value: float) -> str:
         In the unit to be shown.
     """
     if math.isnan(value):
-        return "-"
+        return "failed"
     if value == 0:
         return "0"
     if not 1e-3 <= abs(value) < 1e6:
-        return f"{value:.{FIGURES - 1}e}"
+        return f"{value:.{FIGURES - 2}e}"
     digits = max(0, FIGURES - 1 - math.floor(math.log10(abs(value))))
     return f"{value:.{digits}f}"
 
@@ -40,22 +38,6 @@ def in_engineering_unit(value: float, unit: str) -> str:
         Its SI unit.
     """
     return number(from_si(value, unit, engineering_unit(unit)))
-
-
-def quantile_with_interval(quantile: Quantile, unit: str) -> str:
-    """Write a quantile over its interval, or how many trials that would need."""
-    value = in_engineering_unit(quantile.estimate, unit)
-    if math.isnan(quantile.lower) or math.isnan(quantile.upper):
-        return f"not estimable\nneeds {quantile.needed}"
-    lower = in_engineering_unit(quantile.lower, unit)
-    upper = in_engineering_unit(quantile.upper, unit)
-    return f"{value}\n{lower}..{upper}"
-
-
-def share_with_interval(share: Proportion) -> str:
-    """Write a share of trials in per cent over its interval."""
-    lower, upper = number(100 * share.lower), number(100 * share.upper)
-    return f"{number(100 * share.estimate)} %\n{lower}..{upper}"
 
 
 def limit_in_words(limit: tuple[float, float], unit: str) -> str:

@@ -1,41 +1,46 @@
-"""The table at the end of a run: one row for each response."""
+"""The tables at the end of a run: responses, limits, and what they rest on."""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
-from tolstat.report.numbers import (
-    in_engineering_unit,
-    limit_in_words,
-    number,
-    quantile_with_interval,
-    share_with_interval,
-)
+from tolstat.report.numbers import in_engineering_unit, limit_in_words, number
 from tolstat.statistics.proportions import proportion
+from tolstat.statistics.quantiles import Quantile
 from tolstat.statistics.summary import SHARES, summarize
 from tolstat.status import Status
 from tolstat.store.run import Run
 from tolstat.units.conversion import engineering_unit
 
+# a text, or a number with the ends of its interval
+Cell = str | tuple[str, str, str]
+
 
 class SummaryTable(NamedTuple):
-    """A table of text.
+    """Tables of text.
 
     Attributes
     ----------
     title : str
         What the run is.
     heads : list of str
-        One for each column.
-    rows : list of list of str
+        Columns of the table of responses.
+    rows : list of list of Cell
         One for each response.
+    limit_heads : list of str
+        Columns of the table of limits.
+    limit_rows : list of list of Cell
+        One for each limit; empty without limits.
     notes : list of str
-        What must be known to read it: failures first.
+        What must be known to read them: failures first.
     """
 
     title: str
     heads: list[str]
-    rows: list[list[str]]
+    rows: list[list[Cell]]
+    limit_heads: list[str]
+    limit_rows: list[list[Cell]]
     notes: list[str]
 
 
@@ -50,25 +55,41 @@ def summary_table(run: Run) -> SummaryTable:
     Returns
     -------
     SummaryTable
-        Engineering units, every number with its 95 % interval under it.
+        Engineering units, every number with its 95 % interval.
     """
-    heads = ["response", "unit", "nominal"]
-    heads += ["median" if share == 0.5 else f"{100 * share:g} %" for share in SHARES]
-    heads += ["limit", "beyond"]
-    rows = []
-    limits, nominal = run.limits, run.nominal
+    quantiles = ["median" if share == 0.5 else f"{100 * share:g} %" for share in SHARES]
+    rows: list[list[Cell]] = []
+    limit_rows: list[list[Cell]] = []
     for response in run.responses:
         name, unit = response.name, response.unit
-        summary = summarize(run.column(name), run.status, limits.get(name))
-        row = [name, engineering_unit(unit), in_engineering_unit(nominal[name], unit)]
-        row += [
-            quantile_with_interval(quantile, unit) for quantile in summary.quantiles
-        ]
-        row.append(limit_in_words(limits[name], unit) if name in limits else "")
-        row.append(share_with_interval(summary.beyond) if summary.beyond else "")
+        summary = summarize(run.column(name), run.status, run.limits.get(name))
+        row: list[Cell] = [name, engineering_unit(unit)]
+        row.append(in_engineering_unit(run.nominal_values[name], unit))
+        row += [_quantile(quantile, unit) for quantile in summary.quantiles]
         rows.append(row)
-    title = f"{run.facts['title']}: {run.trials} trials of {run.facts['model']}"
-    return SummaryTable(title, heads, rows, _notes(run))
+        if summary.beyond:
+            share, lower, upper = (number(100 * each) for each in summary.beyond)
+            limit = limit_in_words(run.limits[name], unit)
+            limit_rows.append([name, limit, (share, lower, upper)])
+    return SummaryTable(
+        f"{run.facts['title']}: {run.trials} trials of {run.facts['model']}",
+        ["response", "unit", "nominal", *quantiles],
+        rows,
+        ["response", "limit", "% beyond"],
+        limit_rows,
+        _notes(run),
+    )
+
+
+def _quantile(quantile: Quantile, unit: str) -> Cell:
+    """Write a quantile with its interval, or how many trials that would need."""
+    if math.isnan(quantile.lower) or math.isnan(quantile.upper):
+        return f"needs {quantile.needed}"
+    value, lower, upper = (
+        in_engineering_unit(each, unit)
+        for each in (quantile.estimate, quantile.lower, quantile.upper)
+    )
+    return value, lower, upper
 
 
 def _notes(run: Run) -> list[str]:
@@ -78,9 +99,8 @@ def _notes(run: Run) -> list[str]:
     notes = []
     if ended:
         share = proportion(failed, ended)
-        upper = number(100 * share.upper)
-        text = f"{failed} of {ended} trials failed"
-        text += f" (95 % interval {number(100 * share.lower)}..{upper} %)"
+        text = f"{failed} of {ended} trials failed (95 % interval "
+        text += f"{number(100 * share.lower)}..{number(100 * share.upper)} %)"
         words = [s.word for s in Status if s > Status.DONE and counts[s.word]]
         if words:
             text += ": " + ", ".join(f"{counts[word]} {word}" for word in words)
@@ -88,11 +108,11 @@ def _notes(run: Run) -> list[str]:
         notes.append(text)
     if ended < run.trials:
         notes.append(f"{run.trials - ended} of {run.trials} trials have not run")
-    nominal = run.nominal["status"]
+    nominal = run.nominal_values["status"]
     if nominal != Status.DONE.word:
         notes.append(f"the nominal machine: {nominal}")
     notes.append(
-        "under each number its 95 % interval: order statistics for quantiles, "
-        "Clopper-Pearson for shares"
+        "with each number its 95 % interval: order statistics for quantiles, "
+        'Clopper-Pearson for shares; "needs N": no interval exists with fewer trials'
     )
     return notes

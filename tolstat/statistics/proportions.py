@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from scipy.stats import beta
+from scipy.special import betaincinv
 
 
 class Proportion(NamedTuple):
@@ -37,6 +37,6 @@ def proportion(count: int, trials: int, confidence: float = 0.95) -> Proportion:
     C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404-413.
     """
     miss = (1 - confidence) / 2
-    lower = beta.ppf(miss, count, trials - count + 1) if count > 0 else 0.0
-    upper = beta.ppf(1 - miss, count + 1, trials - count) if count < trials else 1.0
+    lower = betaincinv(count, trials - count + 1, miss) if count > 0 else 0.0
+    upper = betaincinv(count + 1, trials - count, 1 - miss) if count < trials else 1.0
     return Proportion(count / trials, float(lower), float(upper))

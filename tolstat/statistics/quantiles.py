@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binom
+from scipy.special import bdtr, bdtrik
 
 
 class Quantile(NamedTuple):
@@ -63,8 +63,8 @@ def quantile(
         return Quantile(share, math.nan, math.nan, math.nan, needed)
     ordered = np.sort(values)
     # P(X_(rank) > q) = P(fewer than rank of n lie below q)
-    low_rank = int(binom.ppf(miss, n, share))
-    high_rank = int(binom.ppf(1 - miss, n, share)) + 1
+    low_rank = _binomial_quantile(miss, n, share)
+    high_rank = _binomial_quantile(1 - miss, n, share) + 1
     return Quantile(
         share,
         float(np.quantile(ordered, share, method="median_unbiased")),
@@ -72,3 +72,13 @@ def quantile(
         float(ordered[high_rank - 1]) if high_rank <= n else math.nan,
         needed,
     )
+
+
+def _binomial_quantile(probability: float, n: int, share: float) -> int:
+    """Return the least k with P(at most k of n) >= probability.
+
+    `scipy.stats.binom.ppf` says the same; importing it costs a second.
+    """
+    k: int = max(0, math.ceil(float(bdtrik(probability, n, share))))
+    one_less = k > 0 and bool(bdtr(k - 1, n, share) >= probability)
+    return k - 1 if one_less else k

@@ -53,6 +53,8 @@ class Run:
         The columns, in order, with units and sentences.
     limits : dict
         Least and greatest permitted value by response, SI.
+    nominal_values : dict
+        Responses (SI), status (a word) and steps of the machine without deviations.
     """
 
     path: Path
@@ -61,8 +63,8 @@ class Run:
     contributors: tuple[Contributor, ...]
     responses: tuple[Response, ...]
     limits: dict[str, tuple[float, float]]
+    nominal_values: dict[str, Any]
     _columns: dict[str, NDArray[Any]] = field(repr=False)
-    _nominal: dict[str, Any] = field(repr=False)
 
     @property
     def trials(self) -> int:
@@ -91,14 +93,10 @@ class Run:
 
     @property
     def nominal(self) -> pd.Series[Any]:
-        """The machine without deviations: its responses, status and steps."""
+        """The machine without deviations: its responses (SI), status and steps."""
         import pandas as pd
 
-        status = WORDS[int(self._nominal[STATUS])]
-        values = {r.name: float(self._nominal[r.name]) for r in self.responses}
-        series = pd.Series(
-            {**values, STATUS: status, STEPS: int(self._nominal[STEPS])}, name="nominal"
-        )
+        series = pd.Series(self.nominal_values, name="nominal")
         series.attrs["units"] = self.units
         return series
 
@@ -154,7 +152,10 @@ def open(path: str | os.PathLike[str]) -> Run:
             columns = {
                 name: item[...] for name, item in file.items() if name != NOMINAL
             }
-            nominal = {name: item[()] for name, item in file[NOMINAL].items()}
+            group = file[NOMINAL]
+            names = (*facts["responses"].split(), STEPS)
+            nominal = {name: group[name][()].item() for name in names}
+            nominal[STATUS] = WORDS[int(group[STATUS][()])]
             contributors = tuple(
                 Contributor(*_words(file[name]))
                 for name in facts["contributors"].split()
@@ -171,7 +172,7 @@ def open(path: str | os.PathLike[str]) -> Run:
         raise RunFileError(f"{path} cannot be read as HDF5: {error}") from error
     text = facts.pop("study")
     study = StudyText(text, tomllib.loads(text))
-    return Run(path, study, facts, contributors, responses, limits, columns, nominal)
+    return Run(path, study, facts, contributors, responses, limits, nominal, columns)
 
 
 def _words(dataset: h5py.Dataset) -> tuple[str, str, str, str, str]:
