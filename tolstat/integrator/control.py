@@ -6,7 +6,7 @@ import numpy as np
 
 from tolstat.lanes.compiled import compiled
 
-SAFETY = 0.95
+SAFETY = 0.9
 SHRINK_MOST = 0.2
 GROW_MOST = 5.0
 AFTER_NAN = 0.1

@@ -53,8 +53,9 @@ class State(NamedTuple):
     alpha_: Array  # rad/s
 
 
-# what the integrator measures each state's error by
-SCALE = State(1e-3, 1e-3, 3e-3, 1.5e-6, 0.1, 0.1, 0.3, 0.15)  # type: ignore[arg-type]
+# What the integrator measures each state's error by. The yaw is the sharpest: the gate
+# of the guides opens within 1e-8 rad, and friction holds the carriage on that edge.
+SCALE = State(1e-3, 1e-3, 3e-3, 5e-7, 0.1, 0.1, 0.3, 0.15)  # type: ignore[arg-type]
 
 
 class Powers(NamedTuple):
