@@ -1,6 +1,6 @@
 """What the default settings of the stand cost and how far they are from the truth.
 
-    python tests/benchmarks/accuracy.py
+    python -m tests.benchmarks.accuracy
 
 256 machines drawn as in runs/khpt75.toml, at several settings, against rtol 1e-9 with a
 step limit of 1e-4 s.

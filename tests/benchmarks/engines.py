@@ -1,7 +1,7 @@
 """Trajectories per second and core: tolstat's engine against SciPy's and numbalsoda's.
 
     pip install numbalsoda     # optional; needs a Fortran compiler
-    python tests/benchmarks/engines.py
+    python -m tests.benchmarks.engines
 
 All integrate the same 64 machines of runs/khpt75.toml with the same compiled right-hand
 side. Each runs at the loosest tolerance of 1e-2, 1e-3, ... at which its energies meet
@@ -18,12 +18,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
-from accuracy import ENERGIES, STUDY, Responses, machines
 from numba import carray, cfunc, njit, types
 from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from tests.benchmarks.accuracy import ENERGIES, STUDY, Responses, machines
 from tolstat.machines.stand import motion as equations
 from tolstat.machines.stand import parameters
 from tolstat.machines.stand.declarations import CONTRIBUTORS
@@ -183,6 +183,9 @@ def main() -> None:
     for name, engine in engines.items():
         tolerances[name] = loosest(engine, truth)
         print(f"{name}: rtol {tolerances[name][0]:.0e} is enough", flush=True)
+    default = study.settings.rtol
+    engines["tolstat, default"] = tolstat
+    tolerances["tolstat, default"] = default, error(tolstat(default), truth)
     rates: dict[str, list[float]] = {name: [] for name in engines}
     for _ in range(REPEATS):
         for name, engine in engines.items():
