@@ -45,6 +45,18 @@ def blow_up(moment, y, p, out):
     write(out, 0, (np.where(P[0] > 0.0, np.sqrt(1.0 - Y[0]), Y[0] * Y[0]),))
 
 
+@compiled(rates_signature)
+def kick(moment, y, p, out):
+    """y' jumps from 0 to p at t = 0.5, unannounced; the integral of y."""
+    t, Y, P = rows(moment)[0], rows(y), rows(p)
+    write(out, 0, (np.where(t > 0.5, P[0], 0.0), Y[0]))
+
+
+@pytest.fixture
+def kick_system():
+    return System(kick, kick, np.array([1.0]), 1)
+
+
 @pytest.fixture
 def oscillator_system():
     return System(oscillator, oscillator_watch, np.array([1.0, 1.0]), 1, 1, 1)

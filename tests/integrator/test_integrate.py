@@ -96,6 +96,20 @@ def test_leaving_the_domain_is_not_finite(blow_up_system):
     assert found.status[0] == Status.NOT_FINITE
 
 
+def test_rejected_steps_leave_no_trace(kick_system):
+    """At a jump that no mark announces steps are rejected until they are short."""
+    kicks = np.array([[1.0], [100.0], [1e4]])
+    marks = np.tile([0.0, 2.0], (3, 1))
+    found = integrate(kick_system, np.zeros((3, 1)), kicks, marks, Accuracy(1e-8, 0.1))
+    smooth = integrate(
+        kick_system, np.zeros((3, 1)), 0 * kicks, marks, Accuracy(1e-8, 0.1)
+    )
+    assert np.all(found.steps > smooth.steps + 5)
+    np.testing.assert_allclose(found.states[:, 1, 0], 1.5 * kicks[:, 0], rtol=1e-6)
+    integral = kicks[:, 0] * 1.5**2 / 2
+    np.testing.assert_allclose(found.quadratures[:, 1, 0], integral, rtol=1e-6)
+
+
 def test_too_many_steps(oscillator_system):
     found = swing(oscillator_system, Accuracy(1e-11, 0.1, max_steps=50))
     assert np.all(found.status == Status.TOO_MANY_STEPS)

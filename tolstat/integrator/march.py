@@ -205,7 +205,7 @@ def march(
         L[COUNT] = count
 
         reached = accepted & landing
-        failed = running & ~reached & ((step < L[SMALLEST]) | (count >= max_steps))
+        failed = running & ((step < L[SMALLEST]) | (count >= max_steps))
         if np.any(reached | failed):
             rows(error)[0] = worst
             L[EVENT] = np.where(reached, MARK_REACHED, np.where(failed, FAILED, 0.0))
