@@ -47,7 +47,7 @@ def blow_up(moment, y, p, out):
 
 @compiled(rates_signature)
 def kick(moment, y, p, out):
-    """y' jumps from 0 to p at t = 0.5, unannounced; the integral of y."""
+    """Rate of y that jumps to p at t = 0.5, unannounced; the integral of y."""
     t, Y, P = rows(moment)[0], rows(y), rows(p)
     write(out, 0, (np.where(t > 0.5, P[0], 0.0), Y[0]))
 

@@ -13,6 +13,7 @@ import xarray
 
 import tolstat
 from tolstat.errors import RunFileError
+from tolstat.store.run_writer import RunWriter
 
 
 @pytest.fixture
@@ -85,3 +86,20 @@ def test_files_that_are_no_runs(tmp_path, run):
         file.attrs["format"] = 99
     with pytest.raises(RunFileError, match="format 99"):
         tolstat.open(run.path)
+
+
+def test_status_comes_after_the_data_are_on_the_disk(toy, toy_study, monkeypatch):
+    """Whatever ends the process before the data are safe, the trials have not run."""
+    synced = []
+
+    def power_cut(writer):
+        synced.append(writer._file["status"][...].copy())
+        if len(synced) == 3:  # the nominal machine took two
+            raise OSError("power cut")
+        writer._file.flush()
+
+    monkeypatch.setattr(RunWriter, "_sync", power_cut)
+    with pytest.raises(OSError, match="power cut"):
+        tolstat.run(toy_study, model=toy)
+    assert not synced[2].any()
+    assert tolstat.open(toy_study.with_suffix(".h5")).counts["not run"] == 1000
