@@ -64,7 +64,8 @@ def test_observed_order_is_five(oscillator_system):
 
 
 def test_a_step_lands_exactly_on_every_mark(oscillator_system):
-    marks = (0.0, 0.1, 0.1, 0.3, 0.7, 1.1, 3.3000000000000003)
+    # two at once, and one a hair behind another
+    marks = (0.0, 0.1, 0.1, 0.3, 0.3 + 1e-13, 0.7, 1.1, 3.3000000000000003)
     found = swing(oscillator_system, Accuracy(1e-9, 0.1), marks=marks)
     exact = np.cos(np.outer(np.sqrt(OMEGA2), marks))
     np.testing.assert_allclose(found.states[:, :, 0], exact, atol=1e-8)

@@ -63,7 +63,8 @@ def pass_marks(lane, lanes, block, found):
         if mark < last:
             clock[TARGET, lane] = block.marks[trial, mark + 1]
     length = clock[TARGET, lane] - clock[TIME, lane]
-    clock[STEP, lane] = FIRST_STEP * min(block.max_step, length)
+    first = FIRST_STEP * min(block.max_step, length)
+    clock[STEP, lane] = max(first, 2.0 * clock[SMALLEST, lane])
     clock[ROOT, lane] = 1.0
     return clock[PHASE, lane] >= last
 

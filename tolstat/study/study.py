@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from tolstat import catalogue
 from tolstat.deviations import samplers
@@ -19,6 +20,9 @@ from tolstat.study.document import Document, read
 from tolstat.study.problems import Problems
 from tolstat.study.spread import read_spread
 from tolstat.units.grammar import Range, limit, quantity
+
+Given = TypeVar("Given")
+Read = TypeVar("Read")
 
 
 @dataclass(frozen=True)
@@ -156,26 +160,30 @@ def _settings(document: Document, model: Model, problems: Problems) -> Any:
 def _spreads(
     document: Document, description: Description, problems: Problems
 ) -> dict[str, Spread]:
-    known = {contributor.name: contributor for contributor in description.contributors}
-    spreads: dict[str, Spread] = {}
-    for name, given in document.deviations.items():
-        with problems.noting(f"[deviations] {name}", given):
-            for each in expand(name, list(known)):
-                if each in spreads:
-                    raise ModelError(f"{each} has a distribution already; give it once")
-                spreads[each] = read_spread(given, known[each].unit)
-    return spreads
+    units = {each.name: each.unit for each in description.contributors}
+    return _by_name("deviations", document.deviations, units, read_spread, problems)
 
 
 def _limits(
     document: Document, description: Description, problems: Problems
 ) -> dict[str, Range]:
-    known = {response.name: response for response in description.responses}
-    limits: dict[str, Range] = {}
-    for name, given in document.limits.items():
-        with problems.noting(f"[limits] {name}", given):
-            for each in expand(name, list(known)):
-                if each in limits:
-                    raise ModelError(f"{each} has a limit already; give it once")
-                limits[each] = limit(given, known[each].unit)
-    return limits
+    units = {each.name: each.unit for each in description.responses}
+    return _by_name("limits", document.limits, units, limit, problems)
+
+
+def _by_name(
+    section: str,
+    given: Mapping[str, Given],
+    units: Mapping[str, str],
+    read_one: Callable[[Given, str], Read],
+    problems: Problems,
+) -> dict[str, Read]:
+    """Read one section: a name without number stands for each of its numbers."""
+    found: dict[str, Read] = {}
+    for name, value in given.items():
+        with problems.noting(f"[{section}] {name}", value):
+            for each in expand(name, list(units)):
+                if each in found:
+                    raise ModelError(f"{each} stands there already; give it once")
+                found[each] = read_one(value, units[each])
+    return found
