@@ -51,6 +51,8 @@ def test_run_show_and_refusal(small_study):
     shown = call("show", small_study.with_suffix(".h5")).stdout
     assert [line for line in shown.splitlines() if "shaft_9_moment" in line] == table
     assert call("show", "runs/nothing.h5").exit_code == 2
+    study = call("show", small_study)
+    assert study.exit_code == 2 and "is a study" in study.stderr
 
 
 def test_too_few_trials_are_said_to_be(small_study):

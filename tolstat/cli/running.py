@@ -63,9 +63,12 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         TimeRemainingColumn(),
         TextColumn("{task.fields[failed]}"),
         console=screen,
+        transient=True,
     )
     with stop_on_interrupt() as stop, bar:
-        task = bar.add_task("compiling the model", total=None, failed="")
+        task = bar.add_task(
+            "preparing (compiling, the first time)", total=None, failed=""
+        )
 
         def progress(over: int, failed: int) -> None:
             if bar.tasks[task].total is None:
@@ -84,7 +87,9 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         sys.stderr.flush()
         os._exit(INTERRUPTED)  # a compilation under way would hold up sys.exit
     print_summary(done)
-    screen.print(f"stored in {path}")
+    seconds = done.facts["seconds"]
+    rate = f"{done.trials / seconds:.0f} trials/s"
+    screen.print(f"{done.trials} trials in {seconds:.1f} s ({rate}), stored in {path}")
 
 
 @contextmanager

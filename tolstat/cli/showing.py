@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tolstat import catalogue
+from tolstat.errors import RunFileError
 from tolstat.machines import settings as model_settings
 from tolstat.report.summary_table import Cell, summary_table
 from tolstat.store.run import Run
@@ -62,7 +63,9 @@ def _in_lines(cell: Cell, wide: bool) -> str:
 
 
 def show_run(path: Path) -> None:
-    """Print what a stored run is and its summary."""
+    """Print the summary of a stored run."""
+    if path.suffix == ".toml":
+        raise RunFileError(f"{path} is a study; `tolstat run {path}` makes a run of it")
     print_summary(open_run(path))
 
 
@@ -94,9 +97,9 @@ def show_model(name: str) -> None:
             default = word if value == default else default
         choices = declared["choices"] or declared["presets"]
         words = f" ({', '.join(choices)})" if choices else ""
-        table.add_row(
-            field.name, f"{default} {declared['unit']}", declared["sentence"] + words
-        )
+        if not isinstance(default, str):
+            default = f"{default:g} {declared['unit']}"
+        table.add_row(field.name, default, declared["sentence"] + words)
     console.print(table)
     for title, listed in (
         ("contributors: deviations", description.contributors),
