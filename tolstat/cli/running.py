@@ -66,9 +66,7 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         transient=True,
     )
     with stop_on_interrupt() as stop, bar:
-        task = bar.add_task(
-            "preparing (compiling, the first time)", total=None, failed=""
-        )
+        task = bar.add_task("compiling, if need be", total=None, failed="")
 
         def progress(over: int, failed: int) -> None:
             if bar.tasks[task].total is None:
