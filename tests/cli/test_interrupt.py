@@ -69,7 +69,8 @@ def test_kill_loses_no_more_than_the_blocks_in_flight(small_study):
     path = small_study.with_suffix(".h5")
     rng = random.Random(12)
     for _ in range(40):
-        process = start(small_study, "--trials", "20000", "--force")
+        path.unlink(missing_ok=True)
+        process = start(small_study, "--trials", "20000")
         wait_for_trials(path, process, 1)
         time.sleep(rng.uniform(0.0, 1.5))
         seen = tolstat.open(path).counts["done"]

@@ -139,7 +139,7 @@ class RunWriter:
         self._sync()
         for first, outcome in blocks:
             self._file[STATUS][first : first + len(outcome.status)] = outcome.status
-        self._sync()
+        self._file.flush()  # safe from a kill; from a power cut with the next block
 
     def write_end(self, seconds: float) -> None:
         """Store the counts of each status and how long the run took, s."""

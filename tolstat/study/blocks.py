@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from typing import Any
@@ -14,6 +16,7 @@ from tolstat.machines.description import Model, Outcome
 from tolstat.study.evaluate import simulate
 
 LOOK_AGAIN = 0.1  # s, between two looks at whether to stop
+GRACE = 1.0  # s, for running blocks to end early; a compilation does not
 SUBMITTED = 3  # blocks for each worker, so that none waits for the writer
 
 
@@ -41,7 +44,7 @@ def finished_blocks(
         How many blocks run at once, and how many trials a block has.
     stopping : callable
         Asked ten times a second; once true, running blocks end early, and the trials
-        that they finished are yielded.
+        that they finished are yielded; a block that does not end in a second is left.
 
     Yields
     ------
@@ -51,6 +54,7 @@ def finished_blocks(
     stop = np.zeros(1, dtype=np.int64)
     starts = iter(range(0, len(deviations), block))
     running: dict[Future[Outcome], int] = {}
+    patience = math.inf
     try:
         while True:
             while not stop[0] and len(running) < SUBMITTED * workers:
@@ -68,9 +72,12 @@ def finished_blocks(
                 yield [(running.pop(future), future.result()) for future in done]
             if stopping() and not stop[0]:
                 stop[0] = 1
+                patience = time.monotonic() + GRACE
                 for future in list(running):
                     if future.cancel():
                         del running[future]
+            if stop[0] and time.monotonic() > patience:
+                return
     finally:
         stop[0] = 1
         for future in running:

@@ -148,26 +148,21 @@ def execute_on(
     over, failed = 0, 0
     plan = Plan(study.text, facts, description, deviations, study.limits)
     with RunWriter(path, plan, force=force) as file:
-        # the nominal machine goes first and alone: it compiles for all the others
+        # the nominal machine goes first; who finds its code not compiled waits for it
         none = np.zeros((1, deviations.shape[1]))
         nominal = executor.submit(simulate, study.model, none, study.settings)
-        while not nominal.done() and not stopping():
-            time.sleep(0.01)
-        if not stopping():
-            file.write_nominal(nominal.result())
+        for blocks in finished_blocks(
+            study.model, study.settings, deviations, executor,
+            workers=workers, block=block_size(study.trials, workers), stopping=stopping,
+        ):  # fmt: skip
+            file.write_blocks(blocks)
+            status = np.concatenate([outcome.status for _, outcome in blocks])
+            over += int(np.count_nonzero(status != Status.NOT_RUN))
+            failed += int(np.count_nonzero(status > Status.DONE))
             if progress:
                 progress(over, failed)
-            for blocks in finished_blocks(
-                study.model, study.settings, deviations, executor,
-                workers=workers, block=block_size(study.trials, workers),
-                stopping=stopping,
-            ):  # fmt: skip
-                file.write_blocks(blocks)
-                status = np.concatenate([outcome.status for _, outcome in blocks])
-                over += int(np.count_nonzero(status != Status.NOT_RUN))
-                failed += int(np.count_nonzero(status > Status.DONE))
-                if progress:
-                    progress(over, failed)
+        if nominal.done() or not stopping():
+            file.write_nominal(nominal.result())
         file.write_end(time.perf_counter() - began)
     return open_run(path)
 
