@@ -153,5 +153,5 @@ def test_what_fails_on_a_worker_is_raised(toy, toy_study):
 
 def test_block_sizes_are_sensible():
     assert block_size(4096, 2) == 128
-    assert block_size(64, 2) == 16
-    assert block_size(1, 2) == 16
+    assert block_size(64, 2) == 32
+    assert block_size(1, 2) == 32

@@ -120,7 +120,7 @@ class RunWriter:
             nominal[STEPS][...] = outcome.steps[0]
         self._sync()
         nominal[STATUS][...] = outcome.status[0]
-        self._sync()
+        self._file.flush()
 
     def write_blocks(self, blocks: list[tuple[int, Outcome]]) -> None:
         """Store finished blocks: their data reach the disk before their status.

@@ -109,6 +109,6 @@ def block_size(trials: int, workers: int) -> int:
     Returns
     -------
     int
-        Between 16 and 128; the results do not depend on it.
+        Between 32 and 128; the results do not depend on it.
     """
-    return min(128, max(16, trials // (4 * workers)))
+    return min(128, max(32, trials // (4 * workers)))
