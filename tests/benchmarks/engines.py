@@ -141,7 +141,7 @@ def scipy_engine(method: str) -> Engine:
 
 
 def numbalsoda_engine() -> Engine | None:
-    """Run numbalsoda's LSODA; it has one tolerance for all, so states are scaled."""
+    """Run numbalsoda's LSODA; it has one absolute tolerance for all states."""
     try:
         from numbalsoda import lsoda
     except ImportError:
