@@ -25,7 +25,8 @@ plt.rcParams.update({"font.size": 11, "axes.spines.top": False})
 plt.rcParams.update({"axes.spines.right": False})
 figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained")
 
-bins = np.linspace(95, 140, 91)
+lowest, highest = frame["rod_force_1"].min(), frame["rod_force_1"].max()
+bins = np.arange(lowest // 1e3, highest // 1e3 + 2, 0.5)
 for runs, label, color in (
     (frame, "as built", AS_BUILT),
     (equalized, "with equalizing link", LINKED),
@@ -38,7 +39,7 @@ left.axvline(limit, color="black", linewidth=1, linestyle="--")
 left.text(limit + 0.5, 300, f"limit {limit:g} kN", rotation=90, va="center")
 left.axvline(as_built.nominal["rod_force_1"] / 1e3, color="black", linewidth=1)
 left.text(as_built.nominal["rod_force_1"] / 1e3 + 0.5, 700, "nominal")
-left.set(xlabel="peak force in rod 3, kN", ylabel="machines", ylim=(0.7, 1500))
+left.set(xlabel="peak force in rod 1, kN", ylabel="machines", ylim=(0.7, 1500))
 left.legend(frameon=False, loc="center", bbox_to_anchor=(0.52, 0.8))
 left.set_title("4096 mills, the same parts twice", loc="left")
 
