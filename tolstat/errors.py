@@ -22,6 +22,18 @@ class DistributionError(TolstatError, ValueError):
     """A distribution that does not exist, or does not fit its tolerance."""
 
 
+class DataError(TolstatError, ValueError):
+    """A data file beside a study that cannot be read."""
+
+
+class DependenceError(TolstatError, ValueError):
+    """Correlations or batches that cannot be."""
+
+
+class GradeError(TolstatError, ValueError):
+    """A tolerance grade that its standard does not have, or not for such a part."""
+
+
 class StudyError(TolstatError, ValueError):
     """A study that is wrong; every problem found in it stands in the message."""
 

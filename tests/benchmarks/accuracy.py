@@ -31,8 +31,9 @@ def machines(study: Study, trials: int) -> NDArray[np.float64]:
     """Draw machines as the study does."""
     names = [contributor.name for contributor in study.description.contributors]
     return draw(
-        names, study.spreads, sampling=study.sampling, seed=study.seed, trials=trials
-    )
+        names, study.deviating.distributions, sampling=study.sampling,
+        seed=study.seed or 0, trials=trials,
+    )  # fmt: skip
 
 
 def responses(

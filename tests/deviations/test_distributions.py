@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy import stats
 
 from tolstat.deviations import distributions
+from tolstat.deviations.distributions.arcsine import Arcsine
+from tolstat.deviations.distributions.beta import Beta
+from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.distributions.lognormal import Lognormal
 from tolstat.deviations.distributions.normal import Normal
+from tolstat.deviations.distributions.trapezoidal import Trapezoidal
 from tolstat.deviations.distributions.triangular import Triangular
+from tolstat.deviations.distributions.truncated_normal import TruncatedNormal
 from tolstat.deviations.distributions.uniform import Uniform
+from tolstat.deviations.distributions.weibull import Weibull
+from tolstat.deviations.measured import Fitted, Measured, fit
 from tolstat.deviations.parts import find_in, names_in
 from tolstat.deviations.samplers.random import Random
 from tolstat.deviations.tolerance import Tolerance
@@ -17,56 +27,156 @@ from tolstat.errors import DistributionError
 
 ZONE = Tolerance(-1e-4, 3e-4)  # unequal ends
 MIDDLE, HALF = 1e-4, 2e-4
+WIDTH = 2 * HALF
+LOW, HIGH = ZONE
+
+BELOW_THREE_SIGMA = stats.norm.cdf(3)
+LOG_SIGMA = np.log(4) / 3  # the median a quarter of the way up
+WEIBULL = WIDTH / stats.weibull_min(2).ppf(BELOW_THREE_SIGMA)
 
 CASES = [
-    (Normal(), stats.norm(MIDDLE, HALF / 3)),
-    (Normal(cp=1.33), stats.norm(MIDDLE, HALF / 3.99)),
-    (Normal(cp=1.33, shift=5e-5), stats.norm(MIDDLE + 5e-5, HALF / 3.99)),
-    (Normal(cpk=1.33), stats.norm(MIDDLE, HALF / 3.99)),
-    (Normal(cp=2.0, cpk=1.5), stats.norm(MIDDLE + HALF / 4, HALF / 6)),
-    (Normal(cpk=1.0, shift=-5e-5), stats.norm(MIDDLE - 5e-5, 1.5e-4 / 3)),
-    (Uniform(), stats.uniform(-1e-4, 4e-4)),
-    (Triangular(), stats.triang(0.5, -1e-4, 4e-4)),
-    (Triangular(mode=0.0), stats.triang(0.25, -1e-4, 4e-4)),
-    (Triangular(mode=-1e-4), stats.triang(0.0, -1e-4, 4e-4)),
-    (Triangular(mode=3e-4), stats.triang(1.0, -1e-4, 4e-4)),
+    (Normal(ZONE), stats.norm(MIDDLE, HALF / 3)),
+    (Normal(ZONE, cp=1.33), stats.norm(MIDDLE, HALF / 3.99)),
+    (Normal(ZONE, cp=1.33, shift=5e-5), stats.norm(MIDDLE + 5e-5, HALF / 3.99)),
+    (Normal(ZONE, cpk=1.33), stats.norm(MIDDLE, HALF / 3.99)),
+    (Normal(ZONE, cp=2.0, cpk=1.5), stats.norm(MIDDLE + HALF / 4, HALF / 6)),
+    (Normal(ZONE, cpk=1.0, shift=-5e-5), stats.norm(MIDDLE - 5e-5, 1.5e-4 / 3)),
+    (
+        TruncatedNormal(ZONE, cp=0.5, shift=1e-4, outside="screened"),
+        stats.truncnorm(-2.25, 0.75, MIDDLE + 1e-4, HALF / 1.5),
+    ),
+    (Uniform(ZONE), stats.uniform(LOW, WIDTH)),
+    (Arcsine(ZONE), stats.arcsine(LOW, WIDTH)),
+    (Triangular(ZONE), stats.triang(0.5, LOW, WIDTH)),
+    (Triangular(ZONE, mode=0.0), stats.triang(0.25, LOW, WIDTH)),
+    (Trapezoidal(ZONE), stats.trapezoid(0.25, 0.75, LOW, WIDTH)),
+    (
+        Trapezoidal(ZONE, Tolerance(-0.6e-4, 1e-4)),
+        stats.trapezoid(0.1, 0.5, LOW, WIDTH),
+    ),
+    (Beta(ZONE, 2.0, 5.0), stats.beta(2, 5, LOW, WIDTH)),
+    (Beta(ZONE, 0.7, 0.8), stats.beta(0.7, 0.8, LOW, WIDTH)),
+    (Lognormal(ZONE, 0.0), stats.lognorm(LOG_SIGMA, LOW, WIDTH / 4)),
+    (Weibull(ZONE, 2.0), stats.weibull_min(2, LOW, WEIBULL)),
+    (Fitted("normal", 1e-4, 2e-4, 0.5), stats.norm(1e-4, 2e-4)),
+    (Fitted("lognormal", -9.0, 0.4, 0.5), stats.lognorm(0.4, scale=np.exp(-9))),
+    # limiting shapes: no flank, one flank
+    (Triangular(ZONE, mode=LOW), stats.triang(0.0, LOW, WIDTH)),
+    (Triangular(ZONE, mode=HIGH), stats.triang(1.0, LOW, WIDTH)),
+    (Trapezoidal(ZONE, ZONE), stats.uniform(LOW, WIDTH)),
 ]
+NAMES = [f"{type(d).__name__} {i}" for i, (d, _) in enumerate(CASES)]
 
 
-@pytest.mark.parametrize(("distribution", "known"), CASES)
+@pytest.mark.parametrize(("distribution", "known"), CASES, ids=NAMES)
 def test_inverse_is_that_of_scipy(distribution, known):
     u = np.concatenate([np.linspace(1e-9, 1 - 1e-9, 1001), [2**-53, 1 - 2**-53]])
-    found = distribution.deviations(u, ZONE)
-    np.testing.assert_allclose(found, known.ppf(u), rtol=1e-9, atol=1e-15)
+    found = distribution.deviations(u)
+    np.testing.assert_allclose(found, known.ppf(u), rtol=1e-8, atol=1e-13)
 
 
-@pytest.mark.parametrize(("distribution", "known"), CASES[:9])
+@pytest.mark.parametrize(("distribution", "known"), CASES[:19], ids=NAMES[:19])
 def test_draws_follow_the_distribution(distribution, known):
-    u = Random().unit_samples(75, ["rod_length_1"], 100_000)[:, 0]
-    draws = distribution.deviations(u, ZONE)
-    assert stats.kstest(draws, known.cdf).pvalue > 1e-4
-    for moment, function in ((known.mean(), np.mean), (known.std(), np.std)):
-        assert function(draws) == pytest.approx(moment, abs=4 * known.std() / 316)
-    if not isinstance(distribution, Normal):
-        assert ZONE.lower <= draws.min() and draws.max() <= ZONE.upper
+    """Kolmogorov-Smirnov, four moments within their own scatter, and the ends."""
+    n = 100_000
+    u = Random().unit_samples(75, {"rod_length_1": 0}, n)[:, 0]
+    draws = distribution.deviations(u)
+    assert stats.kstest(draws, known.cdf).pvalue > 1e-3
+    lower, upper = known.support()
+    assert lower <= draws.min() and draws.max() <= upper
+    scores = (draws - known.mean()) / known.std()
+    mean, variance, skew, kurtosis = known.stats("mvsk")
+    expected = (0.0, 1.0, float(skew), float(kurtosis) + 3)
+    for power, moment in enumerate(expected, start=1):
+        values = scores**power
+        assert abs(values.mean() - moment) < 4.5 * values.std() / np.sqrt(n), power
+    assert np.isfinite([mean, variance]).all()
+
+
+def test_clipped_parts_lie_at_the_ends():
+    """Rework moves exactly the parts outside, each to the end it missed."""
+    u = Random().unit_samples(75, {"rod_length_1": 0}, 100_000)[:, 0]
+    process = Normal(ZONE, cp=0.5, shift=1e-4).deviations(u)
+    clipped = TruncatedNormal(ZONE, cp=0.5, shift=1e-4, outside="clipped").deviations(u)
+    inside = (process > LOW) & (process < HIGH)
+    np.testing.assert_array_equal(clipped[inside], process[inside])
+    np.testing.assert_array_equal(clipped[process >= HIGH], HIGH)
+    np.testing.assert_array_equal(clipped[process <= LOW], LOW)
+    share = np.mean(clipped == HIGH)
+    assert abs(share - stats.norm.sf(0.75)) < 4 * np.sqrt(0.25 / 100_000)
+
+
+def test_constant_is_constant():
+    np.testing.assert_array_equal(Constant(3e-4).deviations(np.array([0.1, 0.9])), 3e-4)
+
+
+def test_measured_parts_come_as_often_as_each_other():
+    parts = np.sort(np.random.default_rng(5).normal(1e-4, 2e-5, 60))
+    u = Random().unit_samples(75, {"rod_length_1": 0}, 100_000)[:, 0]
+    draws = Measured(parts).deviations(u)
+    found, counts = np.unique(draws, return_counts=True)
+    np.testing.assert_array_equal(found, parts)
+    assert stats.chisquare(counts).pvalue > 1e-3
+    known = stats.rv_discrete(values=(np.arange(60), np.full(60, 1 / 60)))
+    np.testing.assert_array_equal(draws, parts[known.ppf(u).astype(int)])
+    ends = Measured(parts).deviations(np.array([2**-53, 1 - 2**-53]))
+    np.testing.assert_array_equal(ends, parts[[0, -1]])
+
+
+def test_fits_and_their_goodness():
+    rng = np.random.default_rng(3)
+    normal, skewed = rng.normal(2e-4, 5e-5, 200), rng.lognormal(-9, 0.9, 200)
+    right = fit(normal, "normal")
+    assert right.mean == normal.mean() and right.sigma == normal.std(ddof=1)
+    assert right.p_value > 0.05 > fit(skewed, "normal").p_value
+    assert fit(skewed, "lognormal").p_value > 0.05
+    assert fit(skewed, "lognormal").mean == pytest.approx(
+        stats.lognorm.fit(skewed, floc=0)[2]
+        and np.log(stats.lognorm.fit(skewed, floc=0)[2])
+    )
+    # the test with estimated parameters, not the table for known ones
+    again = [fit(rng.normal(0, 1, 30), "normal").p_value for _ in range(60)]
+    assert stats.kstest(again, "uniform").pvalue > 1e-3
 
 
 @pytest.mark.parametrize(
-    ("distribution", "words"),
+    ("values", "kind", "words"),
     [
-        (Normal(cp=0.0), "above zero"),
-        (Normal(cp=-1.0), "above zero"),
-        (Normal(cp=1.0, cpk=1.33), "at most cp"),
-        (Normal(cp=1.0, cpk=0.9, shift=1e-5), "one thing too many"),
-        (Normal(shift=3e-4), "outside the tolerance"),
-        (Triangular(mode=4e-4), "outside the tolerance"),
+        ([1.0] * 5, "normal", "too few"),
+        ([1.0] * 20, "normal", "alike"),
+        (np.linspace(-1, 1, 20), "lognormal", "above zero"),
     ],
 )
-def test_what_does_not_fit_is_refused(distribution, words):
+def test_what_cannot_be_fitted_is_refused(values, kind, words):
     with pytest.raises(DistributionError, match=words):
-        distribution.deviations(np.array([0.5]), ZONE)
+        fit(np.array(values), kind)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Normal(ZONE, cp=0.0), "above zero"),
+        (lambda: Normal(ZONE, cp=-1.0), "above zero"),
+        (lambda: Normal(ZONE, cp=1.0, cpk=1.33), "at most cp"),
+        (lambda: Normal(ZONE, cp=1.0, cpk=0.9, shift=1e-5), "one thing too many"),
+        (lambda: Normal(ZONE, shift=3e-4), "outside the tolerance"),
+        (lambda: TruncatedNormal(ZONE, cp=0.0, outside="clipped"), "above zero"),
+        (lambda: Triangular(ZONE, mode=4e-4), "outside the tolerance"),
+        (lambda: Trapezoidal(ZONE, Tolerance(-2e-4, 1e-4)), "outside the tolerance"),
+        (lambda: Beta(ZONE, 0.0, 1.0), "alpha = 0"),
+        (lambda: Beta(ZONE, 1.0, -1.0), "beta = -1"),
+        (lambda: Lognormal(ZONE, 3e-4), "outside the tolerance"),
+        (lambda: Weibull(ZONE, 0.0), "above zero"),
+    ],
+)
+def test_what_does_not_fit_is_refused(make, words):
+    with pytest.raises(DistributionError, match=words):
+        make()
 
 
 def test_distributions_are_found_by_their_file():
-    assert names_in(distributions) == ["normal", "triangular", "uniform"]
-    assert find_in(distributions, "triangular") is Triangular
+    found = names_in(distributions)
+    assert {"normal", "truncated_normal", "weibull"} <= set(found)
+    for name in found:
+        assert dataclasses.is_dataclass(find_in(distributions, name))
+    assert find_in(distributions, "truncated_normal") is TruncatedNormal

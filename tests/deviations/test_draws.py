@@ -1,72 +1,174 @@
-"""A draw depends on seed, index and name alone."""
+"""A draw depends on seed, index and name alone; samplers against what they promise."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from scipy import stats
+from scipy.stats import qmc
 
+from tolstat.deviations import samplers
+from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions.normal import Normal
 from tolstat.deviations.distributions.uniform import Uniform
-from tolstat.deviations.draw import Spread, draw
+from tolstat.deviations.draw import draw
+from tolstat.deviations.parts import find_in
+from tolstat.deviations.samplers.latin import Latin
 from tolstat.deviations.samplers.random import Random
+from tolstat.deviations.samplers.sobol import Sobol
 from tolstat.deviations.tolerance import Tolerance
 
 NAMES = ["rod_length_1", "rod_length_2", "crank_angle_1", "friction"]
-ROD = Spread(Normal(), Tolerance(-1.2e-3, 1.2e-3))
-ANGLE = Spread(Uniform(), Tolerance(0.0, 1e-3))
+ROD = Normal(Tolerance(-1.2e-3, 1.2e-3))
+ANGLE = Uniform(Tolerance(0.0, 1e-3))
+SAMPLINGS = ["random", "latin", "sobol"]
 
 
-def draws(spreads, names=NAMES, seed=75, trials=500):
-    return draw(names, spreads, sampling="random", seed=seed, trials=trials)
-
-
-def test_one_column_never_moves_another():
-    base = draws({"rod_length_1": ROD, "crank_angle_1": ANGLE})
-    wider = Spread(Normal(cp=0.5), Tolerance(-5e-3, 9e-3))
-    changed = draws({"rod_length_1": wider, "crank_angle_1": ANGLE})
-    more = draws(
-        {
-            "friction": ROD,
-            "rod_length_2": ROD,
-            "rod_length_1": ROD,
-            "crank_angle_1": ANGLE,
-        }
+def draws(distributions, names=NAMES, seed=75, trials=500, sampling="random", **more):
+    return draw(
+        names, distributions, sampling=sampling, seed=seed, trials=trials, **more
     )
-    turned = draws({"rod_length_1": ROD, "crank_angle_1": ANGLE}, NAMES[::-1])[:, ::-1]
+
+
+@pytest.mark.parametrize("sampling", SAMPLINGS)
+def test_one_column_never_moves_another(sampling):
+    both = {"rod_length_1": ROD, "crank_angle_1": ANGLE}
+    base = draws(both, sampling=sampling)
+    wider = Normal(Tolerance(-5e-3, 9e-3), cp=0.5)
+    changed = draws({**both, "rod_length_1": wider}, sampling=sampling)
+    kind = draws({**both, "rod_length_1": ANGLE}, sampling=sampling)
+    more = draws(
+        {"friction": ROD, "rod_length_2": ROD, **both},
+        sampling=sampling,
+        dependence=Dependence({}, {("friction", "rod_length_2"): 0.5}),
+    )
     np.testing.assert_array_equal(base[:, 2], changed[:, 2])
+    np.testing.assert_array_equal(base[:, 2], kind[:, 2])
     np.testing.assert_array_equal(base[:, [0, 2]], more[:, [0, 2]])
-    np.testing.assert_array_equal(base, turned)
     assert not np.any(base[:, 0] == changed[:, 0])
+    # a batch has a stream of its own
+    batch = Dependence({f"rod_length_{i}": Batch("rod_length", 0.5) for i in (1, 2)})
+    joined = draws({**both, "rod_length_2": ROD}, sampling=sampling, dependence=batch)
+    np.testing.assert_array_equal(base[:, 2], joined[:, 2])
 
 
-def test_more_trials_leave_the_first_as_they_were():
-    few, many = draws({"rod_length_1": ROD}), draws({"rod_length_1": ROD}, trials=1777)
+def test_the_order_of_contributors_does_not_matter_to_random_draws():
+    both = {"rod_length_1": ROD, "crank_angle_1": ANGLE}
+    turned = draws(both, NAMES[::-1])[:, ::-1]
+    np.testing.assert_array_equal(draws(both), turned)
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol"])
+def test_more_trials_leave_the_first_as_they_were(sampling):
+    dependence = Dependence({}, {("rod_length_1", "rod_length_2"): 0.7})
+    rods = {"rod_length_1": ROD, "rod_length_2": ROD}
+    few, many = (
+        draws(rods, trials=n, sampling=sampling, dependence=dependence)
+        for n in (500, 1777)
+    )
     np.testing.assert_array_equal(few, many[:500])
 
 
-def test_seeds_and_names_give_independent_draws():
-    names = [f"part_{i}" for i in range(40)]
-    one, other = (Random().unit_samples(seed, names, 4000) for seed in (1, 2))
-    together = np.corrcoef(np.hstack([one, other]).T)
-    off = np.abs(together - np.eye(80)).max()
-    assert off < 5.5 / np.sqrt(4000)  # the greatest of 3160 normal numbers
+@pytest.mark.parametrize("sampling", SAMPLINGS)
+def test_seeds_and_names_give_independent_draws(sampling):
+    streams = {f"part_{i}": i for i in range(40)}
+    sampler = find_in(samplers, sampling)()
+    one, other = (sampler.unit_samples(seed, streams, 4096) for seed in (1, 2))
+    # two scrambles of one Sobol' dimension share its order, as they should
+    table = one if sampling == "sobol" else np.hstack([one, other])
+    off = np.abs(np.corrcoef(table.T) - np.eye(table.shape[1])).max()
+    assert off < 5.5 / np.sqrt(4096)  # the greatest of 3160 normal numbers
+    assert not np.any(one == other)
 
 
-def test_unit_samples_exclude_both_ends():
-    u = Random().unit_samples(3, ["a"], 200_000)
-    assert u.min() > 0 and u.max() < 1
-    assert (2**-53 + 0.0) > 0 and ((2**52 - 1) + 0.5) * 2.0**-52 < 1
+@pytest.mark.parametrize("sampling", SAMPLINGS)
+@pytest.mark.parametrize("trials", [1, 2, 3, 1000, 65_536])
+def test_unit_samples_exclude_both_ends(sampling, trials):
+    u = find_in(samplers, sampling)().unit_samples(3, {"a": 0, "b": 5}, trials)
+    assert u.shape == (trials, 2) and u.min() > 0 and u.max() < 1
+
+
+def test_random_samples_are_uniform():
+    u = Random().unit_samples(3, {"a": 0}, 200_000)[:, 0]
+    assert stats.kstest(u, "uniform").pvalue > 1e-3
+
+
+def test_a_latin_hypercube_fills_every_strip_once():
+    for trials in (7, 1000):
+        u = Latin().unit_samples(3, {"a": 0, "b": 1}, trials)
+        for column in u.T:
+            strips = np.floor(column * trials).astype(int)
+            np.testing.assert_array_equal(np.sort(strips), np.arange(trials))
+        within = (u * trials) % 1
+        assert stats.kstest(within.ravel(), "uniform").pvalue > 1e-3
+
+
+def test_sobol_points_are_a_digital_net():
+    """In any pair of the first two dimensions each elementary box has one point."""
+    u = Sobol().unit_samples(11, {"a": 0, "b": 1}, 256)
+    for split in range(9):
+        box = np.floor(u * [2**split, 2 ** (8 - split)]).astype(int)
+        assert len(np.unique(box, axis=0)) == 256
+    # as SciPy's own scramble in 31 dimensions, and far below random points
+    streams = {f"part_{i}": i for i in range(31)}
+    own = qmc.discrepancy(Sobol().unit_samples(11, streams, 1024)[:, :8])
+    peer = qmc.discrepancy(qmc.Sobol(8, rng=np.random.default_rng(1)).random(1024))
+    plain = qmc.discrepancy(Random().unit_samples(11, streams, 1024)[:, :8])
+    assert own < 1.3 * peer and own < 0.3 * plain
+
+
+def test_scrambled_points_are_unbiased():
+    """The average over scrambles is the integral: each point is uniform by itself."""
+    first = [
+        Sobol().unit_samples(seed, {"a": 0, "b": 3}, 4).ravel() for seed in range(2000)
+    ]
+    for column in np.array(first).T:
+        assert stats.kstest(column, "uniform").pvalue > 1e-3
+
+
+def test_sobol_integrates_better_than_random():
+    """The sum of 8 normal scores squared: mean 8."""
+
+    def error(sampler):
+        streams = {f"part_{i}": i for i in range(8)}
+        found = [
+            np.sum(
+                stats.norm.ppf(sampler.unit_samples(seed, streams, 1024)) ** 2, axis=1
+            ).mean()
+            for seed in range(30)
+        ]
+        return np.sqrt(np.mean((np.array(found) - 8) ** 2))
+
+    assert error(Sobol()) < 0.1 * error(Random())
+    assert error(Latin()) < 0.2 * error(Random())
 
 
 def test_the_same_draws_for_all_time():
     """Stored runs must stay repeatable: these numbers may never change."""
-    u = Random().unit_samples(75, ["rod_length_1"], 3)[:, 0]
-    assert u.tolist() == FIRST
+    for sampling, known in FIRST.items():
+        streams = {"rod_length_1": 0, "friction": 28}
+        u = find_in(samplers, sampling)().unit_samples(75, streams, 3)
+        assert u.ravel().tolist() == known, sampling
 
 
-FIRST = [0.8902395116438918, 0.8572559516785431, 0.540016298452043]
+FIRST = {
+    "random": [
+        0.8902395116438918, 0.43615326339337235, 0.8572559516785431,
+        0.6361902187205798, 0.540016298452043, 0.7604684923860162,
+    ],
+    "latin": [
+        0.5706711635650924, 0.8577876685653486, 0.17115308251612704,
+        0.13551661487375785, 0.7335159525368867, 0.5093607755486572,
+    ],
+    "sobol": [
+        0.9123280898226828, 0.5815050391545403, 0.020984148122349056,
+        0.14548308562672585, 0.44689875651048394, 0.8295169787627438,
+    ],
+}  # fmt: skip
 
 
 def test_numpys_global_state_is_untouched():
     before = np.random.get_state()[1].copy()  # noqa: NPY002
-    draws({"rod_length_1": ROD})
+    for sampling in SAMPLINGS:
+        draws({"rod_length_1": ROD}, sampling=sampling)
     np.testing.assert_array_equal(before, np.random.get_state()[1])  # noqa: NPY002

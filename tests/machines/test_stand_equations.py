@@ -31,7 +31,9 @@ NAMES = [contributor.name for contributor in CONTRIBUTORS]
 def machines(trials, **settings):
     """Draw machines as runs/khpt75.toml does."""
     study = load("runs/khpt75.toml")
-    table = draw(NAMES, study.spreads, sampling="random", seed=75, trials=trials)
+    table = draw(
+        NAMES, study.deviating.distributions, sampling="random", seed=75, trials=trials
+    )
     chosen = Settings(**settings)
     by_name = {name: table[:, i] for i, name in enumerate(NAMES)}
     return table, parameters.build(by_name, chosen), chosen

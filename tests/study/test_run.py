@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import tolstat
-from tolstat.deviations.draw import draw
 from tolstat.errors import RunFileError
 from tolstat.status import Status
 from tolstat.study.blocks import block_size, finished_blocks
 from tolstat.study.evaluate import simulate
+from tolstat.study.points import Case
 from tolstat.study.study import load
 
 
@@ -71,7 +71,7 @@ def khpt75():
     """300 machines of khpt75, five of them impossible, and their outcome."""
     study = load("runs/khpt75.toml")
     names = [contributor.name for contributor in study.description.contributors]
-    deviations = draw(names, study.spreads, sampling="random", seed=75, trials=300)
+    deviations = study.deviations()[:300]
     deviations[[3, 4, 70, 150, 299], names.index("rod_stiffness_1")] = -2.0
     return study, deviations, simulate(study.model, deviations, study.settings)
 
@@ -83,9 +83,10 @@ def test_bitwise_the_same_for_any_workers_and_blocks(khpt75, workers, block):
     before = np.random.get_state()[1].copy()  # noqa: NPY002
     found = np.full((len(deviations), whole.responses.shape[1]), -1.0)
     status, steps = np.zeros(len(deviations), int), np.zeros(len(deviations), int)
+    cases = (Case(0, len(deviations), study.settings),)
     with ThreadPoolExecutor(workers) as executor:
         for blocks in finished_blocks(
-            study.model, study.settings, deviations, executor,
+            study.model, cases, deviations, executor,
             workers=workers, block=block, stopping=lambda: False,
         ):  # fmt: skip
             for first, outcome in blocks:

@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.deviations import samplers
+from tolstat.deviations.dependence import Dependence, joined
 from tolstat.deviations.distributions import Distribution
+from tolstat.deviations.names import known_or_general
 from tolstat.deviations.parts import find_in
-from tolstat.deviations.tolerance import Tolerance
-
-
-class Spread(NamedTuple):
-    """How the deviation of one contributor is distributed."""
-
-    distribution: Distribution
-    tolerance: Tolerance
 
 
 def draw(
     contributors: Sequence[str],
-    spreads: Mapping[str, Spread],
+    distributions: Mapping[str, Distribution],
     *,
     sampling: str,
     seed: int,
     trials: int,
+    dependence: Dependence | None = None,
 ) -> NDArray[np.float64]:
     """Draw the deviations of all trials.
 
@@ -35,7 +29,7 @@ def draw(
     ----------
     contributors : sequence of str
         Every contributor of the model, in order.
-    spreads : mapping of str to Spread
+    distributions : mapping of str to Distribution
         Those that deviate; the others stay zero.
     sampling : str
         Name of a sampler.
@@ -43,17 +37,23 @@ def draw(
         Of the study.
     trials : int
         How many.
+    dependence : Dependence, optional
+        What hangs together.
 
     Returns
     -------
     float64[trial, contributor]
         SI.
     """
-    names = [name for name in contributors if name in spreads]
-    unit = find_in(samplers, sampling)().unit_samples(seed, names, trials)
+    dependence = dependence or Dependence()
+    # fixed for the model, whatever the study says
+    general = [n for n in known_or_general(contributors) if n not in contributors]
+    number = {name: i for i, name in enumerate([*contributors, *general])}
+    wanted = {*distributions, *(batch.name for batch in dependence.batches.values())}
+    streams = {name: i for name, i in number.items() if name in wanted}
+    table = find_in(samplers, sampling)().unit_samples(seed, streams, trials)
+    unit = joined(dict(zip(streams, table.T, strict=True)), dependence)
     deviations = np.zeros((trials, len(contributors)))
-    for column, name in enumerate(names):
-        distribution, tolerance = spreads[name]
-        where = contributors.index(name)
-        deviations[:, where] = distribution.deviations(unit[:, column], tolerance)
+    for name, distribution in distributions.items():
+        deviations[:, number[name]] = distribution.deviations(unit[name])
     return deviations

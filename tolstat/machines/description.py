@@ -11,6 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+class Gear(NamedTuple):
+    """The wheel whose ISO 1328 class a deviation follows.
+
+    Attributes
+    ----------
+    diameter : float
+        Reference diameter, m.
+    error : str
+        "run-out" (amplitude) or "pitch" (position of a tooth).
+    """
+
+    diameter: float
+    error: str
+
+
 @dataclass(frozen=True)
 class Contributor:
     """A dimension or property that carries a tolerance.
@@ -27,6 +42,10 @@ class Contributor:
         What it is.
     source : str
         Where it enters the equations.
+    size : float, optional
+        Nominal size, m, that an ISO 286 grade of this length refers to.
+    gear : Gear, optional
+        The wheel that an ISO 1328 class refers to.
     """
 
     name: str
@@ -34,6 +53,8 @@ class Contributor:
     symbol: str
     sentence: str
     source: str
+    size: float | None = None
+    gear: Gear | None = None
 
 
 @dataclass(frozen=True)

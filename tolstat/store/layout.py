@@ -3,8 +3,10 @@
 At the root one dataset for each contributor and response and for status and steps,
 with unit and sentence as attributes and `trial` as dimension scale; the nominal
 machine, which is no trial, in the group `nominal`; everything about the run as a whole
-in the attributes of the root. All datasets are contiguous and allocated when the file
-is made: afterwards only raw data change, and a kill cannot tear the file.
+in the attributes of the root. A grid has its swept settings as further datasets, and
+known points to compare with in the group `reference`. All datasets are contiguous and
+allocated when the file is made: afterwards only raw data change, and a kill cannot
+tear the file.
 """
 
 from __future__ import annotations
@@ -13,12 +15,15 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from tolstat.machines.description import Contributor, Response
 from tolstat.status import WORDS
 
 FORMAT = 1
 TRIAL, STATUS, STEPS, NOMINAL = "trial", "status", "steps", "nominal"
+REFERENCE = "reference"  # group of known points to be shown beside a grid
+SETTING = "setting"  # role of a setting that a grid changes
 LIMIT = "limit"  # attribute of a response: least and greatest permitted value, SI
 
 
@@ -38,7 +43,7 @@ def allocate(
     dtype
         NumPy type; floating numbers start as NaN, integers as 0.
     """
-    fill = np.array(np.nan if np.dtype(dtype).kind == "f" else 0, dtype)
+    fill = np.full((), np.nan if np.dtype(dtype).kind == "f" else 0, dtype)
     plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     plan.set_layout(h5py.h5d.CONTIGUOUS)
     plan.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
@@ -92,3 +97,17 @@ def lay_out(
         if shape:
             status.dims[0].attach_scale(index)
             steps.dims[0].attach_scale(index)
+
+
+def lay_out_setting(
+    file: h5py.File, name: str, values: NDArray[Any], unit: str, sentence: str
+) -> None:
+    """Make and fill the dataset of a setting that is not the same in all trials."""
+    if values.dtype.kind == "U":
+        values = np.char.encode(values, "utf-8")
+    column = allocate(file, name, values.shape, values.dtype)
+    column[...] = values
+    column.attrs["role"] = SETTING
+    column.attrs["units"] = unit
+    column.attrs["long_name"] = sentence
+    column.dims[0].attach_scale(file[TRIAL])

@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 from tolstat.errors import RunFileError
 from tolstat.machines.description import Contributor, Response
 from tolstat.status import WORDS, Status
-from tolstat.store.layout import FORMAT, LIMIT, NOMINAL, STATUS, STEPS
+from tolstat.store.layout import (
+    FORMAT,
+    LIMIT,
+    NOMINAL,
+    REFERENCE,
+    SETTING,
+    STATUS,
+    STEPS,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,6 +63,10 @@ class Run:
         Least and greatest permitted value by response, SI.
     nominal_values : dict
         Responses (SI), status (a word) and steps of the machine without deviations.
+    settings : dict
+        Unit of each setting that a grid changes.
+    reference : dict of str to float64[point]
+        Known points to be shown beside a grid, SI: what is swept, then responses.
     """
 
     path: Path
@@ -64,6 +76,8 @@ class Run:
     responses: tuple[Response, ...]
     limits: dict[str, tuple[float, float]]
     nominal_values: dict[str, Any]
+    settings: dict[str, str]
+    reference: dict[str, NDArray[np.float64]]
     _columns: dict[str, NDArray[Any]] = field(repr=False)
 
     @property
@@ -83,12 +97,22 @@ class Run:
 
     @property
     def units(self) -> dict[str, str]:
-        """SI unit of each contributor and response; "1" where there is none."""
+        """SI unit of each column; "1" where there is none."""
         described: list[Contributor | Response] = [*self.contributors, *self.responses]
-        return {each.name: each.unit for each in described}
+        return {**self.settings, **{each.name: each.unit for each in described}}
 
-    def column(self, name: str) -> NDArray[np.float64]:
-        """Return a contributor or response of all trials, SI."""
+    @property
+    def grid(self) -> list[str]:
+        """What a grid sweeps, the slowest first; empty for any other run."""
+        return str(self.facts.get("grid", "")).split()
+
+    @property
+    def notes(self) -> list[str]:
+        """What has to be known of the deviations."""
+        return str(self.facts.get("notes", "")).splitlines()
+
+    def column(self, name: str) -> NDArray[Any]:
+        """Return a swept setting, contributor or response of all trials, SI."""
         return self._columns[name]
 
     @property
@@ -101,7 +125,7 @@ class Run:
         return series
 
     def frame(self) -> pd.DataFrame:
-        """Return contributors, responses, status and steps of every trial.
+        """Return swept settings, contributors, responses, status and steps.
 
         Returns
         -------
@@ -149,9 +173,22 @@ def open(path: str | os.PathLike[str]) -> Run:
                     f"{path} has format {facts['format']}, this tolstat reads format "
                     f"{FORMAT}; open it with tolstat {facts['version_tolstat']}"
                 )
-            columns = {
-                name: item[...] for name, item in file.items() if name != NOMINAL
+            datasets = {
+                name: item
+                for name, item in file.items()
+                if isinstance(item, h5py.Dataset)
             }
+            columns = {name: _column(item) for name, item in datasets.items()}
+            settings = {
+                name: item.attrs["units"]
+                for name, item in datasets.items()
+                if item.attrs.get("role") == SETTING
+            }
+            reference = {
+                name: item[...] for name, item in file.get(REFERENCE, {}).items()
+            }
+            if reference:
+                facts["reference"] = file[REFERENCE].attrs["label"]
             group = file[NOMINAL]
             names = (*facts["responses"].split(), STEPS)
             nominal = {name: group[name][()].item() for name in names}
@@ -172,7 +209,15 @@ def open(path: str | os.PathLike[str]) -> Run:
         raise RunFileError(f"{path} cannot be read as HDF5: {error}") from error
     text = facts.pop("study")
     study = StudyText(text, tomllib.loads(text))
-    return Run(path, study, facts, contributors, responses, limits, nominal, columns)
+    return Run(
+        path, study, facts, contributors, responses, limits, nominal, settings,
+        reference, columns,
+    )  # fmt: skip
+
+
+def _column(dataset: h5py.Dataset) -> NDArray[Any]:
+    values: NDArray[Any] = dataset[...]
+    return np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
 
 
 def _words(dataset: h5py.Dataset) -> tuple[str, str, str, str, str]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import h5py
 import numpy as np
@@ -16,8 +16,47 @@ from numpy.typing import NDArray
 from tolstat.errors import RunFileError
 from tolstat.machines.description import Description, Outcome
 from tolstat.status import Status
-from tolstat.store.layout import FORMAT, LIMIT, NOMINAL, STATUS, STEPS, lay_out
+from tolstat.store.layout import (
+    FORMAT,
+    LIMIT,
+    NOMINAL,
+    REFERENCE,
+    STATUS,
+    STEPS,
+    lay_out,
+    lay_out_setting,
+)
 from tolstat.store.provenance import now, provenance
+
+
+class SweptSetting(NamedTuple):
+    """A setting that is not the same in all trials.
+
+    Attributes
+    ----------
+    values : float64[trial] or str[trial]
+        SI, or words.
+    unit, sentence : str
+        As the model declares it.
+    """
+
+    values: NDArray[Any]
+    unit: str
+    sentence: str
+
+
+class KnownPoints(Protocol):
+    """Points of a publication or a measurement, SI; the swept column first."""
+
+    @property
+    def label(self) -> str:
+        """Where they come from."""
+        ...
+
+    @property
+    def columns(self) -> Mapping[str, NDArray[np.float64]]:
+        """By name, float64[point]."""
+        ...
 
 
 class Plan(NamedTuple):
@@ -35,6 +74,10 @@ class Plan(NamedTuple):
         All of them, drawn.
     limits : mapping
         Least and greatest permitted value by response, SI.
+    settings : mapping of str to SweptSetting
+        What a grid changes besides deviations.
+    reference : KnownPoints, optional
+        What is shown beside a grid.
     """
 
     study_text: str
@@ -42,6 +85,8 @@ class Plan(NamedTuple):
     description: Description
     deviations: NDArray[np.float64]
     limits: Mapping[str, tuple[float, float]]
+    settings: Mapping[str, SweptSetting] = {}
+    reference: KnownPoints | None = None
 
 
 class RunWriter:
@@ -104,6 +149,13 @@ class RunWriter:
             file[NOMINAL][contributor.name][...] = 0.0
         for name, limit in plan.limits.items():
             file[name].attrs[LIMIT] = limit
+        for name, swept in plan.settings.items():
+            lay_out_setting(file, name, swept.values, swept.unit, swept.sentence)
+        if plan.reference:
+            group = file.create_group(REFERENCE, track_order=True)
+            group.attrs["label"] = plan.reference.label
+            for name, values in plan.reference.columns.items():
+                group[name] = values
 
     def write_nominal(self, outcome: Outcome) -> None:
         """Store the machine without deviations.

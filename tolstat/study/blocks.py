@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tolstat.integrator.integrate import stop_flag
 from tolstat.machines.description import Model, Outcome
 from tolstat.study.evaluate import simulate
+from tolstat.study.points import Case
 
 LOOK_AGAIN = 0.1  # s, between two looks at whether to stop
 GRACE = 1.0  # s, for running blocks to end early; a compilation does not
@@ -22,7 +23,7 @@ SUBMITTED = 3  # blocks for each worker, so that none waits for the writer
 
 def finished_blocks(
     model: Model,
-    settings: Any,
+    cases: tuple[Case, ...],
     deviations: NDArray[np.float64],
     executor: Executor,
     *,
@@ -34,8 +35,10 @@ def finished_blocks(
 
     Parameters
     ----------
-    model, settings
+    model : Model
         The machine.
+    cases : tuple of Case
+        Its settings.
     deviations : float64[trial, contributor]
         SI.
     executor : concurrent.futures.Executor
@@ -52,19 +55,19 @@ def finished_blocks(
         Blocks with the number of their first trial.
     """
     stop = np.zeros(1, dtype=np.int64)
-    starts = iter(range(0, len(deviations), block))
+    starts = _starts(cases, block)
     running: dict[Future[Outcome], int] = {}
     patience = math.inf
     try:
         while True:
             while not stop[0] and len(running) < SUBMITTED * workers:
-                first = next(starts, None)
-                if first is None:
+                block_of = next(starts, None)
+                if block_of is None:
                     break
-                rows = deviations[first : first + block]
-                running[executor.submit(_run_block, model, rows, settings, stop)] = (
-                    first
-                )
+                first, end, settings = block_of
+                rows = deviations[first:end]
+                future = executor.submit(_run_block, model, rows, settings, stop)
+                running[future] = first
             if not running:
                 return
             done, _ = wait(running, timeout=LOOK_AGAIN, return_when=FIRST_COMPLETED)
@@ -82,6 +85,13 @@ def finished_blocks(
         stop[0] = 1
         for future in running:
             future.cancel()
+
+
+def _starts(cases: tuple[Case, ...], block: int) -> Iterator[Case]:
+    """Cut cases into blocks."""
+    for case in cases:
+        for first in range(case.first, case.stop, block):
+            yield Case(first, min(first + block, case.stop), case.settings)
 
 
 def _run_block(

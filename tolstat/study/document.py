@@ -19,11 +19,15 @@ class Document(BaseModel):
 
     title: str = ""
     model: str
-    trials: int = Field(ge=1)
-    seed: int = Field(ge=0)
+    trials: int | None = Field(default=None, ge=1)
+    seed: int | None = Field(default=None, ge=0)
     sampling: str = "random"
+    table: str | None = None
     settings: dict[str, str | int | float] = {}
     deviations: dict[str, str | dict[str, Any]] = {}
+    correlation: dict[str, dict[str, float]] = {}
+    grid: dict[str, Any] = {}
+    reference: dict[str, Any] = {}
     limits: dict[str, str] = {}
 
 
@@ -39,9 +43,15 @@ EXPECTED = {
     "trials": "a whole number from 1 is expected",
     "seed": "a whole number from 0 is expected",
     "sampling": "the name of a sampling is expected, in quotes",
+    "table": 'the name of a CSV file is expected, such as table = "machines.csv"',
     "settings": 'a value such as "7.5 rad/s", a number or a word is expected',
     "deviations": 'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", '
     "cp = 1.33 } is expected",
+    "correlation": "a table of rank correlations is expected, such as "
+    "{ rod_length_2 = 0.6 }",
+    "grid": "a table of contributors or settings and their values is expected",
+    "reference": 'a table such as { data = "points.csv", label = "measured" } is '
+    "expected",
     "limits": 'a limit such as "<= 3 %" is expected, in quotes',
 }
 

@@ -9,13 +9,14 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tolstat.deviations.draw import draw
 from tolstat.machines.description import Model
+from tolstat.machines.settings import fields_of
 from tolstat.status import Status
 from tolstat.store.run import Run
 from tolstat.store.run import open as open_run
-from tolstat.store.run_writer import Plan, RunWriter
+from tolstat.store.run_writer import Plan, RunWriter, SweptSetting
 from tolstat.study.blocks import block_size, finished_blocks
 from tolstat.study.evaluate import simulate
 from tolstat.study.study import Study, load
@@ -129,30 +130,16 @@ def execute_on(
     stopping: Callable[[], bool],
 ) -> Run:
     """Run a checked study on any executor; see `execute`."""
-    description = study.description
-    deviations = draw(
-        [contributor.name for contributor in description.contributors],
-        study.spreads,
-        sampling=study.sampling,
-        seed=study.seed,
-        trials=study.trials,
-    )
-    facts = {
-        "title": study.title,
-        "model": study.model.name,
-        "seed": study.seed,
-        "sampling": study.sampling,
-        "settings": repr(study.settings),
-    }
+    deviations = study.deviations()
     began = time.perf_counter()
     over, failed = 0, 0
-    plan = Plan(study.text, facts, description, deviations, study.limits)
+    plan = _plan(study, deviations)
     with RunWriter(path, plan, force=force) as file:
         # the nominal machine goes first; who finds its code not compiled waits for it
         none = np.zeros((1, deviations.shape[1]))
         nominal = executor.submit(simulate, study.model, none, study.settings)
         for blocks in finished_blocks(
-            study.model, study.settings, deviations, executor,
+            study.model, study.cases, deviations, executor,
             workers=workers, block=block_size(study.trials, workers), stopping=stopping,
         ):  # fmt: skip
             file.write_blocks(blocks)
@@ -165,6 +152,39 @@ def execute_on(
             file.write_nominal(nominal.result())
         file.write_end(time.perf_counter() - began)
     return open_run(path)
+
+
+def _plan(study: Study, deviations: NDArray[np.float64]) -> Plan:
+    """Say all that is known of a run before anything has run."""
+    facts: dict[str, str | int] = {
+        "title": study.title,
+        "model": study.model.name,
+        "sampling": study.sampling,
+        "settings": repr(study.settings),
+    }
+    if study.seed is not None:
+        facts["seed"] = study.seed
+    if study.promise:
+        facts["promise"] = study.promise
+    if study.notes:
+        facts["notes"] = "\n".join(study.notes)
+    swept = {}
+    if study.points and study.points.swept:
+        facts["grid"] = " ".join(axis.name for axis in study.points.swept)
+        units = {axis.name: axis.unit for axis in study.points.swept}
+        fields = fields_of(study.model)
+        for name, values in (study.points.settings or {}).items():
+            sentence = fields[name].metadata["sentence"]
+            swept[name] = SweptSetting(values, units[name], sentence)
+    return Plan(
+        study.text,
+        facts,
+        study.description,
+        deviations,
+        study.limits,
+        swept,
+        study.reference,
+    )
 
 
 def processors() -> int:

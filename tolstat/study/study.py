@@ -4,25 +4,33 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from tolstat import catalogue
 from tolstat.deviations import samplers
-from tolstat.deviations.draw import Spread
+from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.draw import draw
 from tolstat.deviations.names import expand
-from tolstat.deviations.parts import names_in
+from tolstat.deviations.parts import find_in, names_in
 from tolstat.errors import ModelError, StudyError, allowed_names
-from tolstat.machines import settings as model_settings
 from tolstat.machines.description import Description, Model
-from tolstat.study.document import Document, read
+from tolstat.study.deviations import Deviations, read_deviations
+from tolstat.study.document import MISSING, Document, read
+from tolstat.study.points import Case, Points, read_grid, read_table
 from tolstat.study.problems import Problems
-from tolstat.study.spread import read_spread
-from tolstat.units.grammar import Range, limit, quantity
+from tolstat.study.reference import Reference, read_reference
+from tolstat.study.settings import read_setting
+from tolstat.units.grammar import Range, limit
 
 Given = TypeVar("Given")
 Read = TypeVar("Read")
+
+GIVEN = ("grid", "table")  # samplings that draw nothing
 
 
 @dataclass(frozen=True)
@@ -41,12 +49,18 @@ class Study:
         The machine.
     settings : object
         Instance of `model.settings`, SI.
-    trials, seed : int
-        How many machines are built, and from which random numbers.
+    trials : int
+        How many machines are built.
+    seed : int or None
+        From which random numbers; None where nothing is drawn.
     sampling : str
-        How the deviations are drawn.
-    spreads : dict of str to Spread
-        By contributor, SI.
+        How the deviations are chosen.
+    deviating : Deviations
+        What deviates, and how it hangs together.
+    points : Points or None
+        The machines of a grid or a table.
+    reference : Reference or None
+        Known points to be shown beside a grid.
     limits : dict of str to Range
         By response, SI.
     """
@@ -57,15 +71,58 @@ class Study:
     model: Model
     settings: Any
     trials: int
-    seed: int
+    seed: int | None
     sampling: str
-    spreads: dict[str, Spread]
+    deviating: Deviations
+    points: Points | None
+    reference: Reference | None
     limits: dict[str, Range]
 
     @property
     def description(self) -> Description:
         """Contributors and responses of the model at these settings."""
         return self.model.describe(self.settings)
+
+    @property
+    def cases(self) -> tuple[Case, ...]:
+        """The settings of all trials, in order."""
+        if self.points:
+            return self.points.cases
+        return (Case(0, self.trials, self.settings),)
+
+    @property
+    def promise(self) -> str:
+        """What the trials allow to say about intervals; empty if nothing is drawn."""
+        if self.points:
+            return ""
+        return str(find_in(samplers, self.sampling).promise)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the summary of the run has to say of the deviations."""
+        own = (self.points.note,) if self.points and self.points.note else ()
+        return (*own, *self.deviating.notes)
+
+    def deviations(self) -> NDArray[np.float64]:
+        """Draw, or look up, the deviations of all trials: float64[trial, contributor].
+
+        SI.
+        """
+        names = [contributor.name for contributor in self.description.contributors]
+        if self.points:
+            table = self.points.deviations.copy()
+            for name, held in self.deviating.distributions.items():
+                table[:, names.index(name)] = held.deviations(np.full(1, 0.5))
+            return table
+        assert self.seed is not None  # checked when the study was loaded
+        return draw(
+            names,
+            self.deviating.distributions,
+            sampling=self.sampling,
+            seed=self.seed,
+            trials=self.trials,
+            dependence=self.deviating.dependence,
+        )
 
 
 def load(
@@ -100,31 +157,45 @@ def load(
     problems = Problems(str(path))
     text, document = read(path, problems)
     machine = _machine(document, model, problems)
-    if document.sampling not in names_in(samplers):
-        allowed = allowed_names(document.sampling, names_in(samplers))
-        problems.add("sampling", document.sampling, f"no such sampling; {allowed}")
     settings = _settings(document, machine, problems)
     description = machine.describe(settings)
-    study = Study(
+    contributors = description.contributors
+    deviating = read_deviations(
+        document.deviations, document.correlation, contributors, path.parent, problems
+    )
+    points = _points(document, machine, settings, description, path.parent, problems)
+    _check_sampling(document, deviating, points, problems)
+    reference = None
+    if document.reference:
+        with problems.noting("[reference]", document.reference):
+            swept = points.swept if points else ()
+            reference = read_reference(
+                document.reference, swept, description, path.parent
+            )
+    limits = _limits(document, description, problems)
+    problems.raise_if_any()
+    for name, value, least in (("trials", trials, 1), ("seed", seed, 0)):
+        if value is not None and points:
+            raise StudyError(
+                f'{name} = {value}: sampling = "{document.sampling}" draws nothing'
+            )
+        if value is not None and value < least:
+            raise StudyError(f"{name} = {value}: it must be at least {least}")
+    if points:
+        trials = len(points.deviations)
+    return Study(
         path,
         text,
         document.title or path.stem,
         machine,
         settings,
-        document.trials,
-        document.seed,
+        (document.trials or 0) if trials is None else trials,
+        document.seed if seed is None else seed,
         document.sampling,
-        _spreads(document, description, problems),
-        _limits(document, description, problems),
-    )
-    problems.raise_if_any()
-    for name, value, least in (("trials", trials, 1), ("seed", seed, 0)):
-        if value is not None and value < least:
-            raise StudyError(f"{name} = {value}: it must be at least {least}")
-    return replace(
-        study,
-        trials=study.trials if trials is None else trials,
-        seed=study.seed if seed is None else seed,
+        deviating,
+        points,
+        reference,
+        limits,
     )
 
 
@@ -144,24 +215,75 @@ def _settings(document: Document, model: Model, problems: Problems) -> Any:
     values = {}
     for name, given in document.settings.items():
         with problems.noting(f"[settings] {name}", given):
-            field = model_settings.field_of(model, name)
-            value: Any = given
-            unit, presets = field.metadata["unit"], field.metadata["presets"]
-            if unit and not isinstance(given, str):
-                raise ModelError(
-                    f'a quantity with its unit is expected, "{given} {unit}"'
-                )
-            if unit and given not in presets:
-                value = quantity(str(given), unit)
-            values[name] = model_settings.checked(field, value)
+            values[name] = read_setting(model, name, given)
     return model.settings(**values)
 
 
-def _spreads(
-    document: Document, description: Description, problems: Problems
-) -> dict[str, Spread]:
-    units = {each.name: each.unit for each in description.contributors}
-    return _by_name("deviations", document.deviations, units, read_spread, problems)
+def _points(
+    document: Document,
+    model: Model,
+    settings: Any,
+    description: Description,
+    folder: Path,
+    problems: Problems,
+) -> Points | None:
+    """Read the machines of a grid or a table."""
+    if document.sampling == "grid":
+        if not document.grid:
+            problems.add("[grid]", None, "missing; name what is swept, and its values")
+            return None
+        swept = [name for name in document.grid if name in document.settings]
+        for name in swept:
+            problems.add(f"[grid] {name}", None, "stands in [settings] already")
+        return read_grid(document.grid, model, settings, description, problems)
+    if document.sampling == "table" and document.table:
+        with problems.noting("table", document.table):
+            return read_table(folder / document.table, settings, description)
+    return None
+
+
+def _check_sampling(
+    document: Document,
+    deviating: Deviations,
+    points: Points | None,
+    problems: Problems,
+) -> None:
+    """Refuse keys that are missing for this sampling, or say nothing to it."""
+    sampling = document.sampling
+    known = [*names_in(samplers), *GIVEN]
+    if sampling not in known:
+        allowed = allowed_names(sampling, known)
+        problems.add("sampling", sampling, f"no such sampling; {allowed}")
+        return
+    drawn = sampling not in GIVEN
+    for key in ("trials", "seed"):
+        value = getattr(document, key)
+        if drawn and value is None:
+            problems.add(key, None, MISSING[key])
+        elif not drawn and value is not None:
+            problems.add(key, value, f'sampling = "{sampling}" draws nothing; leave it')
+    for key in GIVEN:
+        value = getattr(document, key)
+        if value and sampling != key:
+            problems.add(key, None, f'it needs sampling = "{key}"')
+    if sampling == "table" and not document.table:
+        problems.add("table", None, 'missing; such as table = "machines.csv"')
+    if document.reference and sampling != "grid":
+        problems.add("[reference]", None, 'it needs sampling = "grid"')
+    if drawn:
+        return
+    if document.correlation:
+        problems.add("[correlation]", None, f'sampling = "{sampling}" draws nothing')
+    taken = {m for axis in points.swept for m in axis.members} if points else set()
+    for name, distribution in deviating.distributions.items():
+        if not isinstance(distribution, Constant):
+            message = (
+                f'sampling = "{sampling}" draws nothing; only distribution = '
+                '"constant" goes with it'
+            )
+            problems.add(f"[deviations] {name}", None, message)
+        elif name in taken:
+            problems.add(f"[deviations] {name}", None, "stands in [grid] already")
 
 
 def _limits(

@@ -29,6 +29,24 @@ class Range(NamedTuple):
     upper: float
 
 
+def number(text: str) -> float:
+    """Read a bare number.
+
+    Parameters
+    ----------
+    text : str
+        Digits, a decimal point, an exponent.
+
+    Raises
+    ------
+    UnitError
+        If it is none, or not finite.
+    """
+    if not re.fullmatch(_NUMBER, text.strip()):
+        raise UnitError(_unreadable(text, "a number such as 0.25"))
+    return _finite(text)
+
+
 def quantity(text: str, unit: str) -> float:
     """Read one quantity, such as "7.5 rad/s".
 
@@ -145,10 +163,14 @@ def _range(found: re.Match[str], unit: str) -> Range:
 
 
 def _si(number: str, given: str | None, unit: str) -> float:
+    return to_si(_finite(number), (given or "").strip(), unit)
+
+
+def _finite(number: str) -> float:
     value = float(number)
     if not math.isfinite(value):
         raise UnitError(f"{number} is not a finite number")
-    return to_si(value, (given or "").strip(), unit)
+    return value
 
 
 def _example(number: str, unit: str) -> str:

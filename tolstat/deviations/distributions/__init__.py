@@ -1,32 +1,48 @@
-"""Distributions of a deviation inside its tolerance, one in each file.
+"""Distributions of a deviation, one in each file.
 
-A distribution is a frozen dataclass whose fields are its keys in the study file. A
-field declared with `deviation_field` is a quantity in the contributor's unit. It has
-one method, `deviations(u, tolerance)`: the inverse distribution function at
-0 < u < 1, which raises `DistributionError` when the keys do not fit the tolerance.
+A distribution is a frozen dataclass whose fields, declared with `key`, are its keys in
+the study file; it raises `DistributionError` when they do not fit each other. It has
+one method, `deviations(u)`: the inverse distribution function at 0 < u < 1, SI.
 """
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations.tolerance import Tolerance
+# share of a centred normal distribution below mean + 3 sigma: where the far end of a
+# tolerance lies at Cp = 1
+THREE_SIGMA = 0.9986501019683699
 
 
 class Distribution(Protocol):
     """What every file of this folder holds."""
 
-    def deviations(
-        self, u: NDArray[np.float64], tolerance: Tolerance
-    ) -> NDArray[np.float64]:
+    def deviations(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
         """Turn unit samples (0 < u < 1) into deviations, SI."""
         ...
 
 
-def deviation_field(default: float | None) -> Any:
-    """Declare a key that is a quantity in the contributor's unit."""
-    return dataclasses.field(default=default, metadata={"in_unit_of_contributor": True})
+def key(
+    reads: str = "number",
+    default: Any = dataclasses.MISSING,
+    *,
+    choices: Sequence[str] = (),
+) -> Any:
+    """Declare a field that is a key of the study file.
+
+    Parameters
+    ----------
+    reads : str
+        "number"; "quantity" or "tolerance", in the unit of the contributor; "word".
+    default : optional
+        Its value where the study says nothing; without one the key is required.
+    choices : sequence of str
+        The words allowed.
+    """
+    metadata = {"reads": reads, "choices": tuple(choices)}
+    return dataclasses.field(default=default, metadata=metadata)

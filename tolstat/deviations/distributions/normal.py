@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from tolstat.deviations.distributions import deviation_field
+from tolstat.deviations.distributions import key
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import DistributionError
 
@@ -19,6 +19,8 @@ class Normal:
 
     Attributes
     ----------
+    tolerance : Tolerance
+        The permitted zone, SI.
     cp : float, optional
         Half the tolerance over three standard deviations.
     cpk : float, optional
@@ -29,34 +31,18 @@ class Normal:
         Mean less the middle of the tolerance, SI.
     """
 
-    cp: float | None = None
-    cpk: float | None = None
-    shift: float | None = deviation_field(None)
+    tolerance: Tolerance = key("tolerance")
+    cp: float | None = key(default=None)
+    cpk: float | None = key(default=None)
+    shift: float | None = key("quantity", None)
 
-    def mean_and_sigma(self, tolerance: Tolerance) -> tuple[float, float]:
-        """Return mean and standard deviation, SI.
-
-        Parameters
-        ----------
-        tolerance : Tolerance
-            The permitted zone, SI.
-
-        Returns
-        -------
-        tuple of float
-            Mean, standard deviation.
-
-        Raises
-        ------
-        DistributionError
-            If the keys contradict each other or the tolerance.
-        """
+    def __post_init__(self) -> None:
+        """Refuse keys that contradict each other or the tolerance."""
         for name in ("cp", "cpk"):
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise DistributionError(f"{name} = {value:g}: it must be above zero")
-        half = tolerance.half
-        if self.shift is not None and abs(self.shift) >= half:
+        if self.shift is not None and abs(self.shift) >= self.tolerance.half:
             raise DistributionError(
                 "the shift puts the mean outside the tolerance; give one below half "
                 "its width"
@@ -70,17 +56,21 @@ class Normal:
                 raise DistributionError(
                     f"cpk = {self.cpk:g} is above cp = {self.cp:g}; it is at most cp"
                 )
+
+    @property
+    def mean_and_sigma(self) -> tuple[float, float]:
+        """Mean and standard deviation, SI."""
+        half = self.tolerance.half
+        if self.cp is not None and self.cpk is not None:
             shift, sigma = half * (1 - self.cpk / self.cp), half / (3 * self.cp)
         elif self.cpk is not None:
             shift = self.shift or 0.0
             sigma = (half - abs(shift)) / (3 * self.cpk)
         else:
             shift, sigma = self.shift or 0.0, half / (3 * (self.cp or 1.0))
-        return tolerance.middle + shift, sigma
+        return self.tolerance.middle + shift, sigma
 
-    def deviations(
-        self, u: NDArray[np.float64], tolerance: Tolerance
-    ) -> NDArray[np.float64]:
+    def deviations(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
         """Turn unit samples (0 < u < 1) into deviations, SI."""
-        mean, sigma = self.mean_and_sigma(tolerance)
+        mean, sigma = self.mean_and_sigma
         return mean + sigma * np.asarray(ndtri(u))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations.distributions import deviation_field
+from tolstat.deviations.distributions import key
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import DistributionError
 
@@ -18,20 +18,25 @@ class Triangular:
 
     Attributes
     ----------
+    tolerance : Tolerance
+        The permitted zone, SI.
     mode : float, optional
         The most likely deviation, SI; the middle of the tolerance if not given.
     """
 
-    mode: float | None = deviation_field(None)
+    tolerance: Tolerance = key("tolerance")
+    mode: float | None = key("quantity", None)
 
-    def deviations(
-        self, u: NDArray[np.float64], tolerance: Tolerance
-    ) -> NDArray[np.float64]:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
-        lower, upper = tolerance
-        mode = tolerance.middle if self.mode is None else self.mode
-        if not lower <= mode <= upper:
+    def __post_init__(self) -> None:
+        """Refuse a mode outside the tolerance."""
+        lower, upper = self.tolerance
+        if self.mode is not None and not lower <= self.mode <= upper:
             raise DistributionError("the mode lies outside the tolerance")
+
+    def deviations(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        lower, upper = self.tolerance
+        mode = self.tolerance.middle if self.mode is None else self.mode
         width = upper - lower
         rising = lower + np.sqrt(u * width * (mode - lower))
         falling = upper - np.sqrt((1 - u) * width * (upper - mode))

@@ -1,11 +1,12 @@
 """Ways to choose unit samples, one in each file.
 
-A sampler is a class with one method, `unit_samples(seed, names, trials)`.
+A sampler is a class with one method, `unit_samples(seed, streams, trials)`, and a
+sentence, `promise`, on what its samples allow to say about intervals.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
@@ -13,10 +14,38 @@ from numpy.typing import NDArray
 
 
 class Sampler(Protocol):
-    """What every file of this folder holds."""
+    """What every file of this folder holds.
+
+    Attributes
+    ----------
+    independent : bool
+        Whether the trials are independent of each other: only then order-statistic
+        and binomial intervals hold.
+    promise : str
+        What may be said about intervals, in a sentence.
+    """
+
+    independent: bool
+    promise: str
 
     def unit_samples(
-        self, seed: int, names: Sequence[str], trials: int
+        self, seed: int, streams: Mapping[str, int], trials: int
     ) -> NDArray[np.float64]:
-        """Return float64[trial, contributor], each above 0 and below 1."""
+        """Choose unit samples.
+
+        Parameters
+        ----------
+        seed : int
+            Of the study.
+        streams : mapping of str to int
+            The names to sample for, each with its fixed number among all names of the
+            model.
+        trials : int
+            How many, numbered from 0.
+
+        Returns
+        -------
+        float64[trial, stream]
+            Above 0 and below 1, in the order of `streams`.
+        """
         ...

@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from tolstat.machines.description import Contributor, Description, Response
+from tolstat.machines.description import Contributor, Description, Gear, Response
+from tolstat.machines.stand.parameters import NOMINAL
 
 _C = Contributor
 _R = Response
+_WHEEL, _PINION = 2 * NOMINAL.r3, 2 * NOMINAL.r2
 
 CONTRIBUTORS = (
-    _C("rod_length_1", "m", "dl1", "length of rod 3", "l_1 in (4)"),
-    _C("rod_length_2", "m", "dl2", "length of rod 4", "l_2 in (5)"),
+    _C("rod_length_1", "m", "dl1", "length of rod 3", "l_1 in (4)", NOMINAL.l),
+    _C("rod_length_2", "m", "dl2", "length of rod 4", "l_2 in (5)", NOMINAL.l),
     _C("rod_difference", "m", "dl", "half the difference of the rods: +dl, -dl", "(4), (5)"),
     _C("rod_stiffness_1", "1", "k1", "axial stiffness and damping of rod 3", "(2)"),
     _C("rod_stiffness_2", "1", "k2", "axial stiffness and damping of rod 4", "(2)"),
-    _C("crank_radius_1", "m", "dr1", "radius of the crank on wheel 7", "r_1 in (4)"),
-    _C("crank_radius_2", "m", "dr2", "radius of the crank on wheel 8", "r_2 in (5)"),
+    _C("crank_radius_1", "m", "dr1", "radius of the crank on wheel 7", "r_1 in (4)", NOMINAL.r),
+    _C("crank_radius_2", "m", "dr2", "radius of the crank on wheel 8", "r_2 in (5)", NOMINAL.r),
     _C("crank_difference", "m", "dr", "difference of the cranks: -dr/2, +dr/2", "(4), (5)"),
     _C("crank_angle_1", "rad", "psi1", "angular position of the crank on wheel 7", "f_1 in (4)"),
     _C("crank_angle_2", "rad", "psi2", "angular position of the crank on wheel 8", "f_2 in (5)"),
-    _C("tooth_position_1", "m", "s1", "constant tooth-position error of mesh 10-7", "mesh1 in (2)"),
-    _C("tooth_position_2", "m", "s2", "constant tooth-position error of mesh 11-8", "mesh2 in (2)"),
-    _C("runout_7", "m", "E7", "run-out of wheel 7", "mesh1 in (2)"),
-    _C("runout_8", "m", "E8", "run-out of wheel 8", "mesh2 in (2)"),
-    _C("runout_10", "m", "E10", "run-out of pinion 10", "mesh1 in (2)"),
-    _C("runout_11", "m", "E11", "run-out of pinion 11", "mesh2 in (2)"),
+    _C("tooth_position_1", "m", "s1", "constant tooth-position error of mesh 10-7", "mesh1 in (2)", gear=Gear(_WHEEL, "pitch")),
+    _C("tooth_position_2", "m", "s2", "constant tooth-position error of mesh 11-8", "mesh2 in (2)", gear=Gear(_WHEEL, "pitch")),
+    _C("runout_7", "m", "E7", "run-out of wheel 7", "mesh1 in (2)", gear=Gear(_WHEEL, "run-out")),
+    _C("runout_8", "m", "E8", "run-out of wheel 8", "mesh2 in (2)", gear=Gear(_WHEEL, "run-out")),
+    _C("runout_10", "m", "E10", "run-out of pinion 10", "mesh1 in (2)", gear=Gear(_PINION, "run-out")),
+    _C("runout_11", "m", "E11", "run-out of pinion 11", "mesh2 in (2)", gear=Gear(_PINION, "run-out")),
     _C("runout_phase_7", "rad", "th7", "phase of the run-out of wheel 7", "mesh1 in (2)"),
     _C("runout_phase_8", "rad", "th8", "phase of the run-out of wheel 8", "mesh2 in (2)"),
     _C("runout_phase_10", "rad", "th10", "phase of the run-out of pinion 10", "mesh1 in (2)"),

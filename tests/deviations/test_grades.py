@@ -1,0 +1,130 @@
+"""ISO 286 and ISO 1328: values of the standards, and what they do not cover."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from tolstat.deviations.grades import iso286, iso1328
+from tolstat.errors import GradeError
+
+# values that workshop handbooks print: nominal size (mm), grade, um
+KNOWN = [
+    (3, 7, 10), (6, 6, 8), (10, 7, 15), (18, 7, 18), (25, 7, 21), (30, 8, 33),
+    (40, 6, 16), (50, 7, 25), (80, 9, 74), (100, 7, 35), (120, 11, 220), (150, 8, 63),
+    (180, 7, 40), (200, 6, 29), (350, 8, 89), (450, 7, 63), (500, 5, 27), (630, 7, 70),
+    (1000, 7, 90), (2000, 9, 370), (2450, 7, 175), (3150, 8, 330), (3150, 18, 33000),
+    (50, 12, 250), (1, 1, 0.8), (50, 1, 1.5),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("size", "grade", "width"), KNOWN)
+def test_widths_of_the_standard(size, grade, width):
+    assert iso286.width(grade, size / 1e3) == pytest.approx(width * 1e-6, rel=1e-12)
+
+
+def test_a_size_at_the_end_of_a_range_belongs_to_it():
+    assert iso286.width(7, 0.050) == pytest.approx(25e-6)
+    assert iso286.width(7, 0.0500001) == pytest.approx(30e-6)
+    assert iso286.width(7, 0.1 + 0.2 - 0.25) == pytest.approx(25e-6)  # rounding
+
+
+def formula(grade, low, high):
+    """What the standard's formula gives before rounding, um (ISO 286-1, annex)."""
+    units = (7, 10, 16, 25, 40, 64, 100, 160, 250, 400, 640, 1000, 1600, 2500)
+    D = math.sqrt(low * high)
+    i = 0.45 * D ** (1 / 3) + 0.001 * D if high <= 500 else 0.004 * D + 2.1
+    return units[grade - 5] * i
+
+
+def test_the_table_and_not_the_formula():
+    """From over 180 to 250 mm, IT9: the formula gives 116 um, the table 115."""
+    assert round(formula(9, 180, 250)) == 116
+    assert iso286.width(9, 0.2) == pytest.approx(115e-6)
+    assert round(formula(11, 3, 6)) == 73
+    assert iso286.width(11, 0.005) == pytest.approx(75e-6)
+
+
+def test_the_table_holds_together():
+    """No slip of the pen: near the formula, tenfold every five grades, ascending."""
+    ends = list(iso286.TABLE)
+    for low, high in zip([1, *ends], ends, strict=False):
+        row = iso286.TABLE[high]
+        assert len(row) == 18
+        assert list(row) == sorted(set(row))
+        for grade in range(5, 19):
+            off = row[grade - 1] / formula(grade, low, high) - 1
+            assert abs(off) < {3: 0.16, 6: 0.12}.get(high, 0.065), (high, grade)
+        for grade in range(6, 14):
+            if (high, grade) != (6, 6):  # 8 and 75 um, in the standard too
+                assert row[grade + 4] == pytest.approx(10 * row[grade - 1]), high
+    for grade in range(18):
+        column = [row[grade] for row in iso286.TABLE.values()]
+        assert column == sorted(column)
+
+
+@pytest.mark.parametrize(
+    ("text", "zone"),
+    [
+        ("IT7", (-28.5, 28.5)), ("js7", (-28.5, 28.5)), ("JS7", (-28.5, 28.5)),
+        ("h7", (-57, 0)), ("H7", (0, 57)), ("IT 7", (-28.5, 28.5)),
+    ],
+)  # fmt: skip
+def test_positions(text, zone):
+    found = iso286.zone(text, 0.35)
+    assert [1e6 * end for end in found] == pytest.approx(zone)
+
+
+@pytest.mark.parametrize(
+    ("text", "size", "words"),
+    [
+        ("IT7", 3.2, "3150 mm"),
+        ("IT7", 0.0, "3150 mm"),
+        ("IT19", 0.1, "IT1 to IT18"),
+        ("IT0", 0.1, "IT1 to IT18"),
+        ("IT15", 0.0005, "over 1 mm"),
+        ("g6", 0.05, "as their limits"),
+    ],
+)
+def test_grades_that_are_refused(text, size, words):
+    with pytest.raises(GradeError, match=words):
+        iso286.zone(text, size)
+
+
+def test_classes_of_gears_by_hand():
+    """D = 400 mm, m = 5 mm, class 7, from ISO 1328-1:2013 by pocket calculator."""
+    # f_p: (0.4 + 2 + 5) * 2 = 14.8; F_p: (0.8 + 11 + 3.5 + 12) * 2 = 54.6
+    assert iso1328.single_pitch(0.4, 0.005, 7) == pytest.approx(15e-6)
+    assert iso1328.run_out(0.4, 0.005, 7) == pytest.approx(49e-6)
+    # below 10 um to half a um, below 5 um to a tenth
+    assert iso1328.single_pitch(0.4, 0.005, 5) == pytest.approx(7.5e-6)
+    assert iso1328.single_pitch(0.4, 0.005, 2) == pytest.approx(2.6e-6)
+    assert "2013" in iso1328.EDITION
+
+
+def test_each_class_is_a_root_of_two_wider():
+    for flank_class in (6, 8, 10):
+        wide = iso1328.run_out(1.092, 0.012, flank_class + 1)
+        narrow = iso1328.run_out(1.092, 0.012, flank_class)
+        assert wide / narrow == pytest.approx(math.sqrt(2), abs=0.02)
+
+
+def test_what_a_class_permits():
+    lower, upper = iso1328.zone("run-out", 0.4, 0.005, 7)
+    assert (lower, upper) == (0.0, pytest.approx(24.5e-6))  # half of what is indicated
+    assert iso1328.zone("pitch", 0.4, 0.005, 7) == pytest.approx((-15e-6, 15e-6))
+
+
+@pytest.mark.parametrize(
+    ("diameter", "module", "flank_class", "words"),
+    [
+        (0.4, 0.005, 12, "classes 1 to 11"),
+        (0.4, 0.005, 0, "classes 1 to 11"),
+        (0.4, 0.1, 7, "0.5 to 70 mm"),
+        (0.05, 0.02, 7, "2.5 teeth"),
+    ],
+)
+def test_gears_that_are_refused(diameter, module, flank_class, words):
+    with pytest.raises(GradeError, match=words):
+        iso1328.run_out(diameter, module, flank_class)

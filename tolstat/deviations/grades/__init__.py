@@ -1,0 +1,1 @@
+"""Tolerances of drawings: grades and classes of the standards."""

@@ -1,0 +1,103 @@
+"""Distributions of measured parts: as they are, or fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from tolstat.errors import DistributionError
+
+Array = NDArray[np.float64]
+
+FITS = ("normal", "lognormal")
+DOUBTFUL = 0.05  # p-value of a fit below which it is called so
+RESAMPLES = 999
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Measured parts, each as likely as any other; nothing between or beyond them.
+
+    Attributes
+    ----------
+    values : float64[part]
+        Their deviations, SI, ascending.
+    """
+
+    values: Array
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        return self.values[(u * len(self.values)).astype(np.int64)]
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Normal or lognormal distribution fitted to measured parts.
+
+    Attributes
+    ----------
+    kind : str
+        "normal", or "lognormal" (above zero).
+    mean, sigma : float
+        Of the deviations, SI, or of their natural logarithms: maximum likelihood, the
+        standard deviation with N - 1.
+    p_value : float
+        Of the Anderson-Darling test with both parameters estimated: how often a true
+        sample of this kind would fit worse, from 999 simulated samples.
+    """
+
+    kind: str
+    mean: float
+    sigma: float
+    p_value: float
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        scores = self.mean + self.sigma * np.asarray(ndtri(u))
+        return np.exp(scores) if self.kind == "lognormal" else scores
+
+
+def fit(values: Array, kind: str) -> Fitted:
+    """Fit a distribution to measured parts.
+
+    Parameters
+    ----------
+    values : float64[part]
+        Deviations, SI.
+    kind : str
+        One of `FITS`.
+
+    Returns
+    -------
+    Fitted
+        With its goodness of fit.
+
+    Raises
+    ------
+    DistributionError
+        If the parts are too few or alike, or not above zero for a lognormal one.
+    """
+    from scipy import stats  # slow to import
+
+    if len(values) < 8:
+        raise DistributionError(
+            f"{len(values)} parts are too few to fit a distribution; measure 8 or more"
+        )
+    if kind == "lognormal":
+        if values.min() <= 0:
+            raise DistributionError(
+                "a lognormal distribution is above zero, and some parts are not"
+            )
+        values = np.log(values)
+    if np.ptp(values) == 0:
+        raise DistributionError("all parts are alike; nothing can be fitted to them")
+    found = stats.goodness_of_fit(
+        stats.norm, values, statistic="ad", n_mc_samples=RESAMPLES,
+        rng=np.random.default_rng(0),
+    )  # fmt: skip
+    sigma = float(values.std(ddof=1))
+    return Fitted(kind, float(values.mean()), sigma, float(found.pvalue))

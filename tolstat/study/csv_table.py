@@ -1,0 +1,120 @@
+"""CSV files beside a study: measured parts, machines, points of a publication."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from tolstat.errors import DataError, UnitError, allowed_names
+from tolstat.units.grammar import number
+
+_HEAD = re.compile(r"(?P<name>.+?)\s*(?:\[(?P<unit>[^\]]*)\])?")
+
+
+class CsvTable(NamedTuple):
+    """A CSV file as text.
+
+    Attributes
+    ----------
+    path : Path
+        Its file.
+    digest : str
+        SHA-256 of its content.
+    heads : list of str
+        Names of the columns, without units.
+    units : list of str
+        Units of the columns, empty where the head has none.
+    lines : list of (int, list of str)
+        The rows, each with its line number.
+    """
+
+    path: Path
+    digest: str
+    heads: list[str]
+    units: list[str]
+    lines: list[tuple[int, list[str]]]
+
+    def column(self, name: str) -> list[float]:
+        """Return the numbers of a column, as written.
+
+        Parameters
+        ----------
+        name : str
+            Its head, without unit.
+
+        Raises
+        ------
+        DataError
+            If there is no such column, or a cell is no number: file, line, what is
+            there.
+        """
+        if name not in self.heads:
+            allowed = allowed_names(name, self.heads)
+            raise DataError(f"{self.path} has no column '{name}'; {allowed}")
+        where = self.heads.index(name)
+        found = []
+        for line, cells in self.lines:
+            try:
+                found.append(number(cells[where]))
+            except UnitError as error:
+                raise DataError(
+                    f"{self.path}, line {line}, column {name}: '{cells[where]}' is not "
+                    f"a number ({error})"
+                ) from None
+        return found
+
+
+def read_csv(path: Path) -> CsvTable:
+    """Read a CSV file: commas between columns, a head, `#` before remarks.
+
+    Parameters
+    ----------
+    path : Path
+        The file. A head may carry its unit: `rod_length_1 [mm]`.
+
+    Returns
+    -------
+    CsvTable
+        At least one row.
+
+    Raises
+    ------
+    DataError
+        If it cannot be read or is not rectangular.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        near = [p.name for p in sorted(path.parent.glob("*.csv"))]
+        hint = allowed_names(path.name, near) if near else "no .csv file lies there"
+        raise DataError(f"{path}: there is no such file; {hint}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(f"{path} cannot be read: {error}") from None
+    numbered = [
+        (line, [cell.strip() for cell in next(csv.reader([row]))])
+        for line, row in enumerate(text.splitlines(), start=1)
+        if row.strip() and not row.lstrip().startswith("#")
+    ]
+    if len(numbered) < 2:
+        raise DataError(f"{path} is empty: a head and a row of numbers are expected")
+    (_, head), *lines = numbered
+    if len(head) == 1 and ";" in head[0]:
+        raise DataError(
+            f"{path} has semicolons between its columns; commas are expected, and "
+            "points as decimal signs"
+        )
+    for line, cells in lines:
+        if len(cells) != len(head):
+            raise DataError(
+                f"{path}, line {line}: {len(cells)} cells under {len(head)} heads"
+            )
+    found = [_HEAD.fullmatch(cell) for cell in head]
+    names = [each["name"] if each else "" for each in found]
+    if "" in names or len(set(names)) < len(names):
+        raise DataError(f"{path}: every column needs a name of its own")
+    units = [(each["unit"] or "").strip() if each else "" for each in found]
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return CsvTable(path, digest, names, units, lines)

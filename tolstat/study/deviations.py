@@ -1,0 +1,170 @@
+"""The sections [deviations] and [correlation] of a study, read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tolstat.deviations.dependence import (
+    Batch,
+    Dependence,
+    correlation_of_scores,
+    groups,
+)
+from tolstat.deviations.distributions import Distribution
+from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.names import expand
+from tolstat.errors import DependenceError, ModelError
+from tolstat.machines.description import Contributor
+from tolstat.study.distribution import read_distribution
+from tolstat.study.measured_parts import read_parts
+from tolstat.study.problems import Problems
+
+
+class Deviations(NamedTuple):
+    """What deviates, and how it hangs together.
+
+    Attributes
+    ----------
+    distributions : dict of str to Distribution
+        By contributor, SI.
+    dependence : Dependence
+        Batches and correlations.
+    notes : tuple of str
+        What the summary of the run has to say of them.
+    """
+
+    distributions: dict[str, Distribution]
+    dependence: Dependence
+    notes: tuple[str, ...]
+
+
+def read_deviations(
+    lines: Mapping[str, str | dict[str, Any]],
+    correlations: Mapping[str, Mapping[str, float]],
+    contributors: Sequence[Contributor],
+    folder: Path,
+    problems: Problems,
+) -> Deviations:
+    """Read the distributions of all deviations and what hangs together.
+
+    Parameters
+    ----------
+    lines : mapping
+        The section [deviations].
+    correlations : mapping
+        The section [correlation].
+    contributors : sequence of Contributor
+        Of the model.
+    folder : Path
+        Of the study, for data beside it.
+    problems : Problems
+        Takes what is wrong.
+
+    Returns
+    -------
+    Deviations
+        SI.
+    """
+    known = {each.name: each for each in contributors}
+    found: dict[str, Distribution] = {}
+    batches: dict[str, Batch] = {}
+    notes: list[str] = []
+    for name, given in lines.items():
+        with problems.noting(f"[deviations] {name}", given):
+            keys = {"tolerance": given} if isinstance(given, str) else dict(given)
+            members = expand(name, list(known))
+            batch = _batch(name, keys.pop("common", None), members)
+            for member in members:
+                if member in found:
+                    raise ModelError(f"{member} stands there already; give it once")
+                if "data" in keys:
+                    found[member], note = read_parts(keys, known[member].unit, folder)
+                    notes.append(f"{member}: {note}")
+                else:
+                    found[member] = read_distribution(keys, known[member])
+                if batch:
+                    batches[member] = batch
+    pairs = _pairs(correlations, list(known), found, batches, problems)
+    return Deviations(found, Dependence(batches, pairs), tuple(notes))
+
+
+def _batch(name: str, common: Any, members: list[str]) -> Batch | None:
+    """Read the key `common`."""
+    if common is None or common is False:
+        return None
+    if isinstance(common, str) or not 0 < float(common) <= 1:
+        raise DependenceError(
+            "common is true (all parts alike), or the share of the variance that the "
+            "parts of one batch have in common, above 0 and at most 1"
+        )
+    if len(members) < 2:
+        raise DependenceError(
+            f"common is for several parts of one name; {name} is a single one"
+        )
+    return Batch(name, float(common))
+
+
+def _pairs(
+    given: Mapping[str, Mapping[str, float]],
+    known: list[str],
+    found: Mapping[str, Distribution],
+    batches: Mapping[str, Batch],
+    problems: Problems,
+) -> dict[tuple[str, str], float]:
+    """Read the section [correlation]."""
+    pairs: dict[tuple[str, str], float] = {}
+    for name, partners in given.items():
+        with problems.noting(f"[correlation] {name}", partners):
+            for other, rank in partners.items():
+                _add_pairs(pairs, expand(name, known), expand(other, known), rank)
+            for member in expand(name, known):
+                _check_deviates(member, found, batches)
+            for other in partners:
+                for member in expand(other, known):
+                    _check_deviates(member, found, batches)
+    for group in groups(pairs):
+        with problems.noting("[correlation]", None):
+            correlation_of_scores(group, Dependence({}, pairs))
+    return pairs
+
+
+def _add_pairs(
+    pairs: dict[tuple[str, str], float],
+    firsts: list[str],
+    seconds: list[str],
+    rank: float,
+) -> None:
+    if not -1 < rank < 1:
+        raise DependenceError(
+            f"a rank correlation lies between -1 and 1, both excluded, not at {rank:g}"
+            "; parts that are all alike are given by common = true"
+        )
+    of_one_name = firsts == seconds and len(firsts) > 1
+    for first in firsts:
+        for second in seconds:
+            if first == second and of_one_name:
+                continue
+            if first == second:
+                raise DependenceError(f"{first} is correlated with itself")
+            if of_one_name and (second, first) in pairs:
+                continue
+            if (first, second) in pairs or (second, first) in pairs:
+                raise DependenceError(
+                    f"{first} with {second} stands there already; give it once"
+                )
+            pairs[first, second] = rank
+
+
+def _check_deviates(
+    name: str, found: Mapping[str, Distribution], batches: Mapping[str, Batch]
+) -> None:
+    if name not in found or isinstance(found[name], Constant):
+        raise DependenceError(
+            f"{name} does not deviate; give it a line in [deviations]"
+        )
+    if name in batches:
+        raise DependenceError(
+            f"{name} is of a batch already; give common or a correlation, not both"
+        )

@@ -1,0 +1,140 @@
+"""One line of [deviations], read."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from tolstat.deviations import distributions
+from tolstat.deviations.distributions import Distribution
+from tolstat.deviations.grades import iso286, iso1328
+from tolstat.deviations.parts import find_in, names_in
+from tolstat.deviations.tolerance import Tolerance
+from tolstat.errors import DistributionError, GradeError, allowed_names
+from tolstat.machines.description import Contributor
+from tolstat.units.grammar import quantity, tolerance
+
+DEFAULT = "normal"
+OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module")
+
+
+def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distribution:
+    """Read the distribution of one contributor's deviation.
+
+    Parameters
+    ----------
+    given : dict
+        `tolerance` ("+-1.2 mm", "IT7" with or without `size`), or `iso1328` and
+        `module`; `distribution` and the keys of that distribution.
+    contributor : Contributor
+        Whose deviation it is: its unit, nominal size and gear.
+
+    Returns
+    -------
+    Distribution
+        SI.
+
+    Raises
+    ------
+    UnitError, DistributionError, GradeError
+        If a quantity or a key is wrong or they do not fit each other.
+    """
+    keys = dict(given)
+    name, known = keys.pop("distribution", DEFAULT), names_in(distributions)
+    if name not in known:
+        raise DistributionError(
+            f"no distribution is called '{name}'; {allowed_names(str(name), known)}"
+        )
+    kind = find_in(distributions, name)
+    fields = {field.name: field for field in dataclasses.fields(kind)}
+    values: dict[str, Any] = {}
+    zone = _zone(keys, contributor)
+    if zone is not None:
+        if "tolerance" not in fields:
+            raise DistributionError(f"the {name} distribution has no tolerance")
+        values["tolerance"] = zone
+    for key, value in keys.items():
+        if key not in fields:
+            own = [f for f in fields if f != "tolerance"]
+            allowed = allowed_names(key, ["distribution", *OF_THE_TOLERANCE, *own])
+            raise DistributionError(
+                f"the {name} distribution has no key {key}; {allowed}"
+            )
+        values[key] = _value(key, value, fields[key].metadata, contributor.unit)
+    for key, field in fields.items():
+        if key in values or field.default is not dataclasses.MISSING:
+            continue
+        if key == "tolerance":
+            raise DistributionError('the key tolerance is missing; such as "+-1.2 mm"')
+        words = field.metadata["choices"]
+        hint = f": {' or '.join(words)}" if words else ""
+        raise DistributionError(f"the {name} distribution needs the key {key}{hint}")
+    found: Distribution = kind(**values)
+    return found
+
+
+def _value(key: str, value: Any, declared: Any, unit: str) -> Any:
+    """Read the value of one key as its distribution declares it."""
+    if declared["reads"] == "quantity":
+        return quantity(str(value), unit)
+    if declared["reads"] == "tolerance":
+        return Tolerance(*tolerance(str(value), unit))
+    if declared["reads"] == "word":
+        if value not in declared["choices"]:
+            allowed = allowed_names(str(value), declared["choices"])
+            raise DistributionError(f"{key} = '{value}': {allowed}")
+        return value
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise DistributionError(f"{key}: a number is expected")
+    return float(value)
+
+
+def _zone(keys: dict[str, Any], contributor: Contributor) -> Tolerance | None:
+    """Take the tolerance out of the keys: limits, a grade or a class of gears."""
+    text, size = keys.pop("tolerance", None), keys.pop("size", None)
+    flank_class, module = keys.pop("iso1328", None), keys.pop("module", None)
+    if flank_class is not None or module is not None:
+        if text is not None:
+            raise GradeError("tolerance and iso1328 say the same thing; give one")
+        return _class_of_gears(flank_class, module, contributor)
+    if text is None:
+        return None
+    if not isinstance(text, str):
+        raise DistributionError('tolerance: a text such as "+-1.2 mm" is expected')
+    if not iso286.looks_like_grade(text):
+        if size is not None:
+            raise GradeError("size belongs to a grade such as IT7; leave it out")
+        return Tolerance(*tolerance(text, contributor.unit))
+    if contributor.unit != "m":
+        raise GradeError(
+            f"{text} is a grade of lengths; {contributor.name} is given in "
+            f"{'%' if contributor.unit == '1' else contributor.unit}"
+        )
+    nominal = contributor.size if size is None else quantity(str(size), "m")
+    if nominal is None:
+        raise GradeError(
+            f"{text}: {contributor.name} has no nominal size; give it, such as "
+            f'{{ tolerance = "{text}", size = "350 mm" }}'
+        )
+    return iso286.zone(text, nominal)
+
+
+def _class_of_gears(
+    flank_class: Any, module: Any, contributor: Contributor
+) -> Tolerance:
+    if contributor.gear is None:
+        raise GradeError(
+            f"{iso1328.EDITION} is for the run-out and the pitch of gears; "
+            f"{contributor.name} is neither"
+        )
+    if isinstance(flank_class, bool) or not isinstance(flank_class, int):
+        raise GradeError(
+            f"iso1328 is a class from 1 to 11 ({iso1328.EDITION}), such as iso1328 = 7"
+        )
+    if module is None:
+        raise GradeError(
+            f"class {flank_class} of {iso1328.EDITION} needs the normal module, such "
+            'as module = "12 mm"'
+        )
+    diameter, error = contributor.gear
+    return iso1328.zone(error, diameter, quantity(str(module), "m"), flank_class)

@@ -1,0 +1,250 @@
+"""Machines that are given and not drawn: a grid of values, or a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.deviations.names import expand
+from tolstat.errors import DataError, ModelError, allowed_names
+from tolstat.machines import settings as model_settings
+from tolstat.machines.description import Description, Model
+from tolstat.study.csv_table import read_csv
+from tolstat.study.problems import Problems
+from tolstat.study.settings import read_setting
+from tolstat.units.conversion import to_si
+from tolstat.units.grammar import quantity
+
+MOST_TRIALS = 10_000_000
+EXAMPLE = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
+
+
+class Swept(NamedTuple):
+    """What one axis of a grid changes.
+
+    Attributes
+    ----------
+    name : str
+        As the study has it.
+    members : tuple of str
+        The contributors that take its values, all alike; empty for a setting.
+    values : list
+        SI; for a setting as its dataclass wants it.
+    words : list of str or None
+        A setting's values as written, where one of them is a word.
+    unit : str
+        SI unit, "1" where there is none.
+    """
+
+    name: str
+    members: tuple[str, ...]
+    values: list[Any]
+    words: list[str] | None
+    unit: str
+
+
+class Case(NamedTuple):
+    """Trials from `first` to before `stop`, all with the same settings."""
+
+    first: int
+    stop: int
+    settings: Any
+
+
+@dataclass(frozen=True)
+class Points:
+    """Machines as given.
+
+    Attributes
+    ----------
+    deviations : float64[trial, contributor]
+        SI.
+    cases : tuple of Case
+        Their settings, in the order of the trials.
+    swept : tuple of Swept
+        The axes of a grid, the slowest first; none for a table.
+    settings : dict of str to array
+        By swept setting, a value for each trial: SI, or a word.
+    note : str
+        What they are, for the summary of the run.
+    """
+
+    deviations: NDArray[np.float64]
+    cases: tuple[Case, ...]
+    swept: tuple[Swept, ...] = ()
+    settings: Mapping[str, NDArray[Any]] | None = None
+    note: str = ""
+
+
+def read_grid(
+    given: Mapping[str, Any],
+    model: Model,
+    settings: Any,
+    description: Description,
+    problems: Problems,
+) -> Points | None:
+    """Read the section [grid].
+
+    Parameters
+    ----------
+    given : mapping
+        By contributor or setting: a list, or a table with from, to and points.
+    model : Model
+        The machine.
+    settings : object
+        Those of the study; a swept setting takes its place.
+    description : Description
+        At those settings.
+    problems : Problems
+        Takes what is wrong.
+
+    Returns
+    -------
+    Points or None
+        None if something is wrong.
+    """
+    axes: list[Swept] = []
+    before = len(problems.found)
+    for name, values in given.items():
+        with problems.noting(f"[grid] {name}", values):
+            axes.append(_axis(name, values, model, description))
+            taken = [m for axis in axes[:-1] for m in axis.members]
+            if double := [m for m in axes[-1].members if m in taken]:
+                raise ModelError(f"{double[0]} stands there already; give it once")
+    if len(problems.found) > before:
+        return None
+    # settings outermost: trials of the same settings are integrated together
+    axes.sort(key=lambda axis: bool(axis.members))
+    trials = math.prod(len(axis.values) for axis in axes)
+    if trials > MOST_TRIALS:
+        problems.add("[grid]", None, f"{trials} points are more than {MOST_TRIALS}")
+        return None
+    return _product(axes, trials, model, settings, description, problems)
+
+
+def _product(
+    axes: list[Swept],
+    trials: int,
+    model: Model,
+    settings: Any,
+    description: Description,
+    problems: Problems,
+) -> Points | None:
+    chosen = [axis for axis in axes if not axis.members]
+    names = [contributor.name for contributor in description.contributors]
+    shape = [len(axis.values) for axis in axes]
+    index = np.unravel_index(np.arange(trials), shape)
+    deviations = np.zeros((trials, len(names)))
+    columns: dict[str, NDArray[Any]] = {}
+    for axis, where in zip(axes, index, strict=True):
+        column = np.array(axis.words or axis.values)[where]
+        for member in axis.members:
+            deviations[:, names.index(member)] = column
+        if not axis.members:
+            columns[axis.name] = column
+    each = trials // math.prod(len(axis.values) for axis in chosen)
+    cases = []
+    for i, values in enumerate(product(*(axis.values for axis in chosen))):
+        changes = dict(zip((axis.name for axis in chosen), values, strict=True))
+        case = Case(i * each, (i + 1) * each, replace(settings, **changes))
+        if model.describe(case.settings) != description:
+            problems.add(
+                "[grid]", None,
+                f"{', '.join(changes)}: these settings change which contributors or "
+                "responses the model has; make a study of each",
+            )  # fmt: skip
+            return None
+        cases.append(case)
+    return Points(deviations, tuple(cases), tuple(axes), columns)
+
+
+def _axis(name: str, given: Any, model: Model, description: Description) -> Swept:
+    """Read the values of one contributor or setting."""
+    units = {each.name: each.unit for each in description.contributors}
+    fields = model_settings.fields_of(model)
+    try:
+        members = tuple(expand(name, list(units)))
+    except ModelError:
+        if name not in fields:
+            known = [*units, *fields]
+            raise ModelError(
+                f"neither a contributor nor a setting; {allowed_names(name, known)}"
+            ) from None
+        members = ()
+    unit = units[members[0]] if members else fields[name].metadata["unit"] or "1"
+    if isinstance(given, dict):
+        values, words = _steps(given, unit), None
+        if not members:
+            values = [model_settings.checked(fields[name], value) for value in values]
+    elif not isinstance(given, list) or not given:
+        raise ModelError(f"values are expected, such as {EXAMPLE}")
+    elif members:
+        values, words = [quantity(str(value), unit) for value in given], None
+    else:
+        values = [read_setting(model, name, value) for value in given]
+        named = any(isinstance(v, str) and not v[:1].isdigit() for v in given)
+        words = [str(value) for value in given] if named else None
+    return Swept(name, members, values, words, unit)
+
+
+def _steps(given: dict[str, Any], unit: str) -> list[float]:
+    """Read from, to and points."""
+    if sorted(given) != ["from", "points", "to"]:
+        raise ModelError(f"from, to and points are expected: {EXAMPLE}")
+    points = given["points"]
+    if isinstance(points, bool) or not isinstance(points, int) or points < 2:
+        raise ModelError(f"points = {points}: a whole number from 2 is expected")
+    first, last = (quantity(str(given[key]), unit) for key in ("from", "to"))
+    if first == last:
+        raise ModelError("from and to are the same")
+    steps: list[float] = np.linspace(first, last, points).tolist()
+    return steps
+
+
+def read_table(path: Path, settings: Any, description: Description) -> Points:
+    """Read the deviations of machines from a CSV file.
+
+    Parameters
+    ----------
+    path : Path
+        Heads are contributors with their unit, `rod_length_1 [mm]`; a row is a machine.
+    settings : object
+        Of all of them.
+    description : Description
+        Of the model.
+
+    Returns
+    -------
+    Points
+        A trial for each row.
+
+    Raises
+    ------
+    DataError, ModelError, UnitError
+        If a column is no contributor, or a cell no number.
+    """
+    table = read_csv(path)
+    units = {each.name: each.unit for each in description.contributors}
+    deviations = np.zeros((len(table.lines), len(units)))
+    names, taken = list(units), set()
+    for head, written in zip(table.heads, table.units, strict=True):
+        try:
+            members = expand(head, names)
+            factor = to_si(1.0, "" if written == "1" else written, units[members[0]])
+        except (ModelError, ValueError) as error:
+            raise DataError(f"{path}, column {head}: {error}") from None
+        for member in members:
+            if member in taken:
+                raise DataError(f"{path}: {member} stands there twice")
+            taken.add(member)
+            column = np.array(table.column(head)) * factor
+            deviations[:, names.index(member)] = column
+    note = f"{len(deviations)} machines of {path.name} (SHA-256 {table.digest[:12]})"
+    return Points(deviations, (Case(0, len(deviations), settings),), note=note)

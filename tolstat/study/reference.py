@@ -1,0 +1,84 @@
+"""Points of a publication or a measurement, shown beside a swept response."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.errors import DataError, allowed_names
+from tolstat.machines.description import Description
+from tolstat.study.csv_table import read_csv
+from tolstat.study.points import Swept
+from tolstat.units.conversion import to_si
+
+
+class Reference(NamedTuple):
+    """Known points.
+
+    Attributes
+    ----------
+    label : str
+        Where they come from.
+    columns : dict of str to float64[point]
+        The swept contributor or setting first, then responses, SI.
+    """
+
+    label: str
+    columns: dict[str, NDArray[np.float64]]
+
+
+def read_reference(
+    given: dict[str, Any],
+    swept: tuple[Swept, ...],
+    description: Description,
+    folder: Path,
+) -> Reference:
+    """Read the section [reference].
+
+    Parameters
+    ----------
+    given : dict
+        `data`, a CSV file whose first column is swept and whose others are responses,
+        each with its unit in the head; `label`.
+    swept : tuple of Swept
+        Axes of the grid.
+    description : Description
+        Of the model.
+    folder : Path
+        Of the study.
+
+    Raises
+    ------
+    DataError
+        If the file or a column is wrong.
+    """
+    for key in ("data", "label"):
+        if not isinstance(given.get(key), str):
+            raise DataError(f"the key {key} is missing, or no text")
+    if unknown := [key for key in given if key not in ("data", "label")]:
+        raise DataError(f"no key {unknown[0]}; allowed: data, label")
+    table = read_csv(folder / given["data"])
+    units = {axis.name: axis.unit for axis in swept if axis.words is None}
+    if table.heads[0] not in units:
+        raise DataError(
+            f"{table.path}: the first column, '{table.heads[0]}', is to be swept by "
+            f"[grid]; {allowed_names(table.heads[0], units)}"
+        )
+    responses = {each.name: each.unit for each in description.responses}
+    columns = {}
+    for place, (head, written) in enumerate(zip(table.heads, table.units, strict=True)):
+        known = responses if place else units
+        if head not in known:
+            raise DataError(
+                f"{table.path}, column {head}: {allowed_names(head, known)}"
+            )
+        unit = "" if written == "1" else written
+        try:
+            factor = to_si(1.0, unit, known[head])
+        except ValueError as error:
+            raise DataError(f"{table.path}, column {head}: {error}") from None
+        columns[head] = np.array(table.column(head)) * factor
+    return Reference(given["label"], columns)
