@@ -10,8 +10,9 @@ if TYPE_CHECKING:
     from tolstat.store.run import Run, open
     from tolstat.study.evaluate import evaluate
     from tolstat.study.run import run
+    from tolstat.study.trajectory import trajectory
 
-__all__ = ["Run", "evaluate", "models", "open", "run"]
+__all__ = ["Run", "evaluate", "models", "open", "run", "trajectory"]
 
 # loaded when first used: `import tolstat` and `tolstat --help` stay quick
 _HOMES = {
@@ -20,6 +21,7 @@ _HOMES = {
     "models": ("tolstat.catalogue", "names"),
     "open": ("tolstat.store.run", "open"),
     "run": ("tolstat.study.run", "run"),
+    "trajectory": ("tolstat.study.trajectory", "trajectory"),
 }
 
 

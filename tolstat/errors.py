@@ -38,6 +38,10 @@ class StudyError(TolstatError, ValueError):
     """A study that is wrong; every problem found in it stands in the message."""
 
 
+class PictureError(TolstatError):
+    """A picture that cannot be drawn of this, or cannot be written there."""
+
+
 class RunFileError(TolstatError):
     """A run file that exists already, is missing, or cannot be read."""
 

@@ -13,6 +13,17 @@ from tolstat.study.study import load
 
 HEAD = 'model = "stand"\ntrials = 8\nseed = 1\n'
 
+GRID = 'model = "stand"\nsampling = "grid"\n'
+
+# what lies beside the study
+FILES = {
+    "rods.csv": "rod,length [mm]\n1,2450.1\n2,2449.9\n3,2450.2\n",
+    "torn.csv": "rod,length [mm]\n1,2450.1\n# remark\n2,n.a.\n",
+    "short.csv": "rod,length\n1,2450.1\n2\n",
+    "german.csv": "rod;length\n1;2450,1\n",
+    "bare.csv": "rod_length_1\n0.1\n",
+}
+
 WRONG = {
     "unknown key": (HEAD + "trails = 9\n", ["trails", "did you mean 'trials'"]),
     "unknown model": (
@@ -108,6 +119,286 @@ WRONG = {
         HEAD + '[limits]\nrod_force = "<= 3 %"\n', ["rod_force", "kN"],
     ),
     "limit without sign": (HEAD + '[limits]\nextra_loss = "3 %"\n', ["extra_loss", "<= 3"]),
+    # distributions
+    "truncated without a word": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ tolerance = "+-1 mm", distribution = "truncated_normal" }\n',
+        ["rod_length", "needs the key outside: screened or clipped"],
+    ),
+    "truncated with a wrong word": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ tolerance = "+-1 mm", distribution = "truncated_normal", outside = "reworked" }\n',
+        ["rod_length", "allowed: screened, clipped"],
+    ),
+    "plateau outside": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ tolerance = "+-1 mm", distribution = "trapezoidal", plateau = "+-2 mm" }\n',
+        ["rod_length", "plateau lies outside"],
+    ),
+    "beta without beta": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ tolerance = "+-1 mm", distribution = "beta", alpha = 2 }\n',
+        ["rod_length", "needs the key beta"],
+    ),
+    "lognormal from the wrong side": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ tolerance = "+-1 mm", distribution = "lognormal", median = "-1 mm" }\n',
+        ["rod_length", "median lies outside"],
+    ),
+    "weibull shape in words": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ tolerance = "+-1 mm", distribution = "weibull", shape = "round" }\n',
+        ["rod_length", "shape: a number"],
+    ),
+    "constant with a tolerance": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ tolerance = "+-1 mm", distribution = "constant", value = "1 mm" }\n',
+        ["rod_length", "constant distribution has no tolerance"],
+    ),
+    "constant of another kind": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ distribution = "constant", value = "1 deg" }\n',
+        ["rod_length", "'deg' is of another kind"],
+    ),
+    # measured parts
+    "no such data": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ data = "rod.csv", column = "length", unit = "mm" }\n',
+        ["rod_length", "rod.csv: there is no such file", "'rods.csv'"],
+    ),
+    "wrong column": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ data = "rods.csv", column = "lenght", unit = "mm" }\n',
+        ["rod_length", "no column 'lenght'", "did you mean 'length'"],
+    ),
+    "column without unit": (
+        HEAD + '[deviations]\nrod_length = { data = "rods.csv", column = "length" }\n',
+        ["rod_length", "key unit is missing"],
+    ),
+    "column of another unit": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ data = "rods.csv", column = "length", unit = "um" }\n',
+        ["rod_length", "column length in mm, the study in um"],
+    ),
+    "column of another kind": (
+        HEAD + "[deviations]\ncrank_angle = "
+        '{ data = "rods.csv", column = "length", unit = "mm" }\n',
+        ["crank_angle", "'mm' is of another kind"],
+    ),
+    "a cell that is no number": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ data = "torn.csv", column = "length", unit = "mm" }\n',
+        ["rod_length", "torn.csv, line 4, column length: 'n.a.' is not a number"],
+    ),
+    "a row too short": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ data = "short.csv", column = "length", unit = "mm" }\n',
+        ["rod_length", "short.csv, line 3: 1 cells under 2 heads"],
+    ),
+    "semicolons": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ data = "german.csv", column = "length", unit = "mm" }\n',
+        ["rod_length", "commas are expected"],
+    ),
+    "unknown fit": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ data = "rods.csv", column = "length", unit = "mm", fit = "weibull" }\n',
+        ["rod_length", "fit = 'weibull'", "normal, lognormal"],
+    ),
+    "too few to fit": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ data = "rods.csv", column = "length", unit = "mm", fit = "normal" }\n',
+        ["rod_length", "3 parts are too few"],
+    ),
+    "key of measured parts": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ data = "rods.csv", column = "length", unit = "mm", cp = 1 }\n',
+        ["rod_length", "measured parts have no key cp"],
+    ),
+    # together
+    "correlation above 1": (
+        HEAD + '[deviations]\nrod_length = "+-1 mm"\n'
+        "[correlation]\nrod_length_1 = { rod_length_2 = 1.2 }\n",
+        ["[correlation] rod_length_1", "between -1 and 1", "not at 1.2"],
+    ),
+    "correlation in words": (
+        HEAD + '[deviations]\nrod_length = "+-1 mm"\n'
+        '[correlation]\nrod_length_1 = { rod_length_2 = "strong" }\n',
+        ["[correlation] rod_length_1", "rank correlations is expected"],
+    ),
+    "correlation with itself": (
+        HEAD + '[deviations]\nrod_length = "+-1 mm"\n'
+        "[correlation]\nrod_length_1 = { rod_length_1 = 0.2 }\n",
+        ["[correlation] rod_length_1", "with itself"],
+    ),
+    "correlation of nothing": (
+        HEAD + '[deviations]\nrod_length = "+-1 mm"\n'
+        "[correlation]\nrod_length_1 = { friction = 0.2 }\n",
+        ["[correlation] rod_length_1", "friction does not deviate"],
+    ),
+    "correlation of nobody": (
+        HEAD + '[deviations]\nrod_length = "+-1 mm"\n'
+        "[correlation]\nrod_length_1 = { frictoin = 0.2 }\n",
+        ["[correlation] rod_length_1", "did you mean 'friction'"],
+    ),
+    "correlation given twice": (
+        HEAD + '[deviations]\nrod_length = "+-1 mm"\n'
+        "[correlation]\nrod_length_1 = { rod_length_2 = 0.2 }\n"
+        "rod_length_2 = { rod_length_1 = 0.3 }\n",
+        ["[correlation] rod_length_2", "give it once"],
+    ),
+    "not positive definite": (
+        HEAD + '[deviations]\nrod_length = "+-1 mm"\nfriction = "+-5 %"\n'
+        "[correlation]\nrod_length_1 = { rod_length_2 = 0.9, friction = -0.9 }\n"
+        "rod_length_2 = { friction = 0.9 }\n",
+        ["[correlation]", "not positive definite", "rod_length_1 with friction (-0.9)"],
+    ),
+    "common with one part": (
+        HEAD + "[deviations]\nfriction = "
+        '{ tolerance = "+-5 %", common = true }\n',
+        ["friction", "is a single one"],
+    ),
+    "common of twice": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ tolerance = "+-1 mm", common = 2 }\n',
+        ["rod_length", "at most 1"],
+    ),
+    "common and correlated": (
+        HEAD + '[deviations]\nrod_length = { tolerance = "+-1 mm", common = true }\n'
+        "[correlation]\nrod_length_1 = { rod_length_2 = 0.2 }\n",
+        ["[correlation] rod_length_1", "of a batch already"],
+    ),
+    # grades
+    "grade of an angle": (
+        HEAD + '[deviations]\ncrank_angle = "IT7"\n',
+        ["crank_angle", "IT7 is a grade of lengths", "rad"],
+    ),
+    "grade of a share": (
+        HEAD + '[deviations]\nfriction = "IT7"\n', ["friction", "grade of lengths"],
+    ),
+    "grade without a size": (
+        HEAD + '[deviations]\ntooth_position = "IT7"\n',
+        ["tooth_position", "no nominal size", 'size = "350 mm"'],
+    ),
+    "grade of too great a size": (
+        HEAD + '[deviations]\nrod_length = { tolerance = "IT7", size = "3.2 m" }\n',
+        ["rod_length", "ends at 3150 mm"],
+    ),
+    "grade of a length in degrees": (
+        HEAD + '[deviations]\nrod_length = { tolerance = "IT7", size = "30 deg" }\n',
+        ["rod_length", "'deg' is of another kind"],
+    ),
+    "grade that does not exist": (
+        HEAD + '[deviations]\nrod_length = "IT19"\n', ["rod_length", "IT1 to IT18"],
+    ),
+    "position that is not known": (
+        HEAD + '[deviations]\nrod_length = "g6"\n', ["rod_length", "as their limits"],
+    ),
+    "size without a grade": (
+        HEAD + '[deviations]\nrod_length = { tolerance = "+-1 mm", size = "1 m" }\n',
+        ["rod_length", "size belongs to a grade"],
+    ),
+    "class without a module": (
+        HEAD + "[deviations]\nrunout = { iso1328 = 7 }\n",
+        ["runout", "ISO 1328-1:2013", "module"],
+    ),
+    "class of a rod": (
+        HEAD + '[deviations]\nrod_length = { iso1328 = 7, module = "12 mm" }\n',
+        ["rod_length", "run-out and the pitch of gears"],
+    ),
+    "class that does not exist": (
+        HEAD + '[deviations]\nrunout = { iso1328 = 12, module = "12 mm" }\n',
+        ["runout", "classes 1 to 11"],
+    ),
+    "class and tolerance": (
+        HEAD + "[deviations]\n"
+        'runout = { iso1328 = 7, module = "12 mm", tolerance = "0..1 mm" }\n',
+        ["runout", "give one"],
+    ),
+    # grids and tables
+    "grid of nothing": (GRID, ["[grid]: missing"]),
+    "grid of zero points": (
+        GRID + '[grid]\ncrank_difference = { from = "0 mm", to = "3 mm", points = 0 }\n',
+        ["[grid] crank_difference", "points = 0: a whole number from 2"],
+    ),
+    "grid of no list": (
+        GRID + "[grid]\ncrank_difference = []\n",
+        ["[grid] crank_difference", "values are expected"],
+    ),
+    "grid without an end": (
+        GRID + '[grid]\ncrank_difference = { from = "0 mm", points = 6 }\n',
+        ["[grid] crank_difference", "from, to and points"],
+    ),
+    "grid without width": (
+        GRID + '[grid]\ncrank_difference = { from = "1 mm", to = "1 mm", points = 6 }\n',
+        ["[grid] crank_difference", "the same"],
+    ),
+    "grid of bare numbers": (
+        GRID + "[grid]\ncrank_difference = [0, 1]\n",
+        ["[grid] crank_difference", "unit is missing"],
+    ),
+    "grid of nobody": (
+        GRID + '[grid]\ncrank_diference = ["0 mm"]\n',
+        ["[grid] crank_diference", "neither a contributor nor a setting", "'crank_difference'"],
+    ),
+    "grid of a wrong setting": (
+        GRID + '[grid]\ncrank_speed = ["7 Hz"]\n', ["[grid] crank_speed", "rpm"],
+    ),
+    "grid of a wrong word": (
+        GRID + '[grid]\nvariant = ["equalised"]\n', ["[grid] variant", "'equalized'"],
+    ),
+    "grid of a setting that is set": (
+        GRID + '[settings]\ncrank_speed = "7 rad/s"\n[grid]\ncrank_speed = ["8 rad/s"]\n',
+        ["[grid] crank_speed", "stands in [settings] already"],
+    ),
+    "grid of one part twice": (
+        GRID + '[grid]\nrod_length = ["0 mm"]\nrod_length_1 = ["1 mm"]\n',
+        ["[grid] rod_length_1", "give it once"],
+    ),
+    "grid too fine": (
+        GRID + '[grid]\nrod_length_1 = { from = "0 mm", to = "1 mm", points = 9999 }\n'
+        'rod_length_2 = { from = "0 mm", to = "1 mm", points = 9999 }\n',
+        ["[grid]", "are more than"],
+    ),
+    "grid with random parts": (
+        GRID + '[grid]\ncrank_difference = ["0 mm"]\n[deviations]\nfriction = "+-5 %"\n',
+        ["[deviations] friction", 'only distribution = "constant"'],
+    ),
+    "grid of a constant part": (
+        GRID + '[grid]\nfriction = ["5 %"]\n'
+        '[deviations]\nfriction = { distribution = "constant", value = "5 %" }\n',
+        ["[deviations] friction", "stands in [grid] already"],
+    ),
+    "grid with trials": (
+        GRID + 'trials = 5\nseed = 1\n[grid]\ncrank_difference = ["0 mm"]\n',
+        ["trials = 5", "draws nothing", "seed = 1"],
+    ),
+    "grid of random trials": (
+        HEAD + '[grid]\ncrank_difference = ["0 mm"]\n', ["grid", 'sampling = "grid"'],
+    ),
+    "table without a name": (
+        'model = "stand"\nsampling = "table"\n', ["table: missing", "machines.csv"],
+    ),
+    "table of random trials": (
+        HEAD.replace("trials", 'table = "rods.csv"\ntrials'), ['sampling = "table"'],
+    ),
+    "table of nobody": (
+        'model = "stand"\nsampling = "table"\ntable = "rods.csv"\n',
+        ["rods.csv, column rod: unknown", "rod_length"],
+    ),
+    "table without a unit": (
+        'model = "stand"\nsampling = "table"\ntable = "bare.csv"\n',
+        ["bare.csv, column rod_length_1", "unit is missing"],
+    ),
+    "reference without a label": (
+        GRID + '[grid]\ncrank_difference = ["0 mm"]\n[reference]\ndata = "rods.csv"\n',
+        ["[reference]", "label is missing"],
+    ),
+    "reference of another axis": (
+        GRID + '[grid]\ncrank_difference = ["0 mm"]\n'
+        '[reference]\ndata = "rods.csv"\nlabel = "x"\n',
+        ["[reference]", "'rod', is to be swept"],
+    ),
     "no TOML": ("model = stand\n", ["not a TOML file", "line 1"]),
 }  # fmt: skip
 
@@ -117,6 +408,8 @@ def test_wrong_studies(name, tmp_path):
     text, words = WRONG[name]
     path = tmp_path / "wrong.toml"
     path.write_text(text)
+    for file, content in FILES.items():
+        (tmp_path / file).write_text(content)
     with pytest.raises(StudyError) as refused:
         load(path)
     for word in (str(path), *words):

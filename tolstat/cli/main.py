@@ -71,15 +71,61 @@ def run(
 
 
 @main.command()
-@click.argument("what", metavar="RUN.h5|MODEL")
-def show(what: str) -> None:
-    """Show the summary of a stored run, or what a model can be asked."""
-    from tolstat.cli.showing import show_model, show_run
+@click.argument("what", metavar="RUN.h5...|MODEL", nargs=-1, required=True)
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    help="Draw grid runs as curves: a .png, .svg or .pdf file.",
+)
+@click.option(
+    "--response",
+    "responses",
+    multiple=True,
+    help="What to draw; what has a limit if not given. May be repeated.",
+)
+def show(what: tuple[str, ...], plot: Path | None, responses: tuple[str, ...]) -> None:
+    """Show the summary of stored runs, or what a model can be asked."""
+    from tolstat.cli.showing import plot_runs, show_model, show_run
 
-    if what.endswith(".h5") or Path(what).is_file():
-        show_run(Path(what))
-    else:
-        show_model(what)
+    if responses and not plot:
+        raise click.UsageError("--response belongs to --plot")
+    if plot:
+        plot_runs([Path(each) for each in what], plot, responses)
+        return
+    for each in what:
+        if each.endswith(".h5") or Path(each).is_file():
+            show_run(Path(each))
+        else:
+            show_model(each)
+
+
+@main.command()
+@click.argument("source", metavar="RUN.h5|STUDY.toml", type=click.Path(path_type=Path))
+@click.argument("index", type=click.IntRange(min=0), required=False)
+@click.option("--nominal", is_flag=True, help="The machine without deviations.")
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    help="Draw its histories: a .png, .svg or .pdf file.",
+)
+def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> None:
+    """Simulate one stored trial again, bit for bit, with its histories.
+
+    Exit code 1 if it is not as stored.
+    """
+    from tolstat.cli.replaying import show_nominal, show_trial
+
+    if nominal == (index is not None):
+        raise click.UsageError("give the number of a trial, or --nominal")
+    if source.suffix == ".toml":
+        if index is not None:
+            raise click.UsageError(
+                f"{source} is a study, and trials are in its run: "
+                f"{source.with_suffix('.h5')}; or give --nominal"
+            )
+        show_nominal(source, plot)
+    elif not show_trial(source, index, plot):
+        sys.exit(1)
 
 
 @main.command()

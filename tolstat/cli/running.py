@@ -22,7 +22,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from tolstat.cli.showing import print_summary
+from tolstat.cli.showing import print_comparisons, print_summary
 from tolstat.study.run import execute
 from tolstat.study.study import Study
 
@@ -85,6 +85,7 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         sys.stderr.flush()
         os._exit(INTERRUPTED)  # a compilation under way would hold up sys.exit
     print_summary(done)
+    print_comparisons(done)
     seconds = done.facts["seconds"]
     rate = f"{done.trials / seconds:.0f} trials/s"
     screen.print(f"{done.trials} trials in {seconds:.1f} s ({rate}), stored in {path}")

@@ -12,6 +12,7 @@ from tolstat import catalogue
 from tolstat.errors import RunFileError
 from tolstat.machines import settings as model_settings
 from tolstat.report.summary_table import Cell, summary_table
+from tolstat.report.sweep import comparisons
 from tolstat.store.run import Run
 from tolstat.store.run import open as open_run
 
@@ -66,7 +67,36 @@ def show_run(path: Path) -> None:
     """Print the summary of a stored run."""
     if path.suffix == ".toml":
         raise RunFileError(f"{path} is a study; `tolstat run {path}` makes a run of it")
-    print_summary(open_run(path))
+    run = open_run(path)
+    print_summary(run)
+    print_comparisons(run)
+
+
+def print_comparisons(run: Run) -> None:
+    """Print what a grid run says beside its reference."""
+    console = screen()
+    for title, heads, rows, note in comparisons(run):
+        table = Table(title=title, box=box.SIMPLE_HEAD)
+        for head in heads:
+            table.add_column(head, justify="right")
+        for row in rows:
+            table.add_row(*row)
+        console.print(table)
+        if note:
+            console.print(note)
+
+
+def plot_runs(paths: list[Path], picture: Path, responses: tuple[str, ...]) -> None:
+    """Draw grid runs as curves, and print what stands beside a reference."""
+    from tolstat.report.picture import check_ending, write
+    from tolstat.report.sweep_picture import draw_sweeps
+
+    check_ending(picture)
+    runs = [open_run(path) for path in paths]
+    write(draw_sweeps(runs, responses), picture)
+    for run in runs:
+        print_comparisons(run)
+    screen().print(f"drawn in {picture}")
 
 
 def list_models() -> None:

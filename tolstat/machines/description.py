@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,6 +93,81 @@ class Outcome(NamedTuple):
     steps: NDArray[np.int64] | None = None
 
 
+class Curve(NamedTuple):
+    """One quantity over time.
+
+    Attributes
+    ----------
+    name, unit, symbol, sentence : str
+        As of a response; where a response has the same name, its peak is the curve's.
+    values : float64[time]
+        SI.
+    """
+
+    name: str
+    unit: str
+    symbol: str
+    sentence: str
+    values: NDArray[np.float64]
+
+
+class Peak(NamedTuple):
+    """Where a response that is a peak falls on its curve: time (s) and value (SI)."""
+
+    curve: str
+    time: float
+    value: float
+
+
+class Panel(NamedTuple):
+    """Curves to be drawn in one picture.
+
+    Attributes
+    ----------
+    title : str
+        What they show.
+    curves : tuple of str
+        Of one unit.
+    right : tuple of str
+        Further curves of another unit, against an axis on the right.
+    levels : tuple of (float, str)
+        Values (SI) to be marked, each with its words.
+    """
+
+    title: str
+    curves: tuple[str, ...]
+    right: tuple[str, ...] = ()
+    levels: tuple[tuple[float, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class History:
+    """How one machine moved.
+
+    Attributes
+    ----------
+    time : float64[time]
+        s.
+    curves : tuple of Curve
+        What happened; NaN after a failure.
+    peaks : tuple of Peak
+        Where the peaks fall, to within a sample.
+    window : tuple of float
+        Start and end of the time over which responses are taken, s.
+    panels : tuple of Panel
+        How to draw it.
+    outcome : Outcome
+        The same trial's responses, bit for bit as `evaluate` finds them.
+    """
+
+    time: NDArray[np.float64]
+    curves: tuple[Curve, ...]
+    peaks: tuple[Peak, ...]
+    window: tuple[float, float]
+    panels: tuple[Panel, ...]
+    outcome: Outcome
+
+
 class Model(Protocol):
     """A machine: what it may be given and what it answers.
 
@@ -114,6 +189,17 @@ class Model(Protocol):
 
     def evaluate(self, deviations: NDArray[np.float64], settings: Any) -> Outcome:
         """Simulate one trial for each row of deviations[trial, contributor], SI."""
+        ...
+
+
+@runtime_checkable
+class MovingModel(Model, Protocol):
+    """A machine that moves, and can show how."""
+
+    def history(
+        self, deviations: NDArray[np.float64], settings: Any, step: float
+    ) -> History:
+        """Simulate the machine of deviations[contributor], SI, seen every `step` s."""
         ...
 
 

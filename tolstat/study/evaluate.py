@@ -57,7 +57,7 @@ def evaluate(
     chosen = model_settings.make(machine, settings)
     description = machine.describe(chosen)
     given = {} if deviations is None else {str(k): v for k, v in deviations.items()}
-    outcome = simulate(machine, _table(given, description), chosen)
+    outcome = simulate(machine, deviations_table(given, description), chosen)
     names = [response.name for response in description.responses]
     frame = pd.DataFrame(outcome.responses, columns=names)
     if isinstance(deviations, pd.DataFrame):
@@ -78,7 +78,9 @@ def simulate(model: Model, deviations: NDArray[np.float64], settings: Any) -> Ou
     return Outcome(np.where(failed[:, None], np.nan, responses), status, steps)
 
 
-def _table(given: Mapping[str, Any], description: Description) -> NDArray[np.float64]:
+def deviations_table(
+    given: Mapping[str, Any], description: Description
+) -> NDArray[np.float64]:
     """Arrange deviations by name as float64[trial, contributor]."""
     names = [contributor.name for contributor in description.contributors]
     columns: dict[str, NDArray[np.float64]] = {}

@@ -65,6 +65,7 @@ ENGINEERING = {
     "rad": "mrad",
     "N": "kN",
     "J": "kJ",
+    "W": "kW",
     "N m": "kN m",
 }
 

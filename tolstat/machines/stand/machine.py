@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from tolstat.integrator.integrate import Accuracy, integrate
 from tolstat.integrator.trials import Found
-from tolstat.machines.description import Description, Outcome
+from tolstat.machines.description import Description, History, Outcome
 from tolstat.machines.stand import parameters
 from tolstat.machines.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES
+from tolstat.machines.stand.history import curves_of, panels, peaks_of
 from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
 from tolstat.machines.stand.settings import Settings
 from tolstat.status import Status
@@ -57,26 +58,74 @@ class Stand:
         Outcome
             The responses, NaN where a trial failed; status and steps.
         """
-        # only a machine that is simulated needs the compiler
-        from tolstat.machines.stand.compiled import SYSTEM
+        p = machines_of(deviations, settings)
+        return outcome_of(simulated(p, settings), p, settings)
 
-        by_name = {c.name: deviations[:, i] for i, c in enumerate(CONTRIBUTORS)}
-        p = parameters.build(by_name, settings)
-        found = integrate(
-            SYSTEM,
-            start_of(p, settings),
-            np.stack(p, axis=1),
-            np.tile(marks_of(settings), (len(deviations), 1)),
-            Accuracy(settings.rtol, settings.max_step),
-            watch_from=WINDOW,
+    def history(self, deviations: Array, settings: Settings, step: float) -> History:
+        """Simulate one machine and tell how it moved.
+
+        Parameters
+        ----------
+        deviations : float64[contributor]
+            SI, in the order of `describe`.
+        settings : Settings
+            Variant, drive, speed, window, tolerance.
+        step : float
+            Time between two samples, s.
+
+        Returns
+        -------
+        History
+            Of all of the run, from standstill.
+        """
+        p = machines_of(deviations[None, :], settings)
+        marks = marks_of(settings)
+        time = np.linspace(0.0, marks[END], 1 + round(marks[END] / step))
+        found = simulated(p, settings, time)
+        phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
+        moved = motion(Moment(time, phase), State(*found.history[0].T), p)
+        curves = curves_of(found.history[0], moved)
+        return History(
+            time,
+            curves,
+            peaks_of(curves, time, time >= marks[WINDOW]),
+            (marks[WINDOW], marks[END]),
+            panels(float(p.delta[0])),
+            outcome_of(found, p, settings),
         )
-        with np.errstate(invalid="ignore"):
-            responses = responses_of(found, p, settings)
-        table = np.stack([responses[r.name] for r in RESPONSES], axis=1)
-        failed = found.status != Status.DONE
-        return Outcome(
-            np.where(failed[:, None], np.nan, table), found.status, found.steps
-        )
+
+
+def machines_of(deviations: Array, settings: Settings) -> parameters.Parameters:
+    """Build machines from deviations[trial, contributor]."""
+    by_name = {c.name: deviations[:, i] for i, c in enumerate(CONTRIBUTORS)}
+    return parameters.build(by_name, settings)
+
+
+def simulated(
+    p: parameters.Parameters, settings: Settings, samples: Array | None = None
+) -> Found:
+    """Integrate machines over the whole run, with their states at the sample times."""
+    # only a machine that is simulated needs the compiler
+    from tolstat.machines.stand.compiled import SYSTEM
+
+    return integrate(
+        SYSTEM,
+        start_of(p, settings),
+        np.stack(p, axis=1),
+        np.tile(marks_of(settings), (len(p.m), 1)),
+        Accuracy(settings.rtol, settings.max_step),
+        watch_from=WINDOW,
+        samples=samples,
+    )
+
+
+def outcome_of(found: Found, p: parameters.Parameters, settings: Settings) -> Outcome:
+    """Arrange the responses as `describe` lists them."""
+    with np.errstate(invalid="ignore"):
+        responses = responses_of(found, p, settings)
+    table = np.stack([responses[r.name] for r in RESPONSES], axis=1)
+    failed = found.status != Status.DONE
+    return Outcome(np.where(failed[:, None], np.nan, table), found.status, found.steps)
 
 
 def marks_of(settings: Settings) -> Array:

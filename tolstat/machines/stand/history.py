@@ -1,0 +1,100 @@
+"""How one stand moved: curves over time, and the pictures they belong to."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.machines.description import Curve, Panel, Peak
+from tolstat.machines.stand.declarations import RESPONSES
+from tolstat.machines.stand.motion import Motion, State
+
+Array = NDArray[np.float64]
+
+# names of the loads, as of the responses that are their peaks
+LOADS = (
+    "rod_force_1", "rod_force_2", "shaft_9_moment", "shaft_12_moment", "mesh_force_0",
+    "mesh_force_1", "mesh_force_2", "drive_moment", "yaw",
+)  # fmt: skip
+POWERS = {
+    "drive_power": "power of the drive on gear 13",
+    "slide_power": "lost to friction under the weight",
+    "guide_power": "lost to friction at the side guides",
+    "roll_power": "power of rolling",
+    "spin_power": "lost to friction against yawing",
+    "damping_power": "lost in rods, meshes and shafts",
+    "contact_power": "power of the guides against yawing",
+}
+
+
+def curves_of(states: Array, moved: Motion) -> tuple[Curve, ...]:
+    """Name the quantities of a motion.
+
+    Parameters
+    ----------
+    states : float64[time, state]
+        Coordinates and speeds.
+    moved : Motion
+        What the equations say about them, each field float64[time].
+
+    Returns
+    -------
+    tuple of Curve
+        Coordinates, loads (signed) and powers, SI.
+    """
+    y = State(*states.T)
+    words = {response.name: response for response in RESPONSES}
+    loads = [
+        Curve(
+            name,
+            words[name].unit,
+            words[name].symbol.strip("|"),
+            words[name].sentence.removeprefix("peak "),
+            values,
+        )
+        for name, values in zip(LOADS, moved.loads, strict=True)
+    ]
+    powers = [
+        Curve(name, "W", "P", sentence, values)
+        for (name, sentence), values in zip(POWERS.items(), moved.powers, strict=True)
+    ]
+    return (
+        Curve("crank_position_1", "rad", "phi31", "angle of wheel 7", y.phi31),
+        Curve("crank_position_2", "rad", "phi32", "angle of wheel 8", y.phi32),
+        Curve("position", "m", "x", "position of the carriage", y.x),
+        Curve("speed", "m/s", "x'", "speed of the carriage", y.x_),
+        *loads,
+        *powers,
+    )
+
+
+def peaks_of(
+    curves: tuple[Curve, ...], time: Array, window: NDArray[np.bool_]
+) -> tuple[Peak, ...]:
+    """Find where the loads are greatest, to either side, inside the window."""
+    found = []
+    for curve in curves:
+        inside = np.where(window, np.abs(curve.values), -1.0)
+        if curve.name in LOADS and np.isfinite(curve.values).all():
+            at = int(inside.argmax())
+            found.append(Peak(curve.name, float(time[at]), float(curve.values[at])))
+    return tuple(found)
+
+
+def panels(delta: float) -> tuple[Panel, ...]:
+    """List the pictures; the paper's Figs. 2 and 3 are the first two.
+
+    Parameters
+    ----------
+    delta : float
+        Yaw at which the carriage touches its guides, rad.
+    """
+    guides = ((delta, "guides touched"), (-delta, ""))
+    return (
+        Panel("Moment of shaft 9", ("shaft_9_moment",)),
+        Panel("Rod forces (tension is positive)", ("rod_force_1", "rod_force_2")),
+        Panel("Yaw of the carriage", ("yaw",), levels=guides),
+        Panel("Carriage", ("position",), right=("speed",)),
+        Panel("Power", ("drive_power", "roll_power")),
+        Panel("Losses", ("slide_power", "guide_power", "spin_power", "damping_power")),
+    )
