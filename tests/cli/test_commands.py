@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import pytest
 from click.testing import CliRunner
 
@@ -76,3 +77,67 @@ def test_the_installed_command(small_study):
     )
     assert found.returncode == 0, found.stderr
     assert "stored in" in found.stderr
+
+
+def test_a_trial_again(small_study, tmp_path):
+    call("run", small_study)
+    run, picture = small_study.with_suffix(".h5"), tmp_path / "trial.svg"
+    shown = call("trial", run, 5, "--plot", picture)
+    assert shown.exit_code == 0, shown.output
+    for word in (
+        "trial 5",
+        "done",
+        "rod_length_1",
+        "<= 130 kN",
+        "bit for bit as stored",
+    ):
+        assert word in shown.output
+    assert picture.read_text().startswith("<?xml")
+    nominal = call("trial", run, "--nominal").output
+    assert "the nominal machine" in nominal and "bit for bit as stored" in nominal
+    with h5py.File(run, "r+") as file:
+        file["yaw"][5] *= 2
+    changed = call("trial", run, 5)
+    assert changed.exit_code == 1
+    assert "not bit for bit as stored; different: yaw" in changed.output
+    assert "trials 0 to 23" in call("trial", run, 24).stderr
+    assert "ends in .png" in call("trial", run, 5, "--plot", "x.gif").stderr
+    for arguments in ([run], [run, 5, "--nominal"], [small_study, 5]):
+        assert call("trial", *arguments).exit_code == 2
+
+
+def test_the_nominal_machine_of_a_study(small_study, tmp_path):
+    picture = tmp_path / "nominal.png"
+    shown = call("trial", small_study, "--nominal", "--plot", picture)
+    assert shown.exit_code == 0, shown.output
+    assert "103.3 kN" in shown.output and picture.stat().st_size > 20_000
+
+
+def test_a_trial_that_has_not_run(small_study):
+    call("run", small_study)
+    run = small_study.with_suffix(".h5")
+    with h5py.File(run, "r+") as file:
+        file["status"][3] = 0
+    assert "trial 3 has not run" in call("trial", run, 3).stderr
+
+
+def test_a_grid_is_shown_as_curves(tmp_path):
+    done = call("run", "runs/khpt75-fig4.toml", "-o", tmp_path / "fig4.h5")
+    assert "in trial" in done.stdout and "30 of 61" in done.stdout
+    assert "paper's Fig. 4" in done.stdout
+    picture = tmp_path / "fig4.png"
+    shown = call("show", tmp_path / "fig4.h5", "--plot", picture)
+    assert shown.exit_code == 0 and picture.exists()
+    assert "reference" in shown.stdout and "1.215" in shown.stdout
+    assert call("show", tmp_path / "fig4.h5", "--response", "yaw").exit_code == 2
+    two = call("show", tmp_path / "fig4.h5", "stand").stdout
+    assert "Fig. 4" in two and "crank_speed" in two
+
+
+def test_sobol_trials_have_no_intervals(small_study):
+    text = small_study.read_text().replace('sampling = "random"', 'sampling = "sobol"')
+    small_study.write_text(text)
+    shown = call("run", small_study).stdout
+    assert "without intervals: Sobol' trials depend on each other" in shown
+    assert "needs" not in shown and "95 % interval" not in shown
+    assert ".." not in shown.replace("0..0", "x")

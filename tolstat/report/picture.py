@@ -75,8 +75,9 @@ def write(figure: Figure, path: Path) -> None:
     """
     svg = path.suffix.lower() == ".svg"
     try:
-        # no date: the same picture is the same file
-        figure.savefig(path, dpi=150, metadata={"Date": None} if svg else None)
+        with styled():
+            # no date: the same picture is the same file
+            figure.savefig(path, dpi=150, metadata={"Date": None} if svg else None)
     except OSError as error:
         raise PictureError(f"{path} cannot be written: {error}") from error
 

@@ -93,10 +93,10 @@ def _draw(axes: Axes, runs: Sequence[Run], axis: str, response: str) -> None:
                 "o", color="black", fillstyle="none", label=run.facts["reference"],
             )  # fmt: skip
     for limit in {run.limits[response] for run in runs if response in run.limits}:
-        for end in limit:
-            if math.isfinite(end):
-                words = f"limit {limit_in_words(limit, unit)}"
-                level(axes, factor(unit) * end, words)
+        words = f"limit {limit_in_words(limit, unit)}"
+        for end in filter(math.isfinite, limit):
+            level(axes, factor(unit) * end, words)
+            words = ""
     axes.set_ylabel(axis_label(response, unit))
     axes.margins(x=0.02)
     if len(axes.get_legend_handles_labels()[1]) > 1:

@@ -1,0 +1,161 @@
+"""Grids and tables: machines that are given."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tolstat
+from tolstat.errors import StudyError
+from tolstat.machines.description import Description
+from tolstat.report.sweep import comparisons
+from tolstat.study.study import load
+
+
+@pytest.fixture
+def study(tmp_path):
+    def write(text, name="points.toml"):
+        path = tmp_path / name
+        path.write_text(text)
+        return path
+
+    return write
+
+
+GRID = """\
+model = "toy"
+sampling = "grid"
+[grid]
+part = { from = "0 mm", to = "0.8 mm", points = 5 }
+angle = ["0 deg", "90 deg"]
+gain = [1, 2.5]
+mode = ["plain", "odd"]
+[deviations]
+[limits]
+gap = "<= 2 mm"
+"""
+
+
+def test_a_grid_is_the_product_of_its_axes(toy, study):
+    run = tolstat.run(study(GRID), model=toy, workers=2)
+    frame = run.frame()
+    assert len(frame) == 5 * 2 * 2 * 2
+    assert list(frame.columns[:2]) == ["gain", "mode"]  # settings are columns too
+    seen = frame[["gain", "mode", "part_1", "angle"]].drop_duplicates()
+    assert len(seen) == len(frame)
+    np.testing.assert_array_equal(frame["part_1"], frame["part_2"])  # one name
+    np.testing.assert_allclose(frame["gap"], 2 * frame["gain"] * frame["part_1"])
+    assert set(frame["mode"]) == {"plain", "odd"}
+    assert run.grid == ["gain", "mode", "part", "angle"]  # the slowest first
+    assert "seed" not in run.facts
+    np.testing.assert_allclose(
+        np.unique(frame["part_1"]), np.linspace(0, 0.8e-3, 5), rtol=1e-15
+    )
+
+
+def test_constant_parts_go_with_a_grid(toy, study):
+    path = study(
+        'model = "toy"\nsampling = "grid"\n[grid]\npart_1 = ["0 mm", "0.1 mm"]\n'
+        '[deviations]\npart_2 = { distribution = "constant", value = "0.3 mm" }\n'
+    )
+    frame = tolstat.run(path, model=toy).frame()
+    np.testing.assert_allclose(frame["gap"], [0.6e-3, 0.8e-3])
+
+
+def test_settings_that_change_the_model_are_refused(toy, study, monkeypatch):
+    whole = toy.describe
+
+    def describe(settings):
+        contributors, responses = whole(settings)
+        return Description(contributors, responses[: 1 if settings.gain > 1 else 2])
+
+    monkeypatch.setattr(toy, "describe", describe)
+    path = study('model = "toy"\nsampling = "grid"\n[grid]\ngain = [1, 2.5]\n')
+    with pytest.raises(StudyError, match="gain: these settings change which"):
+        load(path, model=toy)
+
+
+def test_a_grid_draws_nothing(toy, study):
+    with pytest.raises(StudyError, match="draws nothing"):
+        load(study(GRID), model=toy, trials=5)
+    with pytest.raises(StudyError, match="draws nothing"):
+        load(study(GRID), model=toy, seed=5)
+
+
+def test_a_table_is_built_row_by_row(toy, study, tmp_path):
+    (tmp_path / "machines.csv").write_text(
+        "# three machines\npart_1 [um],part_2 [mm],angle [deg]\n"
+        "100,0.2,90\n-50, 0.1,0\n950,0,-90\n"
+    )
+    path = study('model = "toy"\nsampling = "table"\ntable = "machines.csv"\n')
+    run = tolstat.run(path, model=toy)
+    frame = run.frame()
+    np.testing.assert_allclose(frame["part_1"], [1e-4, -5e-5, 9.5e-4])
+    np.testing.assert_allclose(frame["angle"], np.radians([90, 0, -90]))
+    np.testing.assert_allclose(frame["gap"][:2], [6e-4, 1e-4])
+    assert list(frame["status"]) == ["done", "done", "not finite"]
+    assert "3 machines of machines.csv" in run.notes[0]
+
+
+def test_fig_4_by_the_study_that_is_shipped(tmp_path):
+    """To 0.02 percentage points at every point of the spec's table."""
+    run = tolstat.run("runs/khpt75-fig4.toml", output=tmp_path / "fig4.h5")
+    assert run.trials == 61
+    (compared,) = comparisons(run)
+    assert len(compared.rows) == 8 and compared.note == ""
+    assert "paper's Fig. 4" in compared.title
+    for row in compared.rows:
+        assert abs(float(row[3])) < 0.02, row
+    x, y = run.column("crank_difference"), run.column("extra_loss_run")
+    np.testing.assert_allclose(
+        np.interp(run.reference["crank_difference"], x, y),
+        run.reference["extra_loss_run"], atol=2e-4,
+    )  # fmt: skip
+
+
+def test_a_grid_is_bitwise_the_same_for_any_workers(study, tmp_path):
+    path = study(
+        'model = "stand"\nsampling = "grid"\n[grid]\n'
+        'crank_difference = { from = "0 mm", to = "2 mm", points = 5 }\n'
+        'variant = ["indeterminate", "equalized"]\n'
+    )
+    one, two = (
+        tolstat.run(path, workers=n, output=tmp_path / f"{n}.h5").frame()
+        for n in (1, 2)
+    )
+    alone = tolstat.evaluate(
+        "stand", {"crank_difference": np.linspace(0, 2e-3, 5)}, {"variant": "equalized"}
+    )
+    for name in alone.columns[:-2]:
+        np.testing.assert_array_equal(one[name], two[name])
+        np.testing.assert_array_equal(one[name][5:], alone[name])
+
+
+def test_drawn_samplings_say_what_they_promise(toy, toy_study):
+    for sampling, word in (("latin", "Latin hypercube"), ("sobol", "Sobol'")):
+        text = toy_study.read_text()
+        path = toy_study.with_name(f"{sampling}.toml")
+        path.write_text(f'sampling = "{sampling}"\n{text}')
+        run = tolstat.run(path, model=toy)
+        assert word in run.facts["promise"] and run.facts["sampling"] == sampling
+        assert run.counts["done"] > 950
+
+
+def test_measured_parts_are_told_of(tmp_path):
+    text = Path("runs/khpt75-measured.toml").read_text()
+    rods = Path("runs/rods.csv").read_text()
+    (tmp_path / "rods.csv").write_text(rods)
+    path = tmp_path / "fitted.toml"
+    nominal = 'nominal = "2450 mm"'
+    path.write_text(text.replace(nominal, f'{nominal}, fit = "normal"'))
+    study = load(path, trials=200)
+    assert "normal distribution fitted to 120 parts" in study.notes[0]
+    assert study.notes[0].endswith("doubtful")  # two machines made them
+    lengths = np.array([float(r.split(",")[1]) for r in rods.splitlines()[4:]])
+    table = study.deviations()[:, 0]
+    assert table.std() == pytest.approx(lengths.std() / 1e3, rel=0.2)
+    plain = load("runs/khpt75-measured.toml", trials=200).deviations()[:, :2]
+    possible = np.round(lengths - 2450, 2)
+    assert set(np.round(plain.ravel() * 1e3, 2)) <= set(possible)
