@@ -1,8 +1,8 @@
 """Draw the README's picture from the two stored runs.
 
+pip install .
 tolstat run runs/khpt75.toml
 tolstat run runs/khpt75-equalized.toml
-pip install matplotlib
 python runs/pictures/twins.py
 """
 

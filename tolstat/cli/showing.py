@@ -131,15 +131,16 @@ def show_model(name: str) -> None:
             default = f"{default:g} {declared['unit']}"
         table.add_row(field.name, default, declared["sentence"] + words)
     console.print(table)
-    for title, listed in (
-        ("contributors: deviations", description.contributors),
-        ("responses", description.responses),
-    ):
-        heads = (title.split(":")[0].rstrip("s"), "unit", "symbol", "", "equation")
-        table = Table(*heads, box=box.SIMPLE_HEAD, title=title)
-        for each in listed:
-            unit = (
-                "relative" if each.unit == "1" and "deviations" in title else each.unit
-            )
-            table.add_row(each.name, unit, each.symbol, each.sentence, each.source)
-        console.print(table)
+    heads = ("contributor", "unit", "symbol", "", "nominal", "equation")
+    table = Table(*heads, box=box.SIMPLE_HEAD, title="contributors: deviations")
+    for part in description.contributors:
+        unit = "relative" if part.unit == "1" else part.unit
+        nominal = f"{1e3 * part.size:g} mm" if part.size else ""
+        if part.gear:
+            nominal = f"gear of {1e3 * part.gear.diameter:g} mm"
+        table.add_row(part.name, unit, part.symbol, part.sentence, nominal, part.source)
+    console.print(table)
+    table = Table("response", "unit", "symbol", "", "equation", box=box.SIMPLE_HEAD, title="responses")
+    for each in description.responses:
+        table.add_row(each.name, each.unit, each.symbol, each.sentence, each.source)
+    console.print(table)
