@@ -140,7 +140,15 @@ def show_model(name: str) -> None:
             nominal = f"gear of {1e3 * part.gear.diameter:g} mm"
         table.add_row(part.name, unit, part.symbol, part.sentence, nominal, part.source)
     console.print(table)
-    table = Table("response", "unit", "symbol", "", "equation", box=box.SIMPLE_HEAD, title="responses")
+    table = Table(
+        "response",
+        "unit",
+        "symbol",
+        "",
+        "equation",
+        box=box.SIMPLE_HEAD,
+        title="responses",
+    )
     for each in description.responses:
         table.add_row(each.name, each.unit, each.symbol, each.sentence, each.source)
     console.print(table)
