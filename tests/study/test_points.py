@@ -11,6 +11,7 @@ import tolstat
 from tolstat.errors import StudyError
 from tolstat.machines.description import Description
 from tolstat.report.sweep import comparisons
+from tolstat.study.run import execute
 from tolstat.study.study import load
 
 
@@ -53,6 +54,14 @@ def test_a_grid_is_the_product_of_its_axes(toy, study):
     np.testing.assert_allclose(
         np.unique(frame["part_1"]), np.linspace(0, 0.8e-3, 5), rtol=1e-15
     )
+
+
+def test_no_block_reaches_into_the_next_settings(toy, study, tmp_path):
+    asked, over = load(study(GRID), model=toy), []
+    execute(
+        asked, tmp_path / "grid.h5", workers=2, progress=lambda n, _: over.append(n)
+    )
+    assert over[-1] == 40  # each trial once
 
 
 def test_constant_parts_go_with_a_grid(toy, study):
