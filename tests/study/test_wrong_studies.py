@@ -172,8 +172,8 @@ WRONG = {
         ["rod_length", "no column 'lenght'", "did you mean 'length'"],
     ),
     "column without unit": (
-        HEAD + '[deviations]\nrod_length = { data = "rods.csv", column = "length" }\n',
-        ["rod_length", "key unit is missing"],
+        HEAD + '[deviations]\nrod_length = { data = "rods.csv", column = "rod" }\n',
+        ["rod_length", "unit is missing"],
     ),
     "column of another unit": (
         HEAD + "[deviations]\nrod_length = "

@@ -38,7 +38,7 @@ def read_parts(keys: dict[str, Any], unit: str, folder: Path) -> Parts:
     Parameters
     ----------
     keys : dict
-        `data` (the file), `column`, `unit`; `nominal` (a quantity to subtract, where
+        `data` (the file), `column`; `unit`, if the head has none; `nominal` (a quantity to subtract, where
         the column holds sizes and not deviations); `fit` ("normal" or "lognormal").
     unit : str
         SI unit of the contributor.
@@ -62,25 +62,21 @@ def read_parts(keys: dict[str, Any], unit: str, folder: Path) -> Parts:
             )
         if not isinstance(value, str):
             raise DistributionError(f"{key}: a text is expected, in quotes")
-    for key in ("column", "unit"):
-        if key not in keys:
-            raise DistributionError(f"the key {key} is missing")
+    if "column" not in keys:
+        raise DistributionError("the key column is missing")
     kind = keys.get("fit")
     if kind is not None and kind not in FITS:
         raise DistributionError(f"fit = '{kind}': {allowed_names(kind, FITS)}")
     table = read_csv(folder / keys["data"])
-    written = "" if keys["unit"] == "1" else keys["unit"]
-    head = (
-        table.units[table.heads.index(keys["column"])]
-        if (keys["column"] in table.heads)
-        else ""
-    )
-    if head and head != keys["unit"]:
+    head = dict(zip(table.heads, table.units, strict=True)).get(keys["column"], "")
+    written = keys.get("unit", head)
+    if head and head != written:
         raise DataError(
             f"{table.path} gives column {keys['column']} in {head}, the study in "
-            f"{keys['unit']}"
+            f"{written}"
         )
-    values = [to_si(value, written, unit) for value in table.column(keys["column"])]
+    numbers, written = table.column(keys["column"]), "" if written == "1" else written
+    values = [to_si(value, written, unit) for value in numbers]
     nominal = quantity(keys["nominal"], unit) if "nominal" in keys else 0.0
     parts = np.sort(np.array(values) - nominal)
     what = f"{len(parts)} parts of {keys['data']} (SHA-256 {table.digest[:12]})"
