@@ -38,8 +38,9 @@ def read_parts(keys: dict[str, Any], unit: str, folder: Path) -> Parts:
     Parameters
     ----------
     keys : dict
-        `data` (the file), `column`; `unit`, if the head has none; `nominal` (a quantity to subtract, where
-        the column holds sizes and not deviations); `fit` ("normal" or "lognormal").
+        `data` (the file), `column`; `unit`, if the head has none; `nominal` (a quantity
+        to subtract, where the column holds sizes and not deviations); `fit` ("normal"
+        or "lognormal").
     unit : str
         SI unit of the contributor.
     folder : Path
