@@ -1,0 +1,87 @@
+"""Contributions with known answers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from tolstat.statistics.contributions import contributions
+
+
+def stack(n, seed=0):
+    """A linear stack: variances 9, 4, 1 of 14, and a part that does nothing."""
+    X = np.random.default_rng(seed).normal(size=(n, 4))
+    parts = {name: X[:, i] for i, name in enumerate(("rod_1", "rod_2", "gear", "idle"))}
+    return parts, 3 * X[:, 0] - 2 * X[:, 1] + X[:, 2]
+
+
+def test_a_linear_stack():
+    parts, y = stack(10_000)
+    groups = {"rod": ["rod_1", "rod_2"], "gear": ["gear"]}
+    found = contributions(parts, {"gap": y}, groups)["gap"]
+    for name, share in (
+        ("rod_1", 9 / 14),
+        ("rod_2", 4 / 14),
+        ("gear", 1 / 14),
+        ("idle", 0),
+    ):
+        first = found.first_order[name]
+        assert first.lower <= share <= first.upper
+        assert first.upper - first.lower < 0.1
+    assert found.groups["rod"].value == pytest.approx(13 / 14, abs=0.03)
+    assert found.groups["rod"].value == pytest.approx(
+        found.first_order["rod_1"].value + found.first_order["rod_2"].value
+    )
+    assert found.unexplained.lower <= 0 <= found.unexplained.upper
+    assert found.explained.value > 0.94
+    signs = {name: np.sign(e.value) for name, e in found.rank_regression.items()}
+    assert (signs["rod_1"], signs["rod_2"], signs["gear"]) == (1, -1, 1)
+
+
+def test_ranks_regressed_as_by_hand():
+    parts, y = stack(500)
+    found = contributions(parts, {"gap": y})["gap"].rank_regression
+    ranks = np.column_stack([stats.rankdata(x) for x in parts.values()])
+    design = (ranks - ranks.mean(0)) / ranks.std(0)
+    of_y = stats.rankdata(y)
+    known, *_ = np.linalg.lstsq(design, (of_y - of_y.mean()) / of_y.std(), rcond=None)
+    assert [e.value for e in found.values()] == pytest.approx(known)
+
+
+def test_ishigami():
+    X = np.random.default_rng(1).uniform(-np.pi, np.pi, (20_000, 3))
+    y = (
+        np.sin(X[:, 0])
+        + 7 * np.sin(X[:, 1]) ** 2
+        + 0.1 * X[:, 2] ** 4 * np.sin(X[:, 0])
+    )
+    found = contributions({f"x{i}": X[:, i] for i in range(3)}, {"y": y})["y"]
+    known = (0.3139, 0.4424, 0.0)
+    for estimate, share in zip(found.first_order.values(), known, strict=True):
+        assert estimate.lower <= share <= estimate.upper
+        assert estimate.value == pytest.approx(share, abs=0.03)
+    # the interaction of 1 and 3 remains, and the regression saw almost nothing of 2
+    assert found.unexplained.value == pytest.approx(0.2437, abs=0.05)
+    assert abs(found.rank_regression["x1"].value) < 0.05
+
+
+def test_intervals_of_contributions_cover():
+    hits = np.zeros(4)
+    for seed in range(200):
+        parts, y = stack(400, seed + 100)
+        found = contributions(parts, {"y": y})["y"].first_order
+        known = np.array([9, 4, 1, 0]) / 14
+        hits += [
+            e.lower <= s <= e.upper for e, s in zip(found.values(), known, strict=True)
+        ]
+    assert (hits / 200 > 0.93 - 3 * np.sqrt(0.07 * 0.93 / 200)).all()
+
+
+def test_what_cannot_be_told_is_not():
+    parts, y = stack(150)
+    found = contributions(parts, {"y": y})["y"]
+    assert "150 trials" in found.first_order["rod_1"].reason
+    parts, y = stack(500)
+    flat = contributions(parts, {"y": np.zeros(500)}, {"rod": ["rod_1"]})["y"]
+    assert "does not spread" in flat.groups["rod"].reason

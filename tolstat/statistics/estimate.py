@@ -1,0 +1,35 @@
+"""A number and how sure it is."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+
+class Estimate(NamedTuple):
+    """A number with its 95 % interval.
+
+    Attributes
+    ----------
+    value : float
+        The estimate; NaN where there is none.
+    lower, upper : float
+        Ends of the interval; NaN where no trustworthy one exists.
+    reason : str
+        Why there is none.
+    """
+
+    value: float
+    lower: float = math.nan
+    upper: float = math.nan
+    reason: str = ""
+
+    @property
+    def sure(self) -> bool:
+        """Whether there is an interval."""
+        return not (math.isnan(self.lower) or math.isnan(self.upper))
+
+
+def untrustworthy(value: float, trials: int) -> Estimate:
+    """Give an estimate whose interval would not cover what it claims."""
+    return Estimate(value, reason=f"no trustworthy interval at {trials} trials")

@@ -1,0 +1,58 @@
+"""Intervals of samples whose trials depend on each other, from their replicates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from tolstat.statistics.estimate import Estimate
+
+Array = NDArray[np.float64]
+LEAST_IN_EACH = 16
+
+
+def from_replicates(
+    statistic: Callable[[Array], float],
+    values: Array,
+    replicate: NDArray[np.int64],
+    confidence: float = 0.95,
+) -> Estimate:
+    """Estimate a statistic of Latin hypercube or Sobol' trials.
+
+    Parameters
+    ----------
+    statistic : callable
+        Of float64[n].
+    values : float64[trial]
+        The response, none NaN.
+    replicate : int64[trial]
+        Number of the independent randomisation that each trial belongs to.
+    confidence : float
+        Of the interval.
+
+    Returns
+    -------
+    Estimate
+        The statistic of all trials, with Student's interval from the scatter of the
+        same statistic between the replicates.
+
+    References
+    ----------
+    A. B. Owen, Monte Carlo Theory, Methods and Examples, chapter 17: randomised
+    quasi-Monte Carlo, replicates.
+    """
+    if len(values) == 0:
+        return Estimate(math.nan, reason="no trial is done")
+    value = statistic(values)
+    groups = [values[replicate == number] for number in np.unique(replicate)]
+    if len(groups) < 2 or min(len(group) for group in groups) < LEAST_IN_EACH:
+        return Estimate(value, reason=f"no replicates of {LEAST_IN_EACH} trials")
+    each = np.array([statistic(group) for group in groups])
+    count = len(each)
+    z = float(stdtrit(count - 1, 0.5 + confidence / 2))
+    half = z * float(each.std(ddof=1)) / math.sqrt(count)
+    return Estimate(value, value - half, value + half)
