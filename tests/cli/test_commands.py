@@ -134,10 +134,19 @@ def test_a_grid_is_shown_as_curves(tmp_path):
     assert "Fig. 4" in two and "crank_speed" in two
 
 
-def test_sobol_trials_have_no_intervals(small_study):
+def test_sobol_trials_say_where_their_intervals_come_from(small_study):
     text = small_study.read_text().replace('sampling = "random"', 'sampling = "sobol"')
     small_study.write_text(text)
-    shown = call("run", small_study).stdout
-    assert "without intervals: Sobol' trials depend on each other" in shown
-    assert "needs" not in shown and "95 % interval" not in shown
-    assert ".." not in shown.replace("0..0", "x")
+    shown = call("run", small_study, "--trials", 512).stdout
+    assert "Sobol' trials depend on each other" in shown
+    assert "16 independent scrambles" in shown
+    assert "needs 1600" in shown  # the 99 % quantile of every replicate
+
+
+def test_a_yield_can_be_demanded(small_study):
+    text = small_study.read_text()
+    demanded = '{ limit = "<= 3.5 kN m", yield = "90 %" }'
+    small_study.write_text(text.replace('"<= 3.5 kN m"', demanded))
+    shown = call("run", small_study, "--trials", 64).stdout
+    (line,) = [x for x in shown.splitlines() if "<= 3.5 kN m" in x]
+    assert "90 %" in line and "99.73 %" not in line

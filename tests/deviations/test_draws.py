@@ -94,24 +94,25 @@ def test_random_samples_are_uniform():
 
 
 def test_a_latin_hypercube_fills_every_strip_once():
-    for trials in (7, 1000):
-        u = Latin().unit_samples(3, {"a": 0, "b": 1}, trials)
-        for column in u.T:
-            strips = np.floor(column * trials).astype(int)
-            np.testing.assert_array_equal(np.sort(strips), np.arange(trials))
-        within = (u * trials) % 1
-        assert stats.kstest(within.ravel(), "uniform").pvalue > 1e-3
+    u = Latin().unit_samples(3, {"a": 0, "b": 1}, 4000)
+    for replicate in range(16):
+        for column in u[replicate::16].T:
+            strips = np.floor(column * 250).astype(int)
+            np.testing.assert_array_equal(np.sort(strips), np.arange(250))
+    within = (u * 250) % 1
+    assert stats.kstest(within.ravel(), "uniform").pvalue > 1e-3
 
 
 def test_sobol_points_are_a_digital_net():
-    """In any pair of the first two dimensions each elementary box has one point."""
-    u = Sobol().unit_samples(11, {"a": 0, "b": 1}, 256)
-    for split in range(9):
-        box = np.floor(u * [2**split, 2 ** (8 - split)]).astype(int)
-        assert len(np.unique(box, axis=0)) == 256
+    """Each replicate has one point in every elementary box of two dimensions."""
+    u = Sobol().unit_samples(11, {"a": 0, "b": 1}, 16 * 256)
+    for replicate in (0, 7, 15):
+        for split in range(9):
+            scaled = u[replicate::16] * [2**split, 2 ** (8 - split)]
+            assert len(np.unique(np.floor(scaled).astype(int), axis=0)) == 256
     # as SciPy's own scramble in 31 dimensions, and far below random points
     streams = {f"part_{i}": i for i in range(31)}
-    own = qmc.discrepancy(Sobol().unit_samples(11, streams, 1024)[:, :8])
+    own = qmc.discrepancy(Sobol().unit_samples(11, streams, 16 * 1024)[3::16, :8])
     peer = qmc.discrepancy(qmc.Sobol(8, rng=np.random.default_rng(1)).random(1024))
     plain = qmc.discrepancy(Random().unit_samples(11, streams, 1024)[:, :8])
     assert own < 1.3 * peer and own < 0.3 * plain
@@ -139,8 +140,8 @@ def test_sobol_integrates_better_than_random():
         ]
         return np.sqrt(np.mean((np.array(found) - 8) ** 2))
 
-    assert error(Sobol()) < 0.1 * error(Random())
-    assert error(Latin()) < 0.2 * error(Random())
+    assert error(Sobol()) < 0.3 * error(Random())
+    assert error(Latin()) < 0.3 * error(Random())
 
 
 def test_the_same_draws_for_all_time():
@@ -157,12 +158,12 @@ FIRST = {
         0.6361902187205798, 0.540016298452043, 0.7604684923860162,
     ],
     "latin": [
-        0.5706711635650924, 0.8577876685653486, 0.17115308251612704,
-        0.13551661487375785, 0.7335159525368867, 0.5093607755486572,
+        0.3676514930918221, 0.419789679428071, 0.9085729899693354,
+        0.22941321383971036, 0.1440210787046864, 0.3702169014356095,
     ],
     "sobol": [
-        0.9123280898226828, 0.5815050391545403, 0.020984148122349056,
-        0.14548308562672585, 0.44689875651048394, 0.8295169787627438,
+        0.8912403413832165, 0.42574611710669885, 0.8201450004780274,
+        0.05022590836514873, 0.4272658370105812, 0.2739435525719204,
     ],
 }  # fmt: skip
 

@@ -8,7 +8,7 @@ from scipy.stats import binom, binomtest
 
 from tolstat.statistics.proportions import proportion
 from tolstat.statistics.quantiles import _binomial_quantile, quantile
-from tolstat.statistics.summary import summarize
+from tolstat.statistics.summary import Sample, summarize
 from tolstat.status import Status
 
 
@@ -68,6 +68,11 @@ def test_failed_trials_count_against_and_enter_no_quantile():
     status = np.array(
         [Status.DONE, Status.DONE, Status.NOT_FINITE, Status.DONE, Status.NOT_RUN]
     )
-    found = summarize(values, status, (-np.inf, 2.5))
-    assert found.quantiles[0].estimate == 2.0
-    assert found.beyond == proportion(2, 4)
+    sample = Sample(status)
+    found = summarize(values, sample, (-np.inf, 2.5))
+    assert found.quantiles[0.5].value == 2.0
+    assert (found.least, found.largest) == (1.0, 3.0)
+    assert found.limited.yields.beyond[:3] == proportion(2, 4)
+    assert sample.failures[:3] == proportion(1, 4)
+    nothing = summarize(values[2:3], Sample(status[2:3]), (0.0, 1.0))
+    assert nothing.mean.reason == "no trial is done"

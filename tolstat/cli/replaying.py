@@ -84,7 +84,8 @@ def show_nominal(path: Path, picture: Path | None) -> None:
     else:
         outcome = simulate(study.model, nominal[None, :], study.settings)
     screen().print(f"{title}: {_status(outcome)}", style="bold")
-    _print_responses(responses, outcome, study.limits)
+    limits = {name: limit.permitted for name, limit in study.limits.items()}
+    _print_responses(responses, outcome, limits)
 
 
 def _check(picture: Path | None) -> None:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from tolstat.report.numbers import in_engineering_unit, limit_in_words, number
-from tolstat.statistics.proportions import Proportion, proportion
-from tolstat.statistics.quantiles import Quantile
-from tolstat.statistics.summary import SHARES, summarize
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.summary import Limited, Sample, Summary, summarize
 from tolstat.status import Status
 from tolstat.store.run import Run
 from tolstat.units.conversion import engineering_unit
+
+SHARES = {0.5: "median", 0.05: "5 %", 0.95: "95 %", 0.99: "99 %"}
+EXTREMES = ("least", "in trial", "largest", "in trial")
 
 # a text, or a number with the ends of its interval
 Cell = str | tuple[str, str, str]
@@ -46,6 +47,23 @@ class SummaryTable(NamedTuple):
     notes: list[str]
 
 
+def sample_of(run: Run) -> Sample | None:
+    """Return the trials of a run; None if its machines were chosen and not drawn."""
+    if "promise" not in run.facts:
+        return None
+    return Sample(run.status, int(run.facts["replicates"]))
+
+
+def summaries_of(run: Run, sample: Sample) -> dict[str, Summary]:
+    """Summarize every response of a run whose machines were drawn."""
+    found = {}
+    for response in run.responses:
+        name = response.name
+        asked = (run.limits[name], run.demanded[name]) if name in run.limits else ()
+        found[name] = summarize(run.column(name), sample, *asked)
+    return found
+
+
 def summary_table(run: Run) -> SummaryTable:
     """Summarize a run for the screen.
 
@@ -57,38 +75,67 @@ def summary_table(run: Run) -> SummaryTable:
     Returns
     -------
     SummaryTable
-        Engineering units. Of random trials quantiles and shares, each with its 95 %
-        interval; of Latin hypercube and Sobol' trials the same without intervals,
-        which one such sample does not bear; of a grid or a table, whose machines were
-        chosen, the extremes and where they are.
+        Engineering units. Of trials that were drawn quantiles and shares, each with its
+        95 % interval; of a grid or a table, whose machines were chosen, the extremes
+        and where they are.
     """
-    drawn = "promise" in run.facts
-    independent = run.facts["sampling"] == "random"
-    quantiles = ["median" if share == 0.5 else f"{100 * share:g} %" for share in SHARES]
+    sample = sample_of(run)
+    summaries = summaries_of(run, sample) if sample else {}
     rows: list[list[Cell]] = []
     limit_rows: list[list[Cell]] = []
     for response in run.responses:
         name, unit = response.name, response.unit
         row: list[Cell] = [name, engineering_unit(unit)]
         row.append(in_engineering_unit(run.nominal_values[name], unit))
-        summary = summarize(run.column(name), run.status, run.limits.get(name))
-        if drawn:
-            row += [_quantile(q, unit, independent) for q in summary.quantiles]
+        if name in summaries:
+            quantiles = summaries[name].quantiles
+            row += [estimate_in_words(quantiles[share], unit) for share in SHARES]
+            if limited := summaries[name].limited:
+                limit_rows.append([name, *_judged(limited, unit)])
         else:
             row += _extremes(run, name, unit)
+            if name in run.limits:
+                limit = limit_in_words(run.limits[name], unit)
+                limit_rows.append([name, limit, _beyond(run, name)])
         rows.append(row)
-        if summary.beyond:
-            limit = limit_in_words(run.limits[name], unit)
-            limit_rows.append([name, limit, _beyond(summary.beyond, run, independent)])
-    extremes = ["least", "in trial", "largest", "in trial"]
+    judged = ["limit", "demanded", "verdict", "% beyond", "Ppk"]
     return SummaryTable(
         f"{run.facts['title']}: {run.trials} trials of {run.facts['model']}",
-        ["response", "unit", "nominal", *(quantiles if drawn else extremes)],
+        ["response", "unit", "nominal", *(SHARES.values() if sample else EXTREMES)],
         rows,
-        ["response", "limit", "% beyond" if drawn else "machines beyond"],
+        ["response", *(judged if sample else ["limit", "machines beyond"])],
         limit_rows,
-        _notes(run, drawn, independent),
+        _notes(run, sample),
     )
+
+
+def estimate_in_words(estimate: Estimate, unit: str) -> Cell:
+    """Write an estimate with its interval, or why it has none."""
+    value = in_engineering_unit(estimate.value, unit)
+    if estimate.sure:
+        lower = in_engineering_unit(estimate.lower, unit)
+        return value, lower, in_engineering_unit(estimate.upper, unit)
+    if estimate.reason.startswith("needs"):
+        return estimate.reason
+    return f"{value}: no interval"
+
+
+def _judged(limited: Limited, unit: str) -> list[Cell]:
+    """Write what a limit asks for and what the machines say."""
+    verdict = limited.yields.verdict
+    if limited.yields.needed:
+        verdict += f": needs {limited.yields.needed}"
+    ppk = limited.percentiles.ppk
+    words: Cell = ppk.reason
+    if ppk.sure:
+        words = (number(ppk.value), number(ppk.lower), number(ppk.upper))
+    return [
+        limit_in_words(limited.limit, unit),
+        f"{100 * limited.demanded:g} %",
+        verdict,
+        estimate_in_words(limited.yields.beyond, "1"),
+        words,
+    ]
 
 
 def _extremes(run: Run, name: str, unit: str) -> list[Cell]:
@@ -103,39 +150,23 @@ def _extremes(run: Run, name: str, unit: str) -> list[Cell]:
     return cells
 
 
-def _beyond(beyond: Proportion, run: Run, independent: bool) -> Cell:
-    """Write how many machines are beyond a limit, as the sampling allows."""
-    share, lower, upper = (number(100 * each) for each in beyond)
-    if independent:
-        return share, lower, upper
-    if "promise" in run.facts:
-        return share
+def _beyond(run: Run, name: str) -> str:
+    """Count the machines beyond a limit, failed ones among them."""
+    lower, upper = run.limits[name]
     ended = run.trials - run.counts[Status.NOT_RUN.word]
-    return f"{round(beyond.estimate * ended)} of {ended}"
+    with np.errstate(invalid="ignore"):
+        within = (run.column(name) >= lower) & (run.column(name) <= upper)
+    return f"{ended - np.count_nonzero(within)} of {ended}"
 
 
-def _quantile(quantile: Quantile, unit: str, independent: bool) -> Cell:
-    """Write a quantile with its interval, or how many trials that would need."""
-    if not independent:
-        return in_engineering_unit(quantile.estimate, unit)
-    if math.isnan(quantile.lower) or math.isnan(quantile.upper):
-        return f"needs {quantile.needed}"
-    value, lower, upper = (
-        in_engineering_unit(each, unit)
-        for each in (quantile.estimate, quantile.lower, quantile.upper)
-    )
-    return value, lower, upper
-
-
-def _notes(run: Run, drawn: bool, independent: bool) -> list[str]:
+def _notes(run: Run, sample: Sample | None) -> list[str]:
     counts = run.counts
     ended = run.trials - counts[Status.NOT_RUN.word]
     failed = ended - counts[Status.DONE.word]
     notes = []
     if ended:
-        share = proportion(failed, ended)
         text = f"{failed} of {ended} trials failed"
-        if independent:
+        if sample and (share := sample.failures).sure:
             text += f" (95 % interval {number(100 * share.lower)}.."
             text += f"{number(100 * share.upper)} %)"
         words = [s.word for s in Status if s > Status.DONE and counts[s.word]]
@@ -149,12 +180,12 @@ def _notes(run: Run, drawn: bool, independent: bool) -> list[str]:
     if nominal != Status.DONE.word:
         notes.append(f"the nominal machine: {nominal}")
     notes += run.notes
-    if independent:
+    if sample and not sample.replicates:
         notes.append(
             "with each number its 95 % interval: order statistics for quantiles, "
             "Clopper-Pearson for shares; "
             '"needs N": no interval exists with fewer trials'
         )
-    elif drawn:
-        notes.append(f"without intervals: {run.facts['promise']}")
+    elif sample:
+        notes.append(f"with each number its 95 % interval: {run.facts['promise']}")
     return notes

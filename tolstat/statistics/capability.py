@@ -63,8 +63,10 @@ def by_percentiles(
     if len(values) == 0:
         none = Estimate(math.nan, reason="no trial is done")
         return Performance(none, none)
-    ends = [(upper, high), (lower, low)]
-    sides = [_side(end, middle, far) for end, far in ends if math.isfinite(end)]
+    ends = [(upper, high, 1), (lower, low, -1)]
+    sides = [
+        _side(end, middle, far, sign) for end, far, sign in ends if math.isfinite(end)
+    ]
     unsure = not all(side.sure for side in sides)
     ppk = Estimate(
         min(side.value for side in sides),
@@ -82,12 +84,16 @@ def by_percentiles(
     return Performance(_explained(pp, high), _explained(ppk, high))
 
 
-def _side(end: float, middle: Quantile, far: Quantile) -> Estimate:
+def _side(end: float, middle: Quantile, far: Quantile, sign: int) -> Estimate:
     """Estimate one side of Ppk: the end's distance over the far percentile's."""
-    value = _ratio(end - middle.estimate, far.estimate - middle.estimate)
+
+    def ratio(m: float, f: float) -> float:
+        return _ratio(sign * (end - m), sign * (f - m))
+
+    value = ratio(middle.estimate, far.estimate)
     # monotonous in either percentile: the extremes lie at the corners
     corners = [
-        _ratio(end - m, f - m)
+        ratio(m, f)
         for m in (middle.lower, middle.upper)
         for f in (far.lower, far.upper)
     ]

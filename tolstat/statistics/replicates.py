@@ -52,6 +52,8 @@ def from_replicates(
     if len(groups) < 2 or min(len(group) for group in groups) < LEAST_IN_EACH:
         return Estimate(value, reason=f"no replicates of {LEAST_IN_EACH} trials")
     each = np.array([statistic(group) for group in groups])
+    if np.ptp(each) == 0:
+        return Estimate(value, reason="alike in all replicates")
     count = len(each)
     z = float(stdtrit(count - 1, 0.5 + confidence / 2))
     half = z * float(each.std(ddof=1)) / math.sqrt(count)

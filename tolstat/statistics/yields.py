@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.proportions import proportion
+from tolstat.statistics.replicates import from_replicates
 
+MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
 DEMANDED = 0.9973  # yield that a limit asks for where the study says nothing
 
 
@@ -60,19 +62,65 @@ def yield_of(
     Yield
         With exact binomial intervals (Clopper and Pearson).
     """
-    lower, upper = limit
-    within = int(np.count_nonzero((values >= lower) & (values <= upper)))
+    within = int(np.count_nonzero(_within(values, limit)))
     trials = len(values) + failed
     bad = proportion(trials - within, trials)
-    least = proportion(within, trials)
-    most = proportion(within + failed, trials)
+    least = Estimate(*proportion(within, trials))
+    most = Estimate(*proportion(within + failed, trials))
+    verdict, needed = _verdict(least, demanded), 0
+    if verdict == UNDECIDED:
+        needed = _needed(within / trials, trials, demanded)
+    return Yield(Estimate(*bad), least, most, verdict, needed)
+
+
+def yield_of_replicates(
+    values: NDArray[np.float64],
+    done: NDArray[np.bool_],
+    replicate: NDArray[np.int64],
+    limit: tuple[float, float],
+    demanded: float = DEMANDED,
+) -> Yield:
+    """Estimate the yield of a limit from trials that depend on each other.
+
+    Parameters
+    ----------
+    values : float64[n]
+        The response in all trials that ran.
+    done : bool[n]
+        Which of them did not fail.
+    replicate : int64[n]
+        Number of the randomisation that each belongs to.
+    limit, demanded
+        As of `yield_of`.
+
+    Returns
+    -------
+    Yield
+        With intervals from the scatter between replicates, kept within 0 and 1.
+    """
+    good = done & _within(values, limit)
+
+    def share(machines: NDArray[np.bool_]) -> Estimate:
+        found = from_replicates(np.mean, machines.astype(float), replicate)
+        return found._replace(lower=max(found.lower, 0.0), upper=min(found.upper, 1.0))
+
+    least = share(good)
+    verdict = _verdict(least, demanded) if least.sure else UNDECIDED
+    return Yield(share(~good), least, share(good | ~done), verdict, 0)
+
+
+def _within(
+    values: NDArray[np.float64], limit: tuple[float, float]
+) -> NDArray[np.bool_]:
+    lower, upper = limit
+    inside: NDArray[np.bool_] = (values >= lower) & (values <= upper)
+    return inside
+
+
+def _verdict(least: Estimate, demanded: float) -> str:
     if least.lower >= demanded:
-        verdict, needed = "met", 0
-    elif least.upper < demanded:
-        verdict, needed = "not met", 0
-    else:
-        verdict, needed = "undecided", _needed(within / trials, trials, demanded)
-    return Yield(Estimate(*bad), Estimate(*least), Estimate(*most), verdict, needed)
+        return MET
+    return NOT_MET if least.upper < demanded else UNDECIDED
 
 
 def _needed(share: float, trials: int, demanded: float) -> int:

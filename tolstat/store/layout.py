@@ -24,6 +24,7 @@ FORMAT = 1
 TRIAL, STATUS, STEPS, NOMINAL = "trial", "status", "steps", "nominal"
 REFERENCE = "reference"  # group of known points to be shown beside a grid
 SETTING = "setting"  # role of a setting that a grid changes
+DEMANDED = "demanded_yield"  # attribute beside it: share of machines within
 LIMIT = "limit"  # attribute of a response: least and greatest permitted value, SI
 
 

@@ -16,6 +16,7 @@ from tolstat.errors import RunFileError
 from tolstat.machines.description import Contributor, Response
 from tolstat.status import WORDS, Status
 from tolstat.store.layout import (
+    DEMANDED,
     FORMAT,
     LIMIT,
     NOMINAL,
@@ -61,6 +62,8 @@ class Run:
         The columns, in order, with units and sentences.
     limits : dict
         Least and greatest permitted value by response, SI.
+    demanded : dict
+        Share of the machines that is to be within, by limited response.
     nominal_values : dict
         Responses (SI), status (a word) and steps of the machine without deviations.
     settings : dict
@@ -75,6 +78,7 @@ class Run:
     contributors: tuple[Contributor, ...]
     responses: tuple[Response, ...]
     limits: dict[str, tuple[float, float]]
+    demanded: dict[str, float]
     nominal_values: dict[str, Any]
     settings: dict[str, str]
     reference: dict[str, NDArray[np.float64]]
@@ -200,6 +204,11 @@ def open(path: str | os.PathLike[str]) -> Run:
             responses = tuple(
                 Response(*_words(file[name])) for name in facts["responses"].split()
             )
+            demanded = {
+                each.name: float(file[each.name].attrs[DEMANDED])
+                for each in responses
+                if DEMANDED in file[each.name].attrs
+            }
             limits = {
                 each.name: tuple(file[each.name].attrs[LIMIT].tolist())
                 for each in responses
@@ -210,8 +219,8 @@ def open(path: str | os.PathLike[str]) -> Run:
     text = facts.pop("study")
     study = StudyText(text, tomllib.loads(text))
     return Run(
-        path, study, facts, contributors, responses, limits, nominal, settings,
-        reference, columns,
+        path, study, facts, contributors, responses, limits, demanded, nominal,
+        settings, reference, columns,
     )  # fmt: skip
 
 

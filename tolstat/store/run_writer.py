@@ -17,6 +17,7 @@ from tolstat.errors import RunFileError
 from tolstat.machines.description import Description, Outcome
 from tolstat.status import Status
 from tolstat.store.layout import (
+    DEMANDED,
     FORMAT,
     LIMIT,
     NOMINAL,
@@ -74,6 +75,8 @@ class Plan(NamedTuple):
         All of them, drawn.
     limits : mapping
         Least and greatest permitted value by response, SI.
+    demanded : mapping
+        Share of the machines that is to be within, by limited response.
     settings : mapping of str to SweptSetting
         What a grid changes besides deviations.
     reference : KnownPoints, optional
@@ -85,6 +88,7 @@ class Plan(NamedTuple):
     description: Description
     deviations: NDArray[np.float64]
     limits: Mapping[str, tuple[float, float]]
+    demanded: Mapping[str, float]
     settings: Mapping[str, SweptSetting] = {}
     reference: KnownPoints | None = None
 
@@ -149,6 +153,7 @@ class RunWriter:
             file[NOMINAL][contributor.name][...] = 0.0
         for name, limit in plan.limits.items():
             file[name].attrs[LIMIT] = limit
+            file[name].attrs[DEMANDED] = plan.demanded[name]
         for name, swept in plan.settings.items():
             lay_out_setting(file, name, swept.values, swept.unit, swept.sentence)
         if plan.reference:

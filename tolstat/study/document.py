@@ -28,7 +28,7 @@ class Document(BaseModel):
     correlation: dict[str, dict[str, float]] = {}
     grid: dict[str, Any] = {}
     reference: dict[str, Any] = {}
-    limits: dict[str, str] = {}
+    limits: dict[str, str | dict[str, Any]] = {}
 
 
 MISSING = {
@@ -52,7 +52,8 @@ EXPECTED = {
     "grid": "a table of contributors or settings and their values is expected",
     "reference": 'a table such as { data = "points.csv", label = "measured" } is '
     "expected",
-    "limits": 'a limit such as "<= 3 %" is expected, in quotes',
+    "limits": 'a limit such as "<= 3 %" or { limit = "<= 3 %", yield = "99 %" } is '
+    "expected",
 }
 
 

@@ -164,8 +164,9 @@ def _plan(study: Study, deviations: NDArray[np.float64]) -> Plan:
     }
     if study.seed is not None:
         facts["seed"] = study.seed
-    if study.promise:
-        facts["promise"] = study.promise
+    if study.sampler:
+        facts["replicates"] = study.sampler.replicates
+        facts["promise"] = study.sampler.promise
     if study.notes:
         facts["notes"] = "\n".join(study.notes)
     swept = {}
@@ -181,7 +182,8 @@ def _plan(study: Study, deviations: NDArray[np.float64]) -> Plan:
         facts,
         study.description,
         deviations,
-        study.limits,
+        {name: limit.permitted for name, limit in study.limits.items()},
+        {name: limit.demanded for name, limit in study.limits.items()},
         swept,
         study.reference,
     )

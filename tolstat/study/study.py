@@ -17,15 +17,16 @@ from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.draw import draw
 from tolstat.deviations.names import expand
 from tolstat.deviations.parts import find_in, names_in
+from tolstat.deviations.samplers import Sampler
 from tolstat.errors import ModelError, StudyError, allowed_names
 from tolstat.machines.description import Description, Model
 from tolstat.study.deviations import Deviations, read_deviations
 from tolstat.study.document import MISSING, Document, read
+from tolstat.study.limit import Limit, read_limit
 from tolstat.study.points import Case, Points, read_grid, read_table
 from tolstat.study.problems import Problems
 from tolstat.study.reference import Reference, read_reference
 from tolstat.study.settings import read_setting
-from tolstat.units.grammar import Range, limit
 
 Given = TypeVar("Given")
 Read = TypeVar("Read")
@@ -61,7 +62,7 @@ class Study:
         The machines of a grid or a table.
     reference : Reference or None
         Known points to be shown beside a grid.
-    limits : dict of str to Range
+    limits : dict of str to Limit
         By response, SI.
     """
 
@@ -76,7 +77,7 @@ class Study:
     deviating: Deviations
     points: Points | None
     reference: Reference | None
-    limits: dict[str, Range]
+    limits: dict[str, Limit]
 
     @property
     def description(self) -> Description:
@@ -91,11 +92,12 @@ class Study:
         return (Case(0, self.trials, self.settings),)
 
     @property
-    def promise(self) -> str:
-        """What the trials allow to say about intervals; empty if nothing is drawn."""
+    def sampler(self) -> Sampler | None:
+        """How the unit samples are chosen; None if nothing is drawn."""
         if self.points:
-            return ""
-        return str(find_in(samplers, self.sampling).promise)
+            return None
+        found: Sampler = find_in(samplers, self.sampling)()
+        return found
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -288,9 +290,9 @@ def _check_sampling(
 
 def _limits(
     document: Document, description: Description, problems: Problems
-) -> dict[str, Range]:
+) -> dict[str, Limit]:
     units = {each.name: each.unit for each in description.responses}
-    return _by_name("limits", document.limits, units, limit, problems)
+    return _by_name("limits", document.limits, units, read_limit, problems)
 
 
 def _by_name(

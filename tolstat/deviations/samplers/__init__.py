@@ -18,14 +18,15 @@ class Sampler(Protocol):
 
     Attributes
     ----------
-    independent : bool
-        Whether the trials are independent of each other: only then order-statistic
-        and binomial intervals hold.
+    replicates : int
+        Number of independent randomisations, trial i belonging to the one of number
+        i modulo it; 0 where all trials are independent of each other: only then
+        order-statistic and binomial intervals hold.
     promise : str
         What may be said about intervals, in a sentence.
     """
 
-    independent: bool
+    replicates: int
     promise: str
 
     def unit_samples(

@@ -18,7 +18,7 @@ class Random:
     as it was.
     """
 
-    independent = True
+    replicates = 0
     promise = (
         "random trials are independent: order-statistic intervals of quantiles and "
         "binomial intervals of shares are exact"

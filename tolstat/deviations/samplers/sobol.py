@@ -10,15 +10,17 @@ from numpy.typing import NDArray
 
 from tolstat.deviations.streams import random_bits, unit_samples_of
 
+REPLICATES = 16
 BITS = 32  # of a point before scrambling: 4e9 trials
 
 
 class Sobol:
-    """Sobol' points, scrambled for each name by itself.
+    """Sixteen scrambles of Sobol' points: trial i is of number i % 16.
 
-    A name's dimension is its number among all names of the model, its scramble depends
-    on the seed and the name: a draw depends on seed, index and name alone, and asking
-    for more trials keeps the first. Balanced when the number of trials is a power of 2.
+    A name's dimension is its number among all names of the model, each of its scrambles
+    depends on the seed and the name: a draw depends on seed, index and name alone, and
+    asking for more trials keeps the first. Balanced when the number of trials is a
+    power of 2.
 
     References
     ----------
@@ -27,11 +29,11 @@ class Sobol:
     digital shift.
     """
 
-    independent = False
+    replicates = REPLICATES
     promise = (
         "Sobol' trials depend on each other: averages of smooth responses are far "
-        "better than of random trials, but one sample bears no interval; repeat it "
-        "with other seeds and compare; powers of 2 are balanced"
+        "better than of random trials; intervals come from the scatter between 16 "
+        "independent scrambles and are approximate; powers of 2 are balanced"
     )
 
     def unit_samples(
@@ -44,17 +46,25 @@ class Sobol:
         engine = qmc.Sobol(
             max(streams.values(), default=0) + 1, scramble=False, bits=BITS
         )
-        points = engine.random_base2(math.ceil(math.log2(trials)))[:trials]
+        most = math.ceil(trials / REPLICATES)
+        points = engine.random_base2(math.ceil(math.log2(most)))
         for column, (name, dimension) in enumerate(streams.items()):
             whole = (points[:, dimension] * 2.0**BITS).astype(np.uint64)
-            samples[:, column] = unit_samples_of(_scrambled(whole, seed, name))
+            for replicate in range(min(REPLICATES, trials)):
+                n = len(range(replicate, trials, REPLICATES))
+                bits = _scrambled(whole[:n], seed, name, replicate)
+                samples[replicate::REPLICATES, column] = unit_samples_of(bits)
         return samples
 
 
-def _scrambled(points: NDArray[np.uint64], seed: int, name: str) -> NDArray[np.uint64]:
+def _scrambled(
+    points: NDArray[np.uint64], seed: int, name: str, replicate: int
+) -> NDArray[np.uint64]:
     """Mix each bit with the higher ones, fill the lower ones, flip some: 64 bits."""
-    masks = random_bits(seed, name, 64, "sobol matrix")
-    found = np.full_like(points, random_bits(seed, name, 1, "sobol shift")[0])
+    masks = random_bits(seed, name, 64, f"sobol {replicate}: matrix")
+    found = np.full_like(
+        points, random_bits(seed, name, 1, f"sobol {replicate}: shift")[0]
+    )
     for i in range(64):
         place = max(BITS - 1 - i, 0)
         mask = masks[i] & np.uint64(2**BITS - 2**place)
