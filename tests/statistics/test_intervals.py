@@ -8,7 +8,8 @@ from scipy.stats import binom, binomtest
 
 from tolstat.statistics.proportions import proportion
 from tolstat.statistics.quantiles import _binomial_quantile, quantile
-from tolstat.statistics.summary import Sample, summarize
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.summary import summarize
 from tolstat.status import Status
 
 

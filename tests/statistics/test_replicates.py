@@ -9,7 +9,8 @@ from scipy import stats
 from tolstat.deviations import samplers
 from tolstat.deviations.parts import find_in
 from tolstat.statistics.replicates import from_replicates
-from tolstat.statistics.summary import Sample, summarize
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.summary import summarize
 
 
 def responses(sampling, seed, trials=512):

@@ -129,6 +129,64 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
 
 
 @main.command()
+@click.argument("source", metavar="RUN.h5", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="The page; beside the run, ending in .html, if not given.",
+)
+@click.option("--json", "form", flag_value="json", help="The same numbers as JSON.")
+@click.option("--csv", "form", flag_value="csv", help="The same numbers as CSV.")
+@click.option(
+    "--response",
+    "responses",
+    multiple=True,
+    help="What to look at closely; what has a limit if not given. May be repeated.",
+)
+def report(
+    source: Path, output: Path | None, form: str | None, responses: tuple[str, ...]
+) -> None:
+    """Write the statistical tolerance report of a run: one page of HTML.
+
+    With --json or --csv the numbers alone, to the screen or into the file of -o.
+    """
+    from tolstat.cli.reporting import report_run
+
+    report_run(source, output, form or "html", responses)
+
+
+@main.command()
+@click.argument("first", metavar="A.h5", type=click.Path(path_type=Path))
+@click.argument("second", metavar="B.h5", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="Also as a page of HTML."
+)
+@click.option("--json", "form", flag_value="json", help="The same numbers as JSON.")
+@click.option("--csv", "form", flag_value="csv", help="The same numbers as CSV.")
+@click.option(
+    "--response",
+    "responses",
+    multiple=True,
+    help="What to draw; what has a limit if not given. May be repeated.",
+)
+def compare(
+    first: Path,
+    second: Path,
+    output: Path | None,
+    form: str | None,
+    responses: tuple[str, ...],
+) -> None:
+    """Compare two runs of the same deviations, machine by machine: B less A.
+
+    Runs whose deviations differ are refused.
+    """
+    from tolstat.cli.comparing import compare_runs
+
+    compare_runs(first, second, output, form or "", responses)
+
+
+@main.command()
 def models() -> None:
     """List the models."""
     from tolstat.cli.showing import list_models

@@ -68,11 +68,11 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
     with stop_on_interrupt() as stop, bar:
         task = bar.add_task("compiling, if need be", total=None, failed="")
 
-        def progress(over: int, failed: int) -> None:
+        def progress(over: int, failed: int, asked: int) -> None:
             if bar.tasks[task].total is None:
-                bar.reset(task, total=study.trials, description=study.path.stem)
+                bar.reset(task, total=asked, description=study.path.stem)
             words = f"[red]{failed} failed" if failed else "0 failed"
-            bar.update(task, completed=over, failed=words)
+            bar.update(task, total=asked, completed=over, failed=words)
 
         done = execute(
             study, path, workers=workers, force=force, progress=progress,

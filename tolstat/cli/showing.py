@@ -49,13 +49,13 @@ def print_summary(run: Run) -> None:
             words = head in ("response", "unit", "limit")
             table.add_column(head, justify="left" if words else "right", no_wrap=True)
         for row in rows:
-            table.add_row(*(_in_lines(cell, console.width >= WIDE) for cell in row))
+            table.add_row(*(in_lines(cell, console.width >= WIDE) for cell in row))
         console.print(table)
     for note in summary.notes:
         console.print(note)
 
 
-def _in_lines(cell: Cell, wide: bool) -> str:
+def in_lines(cell: Cell, wide: bool) -> str:
     """Write a number over its interval, in two lines or in three."""
     if isinstance(cell, str):
         return cell

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tolstat.deviations import samplers
 from tolstat.deviations.dependence import Dependence, joined
 from tolstat.deviations.distributions import Distribution
+from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.names import known_or_general
 from tolstat.deviations.parts import find_in
 
@@ -46,14 +47,47 @@ def draw(
         SI.
     """
     dependence = dependence or Dependence()
-    # fixed for the model, whatever the study says
-    general = [n for n in known_or_general(contributors) if n not in contributors]
-    number = {name: i for i, name in enumerate([*contributors, *general])}
-    wanted = {*distributions, *(batch.name for batch in dependence.batches.values())}
+    number = _numbers(contributors)
+    wanted = factors(distributions, dependence)
     streams = {name: i for name, i in number.items() if name in wanted}
     table = find_in(samplers, sampling)().unit_samples(seed, streams, trials)
     unit = joined(dict(zip(streams, table.T, strict=True)), dependence)
     deviations = np.zeros((trials, len(contributors)))
+    middle = np.full(trials, 0.5)  # of what is constant
     for name, distribution in distributions.items():
-        deviations[:, number[name]] = distribution.deviations(unit[name])
+        u = unit.get(name, middle)
+        deviations[:, number[name]] = distribution.deviations(u)
     return deviations
+
+
+def factors(
+    distributions: Mapping[str, Distribution], dependence: Dependence
+) -> set[str]:
+    """Name what varies independently: contributors, and batches of parts.
+
+    Parameters
+    ----------
+    distributions : mapping of str to Distribution
+        What deviates.
+    dependence : Dependence
+        What hangs together; a part that is as its batch is has no say of its own.
+    """
+    batches = dependence.batches
+    own = {
+        name
+        for name, distribution in distributions.items()
+        if not isinstance(distribution, Constant)
+        and not (name in batches and batches[name].share == 1)
+    }
+    return own | {batch.name for batch in batches.values()}
+
+
+def in_order(contributors: Sequence[str], factors: set[str]) -> tuple[str, ...]:
+    """Return factors in the order in which they are drawn."""
+    return tuple(name for name in _numbers(contributors) if name in factors)
+
+
+def _numbers(contributors: Sequence[str]) -> dict[str, int]:
+    """Return the number of each contributor and batch, fixed for a model."""
+    general = [n for n in known_or_general(contributors) if n not in contributors]
+    return {name: i for i, name in enumerate([*contributors, *general])}

@@ -177,6 +177,10 @@ class Model(Protocol):
         How it is called in study files, and in words.
     settings : type
         A frozen dataclass whose fields are declared with `setting`.
+
+    Notes
+    -----
+    A model may say what it leaves out, `leaves_out`: a tuple of sentences for reports.
     """
 
     name: str

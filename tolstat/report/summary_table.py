@@ -6,9 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tolstat.report.drawn import Drawn, drawn_trials
 from tolstat.report.numbers import in_engineering_unit, limit_in_words, number
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.summary import Limited, Sample, Summary, summarize
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.summary import Limited, Summary, summarize
 from tolstat.status import Status
 from tolstat.store.run import Run
 from tolstat.units.conversion import engineering_unit
@@ -47,20 +49,13 @@ class SummaryTable(NamedTuple):
     notes: list[str]
 
 
-def sample_of(run: Run) -> Sample | None:
-    """Return the trials of a run; None if its machines were chosen and not drawn."""
-    if "promise" not in run.facts:
-        return None
-    return Sample(run.status, int(run.facts["replicates"]))
-
-
-def summaries_of(run: Run, sample: Sample) -> dict[str, Summary]:
+def summaries_of(drawn: Drawn) -> dict[str, Summary]:
     """Summarize every response of a run whose machines were drawn."""
-    found = {}
+    run, found = drawn.run, {}
     for response in run.responses:
         name = response.name
         asked = (run.limits[name], run.demanded[name]) if name in run.limits else ()
-        found[name] = summarize(run.column(name), sample, *asked)
+        found[name] = summarize(drawn.values(name), drawn.sample, *asked)
     return found
 
 
@@ -79,8 +74,9 @@ def summary_table(run: Run) -> SummaryTable:
         95 % interval; of a grid or a table, whose machines were chosen, the extremes
         and where they are.
     """
-    sample = sample_of(run)
-    summaries = summaries_of(run, sample) if sample else {}
+    drawn = drawn_trials(run)
+    sample = drawn.sample if drawn else None
+    summaries = summaries_of(drawn) if drawn else {}
     rows: list[list[Cell]] = []
     limit_rows: list[list[Cell]] = []
     for response in run.responses:
@@ -105,7 +101,7 @@ def summary_table(run: Run) -> SummaryTable:
         rows,
         ["response", *(judged if sample else ["limit", "machines beyond"])],
         limit_rows,
-        _notes(run, sample),
+        notes_of(run, sample),
     )
 
 
@@ -159,7 +155,8 @@ def _beyond(run: Run, name: str) -> str:
     return f"{ended - np.count_nonzero(within)} of {ended}"
 
 
-def _notes(run: Run, sample: Sample | None) -> list[str]:
+def notes_of(run: Run, sample: Sample | None) -> list[str]:
+    """Say what must be known to read the numbers of a run: failures first."""
     counts = run.counts
     ended = run.trials - counts[Status.NOT_RUN.word]
     failed = ended - counts[Status.DONE.word]
@@ -180,6 +177,12 @@ def _notes(run: Run, sample: Sample | None) -> list[str]:
     if nominal != Status.DONE.word:
         notes.append(f"the nominal machine: {nominal}")
     notes += run.notes
+    if "until" in run.facts:
+        reached = "reached" if run.facts["until_reached"] else "not reached"
+        stages = ", ".join(run.facts["until_stages"].split())
+        notes.append(
+            f"{run.facts['until']}: {reached}; looked at after {stages} trials"
+        )
     if sample and not sample.replicates:
         notes.append(
             "with each number its 95 % interval: order statistics for quantiles, "

@@ -12,10 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
+from scipy.spatial import cKDTree
+from scipy.special import stdtrit
 from scipy.stats import rankdata
 
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.moments import moments, tails_are_light
 
 Array = NDArray[np.float64]
 
@@ -36,6 +38,9 @@ class Contributions(NamedTuple):
         Share of the variance owed to each contributor alone.
     groups : dict of str to Estimate
         The same, summed over contributors whose names differ in their number alone.
+    together : dict of str to Estimate
+        Share owed to all of a group together, with what they do to each other; its
+        interval reaches to 1, because neighbours in several dimensions understate it.
     unexplained : Estimate
         What no contributor explains alone: interaction, correlation or chance.
     """
@@ -44,6 +49,7 @@ class Contributions(NamedTuple):
     explained: Estimate
     first_order: dict[str, Estimate]
     groups: dict[str, Estimate]
+    together: dict[str, Estimate]
     unexplained: Estimate
 
 
@@ -70,78 +76,125 @@ def contributions(
     -------
     dict of str to Contributions
         By response, with intervals from a jackknife that leaves out a twentieth of the
-        trials at a time.
+        trials at a time; shares of a variance that a few trials decide have none.
 
     References
     ----------
     S. Chatterjee, A new coefficient of correlation, J. Am. Statist. Assoc. 116 (2021);
     F. Gamboa, P. Gremaud, T. Klein, A. Lagnoux, Global sensitivity analysis: a novel
-    generation of mighty estimators based on rank statistics, Bernoulli 28 (2022), (7).
+    generation of mighty estimators based on rank statistics, Bernoulli 28 (2022), (7);
+    B. Broto, F. Bachoc, M. Depecker, Variance reduction for estimation of Shapley
+    effects and adaptation to unknown input distribution, SIAM/ASA J. Uncertainty
+    Quantification 8 (2020), 5.1: nearest neighbours.
     """
     names = list(deviations)
     together = {name: list(members) for name, members in (groups or {}).items()}
     X = np.column_stack(list(deviations.values()))
-    ranks = rankdata(X, axis=0)
     orders = [np.argsort(column, kind="stable") for column in X.T]
     # which contributors each group sums: groups[group, contributor]
     sums = np.array([[n in members for n in names] for members in together.values()])
     sums = sums.reshape(len(together), len(names)).astype(float)
-    z = float(ndtri(0.5 + confidence / 2))
+    neighbours = [
+        _neighbours(X[:, [names.index(name) for name in members]])
+        for members in together.values()
+    ]
+    z = float(stdtrit(PARTS - 1, 0.5 + confidence / 2))
+    spreading = {
+        name: y for name, y in responses.items() if len(y) >= LEAST and np.ptp(y) > 0
+    }
+    regressions = dict(
+        zip(
+            spreading,
+            _rank_regressions(X, orders, list(spreading.values())) if spreading else (),
+            strict=True,
+        )
+    )
     found = {}
     for response, y in responses.items():
         n = len(y)
-        if n < LEAST or np.ptp(y) == 0:
+        if response not in spreading:
             reason = f"no trustworthy interval at {n} trials"
             if n and np.ptp(y) == 0:
                 reason = "the response does not spread"
             none = Estimate(math.nan, reason=reason)
             every, of_groups = dict.fromkeys(names, none), dict.fromkeys(together, none)
-            found[response] = Contributions(every, none, every, of_groups, none)
+            found[response] = Contributions(
+                every, none, every, of_groups, of_groups, none
+            )
             continue
-        regression = _estimates(*_rank_regressions(ranks, rankdata(y)), z)
+        regression = _estimates(*regressions[response], z)
         whole, left_out = _first_orders(orders, y)
-        first = _estimates(whole, left_out, z)
-        joined = _estimates(sums @ whole, left_out @ sums.T, z)
+        light = tails_are_light(moments(y))
+        first = _estimates(whole, left_out, z, light)
+        summed = _estimates(sums @ whole, left_out @ sums.T, z, light)
+        joined = _estimates(*_joint(neighbours, y), z, light)
         rest = _estimates(
-            1 - whole.sum(keepdims=True), 1 - left_out.sum(axis=1, keepdims=True), z
-        )
+            1 - whole.sum(keepdims=True), 1 - left_out.sum(axis=1, keepdims=True), z,
+            light,
+        )  # fmt: skip
         found[response] = Contributions(
             dict(zip(names, regression[:-1], strict=True)),
             regression[-1],
             dict(zip(names, first, strict=True)),
-            dict(zip(together, joined, strict=True)),
+            dict(zip(together, summed, strict=True)),
+            {
+                group: each._replace(upper=1.0) if each.sure else each
+                for group, each in zip(together, joined, strict=True)
+            },
             rest[0],
         )
     return found
 
 
-def _rank_regressions(ranks: Array, of_response: Array) -> tuple[Array, Array]:
+def _rank_regressions(
+    X: Array, orders: Sequence[NDArray[np.int64]], responses: Sequence[Array]
+) -> list[tuple[Array, Array]]:
     """Regress ranks on ranks: standardised coefficients and the share explained.
 
     Parameters
     ----------
-    ranks : float64[n, contributor]
-        Ranks of the deviations.
-    of_response : float64[n]
-        Ranks of the response.
+    X : float64[n, contributor]
+        Deviations.
+    orders : sequence of int64[n]
+        The trials in ascending order of each of them.
+    responses : sequence of float64[n]
+        Each regressed by itself.
 
     Returns
     -------
-    tuple of float64[contributor + 1], float64[part, contributor + 1]
-        Of all trials, and with one part of them left out.
+    list of (float64[contributor + 1], float64[part, contributor + 1])
+        For each response: of all trials, and with one part of them left out. What is
+        left is ranked anew: ranks of the whole would hide their own scatter.
     """
-    R = np.column_stack([ranks, of_response])
-    R = R - R.mean(axis=0)
-    scale = R.std(axis=0)
-    R /= np.where(scale > 0, scale, 1.0)
-    parts = [R[p::PARTS].T @ R[p::PARTS] for p in range(PARTS)]
-    whole: Array = np.sum(parts, axis=0)
+    n = len(X)
+    part = np.arange(n) % PARTS
+    tied = [len(np.unique(column)) < n for column in X.T]
+    found = np.empty((PARTS + 1, len(responses), X.shape[1] + 1))
+    for left_out in range(PARTS + 1):
+        kept = part != left_out  # the last time round all of them
+        place = np.cumsum(kept) - 1
+        rows = int(np.count_nonzero(kept))
+        R = np.empty((rows, X.shape[1]))
+        for column, order in enumerate(orders):
+            if tied[column]:
+                R[:, column] = rankdata(X[kept, column])
+            else:
+                R[place[order[kept[order]]], column] = np.arange(rows)
+        R = _standardised(R)
+        G = R.T @ R
+        for i, y in enumerate(responses):
+            r = _standardised(rankdata(y[kept]))
+            g = R.T @ r
+            coefficients, *_ = np.linalg.lstsq(G, g, rcond=None)
+            found[left_out, i] = np.append(coefficients, coefficients @ g / rows)
+    return [(found[-1, i], found[:-1, i]) for i in range(len(responses))]
 
-    def solved(G: Array) -> Array:
-        coefficients, *_ = np.linalg.lstsq(G[:-1, :-1], G[:-1, -1], rcond=None)
-        return np.append(coefficients, coefficients @ G[:-1, -1] / G[-1, -1])
 
-    return solved(whole), np.array([solved(whole - part) for part in parts])
+def _standardised(ranks: Array) -> Array:
+    """Return ranks with mean 0 and deviation 1; of 0 where all are alike."""
+    ranks = ranks - ranks.mean(axis=0)
+    scale = ranks.std(axis=0)
+    return np.asarray(ranks / np.where(scale > 0, scale, 1.0))
 
 
 def _first_orders(orders: Sequence[NDArray[np.int64]], y: Array) -> tuple[Array, Array]:
@@ -175,8 +228,48 @@ def _first_orders(orders: Sequence[NDArray[np.int64]], y: Array) -> tuple[Array,
     return whole, left_out
 
 
-def _estimates(whole: Array, left_out: Array, z: float) -> list[Estimate]:
-    """Give each number the interval of the jackknife."""
+def _neighbours(X: Array) -> NDArray[np.int64]:
+    """Return the trial nearest to each, by the ranks of deviations[n, contributor]."""
+    tree = cKDTree(rankdata(X, axis=0))
+    _, nearest = tree.query(tree.data, k=2)
+    own = nearest[:, 0] == np.arange(len(X))
+    found: NDArray[np.int64] = np.where(own, nearest[:, 1], nearest[:, 0])
+    return found
+
+
+def _joint(neighbours: Sequence[NDArray[np.int64]], y: Array) -> tuple[Array, Array]:
+    """Estimate the share owed to groups: covariance of neighbours over the variance.
+
+    Parameters
+    ----------
+    neighbours : sequence of int64[n]
+        For each group the trial nearest to each trial.
+    y : float64[n]
+        Response.
+
+    Returns
+    -------
+    tuple of float64[group], float64[part, group]
+        Of all trials, and with one part of them left out.
+    """
+    centred = y - y.mean()
+    products = np.array([centred * centred[near] for near in neighbours])
+    products = products.reshape(len(neighbours), len(y))
+    squares = centred**2
+    parts = np.array([products[:, p::PARTS].sum(axis=1) for p in range(PARTS)])
+    of_squares = np.array([squares[p::PARTS].sum() for p in range(PARTS)])
+    whole, all_squares = parts.sum(axis=0), of_squares.sum()
+    left_out = (whole - parts) / (all_squares - of_squares)[:, None]
+    return whole / all_squares, left_out
+
+
+def _estimates(
+    whole: Array, left_out: Array, z: float, trusted: bool = True
+) -> list[Estimate]:
+    """Give each number the interval of the jackknife, where that is to be trusted."""
+    if not trusted:
+        reason = "no trustworthy interval: a few trials decide the variance"
+        return [Estimate(float(v), reason=reason) for v in whole]
     scatter = np.mean((left_out - left_out.mean(axis=0)) ** 2, axis=0)
     half = z * np.sqrt((PARTS - 1) * scatter)
     return [

@@ -117,6 +117,9 @@ def deviation_of(values: Array, confidence: float = 0.95) -> Estimate:
 
 def moments_are_trustworthy(m: Moments) -> bool:
     """Tell whether intervals may rest on the second and fourth moments."""
-    if m.n < LEAST_FOR_DEVIATION:
-        return False
+    return m.n >= LEAST_FOR_DEVIATION and tails_are_light(m)
+
+
+def tails_are_light(m: Moments) -> bool:
+    """Tell whether a few extreme values do not decide what the variance is."""
     return m.kurtosis <= MOST_KURTOSIS * math.sqrt(m.n)

@@ -4,7 +4,8 @@ At the root one dataset for each contributor and response and for status and ste
 with unit and sentence as attributes and `trial` as dimension scale; the nominal
 machine, which is no trial, in the group `nominal`; everything about the run as a whole
 in the attributes of the root. A grid has its swept settings as further datasets, and
-known points to compare with in the group `reference`. All datasets are contiguous and
+known points to compare with in the group `reference`. Trials that were integrated a
+second time, more precisely, lie in the group `audit`. All datasets are contiguous and
 allocated when the file is made: afterwards only raw data change, and a kill cannot
 tear the file.
 """
@@ -25,6 +26,10 @@ TRIAL, STATUS, STEPS, NOMINAL = "trial", "status", "steps", "nominal"
 REFERENCE = "reference"  # group of known points to be shown beside a grid
 SETTING = "setting"  # role of a setting that a grid changes
 DEMANDED = "demanded_yield"  # attribute beside it: share of machines within
+TOLERANCE = "tolerance"  # attribute of a contributor that deviates: its ends, SI
+ASSUMED = "assumed"  # attribute beside it: its distribution, in words
+BATCH = "batch"  # attribute of a part that is as all parts of its batch
+AUDIT = "audit"  # group of trials integrated again, more precisely
 LIMIT = "limit"  # attribute of a response: least and greatest permitted value, SI
 
 
@@ -98,6 +103,20 @@ def lay_out(
         if shape:
             status.dims[0].attach_scale(index)
             steps.dims[0].attach_scale(index)
+
+
+def lay_out_audit(
+    file: h5py.File, trials: NDArray[np.int64], responses: tuple[Response, ...]
+) -> h5py.Group:
+    """Make the datasets of trials that are integrated again."""
+    group = file.create_group(AUDIT)
+    group.attrs["long_name"] = "trials integrated again with a smaller rtol"
+    allocate(group, TRIAL, trials.shape, np.int64)[...] = trials
+    for response in responses:
+        column = allocate(group, response.name, trials.shape, np.float64)
+        describe(column, response, "response")
+    allocate(group, STATUS, trials.shape, np.uint8)
+    return group
 
 
 def lay_out_setting(

@@ -16,6 +16,9 @@ from tolstat.errors import RunFileError
 from tolstat.machines.description import Contributor, Response
 from tolstat.status import WORDS, Status
 from tolstat.store.layout import (
+    ASSUMED,
+    AUDIT,
+    BATCH,
     DEMANDED,
     FORMAT,
     LIMIT,
@@ -24,6 +27,8 @@ from tolstat.store.layout import (
     SETTING,
     STATUS,
     STEPS,
+    TOLERANCE,
+    TRIAL,
 )
 
 if TYPE_CHECKING:
@@ -47,6 +52,47 @@ class StudyText:
 
 
 @dataclass(frozen=True)
+class Assumed:
+    """What the study said of a deviation.
+
+    Attributes
+    ----------
+    tolerance : tuple of float
+        Its ends, SI.
+    words : str
+        Its distribution.
+    batch : str
+        The batch whose parts are all as this one; empty for a part of its own.
+    """
+
+    tolerance: tuple[float, float]
+    words: str
+    batch: str
+
+
+@dataclass(frozen=True)
+class Audited:
+    """Trials that were integrated again, more precisely.
+
+    Attributes
+    ----------
+    trials : int64[n]
+        Their numbers.
+    rtol : float
+        With which.
+    status : uint8[n]
+        How they ended then.
+    responses : dict of str to float64[n]
+        SI.
+    """
+
+    trials: NDArray[np.int64]
+    rtol: float
+    status: NDArray[np.uint8]
+    responses: dict[str, NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
 class Run:
     """A stored run.
 
@@ -66,6 +112,10 @@ class Run:
         Share of the machines that is to be within, by limited response.
     nominal_values : dict
         Responses (SI), status (a word) and steps of the machine without deviations.
+    assumed : dict of str to Assumed
+        By contributor that deviates.
+    audited : Audited or None
+        None if the model integrates nothing.
     settings : dict
         Unit of each setting that a grid changes.
     reference : dict of str to float64[point]
@@ -80,6 +130,8 @@ class Run:
     limits: dict[str, tuple[float, float]]
     demanded: dict[str, float]
     nominal_values: dict[str, Any]
+    assumed: dict[str, Assumed]
+    audited: Audited | None
     settings: dict[str, str]
     reference: dict[str, NDArray[np.float64]]
     _columns: dict[str, NDArray[Any]] = field(repr=False)
@@ -209,6 +261,12 @@ def open(path: str | os.PathLike[str]) -> Run:
                 for each in responses
                 if DEMANDED in file[each.name].attrs
             }
+            assumed = {
+                each.name: _assumed(file[each.name])
+                for each in contributors
+                if TOLERANCE in file[each.name].attrs
+            }
+            audited = _audited(file[AUDIT], responses) if AUDIT in file else None
             limits = {
                 each.name: tuple(file[each.name].attrs[LIMIT].tolist())
                 for each in responses
@@ -220,8 +278,22 @@ def open(path: str | os.PathLike[str]) -> Run:
     study = StudyText(text, tomllib.loads(text))
     return Run(
         path, study, facts, contributors, responses, limits, demanded, nominal,
-        settings, reference, columns,
+        assumed, audited, settings, reference, columns,
     )  # fmt: skip
+
+
+def _assumed(dataset: h5py.Dataset) -> Assumed:
+    lower, upper = dataset.attrs[TOLERANCE].tolist()
+    return Assumed((lower, upper), dataset.attrs[ASSUMED], dataset.attrs.get(BATCH, ""))
+
+
+def _audited(group: h5py.Group, responses: tuple[Response, ...]) -> Audited:
+    return Audited(
+        group[TRIAL][...],
+        float(group.attrs["rtol"]),
+        group[STATUS][...],
+        {each.name: group[each.name][...] for each in responses},
+    )
 
 
 def _column(dataset: h5py.Dataset) -> NDArray[Any]:

@@ -17,6 +17,9 @@ from tolstat.errors import RunFileError
 from tolstat.machines.description import Description, Outcome
 from tolstat.status import Status
 from tolstat.store.layout import (
+    ASSUMED,
+    AUDIT,
+    BATCH,
     DEMANDED,
     FORMAT,
     LIMIT,
@@ -24,7 +27,9 @@ from tolstat.store.layout import (
     REFERENCE,
     STATUS,
     STEPS,
+    TOLERANCE,
     lay_out,
+    lay_out_audit,
     lay_out_setting,
 )
 from tolstat.store.provenance import now, provenance
@@ -44,6 +49,31 @@ class SweptSetting(NamedTuple):
     values: NDArray[Any]
     unit: str
     sentence: str
+
+
+class Assumption(NamedTuple):
+    """What a study says of a deviation.
+
+    Attributes
+    ----------
+    tolerance : tuple of float
+        Its ends, SI.
+    words : str
+        Its distribution.
+    batch : str
+        The batch whose parts are all as this one; empty for a part of its own.
+    """
+
+    tolerance: tuple[float, float]
+    words: str
+    batch: str
+
+
+class Audit(NamedTuple):
+    """Trials to be integrated again, ascending, and how precisely."""
+
+    trials: NDArray[np.int64]
+    rtol: float
 
 
 class KnownPoints(Protocol):
@@ -77,8 +107,12 @@ class Plan(NamedTuple):
         Least and greatest permitted value by response, SI.
     demanded : mapping
         Share of the machines that is to be within, by limited response.
+    assumed : mapping of str to Assumption
+        By contributor that deviates.
     settings : mapping of str to SweptSetting
         What a grid changes besides deviations.
+    audit : Audit, optional
+        None for a model that integrates nothing.
     reference : KnownPoints, optional
         What is shown beside a grid.
     """
@@ -89,7 +123,9 @@ class Plan(NamedTuple):
     deviations: NDArray[np.float64]
     limits: Mapping[str, tuple[float, float]]
     demanded: Mapping[str, float]
+    assumed: Mapping[str, Assumption] = {}
     settings: Mapping[str, SweptSetting] = {}
+    audit: Audit | None = None
     reference: KnownPoints | None = None
 
 
@@ -113,6 +149,7 @@ class RunWriter:
 
     def __init__(self, path: Path, plan: Plan, *, force: bool = False) -> None:
         self.path = path
+        self.plan = plan
         self.description = plan.description
         if path.exists() and not force:
             raise RunFileError(
@@ -154,8 +191,16 @@ class RunWriter:
         for name, limit in plan.limits.items():
             file[name].attrs[LIMIT] = limit
             file[name].attrs[DEMANDED] = plan.demanded[name]
+        for name, (tolerance, words, batch) in plan.assumed.items():
+            attrs = file[name].attrs
+            attrs[TOLERANCE], attrs[ASSUMED] = tolerance, words
+            if batch:
+                attrs[BATCH] = batch
         for name, swept in plan.settings.items():
             lay_out_setting(file, name, swept.values, swept.unit, swept.sentence)
+        if plan.audit:
+            group = lay_out_audit(file, plan.audit.trials, responses)
+            group.attrs["rtol"] = plan.audit.rtol
         if plan.reference:
             group = file.create_group(REFERENCE, track_order=True)
             group.attrs["label"] = plan.reference.label
@@ -197,6 +242,48 @@ class RunWriter:
         for first, outcome in blocks:
             self._file[STATUS][first : first + len(outcome.status)] = outcome.status
         self._file.flush()  # safe from a kill; from a power cut with the next block
+
+    def write_audit(self, blocks: list[tuple[int, Outcome]]) -> None:
+        """Store trials that were integrated again, numbered among these."""
+        group = self._file[AUDIT]
+        for first, outcome in blocks:
+            chosen = slice(first, first + len(outcome.status))
+            for column, response in enumerate(self.description.responses):
+                group[response.name][chosen] = outcome.responses[:, column]
+        self._sync()
+        for first, outcome in blocks:
+            group[STATUS][first : first + len(outcome.status)] = outcome.status
+        self._file.flush()
+
+    def keep(self, trials: int, audit: Audit | None, facts: Mapping[str, Any]) -> None:
+        """Leave only the first trials, in a file written aside and renamed.
+
+        Parameters
+        ----------
+        trials : int
+            How many; all of them have run.
+        audit : Audit or None
+            Of these.
+        facts : mapping
+            Further attributes of the run.
+        """
+        plan = self.plan._replace(
+            deviations=self.plan.deviations[:trials],
+            facts={**self.plan.facts, **facts},
+            audit=audit,
+        )
+        aside = self.path.with_name(self.path.name + ".part")
+        names = [response.name for response in self.description.responses]
+        with h5py.File(aside, "w") as file:
+            self._write_plan(file, plan)
+            file.attrs["started_at"] = self._file.attrs["started_at"]
+            for name in (*names, STEPS, STATUS):
+                file[name][...] = self._file[name][:trials]
+                file[NOMINAL][name][...] = self._file[NOMINAL][name][()]
+        self._file.close()
+        os.replace(aside, self.path)
+        self._file = h5py.File(self.path, "r+")
+        self.plan = plan
 
     def write_end(self, seconds: float) -> None:
         """Store the counts of each status and how long the run took, s."""

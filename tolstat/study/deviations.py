@@ -17,7 +17,7 @@ from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.names import expand
 from tolstat.errors import DependenceError, ModelError
 from tolstat.machines.description import Contributor
-from tolstat.study.distribution import read_distribution
+from tolstat.study.distribution import DEFAULT, read_distribution
 from tolstat.study.measured_parts import read_parts
 from tolstat.study.problems import Problems
 
@@ -31,12 +31,15 @@ class Deviations(NamedTuple):
         By contributor, SI.
     dependence : Dependence
         Batches and correlations.
+    words : dict of str to str
+        How each is distributed, as the study says it.
     notes : tuple of str
         What the summary of the run has to say of them.
     """
 
     distributions: dict[str, Distribution]
     dependence: Dependence
+    words: dict[str, str]
     notes: tuple[str, ...]
 
 
@@ -70,6 +73,7 @@ def read_deviations(
     known = {each.name: each for each in contributors}
     found: dict[str, Distribution] = {}
     batches: dict[str, Batch] = {}
+    words: dict[str, str] = {}
     notes: list[str] = []
     for name, given in lines.items():
         with problems.noting(f"[deviations] {name}", given):
@@ -86,8 +90,30 @@ def read_deviations(
                     found[member] = read_distribution(keys, known[member])
                 if batch:
                     batches[member] = batch
+                words[member] = _in_words(keys, batch)
     pairs = _pairs(correlations, list(known), found, batches, problems)
-    return Deviations(found, Dependence(batches, pairs), tuple(notes))
+    return Deviations(found, Dependence(batches, pairs), words, tuple(notes))
+
+
+def _in_words(keys: Mapping[str, Any], batch: Batch | None) -> str:
+    """Say how a deviation is distributed: its kind, then its keys as written."""
+    rest = dict(keys)
+    if "data" in rest:
+        kind = f"{rest.pop('fit')} fitted to" if "fit" in rest else "as measured in"
+        kind += f" {rest.pop('data')}"
+    else:
+        kind = str(rest.pop("distribution", DEFAULT)).replace("_", " ")
+    zone = [str(rest.pop("tolerance"))] if "tolerance" in rest else []
+    if kind == DEFAULT and not {"cp", "cpk"} & set(rest):
+        rest["cp"] = 1
+    words = [kind, *zone, *(f"{key} {value}" for key, value in rest.items())]
+    if batch:
+        words.append(
+            "all parts alike"
+            if batch.share == 1
+            else f"{100 * batch.share:g} % of the variance common to all"
+        )
+    return ", ".join(words)
 
 
 def _batch(name: str, common: Any, members: list[str]) -> Batch | None:

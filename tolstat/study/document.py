@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -19,7 +19,7 @@ class Document(BaseModel):
 
     title: str = ""
     model: str
-    trials: int | None = Field(default=None, ge=1)
+    trials: Annotated[int, Field(ge=1)] | dict[str, Any] | None = None
     seed: int | None = Field(default=None, ge=0)
     sampling: str = "random"
     table: str | None = None
@@ -40,7 +40,8 @@ MISSING = {
 EXPECTED = {
     "title": "a text is expected",
     "model": "the name of a machine is expected, in quotes",
-    "trials": "a whole number from 1 is expected",
+    "trials": "a whole number from 1 is expected, or a stopping rule such as "
+    '{ until = "extra_loss p95 +-2 %", at_most = 200000 }',
     "seed": "a whole number from 0 is expected",
     "sampling": "the name of a sampling is expected, in quotes",
     "table": 'the name of a CSV file is expected, such as table = "machines.csv"',
@@ -105,6 +106,8 @@ def read(path: Path, problems: Problems) -> tuple[str, Document]:
 def _note(error: Any, table: dict[str, Any], problems: Problems) -> None:
     """Say one of pydantic's findings in the words of a study file."""
     section, *rest = (str(part) for part in error["loc"])
+    if section == "trials":
+        rest = []  # which of its forms was tried
     key = section if not rest else f"[{section}] {rest[0]}"
     value: Any = table.get(section)
     if rest and isinstance(value, dict):

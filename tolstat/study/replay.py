@@ -72,7 +72,7 @@ def replay(run: Run, index: int | None, model: Model | None = None) -> Replay:
         )
     machine = model or catalogue.find(str(run.facts["model"]))
     changes = {} if index is None else _changes(run, index, machine)
-    settings = replace(_settings(run, machine), **changes)
+    settings = replace(settings_of(run, machine), **changes)
     names = [contributor.name for contributor in run.contributors]
     row = np.zeros(len(names))
     if index is not None:
@@ -92,8 +92,16 @@ def replay(run: Run, index: int | None, model: Model | None = None) -> Replay:
     )
 
 
-def _settings(run: Run, model: Model) -> Any:
-    """Read the settings of a run from its own study."""
+def settings_of(run: Run, model: Model) -> Any:
+    """Read the settings of a run from its own study.
+
+    Parameters
+    ----------
+    run : Run
+        Stored.
+    model : Model
+        Of the run.
+    """
     given = run.study.table.get("settings", {})
     return model.settings(**{n: read_setting(model, n, v) for n, v in given.items()})
 

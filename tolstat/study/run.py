@@ -7,22 +7,32 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.machines.description import Model
+from tolstat.deviations.distributions import THREE_SIGMA
+from tolstat.machines.description import Model, Outcome
 from tolstat.machines.settings import fields_of
+from tolstat.statistics.precision import FIRST, next_stage
+from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run import Run
 from tolstat.store.run import open as open_run
-from tolstat.store.run_writer import Plan, RunWriter, SweptSetting
+from tolstat.store.run_writer import Assumption, Audit, Plan, RunWriter, SweptSetting
+from tolstat.study.audit import audited_trials, tightened, tightened_cases
 from tolstat.study.blocks import block_size, finished_blocks
+from tolstat.study.deviations import Deviations
 from tolstat.study.evaluate import simulate
+from tolstat.study.parallel import processors
+from tolstat.study.points import Case
 from tolstat.study.study import Study, load
+from tolstat.study.until import Until
 
-# called with the numbers of trials that are over and that failed
-Progress = Callable[[int, int], None]
+# called with the numbers of trials that are over, that failed, and that are asked for
+Progress = Callable[[int, int, int], None]
+AUDIT_BLOCK = 8
 
 
 def run(
@@ -92,7 +102,8 @@ def execute(
     force : bool
         Whether an existing run file may be replaced.
     progress : callable, optional
-        Called with the numbers of trials over and failed, whenever some are stored.
+        Called with the numbers of trials over, failed and asked for, whenever some
+        are stored.
     stopping : callable
         Once true the run ends early; what is finished is stored.
 
@@ -132,29 +143,101 @@ def execute_on(
     """Run a checked study on any executor; see `execute`."""
     deviations = study.deviations()
     began = time.perf_counter()
-    over, failed = 0, 0
-    plan = _plan(study, deviations)
-    with RunWriter(path, plan, force=force) as file:
+    audit = _audit(study, study.trials)
+    with RunWriter(path, _plan(study, deviations, audit), force=force) as file:
         # the nominal machine goes first; who finds its code not compiled waits for it
         none = np.zeros((1, deviations.shape[1]))
         nominal = executor.submit(simulate, study.model, none, study.settings)
-        for blocks in finished_blocks(
-            study.model, study.cases, deviations, executor,
-            workers=workers, block=block_size(study.trials, workers), stopping=stopping,
-        ):  # fmt: skip
-            file.write_blocks(blocks)
-            status = np.concatenate([outcome.status for _, outcome in blocks])
-            over += int(np.count_nonzero(status != Status.NOT_RUN))
-            failed += int(np.count_nonzero(status > Status.DONE))
-            if progress:
-                progress(over, failed)
+        status = np.zeros(len(deviations), np.uint8)
+        responses = np.full((len(deviations), len(study.description.responses)), np.nan)
+        stages = []
+        first, stop = 0, study.trials
+        if study.until:
+            stop = min(FIRST, stop)
+        while True:
+            for blocks in finished_blocks(
+                study.model, _between(study.cases, first, stop), deviations, executor,
+                workers=workers, block=block_size(stop - first, workers),
+                stopping=stopping,
+            ):  # fmt: skip
+                file.write_blocks(blocks)
+                _take(blocks, status, responses)
+                if progress:
+                    over = int(np.count_nonzero(status != Status.NOT_RUN))
+                    failed = int(np.count_nonzero(status > Status.DONE))
+                    progress(over, failed, stop)
+            stages.append(stop)
+            if not study.until or stopping():
+                break
+            more = _more(study, status[:stop], responses[:stop])
+            if not more or stop == study.trials:
+                audit = _audit(study, stop)
+                file.write_nominal(nominal.result())
+                file.keep(stop, audit, _stopped(study.until, stages, reached=not more))
+                break
+            first, stop = stop, min(more, study.trials)
         if nominal.done() or not stopping():
             file.write_nominal(nominal.result())
+        if audit and not stopping():
+            for blocks in finished_blocks(
+                study.model, tightened_cases(study.cases, audit.trials),
+                deviations[audit.trials], executor,
+                workers=workers, block=AUDIT_BLOCK, stopping=stopping,
+            ):  # fmt: skip
+                file.write_audit(blocks)
         file.write_end(time.perf_counter() - began)
     return open_run(path)
 
 
-def _plan(study: Study, deviations: NDArray[np.float64]) -> Plan:
+def _between(cases: tuple[Case, ...], first: int, stop: int) -> tuple[Case, ...]:
+    """Return what of the cases lies between two trials."""
+    cut = (c._replace(first=max(c.first, first), stop=min(c.stop, stop)) for c in cases)
+    return tuple(case for case in cut if case.first < case.stop)
+
+
+def _take(
+    blocks: list[tuple[int, Outcome]],
+    status: NDArray[np.uint8],
+    responses: NDArray[np.float64],
+) -> None:
+    """Keep finished blocks in memory."""
+    for first, outcome in blocks:
+        trials = slice(first, first + len(outcome.status))
+        status[trials], responses[trials] = outcome.status, outcome.responses
+
+
+def _more(
+    study: Study, status: NDArray[np.uint8], responses: NDArray[np.float64]
+) -> int:
+    """Say how many trials the stopping rule wants in all; 0 if there are enough."""
+    assert study.until and study.sampler  # checked with the study
+    names = [response.name for response in study.description.responses]
+    return next_stage(
+        study.until.precisions,
+        dict(zip(names, responses.T, strict=True)),
+        Sample(status, study.sampler.replicates),
+        {name: limit.permitted for name, limit in study.limits.items()},
+    )
+
+
+def _stopped(until: Until, stages: list[int], *, reached: bool) -> dict[str, Any]:
+    """Say why the run has as many trials as it has."""
+    return {
+        "until": "; ".join(each.words for each in until.precisions),
+        "until_reached": reached,
+        "until_stages": " ".join(str(stage) for stage in stages),
+    }
+
+
+def _audit(study: Study, trials: int) -> Audit | None:
+    """Choose the trials that are integrated again; None if nothing is integrated."""
+    tight = tightened(study.settings)
+    if tight is None:
+        return None
+    return Audit(audited_trials(study.seed or 0, trials), tight.rtol)
+
+
+def _plan(study: Study, deviations: NDArray[np.float64], audit: Audit | None) -> Plan:
     """Say all that is known of a run before anything has run."""
     facts: dict[str, str | int] = {
         "title": study.title,
@@ -167,6 +250,12 @@ def _plan(study: Study, deviations: NDArray[np.float64]) -> Plan:
     if study.sampler:
         facts["replicates"] = study.sampler.replicates
         facts["promise"] = study.sampler.promise
+        facts["factors"] = " ".join(study.factors)
+        facts["group"] = study.sampler.group(len(study.factors))
+    if study.until:
+        facts["at_most"] = study.trials
+    if leaves_out := getattr(study.model, "leaves_out", ()):
+        facts["leaves_out"] = "\n".join(leaves_out)
     if study.notes:
         facts["notes"] = "\n".join(study.notes)
     swept = {}
@@ -184,14 +273,22 @@ def _plan(study: Study, deviations: NDArray[np.float64]) -> Plan:
         deviations,
         {name: limit.permitted for name, limit in study.limits.items()},
         {name: limit.demanded for name, limit in study.limits.items()},
+        _assumed(study.deviating),
         swept,
+        audit,
         study.reference,
     )
 
 
-def processors() -> int:
-    """Count the processors that this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on every system
-        return os.cpu_count() or 1
+def _assumed(deviating: Deviations) -> dict[str, Assumption]:
+    """Say what is assumed of each deviation."""
+    found = {}
+    for name, distribution in deviating.distributions.items():
+        zone = getattr(distribution, "tolerance", None)
+        if zone is None:  # measured parts: where three sigma of a normal one would lie
+            ends = np.array([1 - THREE_SIGMA, THREE_SIGMA])
+            zone = distribution.deviations(ends).tolist()
+        batch = deviating.dependence.batches.get(name)
+        alike = batch.name if batch and batch.share == 1 else ""
+        found[name] = Assumption(tuple(zone), deviating.words[name], alike)
+    return found

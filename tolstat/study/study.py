@@ -6,32 +6,29 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat import catalogue
-from tolstat.deviations import samplers
-from tolstat.deviations.distributions.constant import Constant
-from tolstat.deviations.draw import draw
+from tolstat.deviations.draw import draw, factors, in_order
 from tolstat.deviations.names import expand
-from tolstat.deviations.parts import find_in, names_in
 from tolstat.deviations.samplers import Sampler
-from tolstat.errors import ModelError, StudyError, allowed_names
+from tolstat.errors import ModelError, StudyError
 from tolstat.machines.description import Description, Model
 from tolstat.study.deviations import Deviations, read_deviations
-from tolstat.study.document import MISSING, Document, read
+from tolstat.study.document import Document, read
 from tolstat.study.limit import Limit, read_limit
 from tolstat.study.points import Case, Points, read_grid, read_table
 from tolstat.study.problems import Problems
 from tolstat.study.reference import Reference, read_reference
+from tolstat.study.sampling import check_sampling, check_trials, sampler_of
 from tolstat.study.settings import read_setting
+from tolstat.study.until import Until, read_until
 
 Given = TypeVar("Given")
 Read = TypeVar("Read")
-
-GIVEN = ("grid", "table")  # samplings that draw nothing
 
 
 @dataclass(frozen=True)
@@ -51,7 +48,9 @@ class Study:
     settings : object
         Instance of `model.settings`, SI.
     trials : int
-        How many machines are built.
+        How many machines are built, at most.
+    until : Until or None
+        When there are enough of them.
     seed : int or None
         From which random numbers; None where nothing is drawn.
     sampling : str
@@ -72,6 +71,7 @@ class Study:
     model: Model
     settings: Any
     trials: int
+    until: Until | None
     seed: int | None
     sampling: str
     deviating: Deviations
@@ -96,14 +96,20 @@ class Study:
         """How the unit samples are chosen; None if nothing is drawn."""
         if self.points:
             return None
-        found: Sampler = find_in(samplers, self.sampling)()
-        return found
+        return sampler_of(self.sampling)
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What the summary of the run has to say of the deviations."""
         own = (self.points.note,) if self.points and self.points.note else ()
         return (*own, *self.deviating.notes)
+
+    @property
+    def factors(self) -> tuple[str, ...]:
+        """What varies independently, in the order in which it is drawn."""
+        names = [contributor.name for contributor in self.description.contributors]
+        varying = factors(self.deviating.distributions, self.deviating.dependence)
+        return in_order(names, varying)
 
     def deviations(self) -> NDArray[np.float64]:
         """Draw, or look up, the deviations of all trials: float64[trial, contributor].
@@ -166,7 +172,7 @@ def load(
         document.deviations, document.correlation, contributors, path.parent, problems
     )
     points = _points(document, machine, settings, description, path.parent, problems)
-    _check_sampling(document, deviating, points, problems)
+    check_sampling(document, deviating, points, problems)
     reference = None
     if document.reference:
         with problems.noting("[reference]", document.reference):
@@ -175,7 +181,13 @@ def load(
                 document.reference, swept, description, path.parent
             )
     limits = _limits(document, description, problems)
+    until = None
+    if isinstance(document.trials, dict):
+        with problems.noting("trials", document.trials):
+            until = read_until(document.trials, description, limits)
     problems.raise_if_any()
+    if trials is not None:
+        until = None
     for name, value, least in (("trials", trials, 1), ("seed", seed, 0)):
         if value is not None and points:
             raise StudyError(
@@ -185,13 +197,18 @@ def load(
             raise StudyError(f"{name} = {value}: it must be at least {least}")
     if points:
         trials = len(points.deviations)
+    elif trials is None:
+        trials = until.at_most if until else cast(int, document.trials)
+    if not points and (wrong := check_trials(trials, document.sampling, deviating)):
+        raise StudyError(f"{path}: trials = {trials}: {wrong}")
     return Study(
         path,
         text,
         document.title or path.stem,
         machine,
         settings,
-        (document.trials or 0) if trials is None else trials,
+        trials,
+        until,
         document.seed if seed is None else seed,
         document.sampling,
         deviating,
@@ -242,50 +259,6 @@ def _points(
         with problems.noting("table", document.table):
             return read_table(folder / document.table, settings, description)
     return None
-
-
-def _check_sampling(
-    document: Document,
-    deviating: Deviations,
-    points: Points | None,
-    problems: Problems,
-) -> None:
-    """Refuse keys that are missing for this sampling, or say nothing to it."""
-    sampling = document.sampling
-    known = [*names_in(samplers), *GIVEN]
-    if sampling not in known:
-        allowed = allowed_names(sampling, known)
-        problems.add("sampling", sampling, f"no such sampling; {allowed}")
-        return
-    drawn = sampling not in GIVEN
-    for key in ("trials", "seed"):
-        value = getattr(document, key)
-        if drawn and value is None:
-            problems.add(key, None, MISSING[key])
-        elif not drawn and value is not None:
-            problems.add(key, value, f'sampling = "{sampling}" draws nothing; leave it')
-    for key in GIVEN:
-        value = getattr(document, key)
-        if value and sampling != key:
-            problems.add(key, None, f'it needs sampling = "{key}"')
-    if sampling == "table" and not document.table:
-        problems.add("table", None, 'missing; such as table = "machines.csv"')
-    if document.reference and sampling != "grid":
-        problems.add("[reference]", None, 'it needs sampling = "grid"')
-    if drawn:
-        return
-    if document.correlation:
-        problems.add("[correlation]", None, f'sampling = "{sampling}" draws nothing')
-    taken = {m for axis in points.swept for m in axis.members} if points else set()
-    for name, distribution in deviating.distributions.items():
-        if not isinstance(distribution, Constant):
-            message = (
-                f'sampling = "{sampling}" draws nothing; only distribution = '
-                '"constant" goes with it'
-            )
-            problems.add(f"[deviations] {name}", None, message)
-        elif name in taken:
-            problems.add(f"[deviations] {name}", None, "stands in [grid] already")
 
 
 def _limits(

@@ -22,12 +22,22 @@ class Sampler(Protocol):
         Number of independent randomisations, trial i belonging to the one of number
         i modulo it; 0 where all trials are independent of each other: only then
         order-statistic and binomial intervals hold.
+    extensible : bool
+        Whether asking for more trials leaves the first as they were.
     promise : str
         What may be said about intervals, in a sentence.
     """
 
     replicates: int
+    extensible: bool
     promise: str
+
+    def group(self, factors: int) -> int:
+        """Return how many trials belong together where so many factors vary.
+
+        The number of trials must be a multiple of it; 1 where each stands alone.
+        """
+        ...
 
     def unit_samples(
         self, seed: int, streams: Mapping[str, int], trials: int

@@ -26,11 +26,16 @@ class Latin:
     """
 
     replicates = REPLICATES
+    extensible = False
     promise = (
         "Latin hypercube trials depend on each other: averages are at least nearly as "
         "good as of random trials, often better; intervals come from the scatter "
         "between 16 independent hypercubes and are approximate"
     )
+
+    def group(self, factors: int) -> int:
+        """Return how many trials belong together; see `Sampler`."""
+        return 1
 
     def unit_samples(
         self, seed: int, streams: Mapping[str, int], trials: int

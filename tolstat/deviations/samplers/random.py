@@ -19,10 +19,15 @@ class Random:
     """
 
     replicates = 0
+    extensible = True
     promise = (
         "random trials are independent: order-statistic intervals of quantiles and "
         "binomial intervals of shares are exact"
     )
+
+    def group(self, factors: int) -> int:
+        """Return how many trials belong together; see `Sampler`."""
+        return 1
 
     def unit_samples(
         self, seed: int, streams: Mapping[str, int], trials: int

@@ -30,11 +30,16 @@ class Sobol:
     """
 
     replicates = REPLICATES
+    extensible = True
     promise = (
         "Sobol' trials depend on each other: averages of smooth responses are far "
         "better than of random trials; intervals come from the scatter between 16 "
         "independent scrambles and are approximate; powers of 2 are balanced"
     )
+
+    def group(self, factors: int) -> int:
+        """Return how many trials belong together; see `Sampler`."""
+        return 1
 
     def unit_samples(
         self, seed: int, streams: Mapping[str, int], trials: int

@@ -27,6 +27,12 @@ class Stand:
     name = "stand"
     title = "KhPT-75 cold pilger mill: carriage driven by two parallel crank-rod chains"
     settings = Settings
+    leaves_out = (
+        "Parts are rigid, or springs without mass; peak loads are elastic forces.",
+        "Friction and the contact with the guides are smooth functions, as in the "
+        "paper; the guides touch at one angle.",
+        "The rolling force does not depend on the pass; nothing wears or heats up.",
+    )
 
     def describe(self, settings: Settings) -> Description:
         """List contributors and responses; the settings do not change them.

@@ -1,0 +1,143 @@
+"""Responses of several contributors whose Sobol' indices are known."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import trapezoid
+from scipy.special import ndtri
+from scipy.stats import norm
+
+from tolstat.statistics.contributions import contributions
+from tolstat.statistics.total_indices import sobol_indices
+
+
+class IndexProblem(NamedTuple):
+    """How unit samples become deviations, these a response; the known indices."""
+
+    deviations: object
+    response: object
+    first: np.ndarray
+    total: np.ndarray
+
+
+def _ishigami():
+    """T. Ishigami, T. Homma (1990), a = 7, b = 0.1."""
+    a, b = 7.0, 0.1
+
+    def response(x):
+        x1, x2, x3 = np.moveaxis(x, -1, 0)
+        return np.sin(x1) + a * np.sin(x2) ** 2 + b * x3**4 * np.sin(x1)
+
+    V1, V2 = (1 + b * np.pi**4 / 5) ** 2 / 2, a**2 / 8
+    V13 = 8 * b**2 * np.pi**8 / 225
+    V = V1 + V2 + V13
+    first = np.array([V1, V2, 0]) / V
+    total = np.array([V1 + V13, V2, V13]) / V
+    return IndexProblem(lambda u: np.pi * (2 * u - 1), response, first, total)
+
+
+def _sobol_g():
+    """A. Saltelli, I. M. Sobol' (1995), a = 0, 1, 4.5, 9, 99, 99."""
+    a = np.array([0.0, 1.0, 4.5, 9.0, 99.0, 99.0])
+
+    def response(x):
+        return np.prod((np.abs(4 * x - 2) + a) / (1 + a), axis=-1)
+
+    V = 1 / (3 * (1 + a) ** 2)
+    whole = np.prod(1 + V) - 1
+    return IndexProblem(
+        lambda u: u, response, V / whole, V * np.prod(1 + V) / (1 + V) / whole
+    )
+
+
+WEIGHTS = np.array([3.0, 2.0, 1.0, 0.5])
+
+
+def _linear():
+    """A dimension chain of normal parts."""
+    first = WEIGHTS**2 / np.sum(WEIGHTS**2)
+    return IndexProblem(ndtri, lambda x: x @ WEIGHTS, first, first)
+
+
+GAP = 2.9  # standard deviations: one machine in 25 jams
+
+
+def _rare_jam():
+    """Two rods that fight each other once they differ by more than the gap."""
+    x = np.linspace(-9, 9, 20_001)
+    density = norm.pdf(x)
+
+    def mean_excess(a):
+        return norm.pdf(a) + a * norm.cdf(a)
+
+    def average(y):
+        return trapezoid(y * density, x)
+
+    given = mean_excess(x - GAP) + mean_excess(-x - GAP)
+    difference = np.sqrt(2) * x
+    excess = np.maximum(np.abs(difference) - GAP, 0)
+    V = average(excess**2) - average(excess) ** 2
+    V1 = average(given**2) - average(given) ** 2
+    first = np.array([V1, V1, 0]) / V
+    total = np.array([1 - first[0], 1 - first[0], 0])
+
+    def response(x):
+        return np.maximum(np.abs(x[..., 0] - x[..., 1]) - GAP, 0)
+
+    return IndexProblem(ndtri, response, first, total)
+
+
+INDEX_PROBLEMS = {
+    "rare jam": _rare_jam(),
+    "linear stack": _linear(), "Ishigami": _ishigami(), "Sobol' G": _sobol_g(),
+}  # fmt: skip
+
+
+# closed indices of the first two contributors: with what they do to each other
+TWO = {
+    "linear stack": float(INDEX_PROBLEMS["linear stack"].first[:2].sum()),
+    "Ishigami": float(INDEX_PROBLEMS["Ishigami"].first[:2].sum()),
+    "rare jam": 1.0,
+}
+
+
+def design(problem, rng, n):
+    """Return the responses of Saltelli's design: float64[n, 2 + factor]."""
+    k = len(problem.first)
+    A, B = (problem.deviations(rng.random((n, k))) for _ in "AB")
+    x = np.repeat(A[:, None, :], k + 2, axis=1)
+    x[:, 1] = B
+    for i in range(k):
+        x[:, 2 + i, i] = B[:, i]
+    return problem.response(x)
+
+
+def intervals(name, rng, n):
+    """Yield statistic, estimate and truth of one study."""
+    problem = INDEX_PROBLEMS[name]
+    k = len(problem.first)
+    names = [f"x{i + 1}" for i in range(k)]
+    made = sobol_indices(design(problem, rng, n), names)
+    x = problem.deviations(rng.random((n, k)))
+    hand = contributions(
+        dict(zip(names, x.T, strict=True)),
+        {"y": problem.response(x)},
+        {"all": names, "two": names[:2]},
+    )["y"]
+    for each, first, total in zip(names, problem.first, problem.total, strict=True):
+        yield f"first order of {each}, at hand", hand.first_order[each], first
+        yield f"first order of {each}, saltelli", made[each].first, first
+        yield f"total of {each}, saltelli", made[each].total, total
+    yield "first orders together", hand.groups["all"], problem.first.sum()
+    yield "all together", hand.together["all"], 1.0
+    if name in TWO:
+        yield "x1 and x2 together", hand.together["two"], TWO[name]
+    yield "unexplained", hand.unexplained, 1 - problem.first.sum()
+    if name == "linear stack":
+        # Spearman's rank correlation of normal variables of correlation r
+        ranks = 6 / np.pi * np.arcsin(np.sqrt(problem.first) / 2)
+        for each, truth in zip(names, ranks, strict=True):
+            yield f"rank regression on {each}", hand.rank_regression[each], truth
+        yield "rank regression explains", hand.explained, np.sum(ranks**2)

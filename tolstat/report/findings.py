@@ -1,0 +1,453 @@
+"""Everything a report says, as plain data: the page, JSON and CSV all print this."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.deviations.names import known_or_general
+from tolstat.errors import PictureError, allowed_names
+from tolstat.report.drawn import Drawn, drawn_trials
+from tolstat.report.summary_table import notes_of, summaries_of
+from tolstat.statistics.contributions import Contributions, contributions
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.evidence import Evidence
+from tolstat.statistics.integration_error import integration_error
+from tolstat.statistics.linear import departures, root_sum_square
+from tolstat.statistics.shapes import NAMES, atom_of, best_shape, fit_shape
+from tolstat.statistics.statistic import quantile_at, yields
+from tolstat.statistics.summary import Limited, Summary
+from tolstat.statistics.tails import Tail, upper_tail
+from tolstat.statistics.total_indices import sobol_indices
+from tolstat.status import Status
+from tolstat.store.run import Run
+from tolstat.units.conversion import engineering_unit
+
+Array = NDArray[np.float64]
+Found = dict[str, Any]
+
+RETURNS = (1e-3, 1e-4, 1e-5, 1e-6)  # shares of the machines that a level is exceeded by
+MOST_DRAWN = 8  # responses, where no limit says which ones matter
+
+
+def responses_of_interest(run: Run, chosen: Sequence[str] = ()) -> list[str]:
+    """Choose what is looked at closely.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    chosen : sequence of str
+        Names given by the user; else what has a limit, else the first eight responses.
+
+    Raises
+    ------
+    PictureError
+        If a name is not one of the run's responses.
+    """
+    known = [response.name for response in run.responses]
+    for name in chosen:
+        if name not in known:
+            raise PictureError(f"response {name}: {allowed_names(name, known)}")
+    return list(dict.fromkeys(chosen)) or list(run.limits) or known[:MOST_DRAWN]
+
+
+def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
+    """Return what a report rests on, and which responses it looks at closely.
+
+    Raises
+    ------
+    PictureError
+        If the machines were not drawn, no trial is done, or a response is unknown.
+    """
+    drawn = drawn_trials(run)
+    if drawn is None:
+        raise PictureError(
+            f"{run.path}: machines of a grid or a table were chosen and not drawn, and "
+            "have no statistics; `tolstat show --plot` draws them"
+        )
+    if not np.any(drawn.sample.done):
+        raise PictureError(f"{run.path}: no trial is done; there is nothing to report")
+    return drawn, responses_of_interest(run, chosen)
+
+
+def findings_of(
+    run: Run, evidence: Evidence | None = None, chosen: Sequence[str] = ()
+) -> Found:
+    """Gather what a report of a run says.
+
+    Parameters
+    ----------
+    run : Run
+        Whose machines were drawn.
+    evidence : Evidence, optional
+        What further simulations say.
+    chosen : sequence of str
+        Responses to be looked at closely; see `responses_of_interest`.
+
+    Returns
+    -------
+    dict
+        Plain numbers, texts, lists and dicts, SI. An estimate is a dict of value,
+        lower, upper (its 95 % interval; None where there is none) and reason.
+
+    Raises
+    ------
+    PictureError
+        If the machines were not drawn, no trial is done, or a response is unknown.
+    """
+    drawn, interest = reportable(run, chosen)
+    evidence = evidence or Evidence(missing="not asked for")
+    summaries = summaries_of(drawn)
+    shares = _contributions(drawn, interest)
+    responses = {}
+    for response in run.responses:
+        name = response.name
+        found = summary_found(summaries[name])
+        found["nominal"] = _number(run.nominal_values[name])
+        found["symbol"], found["sentence"] = response.symbol, response.sentence
+        found["source"], found["unit"] = response.source, response.unit
+        found["shown_unit"] = engineering_unit(response.unit)
+        found["integration_error"] = _integration_error(drawn, name, summaries[name])
+        found["linear"] = _linear(drawn, name, summaries[name], evidence)
+        if name in interest:
+            done = drawn.values(name)[drawn.sample.done]
+            found["distribution"] = _distribution(done, drawn)
+            found["tails"] = _tails(done, drawn, summaries[name])
+            found["contributions"] = shares[name]
+            if drawn.grouped:
+                found["indices"] = _indices(drawn, name)
+        found["worst_cases"] = _worst_cases(name, evidence)
+        found["worst_trials"] = [
+            {
+                "trial": each.trial,
+                "value": _number(each.value),
+                "precise": _number(each.precise),
+            }
+            for each in evidence.worst.get(name, ())
+        ]
+        responses[name] = found
+    return {
+        "title": run.facts["title"],
+        "run": run.path.name,
+        "model": run.facts["model"],
+        "trials": _trials(drawn),
+        "interest": interest,
+        "responses": responses,
+        "assumptions": _assumptions(run, evidence),
+        "provenance": _provenance(run),
+    }
+
+
+def estimate(found: Estimate) -> Found:
+    """Return an estimate as plain data."""
+    return {
+        "value": _number(found.value),
+        "lower": _number(found.lower),
+        "upper": _number(found.upper),
+        "reason": found.reason,
+    }
+
+
+def _number(value: float) -> float | None:
+    """Return a plain number; None for NaN. Infinite ones stay: Ppk may be."""
+    return None if math.isnan(value) else float(value)
+
+
+def share_words(share: float) -> str:
+    """Name a quantile: 0.00135 is "0.135 %"."""
+    return f"{100 * share:.10g} %"
+
+
+def _trials(drawn: Drawn) -> Found:
+    run = drawn.run
+    counts = {word.replace(" ", "_"): count for word, count in run.counts.items()}
+    ran = run.trials - run.counts[Status.NOT_RUN.word]
+    found: Found = {
+        "asked": run.trials,
+        "ran": ran,
+        "done": run.counts[Status.DONE.word],
+        "failed": ran - run.counts[Status.DONE.word],
+        "counted": len(drawn.trials),
+        "by_status": counts,
+        "failures": estimate(drawn.sample.failures),
+        "sampling": run.facts["sampling"],
+        "promise": run.facts["promise"],
+        "notes": notes_of(run, drawn.sample),
+    }
+    return found
+
+
+def summary_found(summary: Summary) -> Found:
+    """Return a summary as plain data."""
+    return {
+        "mean": estimate(summary.mean),
+        "deviation": estimate(summary.deviation),
+        "least": _number(summary.least),
+        "largest": _number(summary.largest),
+        "quantiles": {
+            share_words(share): estimate(found)
+            for share, found in summary.quantiles.items()
+        },
+        "limit": _limit(summary.limited) if summary.limited else None,
+    }
+
+
+def _limit(limited: Limited) -> Found:
+    lower, upper = limited.limit
+    return {
+        "lower": None if math.isinf(lower) else lower,
+        "upper": None if math.isinf(upper) else upper,
+        "demanded": limited.demanded,
+        "verdict": limited.yields.verdict,
+        "needed": limited.yields.needed,
+        "beyond": estimate(limited.yields.beyond),
+        "yield_if_failed_are_bad": estimate(limited.yields.least),
+        "yield_if_failed_are_good": estimate(limited.yields.most),
+        "pp_by_percentiles": estimate(limited.percentiles.pp),
+        "ppk_by_percentiles": estimate(limited.percentiles.ppk),
+        "pp_by_moments": estimate(limited.moments.pp),
+        "ppk_by_moments": estimate(limited.moments.ppk),
+    }
+
+
+def _distribution(done: Array, drawn: Drawn) -> Found:
+    """Say what the response looks like: an atom, and the shape of the rest."""
+    independent = not drawn.sample.replicates
+    atom = atom_of(done)
+    rest = atom.without(done) if atom else done
+    best = best_shape(rest) if independent else fit_shape(rest[:0], NAMES[0])
+    return {
+        "atom": {
+            "value": atom.value,
+            "least": atom.least,
+            "largest": atom.largest,
+            "share": estimate(atom.share),
+        }
+        if atom
+        else None,
+        "rest": len(rest),
+        "name": best.name,
+        "parameters": best.parameters,
+        "anderson_darling": _number(best.statistic),
+        "level": _number(best.level),
+        "rejected": best.rejected,
+        "refused": best.refused if independent else "for random trials only",
+    }
+
+
+def tails_of(
+    done: Array, drawn: Drawn, limit: tuple[float, float] | None
+) -> dict[str, Tail]:
+    """Fit the tails that matter: beyond each end of a limit, else the upper one."""
+    lower, upper = limit or (-math.inf, math.inf)
+    found = {}
+    if drawn.sample.replicates:
+        refused = Tail(math.nan, 0, len(done), refused="for random trials only")
+        return {"upper": refused}
+    if math.isfinite(upper) or not math.isfinite(lower):
+        found["upper"] = upper_tail(done)
+    if math.isfinite(lower):
+        found["lower"] = upper_tail(-done)
+    return found
+
+
+def _tails(done: Array, drawn: Drawn, summary: Summary) -> Found:
+    limit = summary.limited.limit if summary.limited else None
+    found: Found = {}
+    for side, tail in tails_of(done, drawn, limit).items():
+        sign = 1 if side == "upper" else -1
+        levels = {}
+        for share in RETURNS:
+            # only beyond the trials themselves, and not too far
+            if not tail.refused and share < tail.exceedances / tail.trials:
+                level = tail.exceeded_by(share)
+                levels[f"{share:g}"] = estimate(_mirrored(level, sign))
+        beyond = None
+        if limit is not None and not tail.refused:
+            end = limit[1] if side == "upper" else -limit[0]
+            beyond = estimate(tail.share_beyond(end))
+        found[side] = {
+            "refused": tail.refused,
+            "threshold": _number(sign * tail.threshold),
+            "exceedances": tail.exceedances,
+            "shape": _number(tail.shape),
+            "scale": _number(tail.scale),
+            "level": _number(tail.level),
+            "exceeded_by": levels,
+            "beyond_limit": beyond,
+        }
+    return found
+
+
+def _mirrored(found: Estimate, sign: int) -> Estimate:
+    if sign > 0:
+        return found
+    return Estimate(-found.value, -found.upper, -found.lower, found.reason)
+
+
+def _contributions(drawn: Drawn, interest: Sequence[str]) -> dict[str, Found]:
+    """Estimate the contributions to what is looked at closely."""
+    done = drawn.sample.done
+    deviations = {}
+    for contributor in drawn.run.contributors:
+        column = drawn.values(contributor.name)[done]
+        if len(column) and np.ptp(column) > 0:
+            deviations[contributor.name] = column
+    if not deviations:
+        return {name: {} for name in interest}
+    groups = groups_of(list(deviations), drawn.run)
+    responses = {name: drawn.values(name)[done] for name in interest}
+    found = contributions(deviations, responses, groups)
+    return {name: _shares(each) for name, each in found.items()}
+
+
+def groups_of(names: Sequence[str], run: Run) -> dict[str, list[str]]:
+    """Sort contributors by their name without number, where there are several."""
+    every = [contributor.name for contributor in run.contributors]
+    general = [name for name in known_or_general(every) if name not in every]
+    found = {
+        group: [
+            n
+            for n in names
+            if n.startswith(group + "_") and n.removeprefix(group + "_").isdigit()
+        ]
+        for group in general
+    }
+    return {group: members for group, members in found.items() if len(members) > 1}
+
+
+def _shares(found: Contributions) -> Found:
+    return {
+        "first_order": {n: estimate(e) for n, e in found.first_order.items()},
+        "groups": {n: estimate(e) for n, e in found.groups.items()},
+        "together": {n: estimate(e) for n, e in found.together.items()},
+        "unexplained": estimate(found.unexplained),
+        "rank_regression": {n: estimate(e) for n, e in found.rank_regression.items()},
+        "explained_by_ranks": estimate(found.explained),
+    }
+
+
+def _indices(drawn: Drawn, name: str) -> Found:
+    """Estimate Sobol' indices of a run that was made for them."""
+    groups, broken = drawn.groups(name)
+    found = sobol_indices(groups, drawn.run.facts["factors"].split())
+    return {
+        "groups": len(groups),
+        "broken": broken,
+        "first": {factor: estimate(each.first) for factor, each in found.items()},
+        "total": {factor: estimate(each.total) for factor, each in found.items()},
+    }
+
+
+def _integration_error(drawn: Drawn, name: str, summary: Summary) -> Found | None:
+    """Say how far integration errors move the numbers of a response."""
+    run = drawn.run
+    if run.audited is None:
+        return None
+    audited = run.audited
+    ran = (audited.status == Status.DONE) & (run.status[audited.trials] == Status.DONE)
+    values = run.column(name)
+    precise = np.where(ran, audited.responses[name], np.nan)
+    error = integration_error(values, audited.trials, precise)
+    found: Found = {
+        "trials": len(error.trials),
+        "failed": error.failed,
+        "rtol": audited.rtol,
+        "largest": _number(error.largest),
+        "moves": {},
+    }
+    if not len(error.trials):
+        return found
+    better = error.removed(values)[drawn.trials]
+    sample = drawn.sample
+    done = better[sample.done]
+    moves = {
+        "mean": summary.mean.value - float(done.mean()),
+        "deviation": summary.deviation.value - float(done.std(ddof=1))
+        if len(done) > 1
+        else math.nan,
+    }
+    for share, known in summary.quantiles.items():
+        again = quantile_at(better, sample, share)
+        moves[share_words(share)] = known.value - again.value
+    if summary.limited:
+        again = yields(better, sample, summary.limited.limit).beyond
+        moves["beyond"] = summary.limited.yields.beyond.value - again.value
+    found["moves"] = {key: _number(move) for key, move in moves.items()}
+    return found
+
+
+def _linear(
+    drawn: Drawn, name: str, summary: Summary, evidence: Evidence
+) -> Found | None:
+    """Put the linear answer beside the simulated one."""
+    if name not in evidence.slopes:
+        return None
+    slopes = evidence.slopes[name]
+    deviations = {n: drawn.values(n) for n in slopes}
+    linear = root_sum_square(drawn.run.nominal_values[name], slopes, deviations)
+    return {
+        "mean": _number(linear.mean),
+        "deviation": _number(linear.deviation),
+        "shares": {n: _number(share) for n, share in linear.shares.items()},
+        "departures": [
+            {
+                "quantile": share_words(each.share),
+                "linear": _number(each.linear),
+                "relative": _number(each.relative),
+                "fails": each.fails,
+            }
+            for each in departures(linear, summary.quantiles)
+        ],
+    }
+
+
+def _worst_cases(name: str, evidence: Evidence) -> list[Found]:
+    return [
+        {
+            "side": each.side,
+            "value": _number(each.value),
+            "tried": each.tried,
+            "failed": each.failed,
+            "deviations": {n: v for n, v in each.deviations.items() if v},
+        }
+        for each in evidence.worst_cases.get(name, ())
+    ]
+
+
+def _assumptions(run: Run, evidence: Evidence) -> Found:
+    """Say what the numbers hang on."""
+    return {
+        "deviations": {
+            each.name: {
+                "words": run.assumed[each.name].words,
+                "lower": run.assumed[each.name].tolerance[0],
+                "upper": run.assumed[each.name].tolerance[1],
+                "unit": each.unit,
+                "shown_unit": engineering_unit(each.unit),
+                "sentence": each.sentence,
+            }
+            for each in run.contributors
+            if each.name in run.assumed
+        },
+        "correlation": run.study.table.get("correlation", {}),
+        "settings": run.facts["settings"],
+        "leaves_out": str(run.facts.get("leaves_out", "")).splitlines(),
+        "missing": evidence.missing,
+        "precise_rtol": evidence.precise_rtol,
+    }
+
+
+def _provenance(run: Run) -> Found:
+    hidden = ("promise", "notes", "leaves_out", "contributors", "responses", "factors")
+    found = {
+        name: value
+        for name, value in run.facts.items()
+        if name not in hidden and not name.startswith("trials_")
+    }
+    return {**found, "study": run.study.text}

@@ -1,0 +1,99 @@
+"""How precise a statistic is, and how many trials make it as precise as is wanted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.statistic import Statistic
+
+Array = NDArray[np.float64]
+
+FIRST = 1024  # trials of the first stage
+RESERVE = 1.1  # more trials than the first stage alone would suggest
+MOST_GROWTH = 8.0
+MULTIPLE = 256  # stages are a multiple of it
+
+
+class Precision(NamedTuple):
+    """What is wanted of a statistic.
+
+    Attributes
+    ----------
+    statistic : Statistic
+        Of which response.
+    within : float
+        Half the width of its 95 % interval: SI, or a share of the number itself.
+    relative : bool
+        Which of the two.
+    """
+
+    statistic: Statistic
+    within: float
+    relative: bool
+
+    @property
+    def words(self) -> str:
+        """Say it as a study does, an absolute precision in SI."""
+        within = f"{100 * self.within:.10g} %" if self.relative else f"{self.within:g}"
+        return f"{self.statistic.words} +-{within}"
+
+    def missing(self, estimate: Estimate) -> float:
+        """Return half the interval over what is wanted: at most 1 when reached."""
+        if not estimate.sure:
+            return math.inf
+        wanted = self.within * (abs(estimate.value) if self.relative else 1.0)
+        half = (estimate.upper - estimate.lower) / 2
+        if half == 0:
+            return 0.0
+        return half / wanted if wanted > 0 else math.inf
+
+
+def next_stage(
+    precisions: Sequence[Precision],
+    responses: Mapping[str, Array],
+    sample: Sample,
+    limits: Mapping[str, tuple[float, float]],
+) -> int:
+    """Say how many trials are needed in all.
+
+    Parameters
+    ----------
+    precisions : sequence of Precision
+        All of them are to be reached.
+    responses : mapping of str to float64[trial]
+        Of the trials so far; NaN where they failed.
+    sample : Sample
+        These trials.
+    limits : mapping
+        Least and greatest permitted value by response.
+
+    Returns
+    -------
+    int
+        0 when all is reached; else the trials of the next look: as many as the interval
+        suggests, which shrinks with the root of the trials, and a tenth more; at most
+        eight times as many as now.
+
+    References
+    ----------
+    C. Stein, A two-sample test for a linear hypothesis whose power is independent of
+    the variance, Ann. Math. Stat. 16 (1945) 243-258: few looks, far apart, leave the
+    last interval nearly what it claims; measured in tests/coverage.
+    """
+    trials = len(sample.status)
+    missing = 0.0
+    for each in precisions:
+        name = each.statistic.response
+        found = each.statistic.of(responses[name], sample, limits.get(name))
+        missing = max(missing, each.missing(found))
+    if missing <= 1:
+        return 0
+    growth = min(RESERVE * missing**2, MOST_GROWTH)
+    return MULTIPLE * math.ceil(trials * growth / MULTIPLE)

@@ -1,0 +1,68 @@
+"""The trials of a run, and what may be said of them."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.proportions import proportion
+from tolstat.statistics.replicates import from_replicates
+from tolstat.status import Status
+
+Array = NDArray[np.float64]
+
+
+class Sample(NamedTuple):
+    """The trials of a run, for all its responses.
+
+    Attributes
+    ----------
+    status : int[trial]
+        Values of `Status`.
+    replicates : int
+        Of the sampling: 0 where the trials are independent.
+    """
+
+    status: NDArray[np.integer]
+    replicates: int = 0
+
+    @property
+    def done(self) -> NDArray[np.bool_]:
+        """Which trials are done."""
+        found: NDArray[np.bool_] = self.status == Status.DONE
+        return found
+
+    @property
+    def ran(self) -> NDArray[np.bool_]:
+        """Which trials have run, failed ones among them."""
+        found: NDArray[np.bool_] = self.status != Status.NOT_RUN
+        return found
+
+    @property
+    def failed(self) -> int:
+        """Number of the trials that ran and failed."""
+        return int(np.count_nonzero(self.ran) - np.count_nonzero(self.done))
+
+    @property
+    def replicate(self) -> NDArray[np.int64]:
+        """Number of the randomisation that each trial belongs to."""
+        return np.arange(len(self.status)) % max(self.replicates, 1)
+
+    def first(self, trials: int) -> Sample:
+        """Return the first trials."""
+        return self._replace(status=self.status[:trials])
+
+    @property
+    def failures(self) -> Estimate:
+        """Share of the trials that ran and failed."""
+        trials = int(np.count_nonzero(self.ran))
+        if trials == 0:
+            return Estimate(math.nan, reason="no trial has run")
+        if self.replicates and self.failed:
+            values = (~self.done[self.ran]).astype(float)
+            return from_replicates(np.mean, values, self.replicate[self.ran])
+        return Estimate(*proportion(self.failed, trials))

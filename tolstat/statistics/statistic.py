@@ -1,0 +1,128 @@
+"""Statistics of a response by name, each with the interval that its sampling allows."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.moments import deviation_of, mean_of
+from tolstat.statistics.quantiles import quantile
+from tolstat.statistics.replicates import from_replicates
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.yields import DEMANDED, Yield, yield_of, yield_of_replicates
+
+Array = NDArray[np.float64]
+NONE_DONE = Estimate(math.nan, reason="no trial is done")
+
+
+def mean(values: Array, sample: Sample) -> Estimate:
+    """Estimate the mean of float64[trial] over the trials that are done."""
+    done = values[sample.done]
+    if sample.replicates:
+        return from_replicates(np.mean, done, sample.replicate[sample.done])
+    return mean_of(done) if len(done) else NONE_DONE
+
+
+def deviation(values: Array, sample: Sample) -> Estimate:
+    """Estimate the standard deviation over the trials that are done."""
+    done = values[sample.done]
+    if sample.replicates:
+
+        def of(x: Array) -> float:
+            return float(np.std(x, ddof=1))
+
+        return from_replicates(of, done, sample.replicate[sample.done])
+    return deviation_of(done) if len(done) else NONE_DONE
+
+
+def quantile_at(values: Array, sample: Sample, share: float) -> Estimate:
+    """Estimate the value that a share of the machines that are done stays below."""
+    done = values[sample.done]
+    if not len(done):
+        return NONE_DONE
+    if sample.replicates:
+        return _quantile_of_replicates(done, sample, share)
+    found = quantile(done, share)
+    if math.isnan(found.lower) or math.isnan(found.upper):
+        return Estimate(found.estimate, reason=f"needs {found.needed}")
+    return Estimate(found.estimate, found.lower, found.upper)
+
+
+def _quantile_of_replicates(done: Array, sample: Sample, share: float) -> Estimate:
+    replicate = sample.replicate[sample.done]
+
+    def of(x: Array) -> float:
+        return float(np.quantile(x, share, method="median_unbiased"))
+
+    found = from_replicates(of, done, replicate)
+    smallest = int(np.bincount(replicate).min())
+    # a replicate that never reaches so far says nothing of it
+    if smallest * min(share, 1 - share) < 1:
+        needed = math.ceil(1 / min(share, 1 - share)) * sample.replicates
+        return Estimate(found.value, reason=f"needs {needed}")
+    return found
+
+
+def yields(
+    values: Array,
+    sample: Sample,
+    limit: tuple[float, float],
+    demanded: float = DEMANDED,
+) -> Yield:
+    """Estimate shares within and beyond a limit, failed trials counted against."""
+    if sample.replicates:
+        ran = sample.ran
+        return yield_of_replicates(
+            values[ran], sample.done[ran], sample.replicate[ran], limit, demanded
+        )
+    return yield_of(values[sample.done], sample.failed, limit, demanded)
+
+
+class Statistic(NamedTuple):
+    """Which number of which response.
+
+    Attributes
+    ----------
+    response : str
+        Name.
+    kind : str
+        "mean", "deviation", "quantile" or "beyond".
+    share : float
+        Of a quantile.
+    """
+
+    response: str
+    kind: str
+    share: float = math.nan
+
+    def of(
+        self, values: Array, sample: Sample, limit: tuple[float, float] | None = None
+    ) -> Estimate:
+        """Estimate it.
+
+        Parameters
+        ----------
+        values : float64[trial]
+            The response; NaN in trials that are not done.
+        sample : Sample
+            The trials.
+        limit : tuple of float, optional
+            Least and greatest permitted value, for "beyond".
+        """
+        if self.kind == "quantile":
+            return quantile_at(values, sample, self.share)
+        if self.kind == "beyond":
+            assert limit is not None  # checked with the study
+            return yields(values, sample, limit).beyond
+        return (mean if self.kind == "mean" else deviation)(values, sample)
+
+    @property
+    def words(self) -> str:
+        """Name it as a study does."""
+        if self.kind == "quantile":
+            return f"{self.response} p{100 * self.share:.10g}"
+        return f"{self.response} {self.kind}"

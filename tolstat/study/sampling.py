@@ -1,0 +1,112 @@
+"""How the machines of a study are chosen: what goes with which sampling."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tolstat.deviations import samplers
+from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.draw import factors
+from tolstat.deviations.parts import find_in, names_in
+from tolstat.deviations.samplers import Sampler
+from tolstat.errors import allowed_names
+from tolstat.study.deviations import Deviations
+from tolstat.study.document import MISSING, Document
+from tolstat.study.points import Points
+from tolstat.study.problems import Problems
+
+GIVEN = ("grid", "table")  # samplings that draw nothing
+GROUPED = "saltelli"
+
+
+def sampler_of(sampling: str) -> Sampler:
+    """Return the sampler of a name."""
+    found: Sampler = find_in(samplers, sampling)()
+    return found
+
+
+def check_sampling(
+    document: Document,
+    deviating: Deviations,
+    points: Points | None,
+    problems: Problems,
+) -> None:
+    """Refuse keys that are missing for this sampling, or say nothing to it."""
+    sampling = document.sampling
+    known = [*names_in(samplers), *GIVEN]
+    if sampling not in known:
+        allowed = allowed_names(sampling, known)
+        problems.add("sampling", sampling, f"no such sampling; {allowed}")
+        return
+    drawn = sampling not in GIVEN
+    for key in ("trials", "seed"):
+        value = getattr(document, key)
+        if drawn and value is None:
+            problems.add(key, None, MISSING[key])
+        elif not drawn and value is not None:
+            problems.add(key, value, f'sampling = "{sampling}" draws nothing; leave it')
+    for key in GIVEN:
+        value = getattr(document, key)
+        if value and sampling != key:
+            problems.add(key, None, f'it needs sampling = "{key}"')
+    if sampling == "table" and not document.table:
+        problems.add("table", None, 'missing; such as table = "machines.csv"')
+    if document.reference and sampling != "grid":
+        problems.add("[reference]", None, 'it needs sampling = "grid"')
+    if drawn:
+        _check_drawn(document, deviating, problems)
+    else:
+        _check_given(document, deviating, points, problems)
+
+
+def _check_drawn(document: Document, deviating: Deviations, problems: Problems) -> None:
+    sampling = document.sampling
+    if isinstance(document.trials, dict):
+        sampler = sampler_of(sampling)
+        if not sampler.extensible:
+            problems.add(
+                "trials", document.trials,
+                f'sampling = "{sampling}" is made for a number of trials; until needs '
+                '"random" or "sobol"',
+            )  # fmt: skip
+    if sampling == GROUPED and document.correlation:
+        problems.add(
+            "[correlation]", None,
+            f'sampling = "{sampling}" needs deviations that are independent',
+        )  # fmt: skip
+
+
+def check_trials(trials: int, sampling: str, deviating: Deviations) -> str:
+    """Return what is wrong with a number of trials; empty if nothing is."""
+    varying = len(factors(deviating.distributions, deviating.dependence))
+    group = sampler_of(sampling).group(varying)
+    if trials % group == 0:
+        return ""
+    below = trials // group * group
+    near = " or ".join(str(n) for n in (below, below + group) if n)
+    return (
+        f"a multiple of {group} is expected, {varying} contributors that deviate and 2 "
+        f"for each point: {near}"
+    )
+
+
+def _check_given(
+    document: Document,
+    deviating: Deviations,
+    points: Points | None,
+    problems: Problems,
+) -> None:
+    sampling = document.sampling
+    if document.correlation:
+        problems.add("[correlation]", None, f'sampling = "{sampling}" draws nothing')
+    taken = {m for axis in points.swept for m in axis.members} if points else set()
+    held: dict[str, Any] = dict(deviating.distributions)
+    for name, distribution in held.items():
+        if not isinstance(distribution, Constant):
+            message = (
+                f'sampling = "{sampling}" draws nothing; only distribution = '
+                '"constant" goes with it'
+            )
+            problems.add(f"[deviations] {name}", None, message)
+        elif name in taken:
+            problems.add(f"[deviations] {name}", None, "stands in [grid] already")

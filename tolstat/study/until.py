@@ -1,0 +1,118 @@
+"""The key `trials`, when it says how precise a run is to be."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from tolstat.errors import StudyError, UnitError, allowed_names
+from tolstat.machines.description import Description
+from tolstat.statistics.precision import Precision
+from tolstat.statistics.statistic import Statistic
+from tolstat.units.grammar import number, quantity
+
+EXAMPLE = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
+KINDS = ("mean", "deviation", "median", "beyond")
+
+
+class Until(NamedTuple):
+    """When a run has trials enough.
+
+    Attributes
+    ----------
+    precisions : tuple of Precision
+        All of them are to be reached.
+    at_most : int
+        Trials after which it ends whatever was reached.
+    """
+
+    precisions: tuple[Precision, ...]
+    at_most: int
+
+
+def read_until(
+    given: Mapping[str, Any], description: Description, limited: Mapping[str, Any]
+) -> Until:
+    """Read a stopping rule.
+
+    Parameters
+    ----------
+    given : mapping
+        `until`, one rule or a list of them, and `at_most`.
+    description : Description
+        Of the model.
+    limited : mapping
+        Names of the responses with a limit are its keys.
+
+    Raises
+    ------
+    StudyError, UnitError
+        If a key, a name or a quantity is wrong.
+    """
+    for key in given:
+        if key not in ("until", "at_most"):
+            allowed = allowed_names(key, ("until", "at_most"))
+            raise StudyError(f"no key {key}; {allowed}")
+    at_most = given.get("at_most")
+    if isinstance(at_most, bool) or not isinstance(at_most, int) or at_most < 1:
+        raise StudyError(f"at_most, a whole number from 1, is expected: {EXAMPLE}")
+    rules = given.get("until")
+    rules = [rules] if isinstance(rules, str) else rules
+    if not isinstance(rules, list) or not rules:
+        raise StudyError(f"until, a rule or a list of them, is expected: {EXAMPLE}")
+    units = {each.name: each.unit for each in description.responses}
+    return Until(tuple(_precision(str(r), units, limited) for r in rules), at_most)
+
+
+def _precision(
+    rule: str, units: Mapping[str, str], limited: Mapping[str, Any]
+) -> Precision:
+    """Read one rule."""
+    words = rule.replace("±", "+-").split(maxsplit=2)
+    if len(words) != 3 or not words[2].startswith("+-"):
+        raise StudyError(
+            f'"{rule}": a response, a statistic and a precision are expected, such as '
+            '"extra_loss p95 +-2 %"'
+        )
+    name, kind, precision = words
+    if name not in units:
+        raise StudyError(f"response {name}: {allowed_names(name, units)}")
+    statistic = _statistic(name, kind)
+    if kind == "beyond" and name not in limited:
+        raise StudyError(f"{name} beyond: the response has no limit")
+    within = precision.removeprefix("+-").strip()
+    value, relative = _within(within, kind, units[name])
+    if not value > 0:
+        raise UnitError(f'"{precision}": a precision above zero is expected')
+    return Precision(statistic, value, relative)
+
+
+def _within(words: str, kind: str, unit: str) -> tuple[float, bool]:
+    """Read a precision: a per cent is one of the number itself, whatever its unit."""
+    share = kind == "beyond"
+    if words.endswith("pp") and (share or unit == "1"):
+        return number(words.removesuffix("pp").strip()) / 100, False
+    if share and words.endswith("%"):
+        raise UnitError(
+            f'"+-{words}" of a share could mean two things; write "+-0.1 pp" for '
+            'percentage points or "+-20 % of itself"'
+        )
+    words = words.removesuffix("of itself").strip()
+    if words.endswith("%"):
+        return number(words.removesuffix("%").strip()) / 100, True
+    return quantity(words, "1" if share else unit), False
+
+
+def _statistic(name: str, kind: str) -> Statistic:
+    if found := re.fullmatch(r"p(\d+(?:\.\d+)?)", kind):
+        share = float(found[1]) / 100
+        if 0 < share < 1:
+            return Statistic(name, "quantile", share)
+    elif kind == "median":
+        return Statistic(name, "quantile", 0.5)
+    elif kind in KINDS:
+        return Statistic(name, kind)
+    raise StudyError(
+        f"statistic {kind}: {', '.join(KINDS)}, or a percentile such as p95 or p99.865"
+    )
