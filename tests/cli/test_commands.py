@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -150,3 +152,78 @@ def test_a_yield_can_be_demanded(small_study):
     shown = call("run", small_study, "--trials", 64).stdout
     (line,) = [x for x in shown.splitlines() if "<= 3.5 kN m" in x]
     assert "90 %" in line and "99.73 %" not in line
+
+
+@pytest.fixture(scope="module")
+def twins(tmp_path_factory):
+    """The main study and its twin, 240 trials each."""
+    folder = tmp_path_factory.mktemp("twins")
+    paths = []
+    for name in ("khpt75", "khpt75-equalized"):
+        paths.append(folder / f"{name}.h5")
+        done = call("run", f"runs/{name}.toml", "--trials", 240, "-o", paths[-1])
+        assert done.exit_code == 0, done.output
+    return paths
+
+
+def test_report_as_a_page_and_for_other_tools(twins, tmp_path):
+    run = twins[0]
+    done = call("report", run)
+    assert done.exit_code == 0 and "report in" in done.output
+    page = run.with_suffix(".html").read_text()
+    assert page.startswith("<!DOCTYPE html>") and "Verdict" in page
+    named = tmp_path / "named.html"
+    assert call("report", run, "-o", named, "--response", "yaw").exit_code == 0
+    assert '<h2 id="yaw">' in named.read_text()
+    found = json.loads(call("report", run, "--json").stdout)
+    assert found["trials"]["done"] == 240
+    assert len(found["responses"]["rod_force_1"]["worst_trials"]) == 10
+    table = tmp_path / "numbers.csv"
+    assert call("report", run, "--csv", "-o", table).exit_code == 0
+    assert "responses/yaw/mean," in table.read_text()
+
+
+def test_a_report_that_cannot_be_made_says_why(twins, tmp_path):
+    for arguments, words in (
+        (("runs/khpt75.toml",), "is a study"),
+        ((tmp_path / "none.h5",), "there is no such file"),
+        ((twins[0], "--response", "jaw"), "did you mean 'yaw'"),
+        ((twins[0], "-o", tmp_path / "no" / "page.html"), "cannot be written"),
+    ):
+        done = call("report", *arguments)
+        assert done.exit_code == 2 and words in done.stderr, done.output
+
+
+def test_compare_on_the_screen_and_as_a_page(twins, tmp_path):
+    done = call("compare", *twins)
+    assert done.exit_code == 0
+    for words in ("B less A", "% smaller in B", "240 of 240", "as by default and"):
+        assert words in done.output
+    page = tmp_path / "twins.html"
+    assert call("compare", *twins, "-o", page).exit_code == 0
+    assert "machine by machine" in page.read_text()
+    found = json.loads(call("compare", *twins, "--json").stdout)
+    assert found["responses"]["extra_loss"]["smaller"]["value"] > 0.9
+    rows = call("compare", *twins, "--csv").stdout
+    assert "responses/yaw/difference/mean," in rows
+
+
+def test_runs_of_other_machines_are_not_compared(twins, tmp_path):
+    other = tmp_path / "other.h5"
+    asked = ("--trials", 240, "--seed", 76, "-o", other)
+    assert call("run", "runs/khpt75-equalized.toml", *asked).exit_code == 0
+    done = call("compare", twins[0], other)
+    assert done.exit_code == 2
+    assert "rod_length_1 differs in 240 of 240 trials" in done.stderr
+    assert "same seed" in done.stderr
+
+
+def test_a_run_until_precise_says_so(tmp_path):
+    study = tmp_path / "until.toml"
+    text = Path("runs/khpt75.toml").read_text()
+    rule = 'trials = { until = "rod_force_1 median +-1 %", at_most = 3000 }'
+    study.write_text(re.sub(r"trials = 4096.*", rule, text))
+    done = call("run", study)
+    assert done.exit_code == 0, done.output
+    assert "0 of 1024 trials failed" in done.output
+    assert "rod_force_1 p50 +-1 %: reached; looked at after 1024 trials" in done.output

@@ -17,17 +17,26 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.special import ndtr, ndtri
 
 from tests.coverage.index_problems import INDEX_PROBLEMS
 from tests.coverage.index_problems import intervals as of_indices
 from tests.coverage.problems import PROBLEMS, SIZES
+from tolstat.deviations.samplers.latin import REPLICATES, Latin
+from tolstat.deviations.samplers.sobol import Sobol
 from tolstat.statistics.capability import by_moments, by_percentiles
 from tolstat.statistics.moments import deviation_of, mean_of
 from tolstat.statistics.precision import FIRST, Precision, next_stage
 from tolstat.statistics.proportions import proportion
 from tolstat.statistics.quantiles import quantile
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.statistic import Statistic
+from tolstat.statistics.statistic import (
+    Statistic,
+    deviation,
+    mean,
+    quantile_at,
+    yields,
+)
 from tolstat.statistics.tails import upper_tail
 from tolstat.status import Status
 
@@ -107,6 +116,26 @@ def stopped(name, rng, size):
     yield STOPPED, quantile(x, 0.95), problem.quantile(0.95), False
 
 
+def replicated(name, rng, size):
+    """Yield intervals of Latin hypercube and Sobol' trials of three contributors."""
+    problem = PROBLEMS[name]
+    streams = {"a": 0, "b": 1, "c": 2}
+    sample = Sample(np.full(size, Status.DONE), REPLICATES)
+    end = problem.quantile(LIMIT)
+    for sampler in (Latin(), Sobol()):
+        u = sampler.unit_samples(int(rng.integers(2**62)), streams, size)
+        y = problem.inverse(ndtr(ndtri(u).sum(axis=1) / np.sqrt(3)))
+        words = type(sampler).__name__.lower()
+        yield f"mean, {words}", mean(y, sample), problem.mean, False
+        found = deviation(y, sample)
+        yield f"standard deviation, {words}", found, problem.deviation, False
+        for share in (0.05, 0.5, 0.95, 0.99):
+            found, truth = quantile_at(y, sample, share), problem.quantile(share)
+            yield f"quantile {share:g}, {words}", found, truth, False
+        found = yields(y, sample, (-np.inf, end)).beyond
+        yield f"share beyond, {words}", found, float(1 - problem.cdf(end)), False
+
+
 def measure(name, size, studies, seed=75, of=intervals):
     """Return one row for each interval on one problem at one size."""
     rng = np.random.default_rng([seed, size, EVERY.index(name)])
@@ -137,6 +166,7 @@ def main():
     """Measure everything and write the table."""
     jobs = [(name, size, intervals) for name in EVERY for size in SIZES]
     jobs += [(name, FIRST, stopped) for name in PROBLEMS]
+    jobs += [(name, size, replicated) for name in PROBLEMS for size in SIZES[1:]]
     rows = []
     with ProcessPoolExecutor() as workers:
         found = [workers.submit(measure, *job[:2], STUDIES, of=job[2]) for job in jobs]

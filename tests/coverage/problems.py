@@ -10,9 +10,10 @@ from scipy.optimize import brentq
 
 
 class Problem(NamedTuple):
-    """A response: how to draw it (generator, n), its distribution function, moments."""
+    """A response: how to draw it (generator, n), distribution function, moments."""
 
     draw: object
+    inverse: object
     cdf: object
     mean: float
     deviation: float
@@ -39,21 +40,28 @@ def _mixture_cdf(x):
     return np.where(x < 0, 0.0, ATOM + (1 - ATOM) * stats.expon.cdf(x))
 
 
+def _mixture_inverse(u):
+    rest = np.maximum((u - ATOM) / (1 - ATOM), 0.0)
+    return np.where(u < ATOM, 0.0, stats.expon.ppf(rest))
+
+
+normal = stats.norm(10.0, 2.0)
 lognormal = stats.lognorm(1.0)
 skewed = stats.weibull_min(0.5)
 PROBLEMS = {
     "normal": Problem(
-        lambda rng, n: rng.normal(10.0, 2.0, n), stats.norm(10, 2).cdf, 10.0, 2.0
+        lambda rng, n: rng.normal(10.0, 2.0, n), normal.ppf, normal.cdf, 10.0, 2.0
     ),
     "lognormal": Problem(
-        lambda rng, n: rng.lognormal(0.0, 1.0, n), lognormal.cdf, lognormal.mean(),
-        lognormal.std(),
+        lambda rng, n: rng.lognormal(0.0, 1.0, n), lognormal.ppf, lognormal.cdf,
+        lognormal.mean(), lognormal.std(),
     ),
     "mixture with an atom": Problem(
-        _mixture, _mixture_cdf, 0.3, np.sqrt(0.3 * 2 - 0.09),
+        _mixture, _mixture_inverse, _mixture_cdf, 0.3, np.sqrt(0.3 * 2 - 0.09),
     ),
     "strongly skewed": Problem(
-        lambda rng, n: rng.weibull(0.5, n), skewed.cdf, skewed.mean(), skewed.std()
+        lambda rng, n: rng.weibull(0.5, n), skewed.ppf, skewed.cdf, skewed.mean(),
+        skewed.std(),
     ),
 }  # fmt: skip
 SIZES = (200, 1000, 10_000)

@@ -9,9 +9,10 @@ from scipy.stats import qmc
 
 from tolstat.deviations import samplers
 from tolstat.deviations.dependence import Batch, Dependence
+from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.distributions.normal import Normal
 from tolstat.deviations.distributions.uniform import Uniform
-from tolstat.deviations.draw import draw
+from tolstat.deviations.draw import draw, factors
 from tolstat.deviations.parts import find_in
 from tolstat.deviations.samplers.latin import Latin
 from tolstat.deviations.samplers.random import Random
@@ -173,3 +174,41 @@ def test_numpys_global_state_is_untouched():
     for sampling in SAMPLINGS:
         draws({"rod_length_1": ROD}, sampling=sampling)
     np.testing.assert_array_equal(before, np.random.get_state()[1])  # noqa: NPY002
+
+
+def test_saltelli_changes_one_factor_at_a_time():
+    parts = {"rod_length_1": ROD, "rod_length_2": ROD, "crank_angle_1": ANGLE}
+    groups = draws(parts, sampling="saltelli", trials=100 * 5).reshape(100, 5, 4)
+    A, B = groups[:, 0], groups[:, 1]
+    assert np.all((A != B)[:, :3]) and np.all(groups[:, :, 3] == 0)
+    for member, changed in enumerate((0, 1, 2), start=2):
+        known = A.copy()
+        known[:, changed] = B[:, changed]
+        np.testing.assert_array_equal(groups[:, member], known)
+
+
+def test_saltelli_takes_parts_of_a_batch_as_one_factor():
+    alike = Dependence({f"rod_length_{i}": Batch("rod_length", 1.0) for i in (1, 2)})
+    parts = {"rod_length_1": ROD, "rod_length_2": ROD, "crank_angle_1": ANGLE}
+    assert factors(parts, alike) == {"rod_length", "crank_angle_1"}
+    groups = draws(parts, sampling="saltelli", trials=200, dependence=alike)
+    groups = groups.reshape(50, 4, 4)
+    np.testing.assert_array_equal(groups[:, :, 0], groups[:, :, 1])
+    # in the order of the model's names, batches last
+    np.testing.assert_array_equal(groups[:, 2, 2], groups[:, 1, 2])
+    np.testing.assert_array_equal(groups[:, 3, 0], groups[:, 1, 0])
+
+
+def test_what_is_constant_is_no_factor():
+    parts = {"rod_length_1": ROD, "friction": Constant(0.1)}
+    assert factors(parts, Dependence()) == {"rod_length_1"}
+    found = draws(parts, sampling="saltelli", trials=30)
+    assert np.all(found[:, 3] == 0.1)
+
+
+def test_saltelli_goes_on_where_it_ended():
+    few, many = (
+        draws({"rod_length_1": ROD, "friction": ROD}, sampling="saltelli", trials=n)
+        for n in (400, 800)
+    )
+    np.testing.assert_array_equal(few, many[:400])

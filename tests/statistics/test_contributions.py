@@ -85,3 +85,36 @@ def test_what_cannot_be_told_is_not():
     parts, y = stack(500)
     flat = contributions(parts, {"y": np.zeros(500)}, {"rod": ["rod_1"]})["y"]
     assert "does not spread" in flat.groups["rod"].reason
+
+
+def test_two_rods_together_explain_what_neither_does_alone():
+    rng = np.random.default_rng(3)
+    parts = {name: rng.normal(size=4000) for name in ("rod_1", "rod_2", "gear")}
+    y = np.abs(parts["rod_1"] - parts["rod_2"])
+    groups = {"rod": ["rod_1", "rod_2"]}
+    found = contributions(parts, {"gap": y}, groups)["gap"]
+    assert found.groups["rod"].upper < 0.6
+    together = found.together["rod"]
+    assert together.value > 0.95 and together.lower > 0.9 and together.upper == 1.0
+    assert found.unexplained.lower > 0.4
+
+
+def test_a_few_jammed_machines_allow_no_interval():
+    rng = np.random.default_rng(4)
+    parts = {name: rng.normal(size=4000) for name in ("rod_1", "rod_2")}
+    y = np.maximum(np.abs(parts["rod_1"] - parts["rod_2"]) - 3.2, 0)
+    found = contributions(parts, {"loss": y}, {"rod": list(parts)})["loss"]
+    for each in (found.first_order["rod_1"], found.together["rod"], found.unexplained):
+        assert not each.sure and "few trials decide" in each.reason
+        assert np.isfinite(each.value)
+    assert found.rank_regression["rod_1"].sure
+
+
+def test_ties_are_ranked_alike():
+    rng = np.random.default_rng(5)
+    rods = rng.integers(0, 5, 2000).astype(float)
+    parts = {"rod": rods, "gear": rng.normal(size=2000)}
+    y = rods + 0.1 * parts["gear"]
+    found = contributions(parts, {"y": y})["y"]
+    known = stats.spearmanr(rods, y).statistic
+    assert found.rank_regression["rod"].value == pytest.approx(known, abs=0.01)

@@ -59,7 +59,7 @@ def test_a_grid_is_the_product_of_its_axes(toy, study):
 def test_no_block_reaches_into_the_next_settings(toy, study, tmp_path):
     asked, over = load(study(GRID), model=toy), []
     execute(
-        asked, tmp_path / "grid.h5", workers=2, progress=lambda n, _: over.append(n)
+        asked, tmp_path / "grid.h5", workers=2, progress=lambda n, *_: over.append(n)
     )
     assert over[-1] == 40  # each trial once
 

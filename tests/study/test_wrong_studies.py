@@ -15,6 +15,8 @@ HEAD = 'model = "stand"\ntrials = 8\nseed = 1\n'
 
 GRID = 'model = "stand"\nsampling = "grid"\n'
 
+UNTIL = 'model = "stand"\nseed = 1\ntrials = {{ until = "{}", at_most = 100 }}\n'
+
 # what lies beside the study
 FILES = {
     "rods.csv": "rod,length [mm]\n1,2450.1\n2,2449.9\n3,2450.2\n",
@@ -35,6 +37,41 @@ WRONG = {
     "no trials": ('model = "stand"\ntrials = 0\nseed = 1\n', ["trials = 0", "whole number"]),
     "half a trial": ('model = "stand"\ntrials = 1.5\nseed = 1\n', ["trials = 1.5"]),
     "trials in words": ('model = "stand"\ntrials = "many"\nseed = 1\n', ['trials = "many"']),
+    "until without end": (
+        'model = "stand"\nseed = 1\ntrials = { until = "extra_loss p95 +-2 %" }\n',
+        ["trials = ", "at_most", "a whole number from 1"],
+    ),
+    "until of nothing": (
+        'model = "stand"\nseed = 1\ntrials = { at_most = 100 }\n', ["until, a rule or a list"],
+    ),
+    "unknown key of until": (UNTIL.format('extra_loss p95 +-2 %", most = "1'), ["no key most", "'at_most'"]),
+    "until of an unknown response": (UNTIL.format("extra_los p95 +-2 %"), ["extra_los", "did you mean 'extra_loss'"]),
+    "until of an unknown statistic": (UNTIL.format("extra_loss q95 +-2 %"), ["statistic q95", "p95 or p99.865"]),
+    "until of a percentile above 100": (UNTIL.format("extra_loss p120 +-2 %"), ["statistic p120"]),
+    "until without precision": (UNTIL.format("extra_loss p95"), ["a precision are expected"]),
+    "until of a precision of zero": (UNTIL.format("extra_loss p95 +-0 %"), ["above zero"]),
+    "until in another unit": (UNTIL.format("rod_force_1 p95 +-2 mm"), ["2 mm", "kN"]),
+    "until of a share without limit": (UNTIL.format("yaw beyond +-0.1 pp"), ["yaw beyond", "has no limit"]),
+    "until of a share in per cent": (
+        UNTIL.format("extra_loss beyond +-0.1 %") + '[limits]\nextra_loss = "<= 3 %"\n',
+        ["could mean two things", "pp"],
+    ),
+    "until of a latin hypercube": (
+        UNTIL.format("extra_loss p95 +-2 %") + 'sampling = "latin"\n', ["is made for a number of trials", "sobol"],
+    ),
+    "until of a grid": (
+        GRID + 'trials = { until = "yaw p95 +-2 %", at_most = 9 }\n[grid]\ncrank_difference = ["0 mm"]\n',
+        ["draws nothing"],
+    ),
+    "saltelli of half a group": (
+        HEAD + 'sampling = "saltelli"\n[deviations]\nrod_length = "+-1 mm"\nfriction = "+-9 %"\n',
+        ["trials = 8", "a multiple of 5", "5 or 10"],
+    ),
+    "saltelli of correlated parts": (
+        HEAD + 'sampling = "saltelli"\n[deviations]\nrod_length = "+-1 mm"\n[correlation]\n'
+        "rod_length_1 = { rod_length_2 = 0.5 }\n",
+        ["[correlation]", "independent"],
+    ),
     "negative seed": ('model = "stand"\ntrials = 8\nseed = -1\n', ["seed = -1"]),
     "unknown sampling": (HEAD + 'sampling = "rnadom"\n', ["sampling", "'random'"]),
     "unknown setting": (

@@ -42,13 +42,16 @@ def report_run(
     if path.suffix == ".toml":
         raise RunFileError(f"{path} is a study; `tolstat run {path}` makes a run of it")
     run = open_run(path)
-    reportable(run, responses)  # what is wrong is said before anything is simulated
+    # what is wrong is said before anything is simulated
+    reportable(run, responses)
+    target = output or path.with_suffix(".html")
+    if not target.parent.is_dir():
+        raise RunFileError(f"{target} cannot be written: there is no such folder")
     evidence = gather(run)
     found = findings_of(run, evidence, responses)
     if form == "html":
         from tolstat.report.page import make_page
 
-        target = output or path.with_suffix(".html")
         write(target, make_page(run, found, evidence))
         screen().print(f"report in {target}")
     else:

@@ -46,6 +46,9 @@ class Contributor:
         Nominal size, m, that an ISO 286 grade of this length refers to.
     gear : Gear, optional
         The wheel that an ISO 1328 class refers to.
+    part : str
+        Kind of part that it belongs to, such as "gears": contributions are summed over
+        it; else over contributors whose names differ in their number alone.
     """
 
     name: str
@@ -55,6 +58,7 @@ class Contributor:
     source: str
     size: float | None = None
     gear: Gear | None = None
+    part: str = ""
 
 
 @dataclass(frozen=True)
@@ -180,7 +184,7 @@ class Model(Protocol):
 
     Notes
     -----
-    A model may say what it leaves out, `leaves_out`: a tuple of sentences for reports.
+    A model may say what its answers rest on, `assumptions`: sentences for reports.
     """
 
     name: str

@@ -66,6 +66,7 @@ def make_comparison_page(pair: Pair, found: Found) -> str:
             runs[side].limits[name], responses[name]["unit"]
         ),
         shares=SHARES,
+        done_key="done_in_both",
         sides=dict(zip(SIDES, LABELS, strict=True)),
         pictures={
             name: [

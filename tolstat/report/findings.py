@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations.names import known_or_general
 from tolstat.errors import PictureError, allowed_names
 from tolstat.report.drawn import Drawn, drawn_trials
 from tolstat.report.summary_table import notes_of, summaries_of
@@ -122,14 +121,7 @@ def findings_of(
             if drawn.grouped:
                 found["indices"] = _indices(drawn, name)
         found["worst_cases"] = _worst_cases(name, evidence)
-        found["worst_trials"] = [
-            {
-                "trial": each.trial,
-                "value": _number(each.value),
-                "precise": _number(each.precise),
-            }
-            for each in evidence.worst.get(name, ())
-        ]
+        found["worst_trials"] = _worst_trials(run, name, found, evidence)
         responses[name] = found
     return {
         "title": run.facts["title"],
@@ -303,27 +295,24 @@ def _contributions(drawn: Drawn, interest: Sequence[str]) -> dict[str, Found]:
     groups = groups_of(list(deviations), drawn.run)
     responses = {name: drawn.values(name)[done] for name in interest}
     found = contributions(deviations, responses, groups)
-    return {name: _shares(each) for name, each in found.items()}
+    return {name: _shares(each, groups) for name, each in found.items()}
 
 
 def groups_of(names: Sequence[str], run: Run) -> dict[str, list[str]]:
-    """Sort contributors by their name without number, where there are several."""
-    every = [contributor.name for contributor in run.contributors]
-    general = [name for name in known_or_general(every) if name not in every]
-    found = {
-        group: [
-            n
-            for n in names
-            if n.startswith(group + "_") and n.removeprefix(group + "_").isdigit()
-        ]
-        for group in general
-    }
+    """Sort contributors by the kind of part, else by their name without number."""
+    parts = {each.name: each.part for each in run.contributors}
+    found: dict[str, list[str]] = {}
+    for name in names:
+        stem, _, number = name.rpartition("_")
+        group = parts[name] or (stem if number.isdigit() else name)
+        found.setdefault(group, []).append(name)
     return {group: members for group, members in found.items() if len(members) > 1}
 
 
-def _shares(found: Contributions) -> Found:
+def _shares(found: Contributions, groups: dict[str, list[str]]) -> Found:
     return {
         "first_order": {n: estimate(e) for n, e in found.first_order.items()},
+        "members": {n: list(members) for n, members in groups.items()},
         "groups": {n: estimate(e) for n, e in found.groups.items()},
         "together": {n: estimate(e) for n, e in found.together.items()},
         "unexplained": estimate(found.unexplained),
@@ -420,6 +409,27 @@ def _worst_cases(name: str, evidence: Evidence) -> list[Found]:
     ]
 
 
+def leading_contributors(found: Found, most: int = 3) -> list[str]:
+    """Name the contributors that matter most to a response, of its findings."""
+    shares = found.get("contributions", {}).get("first_order", {})
+    known = {n: e["value"] for n, e in shares.items() if e["value"] is not None}
+    return sorted(known, key=lambda name: -known[name])[:most]
+
+
+def _worst_trials(run: Run, name: str, found: Found, evidence: Evidence) -> list[Found]:
+    """List the worst trials with what matters most of their deviations."""
+    leading = leading_contributors(found)
+    return [
+        {
+            "trial": each.trial,
+            "value": _number(each.value),
+            "precise": _number(each.precise),
+            "deviations": {n: float(run.column(n)[each.trial]) for n in leading},
+        }
+        for each in evidence.worst.get(name, ())
+    ]
+
+
 def _assumptions(run: Run, evidence: Evidence) -> Found:
     """Say what the numbers hang on."""
     return {
@@ -437,14 +447,14 @@ def _assumptions(run: Run, evidence: Evidence) -> Found:
         },
         "correlation": run.study.table.get("correlation", {}),
         "settings": run.facts["settings"],
-        "leaves_out": str(run.facts.get("leaves_out", "")).splitlines(),
+        "of_the_model": str(run.facts.get("assumptions", "")).splitlines(),
         "missing": evidence.missing,
         "precise_rtol": evidence.precise_rtol,
     }
 
 
 def _provenance(run: Run) -> Found:
-    hidden = ("promise", "notes", "leaves_out", "contributors", "responses", "factors")
+    hidden = ("promise", "notes", "assumptions", "contributors", "responses", "factors")
     found = {
         name: value
         for name, value in run.facts.items()

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from tolstat.report import response_pictures as pictures
 from tolstat.report.drawn import Drawn, drawn_trials
+from tolstat.report.findings import leading_contributors
 from tolstat.report.numbers import in_engineering_unit, limit_in_words, number
 from tolstat.statistics.evidence import Evidence
 from tolstat.store.run import Run
@@ -128,8 +129,7 @@ def make_page(run: Run, found: Found, evidence: Evidence) -> str:
     numbers = Numbers(found)
     responses = found["responses"]
     leading = {
-        name: pictures.leading_contributors(responses[name])
-        for name in found["interest"]
+        name: leading_contributors(responses[name]) for name in found["interest"]
     }
     template = environment().get_template("report.html")
     page: str = template.render(
@@ -143,15 +143,17 @@ def make_page(run: Run, found: Found, evidence: Evidence) -> str:
         limit_words=lambda name: limit_in_words(
             run.limits[name], responses[name]["unit"]
         ),
-        blame={name: _blame(each) for name, each in responses.items()},
+        blame={name: _blame(name, each) for name, each in responses.items()},
         shares=SHARES,
         one_in=lambda share: f"{round(1 / float(share)):,}".replace(",", " "),
-        by_share=lambda name: pictures.leading_contributors(responses[name], 10**6),
+        by_share=lambda name: leading_contributors(responses[name], 10**6),
         by_group=lambda name: _largest_first(responses[name]["contributions"]),
         parameter_unit=_parameter_unit,
         parameter_suffix=_parameter_suffix,
         leading=leading,
-        deviation=lambda name, trial: _quantity(run, name, trial),
+        units=run.units,
+        shown_unit=engineering_unit,
+        done_key="done",
         pictures={name: _pictures(drawn, name, found) for name in found["interest"]},
         sketches=_sketches(found, evidence),
     )
@@ -183,28 +185,47 @@ def _sketches(found: Found, evidence: Evidence) -> dict[str, Markup]:
 
 
 def _largest_first(contributions: Found) -> list[str]:
-    shares = contributions["together"]
-    return sorted(shares, key=lambda name: -(shares[name]["value"] or 0.0))
+    shares, summed = contributions["together"], contributions["groups"]
+    return sorted(
+        summed, key=lambda n: -(shares[n]["value"] or summed[n]["value"] or 0.0)
+    )
 
 
-def _blame(each: Found) -> str:
-    """Name who is to blame, and for how much of the variance."""
-    found = each.get("contributions") or {"first_order": {}, "together": {}}
-    groups, alone = found["together"], found["first_order"]
-    single = [n for n in alone if n.rpartition("_")[0] not in groups]
-    shares = {**groups, **{name: alone[name] for name in single}}
-    known = {
-        name: share
-        for name, share in shares.items()
-        if share["value"] is not None
-        and share["value"] >= MATTERS
-        and (share["lower"] is None or share["lower"] > 0)
-    }
-    leading = sorted(known, key=lambda name: -known[name]["value"])[:3]
-    words = [f"{name} {number(100 * known[name]['value'])} %" for name in leading]
-    if any(known[name]["lower"] is None for name in leading):
-        words.append("no trustworthy interval")
-    return ", ".join(words)
+class Blame(NamedTuple):
+    """Who is to blame: paths of shares by name, and whether they have intervals."""
+
+    shares: list[tuple[str, list[str]]]
+    sure: bool
+
+
+def _blame(name: str, each: Found) -> Blame:
+    """Name who is to blame for the variance of a response: groups, and single parts."""
+    found = each.get("contributions")
+    if not found:
+        return Blame([], True)
+    grouped = {member for members in found["members"].values() for member in members}
+    known = {}
+    for part in [
+        *found["members"],
+        *(n for n in found["first_order"] if n not in grouped),
+    ]:
+        # what parts do together, where that can be told
+        kinds = [
+            kind
+            for kind in ("together", "groups", "first_order")
+            if part in found[kind] and found[kind][part]["value"] is not None
+        ]
+        if not kinds:
+            continue
+        share = found[kinds[0]][part]
+        sure = share["lower"] is not None
+        if share["value"] >= MATTERS and not (sure and share["lower"] <= 0):
+            known[part] = (share, ["responses", name, "contributions", kinds[0], part])
+    leading = sorted(known, key=lambda part: -known[part][0]["value"])[:3]
+    return Blame(
+        [(part, known[part][1]) for part in leading],
+        all(known[part][0]["lower"] is not None for part in leading),
+    )
 
 
 def _parameter_unit(each: Found, key: str) -> str:
@@ -218,9 +239,3 @@ def _parameter_suffix(each: Found, key: str) -> str:
         unit = "" if each["unit"] == "1" else f" of the number in {each['unit']}"
         return f" (natural logarithm{unit})"
     return "" if key == "shape" else f" {each['shown_unit']}"
-
-
-def _quantity(run: Run, name: str, trial: int) -> str:
-    unit = run.units[name]
-    value = float(run.column(name)[trial])
-    return f"{in_engineering_unit(value, unit)} {engineering_unit(unit)}"

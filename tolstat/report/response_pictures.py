@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -343,12 +342,3 @@ def _summary_words(found: Found) -> str:
         )
         words.append(f"limit {limit_in_words(ends, found['unit'])}")
     return ", ".join(words)
-
-
-def leading_contributors(found: Found, most: int = 3) -> Sequence[str]:
-    """Name the contributors that matter most to a response."""
-    shares = found.get("contributions", {}).get("first_order", {})
-    known = {
-        n: each["value"] for n, each in shares.items() if each["value"] is not None
-    }
-    return sorted(known, key=lambda name: -known[name])[:most]

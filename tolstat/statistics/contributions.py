@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 
 LEAST = 200  # trials from which the indices are given
 PARTS = 20  # of the trials, for the jackknife
+MOST_TOGETHER = 4  # contributors of a group whose neighbours still say something
+MANY = 'needs a run with sampling = "saltelli": too many for neighbours'
 
 
 class Contributions(NamedTuple):
@@ -37,10 +39,11 @@ class Contributions(NamedTuple):
     first_order : dict of str to Estimate
         Share of the variance owed to each contributor alone.
     groups : dict of str to Estimate
-        The same, summed over contributors whose names differ in their number alone.
+        The same, summed over the contributors of a group.
     together : dict of str to Estimate
         Share owed to all of a group together, with what they do to each other; its
-        interval reaches to 1, because neighbours in several dimensions understate it.
+        interval reaches to 1, because neighbours in several dimensions understate it;
+        none for groups of more than four.
     unexplained : Estimate
         What no contributor explains alone: interaction, correlation or chance.
     """
@@ -94,9 +97,12 @@ def contributions(
     # which contributors each group sums: groups[group, contributor]
     sums = np.array([[n in members for n in names] for members in together.values()])
     sums = sums.reshape(len(together), len(names)).astype(float)
+    few = {
+        g: members for g, members in together.items() if len(members) <= MOST_TOGETHER
+    }
     neighbours = [
         _neighbours(X[:, [names.index(name) for name in members]])
-        for members in together.values()
+        for members in few.values()
     ]
     z = float(stdtrit(PARTS - 1, 0.5 + confidence / 2))
     spreading = {
@@ -138,8 +144,11 @@ def contributions(
             dict(zip(names, first, strict=True)),
             dict(zip(together, summed, strict=True)),
             {
-                group: each._replace(upper=1.0) if each.sure else each
-                for group, each in zip(together, joined, strict=True)
+                **dict.fromkeys(together, Estimate(math.nan, reason=MANY)),
+                **{
+                    group: each._replace(upper=1.0) if each.sure else each
+                    for group, each in zip(few, joined, strict=True)
+                },
             },
             rest[0],
         )

@@ -8,8 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.moments import deviation_of, mean_of
+from tolstat.statistics.estimate import Estimate, untrustworthy
+from tolstat.statistics.moments import (
+    deviation_of,
+    mean_of,
+    moments,
+    moments_are_trustworthy,
+)
 from tolstat.statistics.quantiles import quantile
 from tolstat.statistics.replicates import from_replicates
 from tolstat.statistics.sample import Sample
@@ -35,6 +40,8 @@ def deviation(values: Array, sample: Sample) -> Estimate:
         def of(x: Array) -> float:
             return float(np.std(x, ddof=1))
 
+        if not moments_are_trustworthy(moments(done)):
+            return untrustworthy(of(done) if len(done) > 1 else math.nan, len(done))
         return from_replicates(of, done, sample.replicate[sample.done])
     return deviation_of(done) if len(done) else NONE_DONE
 

@@ -29,6 +29,7 @@ DEMANDED = "demanded_yield"  # attribute beside it: share of machines within
 TOLERANCE = "tolerance"  # attribute of a contributor that deviates: its ends, SI
 ASSUMED = "assumed"  # attribute beside it: its distribution, in words
 BATCH = "batch"  # attribute of a part that is as all parts of its batch
+PART = "part"  # attribute of a contributor: the kind of part it belongs to
 AUDIT = "audit"  # group of trials integrated again, more precisely
 LIMIT = "limit"  # attribute of a response: least and greatest permitted value, SI
 
@@ -68,6 +69,8 @@ def describe(dataset: h5py.Dataset, what: Contributor | Response, role: str) -> 
     dataset.attrs["symbol"] = what.symbol
     dataset.attrs["long_name"] = what.sentence
     dataset.attrs["source"] = what.source
+    if isinstance(what, Contributor) and what.part:
+        dataset.attrs[PART] = what.part
 
 
 def lay_out(

@@ -23,6 +23,7 @@ from tolstat.store.layout import (
     FORMAT,
     LIMIT,
     NOMINAL,
+    PART,
     REFERENCE,
     SETTING,
     STATUS,
@@ -250,7 +251,7 @@ def open(path: str | os.PathLike[str]) -> Run:
             nominal = {name: group[name][()].item() for name in names}
             nominal[STATUS] = WORDS[int(group[STATUS][()])]
             contributors = tuple(
-                Contributor(*_words(file[name]))
+                Contributor(*_words(file[name]), part=file[name].attrs.get(PART, ""))
                 for name in facts["contributors"].split()
             )
             responses = tuple(

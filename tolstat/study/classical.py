@@ -56,13 +56,13 @@ class Target(NamedTuple):
         Its column.
     sign : int
         1 for the largest value, -1 for the least.
-    starts : float64[start, contributor]
-        Machines to begin with.
+    start : float64[contributor]
+        The machine to begin with.
     """
 
     response: int
     sign: int
-    starts: Array
+    start: Array
 
 
 class Corner(NamedTuple):
@@ -110,9 +110,9 @@ def worst_corners(
     Returns
     -------
     list of Corner
-        For each target: from the best of its starts every factor is moved to either
-        end of its tolerance; what makes it worse is taken, all at once if that is
-        worse still, until nothing is. A local search: no proof, and no probability.
+        For each target: every factor is moved to either end of its tolerance; what
+        makes it worse is taken, all at once if that is worse still, until nothing is.
+        A local search: no proof, and no probability.
     """
     current = [_Search(target, lower, upper, factors) for target in targets]
     for _ in range(2 * MOST_SWEEPS + 1):
@@ -142,8 +142,8 @@ class _Search:
             for columns in factors
             for end in (lower, upper)
         ]
-        self.rows = target.starts
-        self.corner = Corner(np.nan, target.starts[0], 0, 0)
+        self.rows = target.start[None, :]
+        self.corner = Corner(np.nan, target.start, 0, 0)
         self.sweeping = False
         self.over = False
 

@@ -63,7 +63,7 @@ def gather(run: Run, model: Model | None = None) -> Evidence:
     tight = tightened(settings)
     return Evidence(
         _slopes(run, machine, settings, drawn),
-        _worst_cases(run, machine, settings, drawn, worst),
+        _worst_cases(run, machine, settings, drawn),
         _again(run, machine, tight, drawn, worst),
         _histories(machine, settings, drawn, worst),
         None if tight is None else tight.rtol,
@@ -110,7 +110,6 @@ def _worst_cases(
     model: Model,
     settings: Any,
     drawn: Array,
-    worst: dict[str, list[int]],
 ) -> dict[str, list[WorstCase]]:
     """Search the worst corners of the tolerances, for each end of each limit."""
     names = [contributor.name for contributor in run.contributors]
@@ -127,13 +126,13 @@ def _worst_cases(
         for sign, end in ((-1, least), (1, most))
         if np.isfinite(end)
     ]
-    # from the worst trial and the middle, moved into the tolerances
-    middle = np.zeros(len(names))
     targets = []
     for name, sign in asked:
-        starts = [middle, *(drawn[trial] for trial in worst[name][:1])]
-        inside = np.clip(np.array(starts), lower, upper)
-        targets.append(Target(responses.index(name), sign, inside))
+        # from the trial nearest to it, moved into the tolerances
+        values = sign * run.column(name)
+        values[run.status != Status.DONE] = -np.inf
+        start = np.clip(drawn[values.argmax()], lower, upper)
+        targets.append(Target(responses.index(name), sign, start))
     if not factors or not targets:
         return {}
     found: dict[str, list[WorstCase]] = {}

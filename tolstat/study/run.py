@@ -254,8 +254,8 @@ def _plan(study: Study, deviations: NDArray[np.float64], audit: Audit | None) ->
         facts["group"] = study.sampler.group(len(study.factors))
     if study.until:
         facts["at_most"] = study.trials
-    if leaves_out := getattr(study.model, "leaves_out", ()):
-        facts["leaves_out"] = "\n".join(leaves_out)
+    if assumptions := getattr(study.model, "assumptions", ()):
+        facts["assumptions"] = "\n".join(assumptions)
     if study.notes:
         facts["notes"] = "\n".join(study.notes)
     swept = {}

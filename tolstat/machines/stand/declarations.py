@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from tolstat.machines.description import Contributor, Description, Gear, Response
 from tolstat.machines.stand.parameters import NOMINAL
 
@@ -9,7 +11,17 @@ _C = Contributor
 _R = Response
 _WHEEL, _PINION = 2 * NOMINAL.r3, 2 * NOMINAL.r2
 
-CONTRIBUTORS = (
+PARTS = {
+    "rod": "rods",
+    "crank": "cranks",
+    "tooth": "gears",
+    "runout": "gears",
+    "mesh": "gears",
+    "wheel": "gears",
+    "shaft": "shafts",
+}
+
+_EACH = (
     _C("rod_length_1", "m", "dl1", "length of rod 3", "l_1 in (4)", NOMINAL.l),
     _C("rod_length_2", "m", "dl2", "length of rod 4", "l_2 in (5)", NOMINAL.l),
     _C("rod_difference", "m", "dl", "half the difference of the rods: +dl, -dl", "(4), (5)"),
@@ -42,6 +54,9 @@ CONTRIBUTORS = (
     _C("rolling_force", "1", "F0", "rolling force", "(3)"),
     _C("guide_clearance", "m", "dL", "side clearance between carriage and guides", "delta in (6)"),
 )  # fmt: skip
+CONTRIBUTORS = tuple(
+    replace(each, part=PARTS.get(each.name.partition("_")[0], "")) for each in _EACH
+)
 
 RESPONSES = (
     _R("extra_loss", "1", "Delta E", "share of the drive energy lost to guide friction", "Fig. 4"),

@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# The README's pictures of pages; needs Chromium (Debian: chromium-headless-shell).
+#
+# tolstat run runs/khpt75.toml && tolstat report runs/khpt75.h5
+# tolstat run runs/khpt75-equalized.toml && tolstat report runs/khpt75-equalized.h5
+# tolstat compare runs/khpt75.h5 runs/khpt75-equalized.h5 -o runs/comparison.html
+# bash runs/pictures/pages.sh
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+shoot() { # page, picture, height
+    chromium-headless-shell --no-sandbox --disable-gpu --hide-scrollbars \
+        --window-size="1180,$3" --screenshot="pictures/$2" "file://$PWD/$1" 2>/dev/null
+}
+
+shoot khpt75.html report.png 720
+shoot khpt75-equalized.html report-equalized.png 720
+shoot comparison.html comparison.png 1000

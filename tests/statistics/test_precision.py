@@ -1,0 +1,84 @@
+"""Precision asked for, reached, and the running estimate."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tolstat.statistics.convergence import running
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.integration_error import integration_error
+from tolstat.statistics.precision import Precision, next_stage
+from tolstat.statistics.quantiles import quantile
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.statistic import Statistic
+from tolstat.status import Status
+
+MEDIAN = Statistic("y", "quantile", 0.5)
+
+
+def done(n):
+    return Sample(np.full(n, Status.DONE))
+
+
+def test_what_is_missing():
+    two_percent = Precision(MEDIAN, 0.02, True)
+    assert two_percent.missing(Estimate(10.0, 9.8, 10.2)) == pytest.approx(1.0)
+    assert two_percent.missing(Estimate(-10.0, -10.4, -9.6)) == pytest.approx(2.0)
+    assert two_percent.missing(Estimate(10.0, reason="needs 3000")) == np.inf
+    assert two_percent.missing(Estimate(0.0, -0.1, 0.1)) == np.inf
+    assert two_percent.missing(Estimate(0.0, 0.0, 0.0)) == 0
+    absolute = Precision(MEDIAN, 0.5, False)
+    assert absolute.missing(Estimate(0.0, -0.25, 0.25)) == pytest.approx(0.5)
+    assert two_percent.words == "y p50 +-2 %"
+
+
+def test_a_stage_is_as_long_as_the_interval_asks():
+    y = np.random.default_rng(0).normal(10.0, 1.0, 1024)
+    sample = done(1024)
+    half = (MEDIAN.of(y, sample).upper - MEDIAN.of(y, sample).lower) / 2
+    reached = Precision(MEDIAN, 1.01 * half, False)
+    assert next_stage([reached], {"y": y}, sample, {}) == 0
+    twice = Precision(MEDIAN, half / 2, False)
+    asked = next_stage([reached, twice], {"y": y}, sample, {})
+    assert asked % 256 == 0 and 1.1 * 4 * 1024 <= asked < 1.1 * 4 * 1024 + 256
+    far = Precision(MEDIAN, half / 100, False)
+    assert next_stage([far], {"y": y}, sample, {}) == 8 * 1024
+
+
+def test_a_share_beyond_a_limit_counts_failed_trials():
+    y = np.full(2000, 1.0)
+    y[:100] = np.nan
+    status = np.full(2000, Status.DONE)
+    status[:100] = Status.NOT_FINITE
+    sample = Sample(status)
+    beyond = Statistic("y", "beyond").of(y, sample, (-np.inf, 2.0))
+    assert beyond.value == 0.05 and beyond.lower < 0.05 < beyond.upper
+
+
+def test_the_running_estimate_ends_at_the_estimate():
+    y = np.random.default_rng(1).normal(size=5000)
+    found = running(MEDIAN, y, done(5000))
+    known = quantile(y, 0.5)
+    assert found.trials[0] == 32 and found.trials[-1] == 5000
+    assert (found.value[-1], found.lower[-1], found.upper[-1]) == known[1:4]
+    assert (np.diff(found.trials) > 0).all() and len(found.trials) <= 40
+    some = found.trials[10]
+    assert found.value[10] == quantile(y[:some], 0.5).estimate
+    narrow = found.upper - found.lower
+    assert narrow[-1] < narrow[0] / 5
+    far = running(Statistic("y", "quantile", 0.99865), y, done(5000))
+    assert np.isnan(far.upper[0]) and far.upper[-1] > 3
+
+
+def test_errors_are_taken_off_the_trials_like_them():
+    values = np.array([0.0, 0.0, 10.0, 11.0, 20.0, np.nan])
+    trials = np.array([1, 2, 4, 5])
+    precise = np.array([0.0, 9.9, 20.4, 3.0])
+    found = integration_error(values, trials, precise)
+    assert found.failed == 1 and found.largest == pytest.approx(0.4)
+    np.testing.assert_allclose(
+        found.removed(values), [0.0, 0.0, 9.9, 10.9, 20.4, np.nan]
+    )
+    none = integration_error(values, trials[:0], precise[:0])
+    assert np.isnan(none.largest) and np.isnan(none.removed(values)).all()

@@ -1,0 +1,63 @@
+"""What a run file says of its assumptions and of its integration error."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+
+import tolstat
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("audit")
+    study = folder / "study.toml"
+    study.write_text(
+        'model = "stand"\ntrials = 250\nseed = 3\n[deviations]\n'
+        'rod_length = { tolerance = "+-1.2 mm", common = true }\n'
+        'friction = { tolerance = "-20..+40 %", distribution = "triangular" }\n'
+        'crank_radius_1 = { distribution = "constant", value = "0.1 mm" }\n'
+    )
+    return tolstat.run(study)
+
+
+def test_in_plain_h5py(run):
+    with h5py.File(run.path) as file:
+        audit = file["audit"]
+        trials = audit["trial"][:]
+        assert list(trials // 100) == [0, 1, 2] and audit.attrs[
+            "rtol"
+        ] == pytest.approx(1e-7)
+        assert (audit["status"][:] == 1).all()
+        difference = audit["rod_force_1"][:] - file["rod_force_1"][:][trials]
+        assert 0 < np.abs(difference).max() < 1e-2 * 1e5
+        assert audit["rod_force_1"].attrs["units"] == "N"
+        rods = file["rod_length_1"].attrs
+        np.testing.assert_allclose(rods["tolerance"], (-1.2e-3, 1.2e-3))
+        assert rods["assumed"] == "normal, +-1.2 mm, cp 1, all parts alike"
+        assert rods["batch"] == "rod_length" and rods["part"] == "rods"
+        assert file["friction"].attrs["assumed"] == "triangular, -20..+40 %"
+        assert "part" not in file["friction"].attrs
+        assert "tolerance" not in file["crank_angle_1"].attrs
+
+
+def test_as_a_run_has_it(run):
+    assert run.audited.rtol == pytest.approx(1e-7) and len(run.audited.trials) == 3
+    assert set(run.audited.responses) == {each.name for each in run.responses}
+    assert run.assumed["rod_length_2"].batch == "rod_length"
+    assert set(run.assumed) == {
+        "rod_length_1", "rod_length_2", "friction", "crank_radius_1",
+    }  # fmt: skip
+    parts = {each.name: each.part for each in run.contributors}
+    assert parts["runout_phase_7"] == "gears" and parts["guide_clearance"] == ""
+
+
+def test_a_run_that_was_stopped_has_no_audit_yet(tmp_path):
+    from tolstat.study.run import execute
+    from tolstat.study.study import load
+
+    asked = load("runs/khpt75.toml", trials=300)
+    run = execute(asked, tmp_path / "stopped.h5", stopping=lambda: True)
+    assert (run.audited.status == 0).all()
+    assert np.isnan(run.audited.responses["yaw"]).all()
