@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tolstat.statistics.linear import departures, root_sum_square
+from tolstat.statistics.linear import departures, root_sum_square, scatter_of
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import summarize
 from tolstat.status import Status
@@ -21,7 +21,7 @@ def stack(n=20_000, seed=0):
 def test_a_linear_stack_is_exact():
     parts, slopes = stack()
     gap = 5.0 + parts["a"] - 2 * parts["b"]
-    found = root_sum_square(5.0, slopes, parts)
+    found = root_sum_square(5.0, slopes, scatter_of(parts))
     assert found.mean == pytest.approx(gap.mean(), abs=1e-12)
     assert found.deviation == pytest.approx(gap.std(ddof=1), rel=1e-12)
     variances = {n: s**2 * parts[n].var(ddof=1) for n, s in slopes.items()}
@@ -35,7 +35,7 @@ def test_correlated_parts_add_as_they_must():
     rng = np.random.default_rng(1)
     common = rng.normal(size=5000)
     parts = {"a": common + rng.normal(size=5000), "b": common}
-    found = root_sum_square(0.0, {"a": 1.0, "b": 1.0}, parts)
+    found = root_sum_square(0.0, {"a": 1.0, "b": 1.0}, scatter_of(parts))
     assert found.deviation == pytest.approx((parts["a"] + common).std(ddof=1))
     assert sum(found.shares.values()) < 0.8  # the rest is their correlation
 
@@ -44,7 +44,7 @@ def test_linear_thinking_fails_at_a_kink():
     """Jamming: nothing at the nominal machine, everything beyond the clearance."""
     x = np.random.default_rng(2).normal(size=20_000)
     loss = np.maximum(np.abs(x) - 1, 0)
-    found = root_sum_square(0.0, {"x": 0.0}, {"x": x})
+    found = root_sum_square(0.0, {"x": 0.0}, scatter_of({"x": x}))
     summary = summarize(loss, Sample(np.full(len(x), Status.DONE)))
     upper = departures(found, summary.quantiles)[-1]
     assert upper.share == 0.99865 and upper.fails
@@ -52,5 +52,5 @@ def test_linear_thinking_fails_at_a_kink():
 
 
 def test_a_failed_slope_is_no_number():
-    found = root_sum_square(0.0, {"x": np.nan}, {"x": np.arange(10.0)})
-    assert np.isnan(found.mean) and not found.deviation > 0
+    found = root_sum_square(0.0, {"x": np.nan}, scatter_of({"x": np.arange(10.0)}))
+    assert np.isnan([found.mean, found.deviation, found.shares["x"]]).all()

@@ -7,6 +7,7 @@ import io
 import json
 import math
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import click
 from tolstat.cli.showing import screen
 from tolstat.errors import RunFileError
 from tolstat.report.findings import findings_of, reportable
+from tolstat.report.further import with_evidence
 from tolstat.store.run import open as open_run
 
 HEADS = ("path", "value", "lower", "upper", "reason")
@@ -47,12 +49,17 @@ def report_run(
     target = output or path.with_suffix(".html")
     if not target.parent.is_dir():
         raise RunFileError(f"{target} cannot be written: there is no such folder")
-    evidence = gather(run)
-    found = findings_of(run, evidence, responses)
-    if form == "html":
-        from tolstat.report.page import make_page
+    with ThreadPoolExecutor(1) as executor:
+        # simulates while findings are gathered and drawn
+        evidence = executor.submit(gather, run)
+        found = findings_of(run, responses)
+        if form == "html":
+            from tolstat.report.page import make_page, pictures_of
 
-        write(target, make_page(run, found, evidence))
+            drawn = pictures_of(run, found)
+    found = with_evidence(found, run, evidence.result())
+    if form == "html":
+        write(target, make_page(run, found, drawn, evidence.result()))
         screen().print(f"report in {target}")
     else:
         deliver(found, output, form)

@@ -10,12 +10,8 @@ from numpy.typing import NDArray
 
 from tolstat.errors import PictureError, RunFileError
 from tolstat.report.drawn import Drawn, drawn_trials
-from tolstat.report.findings import (
-    estimate,
-    responses_of_interest,
-    share_words,
-    summary_found,
-)
+from tolstat.report.findings import responses_of_interest, summary_found
+from tolstat.report.plain import Found, estimate, share_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.proportions import proportion
 from tolstat.statistics.replicates import from_replicates
@@ -26,7 +22,6 @@ from tolstat.store.run import Run
 from tolstat.units.conversion import engineering_unit
 
 Array = NDArray[np.float64]
-Found = dict[str, Any]
 
 
 class Pair(NamedTuple):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from tolstat.report.comparison import SIDES, Pair
+from tolstat.report.distribution_pictures import BINS, spread_out
 from tolstat.report.numbers import limit_in_words
 from tolstat.report.page import SHARES, Numbers, environment, style
 from tolstat.report.page_picture import (
@@ -21,10 +20,9 @@ from tolstat.report.page_picture import (
     page_figure,
 )
 from tolstat.report.picture import COLOURS, axis_label, factor
-from tolstat.report.response_pictures import BINS, spread_out
+from tolstat.report.plain import Found
 
 Array = NDArray[np.float64]
-Found = dict[str, Any]
 LABELS = ("A", "B")
 TICKS = (1e-4, 1e-3, 0.01, 0.1, 0.5, 0.9, 0.99, 0.999, 1 - 1e-4)
 

@@ -4,30 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import PictureError, allowed_names
+from tolstat.report.contributions_found import contributions_found, indices_found
 from tolstat.report.drawn import Drawn, drawn_trials
+from tolstat.report.plain import Found, estimate, number, share_words
 from tolstat.report.summary_table import notes_of, summaries_of
-from tolstat.statistics.contributions import Contributions, contributions
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.evidence import Evidence
 from tolstat.statistics.integration_error import integration_error
-from tolstat.statistics.linear import departures, root_sum_square
 from tolstat.statistics.shapes import NAMES, atom_of, best_shape, fit_shape
 from tolstat.statistics.statistic import quantile_at, yields
 from tolstat.statistics.summary import Limited, Summary
 from tolstat.statistics.tails import Tail, upper_tail
-from tolstat.statistics.total_indices import sobol_indices
 from tolstat.status import Status
 from tolstat.store.run import Run
 from tolstat.units.conversion import engineering_unit
 
 Array = NDArray[np.float64]
-Found = dict[str, Any]
 
 RETURNS = (1e-3, 1e-4, 1e-5, 1e-6)  # shares of the machines that a level is exceeded by
 MOST_DRAWN = 8  # responses, where no limit says which ones matter
@@ -74,17 +70,13 @@ def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
     return drawn, responses_of_interest(run, chosen)
 
 
-def findings_of(
-    run: Run, evidence: Evidence | None = None, chosen: Sequence[str] = ()
-) -> Found:
-    """Gather what a report of a run says.
+def findings_of(run: Run, chosen: Sequence[str] = ()) -> Found:
+    """Gather what a report says of a run alone; see also `with_evidence`.
 
     Parameters
     ----------
     run : Run
         Whose machines were drawn.
-    evidence : Evidence, optional
-        What further simulations say.
     chosen : sequence of str
         Responses to be looked at closely; see `responses_of_interest`.
 
@@ -100,28 +92,24 @@ def findings_of(
         If the machines were not drawn, no trial is done, or a response is unknown.
     """
     drawn, interest = reportable(run, chosen)
-    evidence = evidence or Evidence(missing="not asked for")
     summaries = summaries_of(drawn)
-    shares = _contributions(drawn, interest)
+    shares = contributions_found(drawn, interest)
     responses = {}
     for response in run.responses:
         name = response.name
         found = summary_found(summaries[name])
-        found["nominal"] = _number(run.nominal_values[name])
+        found["nominal"] = number(run.nominal_values[name])
         found["symbol"], found["sentence"] = response.symbol, response.sentence
         found["source"], found["unit"] = response.source, response.unit
         found["shown_unit"] = engineering_unit(response.unit)
         found["integration_error"] = _integration_error(drawn, name, summaries[name])
-        found["linear"] = _linear(drawn, name, summaries[name], evidence)
         if name in interest:
             done = drawn.values(name)[drawn.sample.done]
             found["distribution"] = _distribution(done, drawn)
             found["tails"] = _tails(done, drawn, summaries[name])
             found["contributions"] = shares[name]
             if drawn.grouped:
-                found["indices"] = _indices(drawn, name)
-        found["worst_cases"] = _worst_cases(name, evidence)
-        found["worst_trials"] = _worst_trials(run, name, found, evidence)
+                found["indices"] = indices_found(drawn, name)
         responses[name] = found
     return {
         "title": run.facts["title"],
@@ -130,29 +118,9 @@ def findings_of(
         "trials": _trials(drawn),
         "interest": interest,
         "responses": responses,
-        "assumptions": _assumptions(run, evidence),
+        "assumptions": _assumptions(run),
         "provenance": _provenance(run),
     }
-
-
-def estimate(found: Estimate) -> Found:
-    """Return an estimate as plain data."""
-    return {
-        "value": _number(found.value),
-        "lower": _number(found.lower),
-        "upper": _number(found.upper),
-        "reason": found.reason,
-    }
-
-
-def _number(value: float) -> float | None:
-    """Return a plain number; None for NaN. Infinite ones stay: Ppk may be."""
-    return None if math.isnan(value) else float(value)
-
-
-def share_words(share: float) -> str:
-    """Name a quantile: 0.00135 is "0.135 %"."""
-    return f"{100 * share:.10g} %"
 
 
 def _trials(drawn: Drawn) -> Found:
@@ -179,8 +147,8 @@ def summary_found(summary: Summary) -> Found:
     return {
         "mean": estimate(summary.mean),
         "deviation": estimate(summary.deviation),
-        "least": _number(summary.least),
-        "largest": _number(summary.largest),
+        "least": number(summary.least),
+        "largest": number(summary.largest),
         "quantiles": {
             share_words(share): estimate(found)
             for share, found in summary.quantiles.items()
@@ -225,8 +193,8 @@ def _distribution(done: Array, drawn: Drawn) -> Found:
         "rest": len(rest),
         "name": best.name,
         "parameters": best.parameters,
-        "anderson_darling": _number(best.statistic),
-        "level": _number(best.level),
+        "anderson_darling": number(best.statistic),
+        "level": number(best.level),
         "rejected": best.rejected,
         "refused": best.refused if independent else "for random trials only",
     }
@@ -265,11 +233,11 @@ def _tails(done: Array, drawn: Drawn, summary: Summary) -> Found:
             beyond = estimate(tail.share_beyond(end))
         found[side] = {
             "refused": tail.refused,
-            "threshold": _number(sign * tail.threshold),
+            "threshold": number(sign * tail.threshold),
             "exceedances": tail.exceedances,
-            "shape": _number(tail.shape),
-            "scale": _number(tail.scale),
-            "level": _number(tail.level),
+            "shape": number(tail.shape),
+            "scale": number(tail.scale),
+            "level": number(tail.level),
             "exceeded_by": levels,
             "beyond_limit": beyond,
         }
@@ -280,57 +248,6 @@ def _mirrored(found: Estimate, sign: int) -> Estimate:
     if sign > 0:
         return found
     return Estimate(-found.value, -found.upper, -found.lower, found.reason)
-
-
-def _contributions(drawn: Drawn, interest: Sequence[str]) -> dict[str, Found]:
-    """Estimate the contributions to what is looked at closely."""
-    done = drawn.sample.done
-    deviations = {}
-    for contributor in drawn.run.contributors:
-        column = drawn.values(contributor.name)[done]
-        if len(column) and np.ptp(column) > 0:
-            deviations[contributor.name] = column
-    if not deviations:
-        return {name: {} for name in interest}
-    groups = groups_of(list(deviations), drawn.run)
-    responses = {name: drawn.values(name)[done] for name in interest}
-    found = contributions(deviations, responses, groups)
-    return {name: _shares(each, groups) for name, each in found.items()}
-
-
-def groups_of(names: Sequence[str], run: Run) -> dict[str, list[str]]:
-    """Sort contributors by the kind of part, else by their name without number."""
-    parts = {each.name: each.part for each in run.contributors}
-    found: dict[str, list[str]] = {}
-    for name in names:
-        stem, _, number = name.rpartition("_")
-        group = parts[name] or (stem if number.isdigit() else name)
-        found.setdefault(group, []).append(name)
-    return {group: members for group, members in found.items() if len(members) > 1}
-
-
-def _shares(found: Contributions, groups: dict[str, list[str]]) -> Found:
-    return {
-        "first_order": {n: estimate(e) for n, e in found.first_order.items()},
-        "members": {n: list(members) for n, members in groups.items()},
-        "groups": {n: estimate(e) for n, e in found.groups.items()},
-        "together": {n: estimate(e) for n, e in found.together.items()},
-        "unexplained": estimate(found.unexplained),
-        "rank_regression": {n: estimate(e) for n, e in found.rank_regression.items()},
-        "explained_by_ranks": estimate(found.explained),
-    }
-
-
-def _indices(drawn: Drawn, name: str) -> Found:
-    """Estimate Sobol' indices of a run that was made for them."""
-    groups, broken = drawn.groups(name)
-    found = sobol_indices(groups, drawn.run.facts["factors"].split())
-    return {
-        "groups": len(groups),
-        "broken": broken,
-        "first": {factor: estimate(each.first) for factor, each in found.items()},
-        "total": {factor: estimate(each.total) for factor, each in found.items()},
-    }
 
 
 def _integration_error(drawn: Drawn, name: str, summary: Summary) -> Found | None:
@@ -347,7 +264,7 @@ def _integration_error(drawn: Drawn, name: str, summary: Summary) -> Found | Non
         "trials": len(error.trials),
         "failed": error.failed,
         "rtol": audited.rtol,
-        "largest": _number(error.largest),
+        "largest": number(error.largest),
         "moves": {},
     }
     if not len(error.trials):
@@ -367,70 +284,11 @@ def _integration_error(drawn: Drawn, name: str, summary: Summary) -> Found | Non
     if summary.limited:
         again = yields(better, sample, summary.limited.limit).beyond
         moves["beyond"] = summary.limited.yields.beyond.value - again.value
-    found["moves"] = {key: _number(move) for key, move in moves.items()}
+    found["moves"] = {key: number(move) for key, move in moves.items()}
     return found
 
 
-def _linear(
-    drawn: Drawn, name: str, summary: Summary, evidence: Evidence
-) -> Found | None:
-    """Put the linear answer beside the simulated one."""
-    if name not in evidence.slopes:
-        return None
-    slopes = evidence.slopes[name]
-    deviations = {n: drawn.values(n) for n in slopes}
-    linear = root_sum_square(drawn.run.nominal_values[name], slopes, deviations)
-    return {
-        "mean": _number(linear.mean),
-        "deviation": _number(linear.deviation),
-        "shares": {n: _number(share) for n, share in linear.shares.items()},
-        "departures": [
-            {
-                "quantile": share_words(each.share),
-                "linear": _number(each.linear),
-                "relative": _number(each.relative),
-                "fails": each.fails,
-            }
-            for each in departures(linear, summary.quantiles)
-        ],
-    }
-
-
-def _worst_cases(name: str, evidence: Evidence) -> list[Found]:
-    return [
-        {
-            "side": each.side,
-            "value": _number(each.value),
-            "tried": each.tried,
-            "failed": each.failed,
-            "deviations": {n: v for n, v in each.deviations.items() if v},
-        }
-        for each in evidence.worst_cases.get(name, ())
-    ]
-
-
-def leading_contributors(found: Found, most: int = 3) -> list[str]:
-    """Name the contributors that matter most to a response, of its findings."""
-    shares = found.get("contributions", {}).get("first_order", {})
-    known = {n: e["value"] for n, e in shares.items() if e["value"] is not None}
-    return sorted(known, key=lambda name: -known[name])[:most]
-
-
-def _worst_trials(run: Run, name: str, found: Found, evidence: Evidence) -> list[Found]:
-    """List the worst trials with what matters most of their deviations."""
-    leading = leading_contributors(found)
-    return [
-        {
-            "trial": each.trial,
-            "value": _number(each.value),
-            "precise": _number(each.precise),
-            "deviations": {n: float(run.column(n)[each.trial]) for n in leading},
-        }
-        for each in evidence.worst.get(name, ())
-    ]
-
-
-def _assumptions(run: Run, evidence: Evidence) -> Found:
+def _assumptions(run: Run) -> Found:
     """Say what the numbers hang on."""
     return {
         "deviations": {
@@ -448,8 +306,6 @@ def _assumptions(run: Run, evidence: Evidence) -> Found:
         "correlation": run.study.table.get("correlation", {}),
         "settings": run.facts["settings"],
         "of_the_model": str(run.facts.get("assumptions", "")).splitlines(),
-        "missing": evidence.missing,
-        "precise_rtol": evidence.precise_rtol,
     }
 
 

@@ -10,15 +10,16 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from tolstat.report import distribution_pictures as distributions
 from tolstat.report import response_pictures as pictures
-from tolstat.report.drawn import Drawn, drawn_trials
-from tolstat.report.findings import leading_contributors
+from tolstat.report.contributions_found import leading_contributors
+from tolstat.report.drawn import drawn_trials
 from tolstat.report.numbers import in_engineering_unit, limit_in_words, number
+from tolstat.report.plain import Found
 from tolstat.statistics.evidence import Evidence
 from tolstat.store.run import Run
 from tolstat.units.conversion import engineering_unit
 
-Found = dict[str, Any]
 SHARES = ("0.135 %", "5 %", "50 %", "95 %", "99 %", "99.865 %")
 MATTERS = 0.05  # share of the variance from which a contributor is named
 
@@ -107,7 +108,10 @@ def in_words(value: float, unit: str) -> str:
     return in_engineering_unit(value, unit)
 
 
-def make_page(run: Run, found: Found, evidence: Evidence) -> str:
+Pictures = dict[str, dict[str, Markup | None]]
+
+
+def make_page(run: Run, found: Found, drawn: Pictures, evidence: Evidence) -> str:
     """Make the report of a run.
 
     Parameters
@@ -115,7 +119,9 @@ def make_page(run: Run, found: Found, evidence: Evidence) -> str:
     run : Run
         Whose machines were drawn.
     found : dict
-        Of `findings_of`: every number on the page is one of these.
+        Of `with_evidence`: every number on the page is one of these.
+    drawn : dict
+        Of `pictures_of`.
     evidence : Evidence
         Histories of the worst trials.
 
@@ -124,8 +130,6 @@ def make_page(run: Run, found: Found, evidence: Evidence) -> str:
     str
         HTML.
     """
-    drawn = drawn_trials(run)
-    assert drawn is not None  # there are no findings otherwise
     numbers = Numbers(found)
     responses = found["responses"]
     leading = {
@@ -154,21 +158,39 @@ def make_page(run: Run, found: Found, evidence: Evidence) -> str:
         units=run.units,
         shown_unit=engineering_unit,
         done_key="done",
-        pictures={name: _pictures(drawn, name, found) for name in found["interest"]},
+        pictures=drawn,
         sketches=_sketches(found, evidence),
     )
     return page
 
 
-def _pictures(drawn: Drawn, name: str, found: Found) -> dict[str, Markup | None]:
-    each = found["responses"][name]
+def pictures_of(run: Run, found: Found) -> Pictures:
+    """Draw what a page shows of a run alone.
+
+    Parameters
+    ----------
+    run : Run
+        Whose machines were drawn.
+    found : dict
+        Of `findings_of`.
+
+    Returns
+    -------
+    dict
+        By response and kind of picture.
+    """
+    drawn = drawn_trials(run)
+    assert drawn is not None  # there are no findings otherwise
     return {
-        "histogram": pictures.histogram(drawn, name, each),
-        "distribution": pictures.distribution(drawn, name, each),
-        "pareto": pictures.pareto(each),
-        "indices": pictures.pareto(each, "indices") if "indices" in each else None,
-        "convergence": pictures.convergence(drawn, name, each),
-        "scatter": pictures.scatter(drawn, name, each),
+        name: {
+            "histogram": distributions.histogram(drawn, name, each),
+            "distribution": distributions.distribution(drawn, name, each),
+            "pareto": pictures.pareto(each),
+            "indices": pictures.pareto(each, "indices") if "indices" in each else None,
+            "convergence": pictures.convergence(drawn, name, each),
+            "scatter": pictures.scatter(drawn, name, each),
+        }
+        for name, each in ((n, found["responses"][n]) for n in found["interest"])
     }
 
 

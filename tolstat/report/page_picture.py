@@ -7,12 +7,13 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import count
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import AutoLocator, MaxNLocator
 
 from tolstat.report.picture import COLOURS, LIMIT, styled
 
@@ -54,6 +55,14 @@ def page_figure(width: float = WIDTH, height: float = HEIGHT) -> Iterator[Figure
         yield figure
 
 
+def few_ticks(axes: Axes, which: Literal["both", "x", "y"] = "both") -> None:
+    """Leave four or five ticks: a picture this small needs no more, and each costs."""
+    for axis, name in ((axes.xaxis, "x"), (axes.yaxis, "y")):
+        automatic = isinstance(axis.get_major_locator(), AutoLocator)
+        if which in ("both", name) and automatic:
+            axis.set_major_locator(MaxNLocator(5))
+
+
 def legend_above(axes: Axes, columns: int = 3) -> None:
     """Put the legend over the picture, where it hides nothing."""
     handles, labels = axes.get_legend_handles_labels()
@@ -83,6 +92,10 @@ def inline(figure: Figure, alternative: str) -> Markup:
     """
     buffer = io.StringIO()
     with styled(), mpl.rc_context(PAGE_STYLE):
+        if engine := figure.get_layout_engine():
+            # once; matplotlib would lay it out at each of its two drawings
+            engine.execute(figure)
+            figure.set_layout_engine("none")
         figure.savefig(buffer, format="svg", dpi=110, metadata={"Date": None})
     text = buffer.getvalue()
     svg = text[text.index("<svg") :]

@@ -1,196 +1,35 @@
-"""The pictures of one response on the page of its run."""
+"""What a response is owed to, how its estimate settles, how machines moved: drawn."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
-from numpy.typing import NDArray
-from scipy.special import ndtri
+from matplotlib.ticker import NullLocator
 
 from tolstat.machines.description import History
+from tolstat.report.contributions_found import leading_contributors
+from tolstat.report.distribution_pictures import ends_of
 from tolstat.report.drawn import Drawn
-from tolstat.report.findings import share_words, tails_of
-from tolstat.report.numbers import limit_in_words
 from tolstat.report.page_picture import (
     BEYOND,
     INK,
     MOST_POINTS,
-    SECOND,
     WITHIN,
+    few_ticks,
     inline,
     legend_above,
     page_figure,
 )
 from tolstat.report.picture import COLOURS, axis_label, factor
+from tolstat.report.plain import Found, share_words
 from tolstat.statistics.convergence import running
 from tolstat.statistics.statistic import Statistic
 
-Array = NDArray[np.float64]
-Found = dict[str, Any]
-
-BINS = 60
-TICKS = (1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5)
-EXTRAPOLATED = 0.1  # of the trials' own 1 in n, as far as a tail is drawn
-DRAWN_POINTS = 600  # of a distribution function
 MOST_BARS = 10
 MISS = 0.025  # a quantile has an interval from log(MISS)/log(share) trials
 SETTLING = 4  # times as many, so that there is something to see
-
-
-def histogram(drawn: Drawn, name: str, found: Found) -> Markup:
-    """Draw how often each value occurs; beyond the limit in another colour."""
-    values, unit = _done(drawn, name), found["unit"]
-    scale = factor(unit)
-    atom = found["distribution"]["atom"]
-    if atom:
-        values = values[(values < atom["least"]) | (values > atom["largest"])]
-    with page_figure() as figure:
-        axes = figure.subplots()
-        if len(values):
-            low, high = float(values.min()), float(values.max())
-            edges = np.linspace(low, high if high > low else low + 1, BINS + 1)
-            limit = found["limit"]
-            ends = [
-                limit[e] for e in ("lower", "upper") if limit and limit[e] is not None
-            ]
-            # an edge on each end of the limit, so that no bar lies on both sides
-            inside = [end for end in ends if low < end < high]
-            edges = np.unique([*edges, *inside])
-            counts, _ = np.histogram(values, edges)
-            heights = counts / np.diff(edges) * (edges[-1] - edges[0]) / BINS
-            beyond = _beyond(edges[:-1], edges[1:], limit)
-            for chosen, colour, label in (
-                (~beyond, WITHIN, "within" if limit else ""),
-                (beyond, BEYOND, "beyond"),
-            ):
-                if chosen.any():
-                    axes.bar(
-                        scale * edges[:-1][chosen], heights[chosen],
-                        scale * np.diff(edges)[chosen], align="edge", color=colour,
-                        linewidth=0, label=label or "_unnamed",
-                    )  # fmt: skip
-        _mark_nominal(axes, found, scale)
-        _mark_limit(axes, found, scale)
-        _mark_quantiles(axes, found, scale)
-        axes.set_xlabel(axis_label(name, unit))
-        axes.set_ylabel("machines a bar")
-        legend_above(axes)
-        return inline(figure, f"Histogram of {name}: {_summary_words(found)}")
-
-
-def _beyond(left: Array, right: Array, limit: Found | None) -> NDArray[np.bool_]:
-    if not limit:
-        return np.zeros(len(left), dtype=bool)
-    lower = -math.inf if limit["lower"] is None else limit["lower"]
-    upper = math.inf if limit["upper"] is None else limit["upper"]
-    found: NDArray[np.bool_] = (right <= lower) | (left >= upper)
-    return found
-
-
-def _mark_nominal(axes: Axes, found: Found, scale: float) -> None:
-    if found["nominal"] is not None:
-        axes.axvline(scale * found["nominal"], color=INK, linewidth=1, label="nominal")
-
-
-def _ends(found: Found) -> tuple[float | None, float | None]:
-    """Return the ends of the limit, None where it is open or there is none."""
-    limit = found["limit"] or {}
-    return limit.get("lower"), limit.get("upper")
-
-
-def _mark_limit(axes: Axes, found: Found, scale: float) -> None:
-    label = "limit"
-    for end in _ends(found):
-        if end is not None:
-            axes.axvline(
-                scale * end, color=BEYOND, linestyle="--", linewidth=1.2, label=label
-            )
-            label = "_unnamed"
-
-
-def _mark_quantiles(axes: Axes, found: Found, scale: float) -> None:
-    """Mark median, 95 % and 99.865 % with their intervals, above the bars."""
-    top = axes.get_ylim()[1]
-    label = "50, 95, 99.865 %"
-    for share in ("50 %", "95 %", "99.865 %"):
-        each = found["quantiles"][share]
-        if each["lower"] is None:
-            continue
-        axes.plot(
-            [scale * each["lower"], scale * each["upper"]], [1.04 * top] * 2,
-            color=SECOND, linewidth=2.5, solid_capstyle="butt",
-        )  # fmt: skip
-        axes.plot(
-            scale * each["value"], 1.04 * top, "|", color=SECOND, markersize=9,
-            label=label,
-        )  # fmt: skip
-        label = "_unnamed"
-    axes.set_ylim(0, 1.1 * top)
-
-
-def distribution(drawn: Drawn, name: str, found: Found) -> Markup:
-    """Draw the share of the machines below each value, on a probability scale."""
-    values, unit = np.sort(_done(drawn, name)), found["unit"]
-    scale, n = factor(unit), len(values)
-    share = (np.arange(1, n + 1) - 0.5) / n
-    with page_figure() as figure:
-        axes = figure.subplots()
-        chosen = spread_out(n)
-        axes.plot(
-            scale * values[chosen], ndtri(share[chosen]), ".", color=WITHIN,
-            markersize=3, label="machines",
-        )  # fmt: skip
-        least = share[0]
-        shown = [
-            values[0],
-            values[-1],
-            *(end for end in _ends(found) if end is not None),
-        ]
-        limit = drawn.run.limits.get(name)
-        label = "tail, extrapolated"
-        for side, tail in tails_of(values, drawn, limit).items():
-            if tail.refused:
-                continue
-            sign = 1 if side == "upper" else -1
-            least = EXTRAPOLATED / n
-            levels = np.geomspace(least, tail.exceedances / n, 40)
-            known = [tail.exceeded_by(float(level)) for level in levels]
-            at = -sign * ndtri(levels)
-            line = np.array([each.value for each in known])
-            ends = np.array([(each.lower, each.upper) for each in known])
-            shown.append(sign * line[0])
-            axes.fill_betweenx(
-                at, sign * scale * ends[:, 0], sign * scale * ends[:, 1], color=SECOND,
-                alpha=0.2, linewidth=0,
-            )  # fmt: skip
-            axes.plot(sign * scale * line, at, "--", color=SECOND, label=label)
-            label = "_unnamed"
-        _mark_limit(axes, found, scale)
-        margin = 0.05 * (max(shown) - min(shown)) or 1.0
-        axes.set_xlim(scale * (min(shown) - margin), scale * (max(shown) + margin))
-        ticks = [t for t in TICKS if t >= least / 2]
-        ticks = sorted({*ticks, *(1 - t for t in ticks)})
-        axes.set_yticks(ndtri(ticks), [f"{100 * t:.10g}" for t in ticks])
-        axes.set_ylim(ndtri(least / 2), -ndtri(least / 2))
-        axes.set_xlabel(axis_label(name, unit))
-        axes.set_ylabel("% of the machines below")
-        legend_above(axes)
-        words = (
-            f"Distribution of {name} on a probability scale: {_summary_words(found)}"
-        )
-        return inline(figure, words)
-
-
-def spread_out(n: int) -> NDArray[np.int64]:
-    """Choose points of a distribution function: all in the tails, few in the middle."""
-    if n <= DRAWN_POINTS:
-        return np.arange(n)
-    tail = np.unique(np.geomspace(1, n // 2, DRAWN_POINTS // 2).astype(np.int64))
-    return np.unique(np.concatenate([tail - 1, n - tail]))
 
 
 def pareto(found: Found, kind: str = "contributions") -> Markup | None:
@@ -261,6 +100,9 @@ def convergence(drawn: Drawn, name: str, found: Found) -> Markup:
             axes.plot(found_so.trials, times * found_so.value, color=WITHIN)
             axes.set_ylabel(label)
             axes.set_xscale("log")
+            axes.xaxis.set_minor_locator(NullLocator())
+            axes.xaxis.set_major_formatter("{x:g}")
+            few_ticks(axes, "y")
         every[-1].set_xlabel("trials")
         legend_above(every[0])
         return inline(
@@ -270,11 +112,7 @@ def convergence(drawn: Drawn, name: str, found: Found) -> Markup:
 
 def scatter(drawn: Drawn, name: str, found: Found) -> Markup | None:
     """Draw the response over its three leading contributors; None without any."""
-    shares = found["contributions"].get("first_order", {})
-    known = {
-        n: each["value"] for n, each in shares.items() if each["value"] is not None
-    }
-    leading = sorted(known, key=lambda n: -known[n])[:3]
+    leading = leading_contributors(found)
     if not leading:
         return None
     done = drawn.sample.done
@@ -290,7 +128,8 @@ def scatter(drawn: Drawn, name: str, found: Found) -> Markup | None:
                 markeredgewidth=0, rasterized=many,
             )  # fmt: skip
             axes.set_xlabel(axis_label(contributor, units[contributor]))
-            for end in _ends(found):
+            few_ticks(axes)
+            for end in ends_of(found):
                 if end is not None:
                     axes.axhline(
                         factor(found["unit"]) * end, color=BEYOND, linestyle="--",
@@ -317,28 +156,3 @@ def sketch(history: History, response: str, trial: int) -> Markup:
             axes.plot(history.time, curves[name].values, color=colour, linewidth=0.8)
         words = ", ".join(panel.curves)
         return inline(figure, f"Trial {trial}: {words} over time")
-
-
-def _done(drawn: Drawn, name: str) -> Array:
-    return drawn.values(name)[drawn.sample.done]
-
-
-def _summary_words(found: Found) -> str:
-    """Say the most important numbers, for those who do not see the picture."""
-    scale, unit = factor(found["unit"]), found["shown_unit"]
-    words = []
-    for label, value in (
-        ("nominal", found["nominal"]),
-        ("median", found["quantiles"]["50 %"]["value"]),
-        ("95 %", found["quantiles"]["95 %"]["value"]),
-        ("largest", found["largest"]),
-    ):
-        if value is not None:
-            words.append(f"{label} {scale * value:.4g} {unit}")
-    if limit := found["limit"]:
-        ends = (
-            -math.inf if limit["lower"] is None else limit["lower"],
-            math.inf if limit["upper"] is None else limit["upper"],
-        )
-        words.append(f"limit {limit_in_words(ends, found['unit'])}")
-    return ", ".join(words)

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.special import stdtrit
-from scipy.stats import rankdata
 
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.moments import moments, tails_are_light
@@ -177,26 +176,40 @@ def _rank_regressions(
     """
     n = len(X)
     part = np.arange(n) % PARTS
-    tied = [len(np.unique(column)) < n for column in X.T]
+    columns = [_Column(x, order) for x, order in zip(X.T, orders, strict=True)]
+    sought = [_Column(y, np.argsort(y, kind="stable")) for y in responses]
     found = np.empty((PARTS + 1, len(responses), X.shape[1] + 1))
     for left_out in range(PARTS + 1):
         kept = part != left_out  # the last time round all of them
-        place = np.cumsum(kept) - 1
-        rows = int(np.count_nonzero(kept))
-        R = np.empty((rows, X.shape[1]))
-        for column, order in enumerate(orders):
-            if tied[column]:
-                R[:, column] = rankdata(X[kept, column])
-            else:
-                R[place[order[kept[order]]], column] = np.arange(rows)
-        R = _standardised(R)
+        R = _standardised(np.column_stack([column.ranks(kept) for column in columns]))
         G = R.T @ R
-        for i, y in enumerate(responses):
-            r = _standardised(rankdata(y[kept]))
-            g = R.T @ r
+        for i, column in enumerate(sought):
+            g = R.T @ _standardised(column.ranks(kept))
             coefficients, *_ = np.linalg.lstsq(G, g, rcond=None)
-            found[left_out, i] = np.append(coefficients, coefficients @ g / rows)
+            found[left_out, i] = np.append(coefficients, coefficients @ g / len(R))
     return [(found[-1, i], found[:-1, i]) for i in range(len(responses))]
+
+
+class _Column:
+    """Numbers in known order, to be ranked again and again."""
+
+    def __init__(self, x: Array, order: NDArray[np.int64]) -> None:
+        self.x, self.order = x, order
+        ascending = x[order]
+        self.tied = bool(np.any(ascending[1:] == ascending[:-1]))
+
+    def ranks(self, kept: NDArray[np.bool_]) -> Array:
+        """Rank those that are kept; what is alike ranks alike."""
+        chosen = self.order[kept[self.order]]
+        ranks = np.empty(len(self.x))
+        if not self.tied:
+            ranks[chosen] = np.arange(len(chosen))
+            return ranks[kept]
+        ascending = self.x[chosen]
+        first = np.flatnonzero(np.append(True, ascending[1:] != ascending[:-1]))
+        alike = np.diff(np.append(first, len(chosen)))
+        ranks[chosen] = np.repeat(first + (alike - 1) / 2, alike)
+        return ranks[kept]
 
 
 def _standardised(ranks: Array) -> Array:
@@ -223,23 +236,55 @@ def _first_orders(orders: Sequence[NDArray[np.int64]], y: Array) -> tuple[Array,
     tuple of float64[contributor], float64[part, contributor]
         Of all trials, and with one part of them left out.
     """
-
-    def index(in_order: Array) -> float:
-        centred = in_order - in_order.mean()
-        return float(np.mean(centred * np.roll(centred, -1)) / np.mean(centred**2))
-
+    n = len(y)
+    centred = y - y.mean()
+    part = np.arange(n) % PARTS
+    sizes = n - np.bincount(part, minlength=PARTS)
+    sums = centred.sum() - np.bincount(part, centred, PARTS)
+    squares = np.sum(centred**2) - np.bincount(part, centred**2, PARTS)
+    means = sums / sizes
+    variances = squares / sizes - means**2
     whole, left_out = np.empty(len(orders)), np.empty((PARTS, len(orders)))
     for column, order in enumerate(orders):
-        in_order, part = y[order], order % PARTS
-        whole[column] = index(in_order)
-        for p in range(PARTS):
-            left_out[p, column] = index(in_order[part != p])
+        products, without = _neighbours_in_order(centred[order], part[order])
+        whole[column] = products / np.sum(centred**2)
+        left_out[:, column] = (without / sizes - means**2) / variances
     return whole, left_out
+
+
+def _neighbours_in_order(y: Array, part: NDArray[np.int64]) -> tuple[float, Array]:
+    """Sum the products of neighbours in a ring, and again without each part.
+
+    Parameters
+    ----------
+    y : float64[n]
+        In order; the last one's neighbour is the first.
+    part : int64[n]
+        Which part each belongs to.
+
+    Returns
+    -------
+    tuple of float, float64[part]
+        Of all, and where one part is left out and what stood beside it closes up.
+    """
+    # begin where a run of one part begins, so that no run goes round the end
+    turn = int(np.argmax(part != part[-1]))
+    y, part = np.roll(y, -turn), np.roll(part, -turn)
+    n = len(y)
+    products = y * np.roll(y, -1)
+    before = np.concatenate([[0.0], np.cumsum(products)])
+    first = np.flatnonzero(np.concatenate([[True], part[1:] != part[:-1]]))
+    last = np.concatenate([first[1:], [n]]) - 1
+    # a run that goes takes its products with it, and its neighbours meet
+    gone = before[last + 1] - before[first] + products[first - 1]
+    met = y[first - 1] * y[(last + 1) % n]
+    changes = np.bincount(part[first], met - gone, PARTS)
+    return float(before[-1]), before[-1] + changes
 
 
 def _neighbours(X: Array) -> NDArray[np.int64]:
     """Return the trial nearest to each, by the ranks of deviations[n, contributor]."""
-    tree = cKDTree(rankdata(X, axis=0))
+    tree = cKDTree(np.argsort(np.argsort(X, axis=0), axis=0))
     _, nearest = tree.query(tree.data, k=2)
     own = nearest[:, 0] == np.arange(len(X))
     found: NDArray[np.int64] = np.where(own, nearest[:, 1], nearest[:, 0])

@@ -38,8 +38,33 @@ class Linear(NamedTuple):
         return self.mean + self.deviation * float(ndtri(share))
 
 
+class Scatter(NamedTuple):
+    """How deviations scatter, as drawn.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Contributors.
+    mean : float64[contributor]
+        Their means.
+    covariance : float64[contributor, contributor]
+        Their covariances: deviations and correlations.
+    """
+
+    names: tuple[str, ...]
+    mean: Array
+    covariance: Array
+
+
+def scatter_of(deviations: Mapping[str, Array]) -> Scatter:
+    """Return mean and covariance of float64[trial] by contributor."""
+    X = np.column_stack(list(deviations.values()))
+    covariance = np.atleast_2d(np.cov(X, rowvar=False))
+    return Scatter(tuple(deviations), X.mean(axis=0), covariance)
+
+
 def root_sum_square(
-    nominal: float, slopes: Mapping[str, float], deviations: Mapping[str, Array]
+    nominal: float, slopes: Mapping[str, float], scatter: Scatter
 ) -> Linear:
     """Combine slopes with the scatter of the deviations.
 
@@ -49,26 +74,22 @@ def root_sum_square(
         Response of the nominal machine.
     slopes : mapping of str to float
         By contributor, at the nominal machine.
-    deviations : mapping of str to float64[trial]
-        As drawn: their means, deviations and correlations.
+    scatter : Scatter
+        Of the deviations.
 
     Returns
     -------
     Linear
         NaN throughout if a slope is.
     """
-    names = list(deviations)
-    X = np.column_stack([deviations[name] for name in names])
-    s = np.array([slopes[name] for name in names])
-    covariance = np.atleast_2d(np.cov(X, rowvar=False))
-    variance = float(s @ covariance @ s)
-    mean = nominal + float(s @ X.mean(axis=0))
-    own = s**2 * np.diag(covariance)
-    shares = own / variance if variance > 0 else np.zeros(len(names))
+    s = np.array([slopes[name] for name in scatter.names])
+    variance = float(s @ scatter.covariance @ s)
+    own = s**2 * np.diag(scatter.covariance)
+    shares = np.zeros(len(s)) if variance == 0 else own / variance
     return Linear(
-        mean,
-        math.sqrt(max(variance, 0.0)),
-        dict(zip(names, shares.tolist(), strict=True)),
+        nominal + float(s @ scatter.mean),
+        math.sqrt(variance) if variance >= 0 else math.nan,
+        dict(zip(scatter.names, shares.tolist(), strict=True)),
     )
 
 

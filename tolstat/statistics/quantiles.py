@@ -67,11 +67,23 @@ def quantile(
     high_rank = _binomial_quantile(1 - miss, n, share) + 1
     return Quantile(
         share,
-        float(np.quantile(ordered, share, method="median_unbiased")),
+        median_unbiased(ordered, share),
         float(ordered[low_rank - 1]) if low_rank >= 1 else math.nan,
         float(ordered[high_rank - 1]) if high_rank <= n else math.nan,
         needed,
     )
+
+
+def median_unbiased(ordered: NDArray[np.float64], share: float) -> float:
+    """Interpolate a quantile of ascending values: Hyndman and Fan's method 8.
+
+    `numpy.quantile` says the same, and sorts again.
+    """
+    place = min(max((len(ordered) + 1 / 3) * share - 2 / 3, 0.0), len(ordered) - 1.0)
+    below = int(place)
+    above = min(below + 1, len(ordered) - 1)
+    low, high = float(ordered[below]), float(ordered[above])
+    return low + (place - below) * (high - low)
 
 
 def _binomial_quantile(probability: float, n: int, share: float) -> int:
