@@ -43,6 +43,7 @@ from tolstat.status import Status
 TABLE = Path(__file__).with_name("table.csv")
 STUDIES = 4000
 EVERY = sorted([*PROBLEMS, *INDEX_PROBLEMS])
+ALL = "all"
 TIMES = (1, 10, 100)  # how far beyond the trials tails are extrapolated
 WITHIN = 0.05  # precision asked of the stopping rule
 STOPPED = f"quantile 0.95 until +-{WITHIN:.0%}"
@@ -85,23 +86,19 @@ def statistics(name):
 
 
 def intervals(name, rng, size):
-    """Yield statistic, estimate, truth and whether it is exact, of one study."""
+    """Yield problem, statistic, estimate, truth and whether it is exact, of a study."""
     if name in INDEX_PROBLEMS:
         for each, found, truth in of_indices(name, rng, size):
-            yield each, found, truth, False
+            yield name, each, found, truth, False
         return
     problem = PROBLEMS[name]
     x = problem.draw(rng, size)
     for each, (interval, truth, exact) in statistics(name).items():
-        yield each, interval(x), truth, exact
+        yield name, each, interval(x), truth, exact
     tail = upper_tail(x)
     for times, truth in far(name, size).items():
-        yield (
-            f"tail, 1 in {times} N",
-            tail.exceeded_by(1 / (times * size)),
-            truth,
-            False,
-        )
+        found = tail.exceeded_by(1 / (times * size))
+        yield name, f"tail, 1 in {times} N", found, truth, False
 
 
 def stopped(name, rng, size):
@@ -113,43 +110,49 @@ def stopped(name, rng, size):
         x = np.concatenate([x, problem.draw(rng, size - len(x))])
         sample = Sample(np.full(len(x), Status.DONE))
         size = next_stage([rule], {"y": x}, sample, {})
-    yield STOPPED, quantile(x, 0.95), problem.quantile(0.95), False
+    yield name, STOPPED, quantile(x, 0.95), problem.quantile(0.95), False
 
 
-def replicated(name, rng, size):
-    """Yield intervals of Latin hypercube and Sobol' trials of three contributors."""
-    problem = PROBLEMS[name]
+def replicated(_, rng, size):
+    """Yield intervals of Latin hypercube and Sobol' trials, for all problems at once."""
     streams = {"a": 0, "b": 1, "c": 2}
     sample = Sample(np.full(size, Status.DONE), REPLICATES)
-    end = problem.quantile(LIMIT)
     for sampler in (Latin(), Sobol()):
         u = sampler.unit_samples(int(rng.integers(2**62)), streams, size)
-        y = problem.inverse(ndtr(ndtri(u).sum(axis=1) / np.sqrt(3)))
-        words = type(sampler).__name__.lower()
-        yield f"mean, {words}", mean(y, sample), problem.mean, False
-        found = deviation(y, sample)
-        yield f"standard deviation, {words}", found, problem.deviation, False
-        for share in (0.05, 0.5, 0.95, 0.99):
-            found, truth = quantile_at(y, sample, share), problem.quantile(share)
-            yield f"quantile {share:g}, {words}", found, truth, False
-        found = yields(y, sample, (-np.inf, end)).beyond
-        yield f"share beyond, {words}", found, float(1 - problem.cdf(end)), False
+        u = ndtr(ndtri(u).sum(axis=1) / np.sqrt(3))
+        for name, problem in PROBLEMS.items():
+            y = problem.inverse(u)
+            of_all = statistics(name)
+            for each, found in _of_replicates(y, sample, name).items():
+                words = f"{each}, {type(sampler).__name__.lower()}"
+                yield name, words, found, of_all[each][1], False
+
+
+def _of_replicates(y, sample, name):
+    """Estimate what has an interval from replicates."""
+    found = {"mean": mean(y, sample), "standard deviation": deviation(y, sample)}
+    for share in (0.05, 0.5, 0.95, 0.99):
+        found[f"quantile {share:g}"] = quantile_at(y, sample, share)
+    limit = (-np.inf, PROBLEMS[name].quantile(LIMIT))
+    found["share beyond"] = yields(y, sample, limit).beyond
+    return found
 
 
 def measure(name, size, studies, seed=75, of=intervals):
-    """Return one row for each interval on one problem at one size."""
-    rng = np.random.default_rng([seed, size, EVERY.index(name)])
+    """Return one row for each interval on one problem, or on all, at one size."""
+    rng = np.random.default_rng([seed, size, [*EVERY, ALL].index(name)])
     counts, exact = {}, {}
     for _ in range(studies):
-        for each, found, truth, exact[each] in of(name, rng, size):
-            count = counts.setdefault(each, [0, 0])
+        for problem, each, found, truth, exactly in of(name, rng, size):
+            exact[each] = exactly
+            count = counts.setdefault((problem, each), [0, 0])
             if np.isnan(found.lower) or np.isnan(found.upper):
                 continue
             count[0] += 1
             count[1] += found.lower <= truth <= found.upper
     return [
         {
-            "problem": name,
+            "problem": problem,
             "trials": size,
             "statistic": each,
             "exact": exact[each],
@@ -158,7 +161,7 @@ def measure(name, size, studies, seed=75, of=intervals):
             "covered": round(covered / offered, 4) if offered else np.nan,
             "missed": round((offered - covered) / studies, 4),
         }
-        for each, (offered, covered) in counts.items()
+        for (problem, each), (offered, covered) in counts.items()
     ]
 
 
@@ -166,7 +169,7 @@ def main():
     """Measure everything and write the table."""
     jobs = [(name, size, intervals) for name in EVERY for size in SIZES]
     jobs += [(name, FIRST, stopped) for name in PROBLEMS]
-    jobs += [(name, size, replicated) for name in PROBLEMS for size in SIZES[1:]]
+    jobs += [(ALL, size, replicated) for size in SIZES[1:]]
     rows = []
     with ProcessPoolExecutor() as workers:
         found = [workers.submit(measure, *job[:2], STUDIES, of=job[2]) for job in jobs]

@@ -6,6 +6,7 @@ import numpy as np
 import openturns as ot
 import pytest
 from scipy import stats
+from scipy.optimize import brentq
 
 from tolstat.statistics.tail_fit import (
     LEVELS,
@@ -98,6 +99,21 @@ def test_a_tail_scales_and_shifts_with_its_response():
     a, b = one.exceeded_by(1e-4), other.exceeded_by(1e-4)
     for end in ("value", "lower", "upper"):
         assert getattr(b, end) == pytest.approx(1e5 * getattr(a, end) - 3e5, rel=1e-5)
+
+
+def test_the_share_above_the_threshold_is_itself_uncertain():
+    """At the threshold the interval is that of a binomial likelihood, at 99 %."""
+    tail = upper_tail(np.random.default_rng(8).exponential(size=10_000))
+    k, n = tail.exceedances, tail.trials
+    found = tail.share_beyond(tail.threshold)
+    assert found.value == k / n
+
+    def lost(share):
+        both = stats.binom.logpmf(k, n, [k / n, share])
+        return both[0] - both[1] - stats.chi2.ppf(0.99, 1) / 2
+
+    assert found.lower == pytest.approx(brentq(lost, 1e-3, k / n), rel=0.02)
+    assert found.upper == pytest.approx(brentq(lost, k / n, 0.1), rel=0.02)
 
 
 @pytest.mark.parametrize(

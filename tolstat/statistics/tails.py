@@ -29,6 +29,7 @@ LEAST_EXCEEDANCES = 100
 FARTHEST = 0.01  # least share, over the trials' own 1 in n, that is extrapolated to
 GRID = 61  # points of each axis of the likelihood's grid
 WIDTH = 4.5  # of that grid, in standard errors to either side
+REACH = 3.0  # of the shares above the threshold, likewise
 # half of the 99 % quantile of chi squared with one degree: a tail is only nearly of
 # this form; the region of 99 % covers 95 % where that of 95 % does not (tests/coverage)
 WILKS = 3.3174483005026837
@@ -179,7 +180,8 @@ def _region(y: Array, fit: Pareto, n: int) -> tuple[Array, Array, Array]:
     shape, scale, lost = shape[near], scale[near], lost[near]
     # the share above the threshold is binomial
     zeta = k / n
-    shares = zeta * np.exp(2.2 * math.sqrt((1 - zeta) / k) * np.linspace(-1, 1, 41))
+    ends = REACH * math.sqrt((1 - zeta) / k)
+    shares = zeta * np.exp(ends * np.linspace(-1, 1, 41))
     lost_there = n * (
         zeta * np.log(zeta / shares) + (1 - zeta) * np.log((1 - zeta) / (1 - shares))
     )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tolstat.errors import RunFileError
 from tolstat.machines.description import Contributor, Response
 from tolstat.status import WORDS, Status
+from tolstat.store.assumed import Assumed
 from tolstat.store.layout import (
     ASSUMED,
     AUDIT,
@@ -50,25 +51,6 @@ class StudyText:
 
     text: str
     table: dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Assumed:
-    """What the study said of a deviation.
-
-    Attributes
-    ----------
-    tolerance : tuple of float
-        Its ends, SI.
-    words : str
-        Its distribution.
-    batch : str
-        The batch whose parts are all as this one; empty for a part of its own.
-    """
-
-    tolerance: tuple[float, float]
-    words: str
-    batch: str
 
 
 @dataclass(frozen=True)

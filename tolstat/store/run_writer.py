@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tolstat.errors import RunFileError
 from tolstat.machines.description import Description, Outcome
 from tolstat.status import Status
+from tolstat.store.assumed import Assumed
 from tolstat.store.layout import (
     ASSUMED,
     AUDIT,
@@ -49,24 +50,6 @@ class SweptSetting(NamedTuple):
     values: NDArray[Any]
     unit: str
     sentence: str
-
-
-class Assumption(NamedTuple):
-    """What a study says of a deviation.
-
-    Attributes
-    ----------
-    tolerance : tuple of float
-        Its ends, SI.
-    words : str
-        Its distribution.
-    batch : str
-        The batch whose parts are all as this one; empty for a part of its own.
-    """
-
-    tolerance: tuple[float, float]
-    words: str
-    batch: str
 
 
 class Audit(NamedTuple):
@@ -107,7 +90,7 @@ class Plan(NamedTuple):
         Least and greatest permitted value by response, SI.
     demanded : mapping
         Share of the machines that is to be within, by limited response.
-    assumed : mapping of str to Assumption
+    assumed : mapping of str to Assumed
         By contributor that deviates.
     settings : mapping of str to SweptSetting
         What a grid changes besides deviations.
@@ -123,7 +106,7 @@ class Plan(NamedTuple):
     deviations: NDArray[np.float64]
     limits: Mapping[str, tuple[float, float]]
     demanded: Mapping[str, float]
-    assumed: Mapping[str, Assumption] = {}
+    assumed: Mapping[str, Assumed] = {}
     settings: Mapping[str, SweptSetting] = {}
     audit: Audit | None = None
     reference: KnownPoints | None = None

@@ -12,20 +12,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations.distributions import THREE_SIGMA
 from tolstat.machines.description import Model, Outcome
-from tolstat.machines.settings import fields_of
 from tolstat.statistics.precision import FIRST, next_stage
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run import Run
 from tolstat.store.run import open as open_run
-from tolstat.store.run_writer import Assumption, Audit, Plan, RunWriter, SweptSetting
-from tolstat.study.audit import audited_trials, tightened, tightened_cases
+from tolstat.store.run_writer import RunWriter
+from tolstat.study.audit import tightened_cases
 from tolstat.study.blocks import block_size, finished_blocks
-from tolstat.study.deviations import Deviations
 from tolstat.study.evaluate import simulate
 from tolstat.study.parallel import processors
+from tolstat.study.plan import audit_of, plan_of
 from tolstat.study.points import Case
 from tolstat.study.study import Study, load
 from tolstat.study.until import Until
@@ -143,8 +141,8 @@ def execute_on(
     """Run a checked study on any executor; see `execute`."""
     deviations = study.deviations()
     began = time.perf_counter()
-    audit = _audit(study, study.trials)
-    with RunWriter(path, _plan(study, deviations, audit), force=force) as file:
+    audit = audit_of(study, study.trials)
+    with RunWriter(path, plan_of(study, deviations, audit), force=force) as file:
         # the nominal machine goes first; who finds its code not compiled waits for it
         none = np.zeros((1, deviations.shape[1]))
         nominal = executor.submit(simulate, study.model, none, study.settings)
@@ -171,7 +169,7 @@ def execute_on(
                 break
             more = _more(study, status[:stop], responses[:stop])
             if not more or stop == study.trials:
-                audit = _audit(study, stop)
+                audit = audit_of(study, stop)
                 file.write_nominal(nominal.result())
                 file.keep(stop, audit, _stopped(study.until, stages, reached=not more))
                 break
@@ -227,68 +225,3 @@ def _stopped(until: Until, stages: list[int], *, reached: bool) -> dict[str, Any
         "until_reached": reached,
         "until_stages": " ".join(str(stage) for stage in stages),
     }
-
-
-def _audit(study: Study, trials: int) -> Audit | None:
-    """Choose the trials that are integrated again; None if nothing is integrated."""
-    tight = tightened(study.settings)
-    if tight is None:
-        return None
-    return Audit(audited_trials(study.seed or 0, trials), tight.rtol)
-
-
-def _plan(study: Study, deviations: NDArray[np.float64], audit: Audit | None) -> Plan:
-    """Say all that is known of a run before anything has run."""
-    facts: dict[str, str | int] = {
-        "title": study.title,
-        "model": study.model.name,
-        "sampling": study.sampling,
-        "settings": repr(study.settings),
-    }
-    if study.seed is not None:
-        facts["seed"] = study.seed
-    if study.sampler:
-        facts["replicates"] = study.sampler.replicates
-        facts["promise"] = study.sampler.promise
-        facts["factors"] = " ".join(study.factors)
-        facts["group"] = study.sampler.group(len(study.factors))
-    if study.until:
-        facts["at_most"] = study.trials
-    if assumptions := getattr(study.model, "assumptions", ()):
-        facts["assumptions"] = "\n".join(assumptions)
-    if study.notes:
-        facts["notes"] = "\n".join(study.notes)
-    swept = {}
-    if study.points and study.points.swept:
-        facts["grid"] = " ".join(axis.name for axis in study.points.swept)
-        units = {axis.name: axis.unit for axis in study.points.swept}
-        fields = fields_of(study.model)
-        for name, values in (study.points.settings or {}).items():
-            sentence = fields[name].metadata["sentence"]
-            swept[name] = SweptSetting(values, units[name], sentence)
-    return Plan(
-        study.text,
-        facts,
-        study.description,
-        deviations,
-        {name: limit.permitted for name, limit in study.limits.items()},
-        {name: limit.demanded for name, limit in study.limits.items()},
-        _assumed(study.deviating),
-        swept,
-        audit,
-        study.reference,
-    )
-
-
-def _assumed(deviating: Deviations) -> dict[str, Assumption]:
-    """Say what is assumed of each deviation."""
-    found = {}
-    for name, distribution in deviating.distributions.items():
-        zone = getattr(distribution, "tolerance", None)
-        if zone is None:  # measured parts: where three sigma of a normal one would lie
-            ends = np.array([1 - THREE_SIGMA, THREE_SIGMA])
-            zone = distribution.deviations(ends).tolist()
-        batch = deviating.dependence.batches.get(name)
-        alike = batch.name if batch and batch.share == 1 else ""
-        found[name] = Assumption(tuple(zone), deviating.words[name], alike)
-    return found
