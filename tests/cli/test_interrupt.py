@@ -14,9 +14,9 @@ import tolstat
 from tests.cli.test_commands import TOLSTAT
 
 
-def start(study, *options):
+def start(file, *options, command="run"):
     return subprocess.Popen(
-        [TOLSTAT, "run", study, *options],
+        [TOLSTAT, command, file, *options],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -61,6 +61,19 @@ def test_ctrl_c_during_one_endless_trial(small_study):
     process.communicate(timeout=30)
     assert time.monotonic() - began < 2.0
     assert process.returncode == 130
+
+
+def test_ctrl_c_during_a_report_leaves_nothing(small_study):
+    path = small_study.with_suffix(".h5")
+    tolstat.run(small_study, trials=400)
+    process = start(path, command="report")
+    time.sleep(3.0)
+    process.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    _, shown = process.communicate(timeout=30)
+    assert time.monotonic() - began < 2.0
+    assert process.returncode == 130 and "nothing is written" in shown
+    assert not path.with_suffix(".html").exists()
 
 
 @pytest.mark.long

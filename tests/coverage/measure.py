@@ -114,7 +114,7 @@ def stopped(name, rng, size):
 
 
 def replicated(_, rng, size):
-    """Yield intervals of Latin hypercube and Sobol' trials, for all problems at once."""
+    """Yield intervals of Latin hypercube and Sobol' trials, for all problems."""
     streams = {"a": 0, "b": 1, "c": 2}
     sample = Sample(np.full(size, Status.DONE), REPLICATES)
     for sampler in (Latin(), Sobol()):

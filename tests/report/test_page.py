@@ -120,6 +120,62 @@ def test_numbers_are_printed_as_they_are(report):
     assert checked > 24 * 20
 
 
+def rows_of(page, head):
+    """Paths of the numbers of a table by its rows, ends of intervals left out."""
+    table = page[page.index(head) :]
+    table = table[: table.index("</table>")]
+    return [
+        [
+            path
+            for path in re.findall(r'data-path="([^"]+)"', row)
+            if path.rpartition("/")[2] not in ("lower", "upper")
+        ]
+        for row in table.split("<tr>")[2:]
+    ]
+
+
+QUANTILES = ["0.135 %", "5 %", "50 %", "95 %", "99 %", "99.865 %"]
+
+
+def test_each_number_of_the_summary_stands_under_its_head(report):
+    heads = ["nominal", "mean/value", "deviation/value", "least"]
+    heads += [f"quantiles/{share}/value" for share in QUANTILES] + ["largest"]
+    table = report.text[report.text.index("<h2>Summary") :]
+    words = re.findall(r"<th[^>]*>([^<]*)</th>", table[: table.index("</thead>")])
+    assert words == [
+        "response", "unit", "nominal", "mean", "deviation", "least", *QUANTILES,
+        "largest", "failed",
+    ]  # fmt: skip
+    rows = rows_of(report.text, "<h2>Summary")
+    assert len(rows) == 24
+    for name, row in zip(report.found["responses"], rows, strict=True):
+        each = report.found["responses"][name]["quantiles"]
+        shown = [
+            f"responses/{name}/{head}"
+            for head in heads
+            if not (head[:9] == "quantiles" and "needs" in each[head[10:-6]]["reason"])
+        ]
+        assert row[: len(shown)] == shown and row[-1] == "trials/failed"
+
+
+def test_each_number_of_the_verdict_stands_under_its_head(report):
+    rows = rows_of(report.text, "<h2>Verdict")
+    for name, row in zip(report.found["interest"], rows, strict=True):
+        path = f"responses/{name}/limit"
+        assert row[0] == f"{path}/demanded"
+        assert f"{path}/yield_if_failed_are_bad/value" in row
+        assert row.index(f"{path}/beyond/value") > 1
+
+
+def test_each_difference_stands_under_its_head(comparison):
+    rows = rows_of(comparison.text, "<h2>Differences")
+    heads = ["smaller/value", "larger/value", "difference/mean/value"]
+    for name, row in zip(comparison.found["responses"], rows, strict=True):
+        path = f"responses/{name}"
+        assert row[:4] == [f"{path}/{h}" for h in [*heads, "difference/least"]]
+        assert row[-2:] == [f"{path}/difference/largest", "trials/failed"]
+
+
 def test_a_share_is_printed_per_cent_and_per_million(report):
     numbers = {path: words for path, _, words in report.page.numbers}
     limit = report.found["responses"]["jam_share"]["limit"]
@@ -270,6 +326,25 @@ def test_tidy_finds_nothing(made):
         pytest.skip("no tidy on this machine")
     done = subprocess.run([tidy, "-q", "-e", made.path], capture_output=True, text=True)
     assert done.stderr == "" and done.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("trials", "deviations"),
+    [(1, 'part = "+-0.5 mm"'), (20, 'part = "+-0.5 mm"'), (9, "")],
+)
+def test_a_few_trials_make_a_page_too(tmp_path, toy, trials, deviations):
+    """What cannot be told with one machine is left out, or says why."""
+    study = tmp_path / "few.toml"
+    head = f'model = "toy"\ntrials = {trials}\nseed = 1\n'
+    study.write_text(f"{head}[deviations]\n{deviations}\n[limits]\ngap = '<= 1 mm'\n")
+    run = tolstat.run(study, model=toy)
+    page, found = page_of(run, gather(run, toy))
+    assert "needs" in page and "undecided" in page
+    assert found["responses"]["gap"]["quantiles"]["95 %"]["lower"] is None
+    path = tmp_path / "few.html"
+    path.write_text(page)
+    done = subprocess.run(["tidy", "-q", "-e", path], capture_output=True, text=True)
+    assert done.stderr == ""
 
 
 def pixels(png):

@@ -13,6 +13,7 @@ from typing import Any
 
 import click
 
+from tolstat.cli.running import leave_on_interrupt
 from tolstat.cli.showing import screen
 from tolstat.errors import RunFileError
 from tolstat.report.findings import findings_of, reportable
@@ -49,7 +50,7 @@ def report_run(
     target = output or path.with_suffix(".html")
     if not target.parent.is_dir():
         raise RunFileError(f"{target} cannot be written: there is no such folder")
-    with ThreadPoolExecutor(1) as executor:
+    with leave_on_interrupt(), ThreadPoolExecutor(1) as executor:
         # simulates while findings are gathered and drawn
         evidence = executor.submit(gather, run)
         found = findings_of(run, responses)

@@ -92,6 +92,23 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
 
 
 @contextmanager
+def leave_on_interrupt() -> Iterator[None]:
+    """End the process at the first Ctrl-C, whatever its threads still compute."""
+    before = signal.getsignal(signal.SIGINT)
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        sys.stderr.write("stopped: nothing is written\n")
+        sys.stderr.flush()
+        os._exit(INTERRUPTED)
+
+    signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
 def stop_on_interrupt() -> Iterator[Event]:
     """Let the first Ctrl-C set an event; a second one ends the process at once.
 

@@ -30,7 +30,9 @@ def with_evidence(found: Found, run: Run, evidence: Evidence) -> Found:
     drawn = drawn_trials(run)
     assert drawn is not None  # there are no findings otherwise
     slopes = next(iter(evidence.slopes.values()), {})
-    scatter = scatter_of({n: drawn.values(n) for n in slopes}) if slopes else None
+    scatter = None
+    if slopes and len(drawn.trials) > 1:
+        scatter = scatter_of({n: drawn.values(n) for n in slopes})
     responses = {
         name: {
             **each,

@@ -13,7 +13,7 @@ from tolstat.study.parallel import simulate_all
 
 Array = NDArray[np.float64]
 
-STEP = 0.1  # of a standard deviation, to either side of the nominal machine
+STEP = 0.1  # of a usual deviation, to either side of the nominal machine
 MOST_SWEEPS = 8
 
 
@@ -27,15 +27,17 @@ def slopes(model: Model, settings: Any, deviation: Array) -> Array:
     settings : object
         Of it.
     deviation : float64[contributor]
-        Standard deviation of each contributor, SI; one of zero has no slope.
+        How far each contributor usually departs, SI; one of zero has no slope.
 
     Returns
     -------
     float64[contributor, response]
-        By central differences over a tenth of the standard deviation to either side;
+        By central differences over a tenth of that to either side;
         NaN where a machine failed.
     """
     varying = np.flatnonzero(deviation > 0)
+    if not len(varying):
+        return np.zeros((len(deviation), len(model.describe(settings).responses)))
     rows = np.zeros((2, len(varying), len(deviation)))
     step = STEP * deviation[varying]
     for place, column in enumerate(varying):

@@ -62,7 +62,7 @@ def gather(run: Run, model: Model | None = None) -> Evidence:
     worst = {name: worst_trials(run, name) for name in run.limits}
     tight = tightened(settings)
     return Evidence(
-        _slopes(run, machine, settings, drawn),
+        _slopes(run, machine, settings),
         _worst_cases(run, machine, settings, drawn),
         _again(run, machine, tight, drawn, worst),
         _histories(machine, settings, drawn, worst),
@@ -89,11 +89,14 @@ def worst_trials(run: Run, response: str) -> list[int]:
     return [trial for trial in order if margin[trial] < np.inf]
 
 
-def _slopes(
-    run: Run, model: Model, settings: Any, drawn: Array
-) -> dict[str, dict[str, float]]:
+def _slopes(run: Run, model: Model, settings: Any) -> dict[str, dict[str, float]]:
     """Differentiate every response at the nominal machine."""
-    deviation = drawn.std(axis=0)
+    zones = [
+        run.assumed[each.name].tolerance if each.name in run.assumed else (0.0, 0.0)
+        for each in run.contributors
+    ]
+    lower, upper = np.array(zones).T
+    deviation = (upper - lower) / 6  # of a normal part at Cp = 1: how far is usual
     table = slopes(model, settings, deviation)
     return {
         response.name: {
@@ -102,6 +105,7 @@ def _slopes(
             if deviation[row] > 0
         }
         for column, response in enumerate(run.responses)
+        if np.any(deviation > 0)
     }
 
 
