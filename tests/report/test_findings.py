@@ -167,6 +167,27 @@ def test_indices_of_a_run_made_for_them(toy, toy_study):
     assert indices["total"]["angle"]["value"] == 0.0
 
 
+@pytest.mark.parametrize("sampling", ["latin", "sobol"])
+def test_trials_that_depend_on_each_other_have_other_intervals(
+    toy, toy_study, sampling
+):
+    text = toy_study.read_text().replace("trials = 1000", "trials = 1024")
+    toy_study.write_text(
+        f'sampling = "{sampling}"\n' + text.replace("+-1 mm", "+-.5 mm")
+    )
+    found = findings_of(tolstat.run(toy_study, model=toy))["responses"]["gap"]
+    median = found["quantiles"]["50 %"]
+    assert median["lower"] < 0 < median["upper"]  # from replicates
+    for each in (
+        found["contributions"]["first_order"]["part_1"],
+        found["contributions"]["rank_regression"]["part_1"],
+        found["limit"]["ppk_by_percentiles"],
+    ):
+        assert each["lower"] is None and each["reason"] == "for random trials only"
+    assert found["tails"]["upper"]["refused"] == "for random trials only"
+    assert found["distribution"]["refused"] == "for random trials only"
+
+
 def test_groups_with_a_failed_trial_are_left_out_and_counted(toy, toy_study):
     text = toy_study.read_text().replace("trials = 1000", "trials = 5000")
     toy_study.write_text('sampling = "saltelli"\n' + text)

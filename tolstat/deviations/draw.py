@@ -83,7 +83,15 @@ def factors(
 
 
 def in_order(contributors: Sequence[str], factors: set[str]) -> tuple[str, ...]:
-    """Return factors in the order in which they are drawn."""
+    """Return factors in the order in which they are drawn.
+
+    Parameters
+    ----------
+    contributors : sequence of str
+        Every contributor of the model, in order.
+    factors : set of str
+        Of `factors`.
+    """
     return tuple(name for name in _numbers(contributors) if name in factors)
 
 

@@ -35,7 +35,17 @@ DRAWN_POINTS = 600  # of a distribution function
 
 
 def histogram(drawn: Drawn, name: str, found: Found) -> Markup:
-    """Draw how often each value occurs; beyond the limit in another colour."""
+    """Draw how often each value occurs; beyond the limit in another colour.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        The trials.
+    name : str
+        Of the response.
+    found : dict
+        What the findings say of it.
+    """
     values, unit = _done(drawn, name), found["unit"]
     scale = factor(unit)
     atom = found["distribution"]["atom"]
@@ -126,7 +136,17 @@ def _mark_quantiles(axes: Axes, found: Found, scale: float) -> None:
 
 
 def distribution(drawn: Drawn, name: str, found: Found) -> Markup:
-    """Draw the share of the machines below each value, on a probability scale."""
+    """Draw the share of the machines below each value, on a probability scale.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        The trials.
+    name : str
+        Of the response.
+    found : dict
+        What the findings say of it.
+    """
     values, unit = np.sort(_done(drawn, name)), found["unit"]
     scale, n = factor(unit), len(values)
     share = (np.arange(1, n + 1) - 0.5) / n

@@ -33,7 +33,15 @@ SETTLING = 4  # times as many, so that there is something to see
 
 
 def pareto(found: Found, kind: str = "contributions") -> Markup | None:
-    """Draw the shares of the variance, the largest first; None without any."""
+    """Draw the shares of the variance, the largest first; None without any.
+
+    Parameters
+    ----------
+    found : dict
+        What the findings say of the response.
+    kind : str
+        "contributions", from the trials at hand, or "indices", made for them.
+    """
     if kind == "indices":
         first, second = found["indices"]["first"], found["indices"]["total"]
         labels = ("alone (first order)", "with others (total)")
@@ -72,7 +80,17 @@ def pareto(found: Found, kind: str = "contributions") -> Markup | None:
 
 
 def convergence(drawn: Drawn, name: str, found: Found) -> Markup:
-    """Draw how the outermost quantile that has long had an interval settles."""
+    """Draw how the outermost quantile that has long had an interval settles.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        The trials.
+    name : str
+        Of the response.
+    found : dict
+        What the findings say of it.
+    """
     sure = [
         share
         for share in (0.99865, 0.99, 0.95)
@@ -111,7 +129,17 @@ def convergence(drawn: Drawn, name: str, found: Found) -> Markup:
 
 
 def scatter(drawn: Drawn, name: str, found: Found) -> Markup | None:
-    """Draw the response over its three leading contributors; None without any."""
+    """Draw the response over its three leading contributors; None without any.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        The trials.
+    name : str
+        Of the response.
+    found : dict
+        What the findings say of it.
+    """
     leading = leading_contributors(found)
     if not leading:
         return None
@@ -142,7 +170,17 @@ def scatter(drawn: Drawn, name: str, found: Found) -> Markup | None:
 
 
 def sketch(history: History, response: str, trial: int) -> Markup:
-    """Draw a small picture of how a machine moved."""
+    """Draw a small picture of how a machine moved.
+
+    Parameters
+    ----------
+    history : History
+        Of the machine.
+    response : str
+        The panel with the curve of that name is drawn, else the first.
+    trial : int
+        Its number, for the words beside the picture.
+    """
     panel = next(
         (each for each in history.panels if response in each.curves), history.panels[0]
     )

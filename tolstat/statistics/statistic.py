@@ -47,7 +47,17 @@ def deviation(values: Array, sample: Sample) -> Estimate:
 
 
 def quantile_at(values: Array, sample: Sample, share: float) -> Estimate:
-    """Estimate the value that a share of the machines that are done stays below."""
+    """Estimate the value that a share of the machines that are done stays below.
+
+    Parameters
+    ----------
+    values : float64[trial]
+        The response; NaN in trials that are not done.
+    sample : Sample
+        The trials.
+    share : float
+        Between 0 and 1.
+    """
     done = values[sample.done]
     if not len(done):
         return NONE_DONE
@@ -80,7 +90,19 @@ def yields(
     limit: tuple[float, float],
     demanded: float = DEMANDED,
 ) -> Yield:
-    """Estimate shares within and beyond a limit, failed trials counted against."""
+    """Estimate shares within and beyond a limit, failed trials counted against.
+
+    Parameters
+    ----------
+    values : float64[trial]
+        The response; NaN in trials that are not done.
+    sample : Sample
+        The trials.
+    limit : tuple of float
+        Least and greatest permitted value.
+    demanded : float
+        Share of machines that is to be within.
+    """
     if sample.replicates:
         ran = sample.ran
         return yield_of_replicates(

@@ -27,7 +27,22 @@ def processors() -> int:
 def simulate_all(
     model: Model, deviations: NDArray[np.float64], settings: Any
 ) -> Outcome:
-    """Simulate machines of deviations[trial, contributor] on all processors."""
+    """Simulate machines on all processors.
+
+    Parameters
+    ----------
+    model : Model
+        The machine.
+    deviations : float64[trial, contributor]
+        SI; at least one trial.
+    settings : object
+        Of all of them.
+
+    Returns
+    -------
+    Outcome
+        In the order of the trials; without their steps.
+    """
     cases = (Case(0, len(deviations), settings),)
     workers = processors()
     with ThreadPoolExecutor(workers, thread_name_prefix="worker") as executor:

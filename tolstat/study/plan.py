@@ -15,7 +15,20 @@ from tolstat.study.study import Study
 
 
 def audit_of(study: Study, trials: int) -> Audit | None:
-    """Choose the trials that are integrated again; None if nothing is integrated."""
+    """Choose the trials that are integrated again.
+
+    Parameters
+    ----------
+    study : Study
+        Checked.
+    trials : int
+        Of the run.
+
+    Returns
+    -------
+    Audit or None
+        None if the model integrates nothing.
+    """
     tight = tightened(study.settings)
     if tight is None:
         return None
@@ -23,7 +36,17 @@ def audit_of(study: Study, trials: int) -> Audit | None:
 
 
 def plan_of(study: Study, deviations: NDArray[np.float64], audit: Audit | None) -> Plan:
-    """Say all that is known of a run before anything has run."""
+    """Say all that is known of a run before anything has run.
+
+    Parameters
+    ----------
+    study : Study
+        Checked.
+    deviations : float64[trial, contributor]
+        Drawn, SI.
+    audit : Audit or None
+        Trials that are integrated again.
+    """
     facts: dict[str, str | int] = {
         "title": study.title,
         "model": study.model.name,

@@ -31,7 +31,19 @@ def check_sampling(
     points: Points | None,
     problems: Problems,
 ) -> None:
-    """Refuse keys that are missing for this sampling, or say nothing to it."""
+    """Refuse keys that are missing for this sampling, or say nothing to it.
+
+    Parameters
+    ----------
+    document : Document
+        The study as it is written.
+    deviating : Deviations
+        What deviates.
+    points : Points or None
+        The machines of a grid or a table.
+    problems : Problems
+        Takes what is wrong.
+    """
     sampling = document.sampling
     known = [*names_in(samplers), *GIVEN]
     if sampling not in known:
@@ -77,7 +89,17 @@ def _check_drawn(document: Document, deviating: Deviations, problems: Problems) 
 
 
 def check_trials(trials: int, sampling: str, deviating: Deviations) -> str:
-    """Return what is wrong with a number of trials; empty if nothing is."""
+    """Return what is wrong with a number of trials; empty if nothing is.
+
+    Parameters
+    ----------
+    trials : int
+        Asked for.
+    sampling : str
+        Name of the sampling.
+    deviating : Deviations
+        What deviates: it decides how many trials belong together.
+    """
     varying = len(factors(deviating.distributions, deviating.dependence))
     group = sampler_of(sampling).group(varying)
     if trials % group == 0:
