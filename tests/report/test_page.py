@@ -6,12 +6,14 @@ import math
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import tolstat
+from tests.conftest import Toy
 from tests.report.browser import Page, look, printed, scroll_width
 from tolstat.report import (
     comparison_page,
@@ -195,7 +197,7 @@ def test_the_page_has_its_parts_in_order(report):
     assert limited[0] == "extra_loss" and len(limited) == 5
     assert heads == ["Verdict", "Summary", *limited, "Assumptions", "Provenance"]
     parts = [
-        "<svg", "<h3>Tail, extrapolated", "<h3>Named distribution",
+        "<svg", "<h3>Performance", "<h3>Tail, extrapolated", "<h3>Named distribution",
         "<h3>Contributions", "<h3>The classical", "<h3>Integration error",
         "<h3>Worst trials",
     ]  # fmt: skip
@@ -283,20 +285,34 @@ def test_what_lies_beyond_the_limit_is_coloured(report):
     assert counted == pytest.approx(share * 2200, rel=0.05)
 
 
+class Quoted(Toy):
+    """A toy whose response has a name that means something in HTML."""
+
+    def describe(self, settings):
+        gap, ratio = super().describe(settings).responses
+        quoted = replace(gap, name='gap"<b>', sentence='a <b> in "quotes"')
+        return super().describe(settings)._replace(responses=(quoted, ratio))
+
+
+QUOTED = "'gap\"<b>'"
 HOSTILE = '<script>alert("1")</script> & "quotes" \'ticks\''
 
 
 def test_texts_of_a_study_are_escaped(toy, toy_study, tmp_path):
     title = HOSTILE.replace('"', '\\"')
     text = toy_study.read_text().replace('title = "toy"', f'title = "{title}"')
-    toy_study.write_text(text)
-    run = tolstat.run(toy_study, model=toy)
+    toy_study.write_text(text.replace("gap =", QUOTED + " ="))
+    named = tmp_path / "a \"b\" <i>'c'.h5"
+    run = tolstat.run(toy_study, model=Quoted(), output=named)
     page, _ = page_of(run, Evidence(missing=HOSTILE))
-    assert "<script" not in page and "script" not in Page(page).tags
-    assert "&lt;script&gt;" in page and HOSTILE in Page(page).text
+    read = Page(page)
+    assert "<script" not in page and not {"script", "i", "b"} & set(read.tags)
+    assert "&lt;script&gt;" in page and HOSTILE in read.text and named.name in read.text
+    assert any(path.startswith('responses/gap"<b>/') for path, *_ in read.numbers)
     pair = pair_of(run, run)
     page = make_comparison_page(pair, compared(pair))
     assert "<script" not in page and HOSTILE in Page(page).text
+    assert not {"script", "i", "b"} & set(Page(page).tags)
 
 
 def test_one_failed_trial_is_visible_in_every_table(tmp_path, toy, toy_study):
