@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import click
@@ -128,6 +128,23 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
         sys.exit(1)
 
 
+def _findings(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options of commands whose numbers other tools may want."""
+    options = (
+        click.option("--json", "form", flag_value="json", help="The numbers as JSON."),
+        click.option("--csv", "form", flag_value="csv", help="The numbers as CSV."),
+        click.option(
+            "--response",
+            "responses",
+            multiple=True,
+            help="Look closely at it, not at all that is limited. May be repeated.",
+        ),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
 @main.command()
 @click.argument("source", metavar="RUN.h5", type=click.Path(path_type=Path))
 @click.option(
@@ -136,14 +153,7 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
     type=click.Path(path_type=Path),
     help="The page; beside the run, ending in .html, if not given.",
 )
-@click.option("--json", "form", flag_value="json", help="The same numbers as JSON.")
-@click.option("--csv", "form", flag_value="csv", help="The same numbers as CSV.")
-@click.option(
-    "--response",
-    "responses",
-    multiple=True,
-    help="What to look at closely; what has a limit if not given. May be repeated.",
-)
+@_findings
 def report(
     source: Path, output: Path | None, form: str | None, responses: tuple[str, ...]
 ) -> None:
@@ -162,14 +172,7 @@ def report(
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="Also as a page of HTML."
 )
-@click.option("--json", "form", flag_value="json", help="The same numbers as JSON.")
-@click.option("--csv", "form", flag_value="csv", help="The same numbers as CSV.")
-@click.option(
-    "--response",
-    "responses",
-    multiple=True,
-    help="What to draw; what has a limit if not given. May be repeated.",
-)
+@_findings
 def compare(
     first: Path,
     second: Path,
