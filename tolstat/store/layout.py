@@ -117,7 +117,7 @@ def lay_out_audit(
     allocate(group, TRIAL, trials.shape, np.int64)[...] = trials
     for response in responses:
         column = allocate(group, response.name, trials.shape, np.float64)
-        describe(column, response, "response")
+        column.attrs["units"] = response.unit
     allocate(group, STATUS, trials.shape, np.uint8)
     return group
 
