@@ -65,9 +65,11 @@ def test_ctrl_c_during_one_endless_trial(small_study):
 
 def test_ctrl_c_during_a_report_leaves_nothing(small_study):
     path = small_study.with_suffix(".h5")
-    tolstat.run(small_study, trials=400)
-    process = start(path, command="report")
-    time.sleep(3.0)
+    run = tolstat.run(small_study, trials=400)
+    # all of its responses: enough to draw for a while
+    chosen = [w for each in run.responses for w in ("--response", each.name)]
+    process = start(path, *chosen, command="report")
+    time.sleep(6.0)
     process.send_signal(signal.SIGINT)
     began = time.monotonic()
     _, shown = process.communicate(timeout=30)
