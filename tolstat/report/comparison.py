@@ -14,7 +14,7 @@ from tolstat.report.findings import responses_of_interest, summary_found
 from tolstat.report.plain import Found, estimate, share_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.proportions import proportion
-from tolstat.statistics.replicates import from_replicates
+from tolstat.statistics.replicates import share_from_replicates
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import summarize
 from tolstat.status import Status
@@ -185,10 +185,7 @@ def _share(machines: NDArray[np.bool_], sample: Sample) -> Estimate:
     """Estimate a share of the machines that are done in both."""
     done = sample.done
     if sample.replicates:
-        found = from_replicates(
-            np.mean, machines[done].astype(float), sample.replicate[done]
-        )
-        return found._replace(lower=max(found.lower, 0.0), upper=min(found.upper, 1.0))
+        return share_from_replicates(machines[done], sample.replicate[done])
     return Estimate(*proportion(int(machines[done].sum()), int(done.sum())))
 
 

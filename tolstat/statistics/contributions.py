@@ -8,20 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from scipy.special import stdtrit
 
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.jackknife import PARTS, jackknifed
 from tolstat.statistics.moments import moments, tails_are_light
 
 Array = NDArray[np.float64]
 
 LEAST = 200  # trials from which the indices are given
-PARTS = 20  # of the trials, for the jackknife
 MOST_TOGETHER = 4  # contributors of a group whose neighbours still say something
 MANY = 'needs a run with sampling = "saltelli": too many for neighbours'
 
@@ -103,7 +103,6 @@ def contributions(
         _neighbours(X[:, [names.index(name) for name in members]])
         for members in few.values()
     ]
-    z = float(stdtrit(PARTS - 1, 0.5 + confidence / 2))
     spreading = {
         name: y for name, y in responses.items() if len(y) >= LEAST and np.ptp(y) > 0
     }
@@ -127,16 +126,16 @@ def contributions(
                 every, none, every, of_groups, of_groups, none
             )
             continue
-        regression = _estimates(*regressions[response], z)
+        regression = jackknifed(*regressions[response], confidence)
         whole, left_out = _first_orders(orders, y)
         light = tails_are_light(moments(y))
-        first = _estimates(whole, left_out, z, light)
-        summed = _estimates(sums @ whole, left_out @ sums.T, z, light)
-        joined = _estimates(*_joint(neighbours, y), z, light)
-        rest = _estimates(
-            1 - whole.sum(keepdims=True), 1 - left_out.sum(axis=1, keepdims=True), z,
-            light,
-        )  # fmt: skip
+        shares = partial(jackknifed, confidence=confidence, trusted=light)
+        first = shares(whole, left_out)
+        summed = shares(sums @ whole, left_out @ sums.T)
+        joined = shares(*_joint(neighbours, y))
+        rest = shares(
+            1 - whole.sum(keepdims=True), 1 - left_out.sum(axis=1, keepdims=True)
+        )
         found[response] = Contributions(
             dict(zip(names, regression[:-1], strict=True)),
             regression[-1],
@@ -315,18 +314,3 @@ def _joint(neighbours: Sequence[NDArray[np.int64]], y: Array) -> tuple[Array, Ar
     whole, all_squares = parts.sum(axis=0), of_squares.sum()
     left_out = (whole - parts) / (all_squares - of_squares)[:, None]
     return whole / all_squares, left_out
-
-
-def _estimates(
-    whole: Array, left_out: Array, z: float, trusted: bool = True
-) -> list[Estimate]:
-    """Give each number the interval of the jackknife, where that is to be trusted."""
-    if not trusted:
-        reason = "no trustworthy interval: a few trials decide the variance"
-        return [Estimate(float(v), reason=reason) for v in whole]
-    scatter = np.mean((left_out - left_out.mean(axis=0)) ** 2, axis=0)
-    half = z * np.sqrt((PARTS - 1) * scatter)
-    return [
-        Estimate(float(v), float(v - h), float(v + h))
-        for v, h in zip(whole, half, strict=True)
-    ]

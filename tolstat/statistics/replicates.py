@@ -59,3 +59,24 @@ def from_replicates(
     z = float(stdtrit(count - 1, 0.5 + confidence / 2))
     half = WIDER * z * float(each.std(ddof=1)) / math.sqrt(count)
     return Estimate(value, value - half, value + half)
+
+
+def share_from_replicates(
+    machines: NDArray[np.bool_], replicate: NDArray[np.int64]
+) -> Estimate:
+    """Estimate a share of Latin hypercube or Sobol' trials.
+
+    Parameters
+    ----------
+    machines : bool[trial]
+        Which of them have the property.
+    replicate : int64[trial]
+        Number of the independent randomisation that each trial belongs to.
+
+    Returns
+    -------
+    Estimate
+        With an interval kept within 0 and 1.
+    """
+    found = from_replicates(np.mean, machines.astype(float), replicate)
+    return found._replace(lower=max(found.lower, 0.0), upper=min(found.upper, 1.0))

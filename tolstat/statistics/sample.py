@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.proportions import proportion
-from tolstat.statistics.replicates import from_replicates
+from tolstat.statistics.replicates import share_from_replicates
 from tolstat.status import Status
 
 Array = NDArray[np.float64]
@@ -63,6 +63,6 @@ class Sample(NamedTuple):
         if trials == 0:
             return Estimate(math.nan, reason="no trial has run")
         if self.replicates and self.failed:
-            values = (~self.done[self.ran]).astype(float)
-            return from_replicates(np.mean, values, self.replicate[self.ran])
+            failed = ~self.done[self.ran]
+            return share_from_replicates(failed, self.replicate[self.ran])
         return Estimate(*proportion(self.failed, trials))

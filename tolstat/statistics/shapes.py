@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
+from tolstat.statistics.anderson_darling import a_squared, level_in, log_of_the_rest
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.proportions import proportion
 
@@ -151,21 +152,21 @@ def fit_shape(values: Array, name: str) -> Shape:
     if name in ("normal", "lognormal"):
         mean, deviation = float(x.mean()), float(x.std(ddof=1))
         z = (x - mean) / deviation
-        found = _squared(np.asarray(log_ndtr(z)), np.asarray(log_ndtr(-z)))
+        found = a_squared(np.asarray(log_ndtr(z)), np.asarray(log_ndtr(-z)))
         found *= 1 + 0.75 / n + 2.25 / n**2
         parameters = {"mean": mean, "deviation": deviation}
-        level = _level(found, "normal")
+        level = level_in(found, CRITICAL["normal"], LEVELS)
         return Shape(name, parameters, found, level)
     # the logarithm of a Weibull variable is, mirrored, of extreme value form
     mirrored = np.sort(-x) if name == "weibull" else x
     location, scale = _extreme_value(mirrored)
     log_below = -np.exp(-(mirrored - location) / scale)
-    log_over = np.log(np.maximum(-np.expm1(log_below), 1e-300))
-    found = _squared(log_below, log_over) * (1 + 0.2 / math.sqrt(n))
+    found = a_squared(log_below, log_of_the_rest(log_below)) * (1 + 0.2 / math.sqrt(n))
+    level = level_in(found, CRITICAL["extreme value"], LEVELS)
     parameters = {"location": location, "scale": scale}
     if name == "weibull":
         parameters = {"shape": 1 / scale, "scale": math.exp(-location)}
-    return Shape(name, parameters, found, _level(found, "extreme value"))
+    return Shape(name, parameters, found, level)
 
 
 def best_shape(values: Array) -> Shape:
@@ -191,16 +192,3 @@ def _extreme_value(x: Array) -> tuple[float, float]:
             break
     location = mean - scale * math.log(float(np.mean(np.exp(-centred / scale))))
     return location, scale
-
-
-def _squared(log_below: Array, log_over: Array) -> float:
-    """Return A squared of ascending values, from logarithms of both shares."""
-    n = len(log_below)
-    weight = 2 * np.arange(1, n + 1) - 1
-    return float(-n - np.mean(weight * (log_below + log_over[::-1])))
-
-
-def _level(statistic: float, family: str) -> float:
-    """Interpolate the level of A squared; 0.5 and 0.01 are the ends of the table."""
-    logs = np.log(LEVELS)
-    return float(np.exp(np.interp(statistic, CRITICAL[family], logs)))

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.statistics.anderson_darling import a_squared, level_in, log_of_the_rest
+
 Array = NDArray[np.float64]
 
 LEAST_LEVEL = 0.1  # of the test at which a fit counts as good
@@ -81,15 +83,12 @@ def fit_pareto(y: Array) -> Pareto:
 
 def anderson_darling(y: Array, fit: Pareto) -> float:
     """Return A squared of ascending excesses against a fit."""
-    n = len(y)
     log_over = (  # logarithm of the share beyond
         -y / fit.scale
         if abs(fit.shape) < 1e-9
         else -np.log1p(fit.shape * y / fit.scale) / fit.shape
     )
-    log_below = np.log(np.maximum(-np.expm1(log_over), 1e-300))
-    weight = 2 * np.arange(1, n + 1) - 1
-    return float(-n - np.mean(weight * (log_below + log_over[::-1])))
+    return a_squared(log_of_the_rest(log_over), log_over)
 
 
 def level_of(statistic: float, shape: float) -> float:
@@ -103,4 +102,4 @@ def level_of(statistic: float, shape: float) -> float:
     critical = [
         np.interp(shape, SHAPES, column) for column in zip(*CRITICAL, strict=True)
     ]
-    return float(np.exp(np.interp(statistic, critical, np.log(LEVELS))))
+    return level_in(statistic, critical, LEVELS)

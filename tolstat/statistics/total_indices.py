@@ -8,15 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.jackknife import PARTS, jackknifed
 from tolstat.statistics.moments import moments, tails_are_light
 
 Array = NDArray[np.float64]
 
-PARTS = 20  # of the groups, for the jackknife
-HEAVY = "no trustworthy interval: a few trials decide the variance"
 LEAST = 500  # groups from which indices are given
 
 
@@ -83,15 +81,7 @@ def sobol_indices(
             for part, size in zip(parts, sizes, strict=True)
         ]
     )
-    scatter = np.mean((left_out - left_out.mean(axis=0)) ** 2, axis=0)
-    z = float(stdtrit(PARTS - 1, 0.5 + confidence / 2))
-    half = z * np.sqrt((PARTS - 1) * scatter)
-    found = [
-        Estimate(float(v), float(v - h), float(v + h))
-        if light
-        else Estimate(float(v), reason=HEAVY)
-        for v, h in zip(value, half, strict=True)
-    ]
+    found = jackknifed(value, left_out, confidence, trusted=light)
     k = len(factors)
     return {name: Indices(found[i], found[k + i]) for i, name in enumerate(factors)}
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.proportions import proportion
-from tolstat.statistics.replicates import from_replicates
+from tolstat.statistics.replicates import share_from_replicates
 
 MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
 DEMANDED = 0.9973  # yield that a limit asks for where the study says nothing
@@ -100,13 +100,11 @@ def yield_of_replicates(
     """
     good = done & _within(values, limit)
 
-    def share(machines: NDArray[np.bool_]) -> Estimate:
-        found = from_replicates(np.mean, machines.astype(float), replicate)
-        return found._replace(lower=max(found.lower, 0.0), upper=min(found.upper, 1.0))
-
-    least = share(good)
+    least = share_from_replicates(good, replicate)
     verdict = _verdict(least, demanded) if least.sure else UNDECIDED
-    return Yield(share(~good), least, share(good | ~done), verdict, 0)
+    beyond = share_from_replicates(~good, replicate)
+    most = share_from_replicates(good | ~done, replicate)
+    return Yield(beyond, least, most, verdict, 0)
 
 
 def _within(

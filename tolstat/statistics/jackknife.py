@@ -1,0 +1,41 @@
+"""Intervals from leaving out a twentieth of the trials at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from tolstat.statistics.estimate import Estimate
+
+Array = NDArray[np.float64]
+
+PARTS = 20
+HEAVY = "no trustworthy interval: a few trials decide the variance"
+
+
+def jackknifed(
+    whole: Array, left_out: Array, confidence: float, *, trusted: bool = True
+) -> list[Estimate]:
+    """Give each number the interval of the jackknife, where that is to be trusted.
+
+    Parameters
+    ----------
+    whole : float64[number]
+        Of all trials.
+    left_out : float64[part, number]
+        The same with one part of them left out; `PARTS` of them.
+    confidence : float
+        Of the intervals, Student's.
+    trusted : bool
+        Whether a few trials do not decide the variance.
+    """
+    if not trusted:
+        return [Estimate(float(v), reason=HEAVY) for v in whole]
+    scatter = np.mean((left_out - left_out.mean(axis=0)) ** 2, axis=0)
+    z = float(stdtrit(PARTS - 1, 0.5 + confidence / 2))
+    half = z * np.sqrt((PARTS - 1) * scatter)
+    return [
+        Estimate(float(v), float(v - h), float(v + h))
+        for v, h in zip(whole, half, strict=True)
+    ]
