@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich import box
-from rich.table import Table
-
 from tolstat.cli.reporting import deliver, write
-from tolstat.cli.showing import in_lines, screen
+from tolstat.cli.showing import print_table, screen
 from tolstat.report.comparison import compared, comparison_table, pair_of
 from tolstat.store.run import open as open_run
 
@@ -42,13 +39,7 @@ def compare_runs(
         return
     console = screen()
     summary = comparison_table(found)
-    table = Table(title=summary.title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for head in summary.heads:
-        words = head in ("response", "unit")
-        table.add_column(head, justify="left" if words else "right", no_wrap=True)
-    for row in summary.rows:
-        table.add_row(*(in_lines(cell, wide=False) for cell in row))
-    console.print(table)
+    print_table(summary.title, summary.heads, summary.rows, wide=False)
     for note in summary.notes:
         console.print(note)
     if output:

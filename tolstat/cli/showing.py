@@ -44,18 +44,37 @@ def print_summary(run: Run) -> None:
     if summary.limit_rows:
         parts.append(("limits", summary.limit_heads, summary.limit_rows))
     for title, heads, rows in parts:
-        table = Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-        for head in heads:
-            words = head in ("response", "unit", "limit")
-            table.add_column(head, justify="left" if words else "right", no_wrap=True)
-        for row in rows:
-            table.add_row(*(in_lines(cell, console.width >= WIDE) for cell in row))
-        console.print(table)
+        print_table(title, heads, rows, wide=console.width >= WIDE)
     for note in summary.notes:
         console.print(note)
 
 
-def in_lines(cell: Cell, wide: bool) -> str:
+def print_table(
+    title: str, heads: list[str], rows: list[list[Cell]], *, wide: bool
+) -> None:
+    """Print a table, words to the left and numbers to the right.
+
+    Parameters
+    ----------
+    title : str
+        Above it.
+    heads : list of str
+        Of the columns.
+    rows : list of list of Cell
+        Numbers stand over their intervals.
+    wide : bool
+        Whether an interval stands in one line.
+    """
+    table = Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for head in heads:
+        words = head in ("response", "unit", "limit")
+        table.add_column(head, justify="left" if words else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*(_in_lines(cell, wide) for cell in row))
+    screen().print(table)
+
+
+def _in_lines(cell: Cell, wide: bool) -> str:
     """Write a number over its interval, in two lines or in three."""
     if isinstance(cell, str):
         return cell

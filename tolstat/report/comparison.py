@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from tolstat.errors import PictureError, RunFileError
 from tolstat.report.drawn import Drawn, drawn_trials
 from tolstat.report.findings import responses_of_interest, summary_found
-from tolstat.report.plain import Found, estimate, share_words
+from tolstat.report.plain import Found, estimate, estimate_from, share_words
+from tolstat.report.summary_table import Cell, estimate_in_words, summaries_of
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.proportions import proportion
 from tolstat.statistics.replicates import share_from_replicates
@@ -22,6 +23,7 @@ from tolstat.store.run import Run
 from tolstat.units.conversion import engineering_unit
 
 Array = NDArray[np.float64]
+SIDES = ("first", "second")
 
 
 class Pair(NamedTuple):
@@ -143,6 +145,8 @@ def compared(pair: Pair, chosen: Sequence[str] = ()) -> Found:
         )
         if name in pair.responses
     ]
+    sides = dict(zip(SIDES, (pair.first, pair.second), strict=True))
+    summaries = {side: summaries_of(drawn) for side, drawn in sides.items()}
     responses = {}
     for response in first.responses:
         name = response.name
@@ -157,12 +161,9 @@ def compared(pair: Pair, chosen: Sequence[str] = ()) -> Found:
             "smaller": estimate(_share(difference < 0, pair.sample)),
             "larger": estimate(_share(difference > 0, pair.sample)),
         }
-        for side, drawn in (("first", pair.first), ("second", pair.second)):
-            run = drawn.run
-            limit = (run.limits[name], run.demanded[name]) if name in run.limits else ()
-            summary = summarize(drawn.values(name), drawn.sample, *limit)
-            found[side] = summary_found(summary)
-            found[side]["nominal"] = run.nominal_values[name]
+        for side, drawn in sides.items():
+            found[side] = summary_found(summaries[side][name])
+            found[side]["nominal"] = drawn.run.nominal_values[name]
         responses[name] = found
     done = pair.sample.done
     return {
@@ -217,29 +218,21 @@ class ComparisonTable(NamedTuple):
 
     title: str
     heads: list[str]
-    rows: list[list[Any]]
+    rows: list[list[Cell]]
     notes: list[str]
 
 
 def comparison_table(found: Found) -> ComparisonTable:
     """Summarize a comparison for the screen, engineering units."""
-    from tolstat.report.numbers import in_engineering_unit
 
-    def cell(each: Found, unit: str) -> Any:
-        words = [
-            in_engineering_unit(each[key], unit)
-            for key in ("value", "lower", "upper")
-            if each[key] is not None
-        ]
-        if len(words) == 3:
-            return tuple(words)
-        return each["reason"] if each["reason"].startswith("needs") else words[0]
+    def cell(each: Found, unit: str) -> Cell:
+        return estimate_in_words(estimate_from(each), unit)
 
-    rows = []
+    rows: list[list[Cell]] = []
     share = share_words(0.95)
     for name, each in found["responses"].items():
         unit = each["unit"]
-        row = [name, each["shown_unit"]]
+        row: list[Cell] = [name, each["shown_unit"]]
         row += [cell(each[side]["quantiles"][share], unit) for side in SIDES]
         quantiles = each["difference"]["quantiles"]
         row += [cell(quantiles[s], unit) for s in (share_words(0.5), share)]
@@ -263,6 +256,3 @@ def comparison_table(found: Found) -> ComparisonTable:
         rows,
         notes,
     )  # fmt: skip
-
-
-SIDES = ("first", "second")

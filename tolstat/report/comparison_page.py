@@ -8,11 +8,15 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from tolstat.report.comparison import SIDES, Pair
-from tolstat.report.distribution_pictures import BINS, spread_out
+from tolstat.report.distribution_pictures import (
+    BINS,
+    mark_limit,
+    scale_of_probability,
+    spread_out,
+)
 from tolstat.report.numbers import limit_in_words
 from tolstat.report.page import SHARES, Numbers, environment, style
 from tolstat.report.page_picture import (
-    BEYOND,
     INK,
     MOST_POINTS,
     inline,
@@ -24,7 +28,6 @@ from tolstat.report.plain import Found
 
 Array = NDArray[np.float64]
 LABELS = ("A", "B")
-TICKS = (1e-4, 1e-3, 0.01, 0.1, 0.5, 0.9, 0.99, 0.999, 1 - 1e-4)
 
 
 def make_comparison_page(pair: Pair, found: Found) -> str:
@@ -97,16 +100,10 @@ def _distributions(pair: Pair, name: str, found: Found) -> Markup:
                 factor(unit) * np.sort(values)[chosen], ndtri(share[chosen]), ".",
                 color=colour, markersize=3, label=label,
             )  # fmt: skip
-        ticks = [t for t in TICKS if share[0] / 2 <= t <= 1 - share[0] / 2]
-        axes.set_yticks(ndtri(ticks), [f"{100 * t:.10g}" for t in ticks])
-        limit = found["first"]["limit"] or found["second"]["limit"] or {}
-        for end in (limit.get("lower"), limit.get("upper")):
-            if end is not None:
-                axes.axvline(
-                    factor(unit) * end, color=BEYOND, linestyle="--", label="limit"
-                )
+        scale_of_probability(axes, share[0])
+        limited = found["first"] if found["first"]["limit"] else found["second"]
+        mark_limit(axes, limited, factor(unit))
         axes.set_xlabel(axis_label(name, unit))
-        axes.set_ylabel("% of the machines below")
         legend_above(axes)
         return inline(figure, f"Distributions of {name} in A and in B")
 

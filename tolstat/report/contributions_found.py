@@ -9,7 +9,7 @@ import numpy as np
 from tolstat.report.drawn import Drawn
 from tolstat.report.plain import Found, estimate
 from tolstat.statistics.contributions import Contributions, contributions
-from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.total_indices import sobol_indices
 from tolstat.store.run import Run
 
@@ -74,7 +74,7 @@ def _shares(
     def plain(each: Estimate) -> Found:
         # the jackknife leaves out trials as if they knew nothing of each other
         if each.sure and not independent:
-            each = Estimate(each.value, reason="for random trials only")
+            each = Estimate(each.value, reason=RANDOM_ONLY)
         return estimate(each)
 
     def all_of(shares: Mapping[str, Estimate]) -> dict[str, Found]:

@@ -56,18 +56,15 @@ def histogram(drawn: Drawn, name: str, found: Found) -> Markup:
         if len(values):
             low, high = float(values.min()), float(values.max())
             edges = np.linspace(low, high if high > low else low + 1, BINS + 1)
-            limit = found["limit"]
-            ends = [
-                limit[e] for e in ("lower", "upper") if limit and limit[e] is not None
-            ]
             # an edge on each end of the limit, so that no bar lies on both sides
-            inside = [end for end in ends if low < end < high]
+            inside = [end for end in ends_of(found) if low < end < high]
             edges = np.unique([*edges, *inside])
             counts, _ = np.histogram(values, edges)
             heights = counts / np.diff(edges) * (edges[-1] - edges[0]) / BINS
-            beyond = _beyond(edges[:-1], edges[1:], limit)
+            lower, upper = limit_of(found)
+            beyond = (edges[1:] <= lower) | (edges[:-1] >= upper)
             for chosen, colour, label in (
-                (~beyond, WITHIN, "within" if limit else ""),
+                (~beyond, WITHIN, "within" if found["limit"] else ""),
                 (beyond, BEYOND, "beyond"),
             ):
                 if chosen.any():
@@ -76,7 +73,7 @@ def histogram(drawn: Drawn, name: str, found: Found) -> Markup:
                         color=colour, linewidth=0, label=label or "_unnamed",
                     )  # fmt: skip
         _mark_nominal(axes, found, scale)
-        _mark_limit(axes, found, scale)
+        mark_limit(axes, found, scale)
         _mark_quantiles(axes, found, scale)
         axes.set_xlabel(axis_label(name, unit))
         axes.set_ylabel("machines a bar")
@@ -85,34 +82,31 @@ def histogram(drawn: Drawn, name: str, found: Found) -> Markup:
         return inline(figure, f"Histogram of {name}: {_summary_words(found)}")
 
 
-def _beyond(left: Array, right: Array, limit: Found | None) -> NDArray[np.bool_]:
-    if not limit:
-        return np.zeros(len(left), dtype=bool)
-    lower = -math.inf if limit["lower"] is None else limit["lower"]
-    upper = math.inf if limit["upper"] is None else limit["upper"]
-    found: NDArray[np.bool_] = (right <= lower) | (left >= upper)
-    return found
-
-
 def _mark_nominal(axes: Axes, found: Found, scale: float) -> None:
     if found["nominal"] is not None:
         axes.axvline(scale * found["nominal"], color=INK, linewidth=1, label="nominal")
 
 
-def ends_of(found: Found) -> tuple[float | None, float | None]:
-    """Return the ends of the limit, None where it is open or there is none."""
-    limit = found["limit"] or {}
-    return limit.get("lower"), limit.get("upper")
+def limit_of(found: Found) -> tuple[float, float]:
+    """Return the limit of a response; infinite where it is open or there is none."""
+    limit = found["limit"] or {"lower": None, "upper": None}
+    return (
+        -math.inf if limit["lower"] is None else limit["lower"],
+        math.inf if limit["upper"] is None else limit["upper"],
+    )
 
 
-def _mark_limit(axes: Axes, found: Found, scale: float) -> None:
-    label = "limit"
-    for end in ends_of(found):
-        if end is not None:
-            axes.axvline(
-                scale * end, color=BEYOND, linestyle="--", linewidth=1.2, label=label
-            )
-            label = "_unnamed"
+def ends_of(found: Found) -> list[float]:
+    """Return the ends of the limit that there are."""
+    return [end for end in limit_of(found) if math.isfinite(end)]
+
+
+def mark_limit(axes: Axes, found: Found, scale: float) -> None:
+    """Mark the ends of the limit across the picture, once in the legend."""
+    for end, label in zip(ends_of(found), ("limit", "_unnamed"), strict=False):
+        axes.axvline(
+            scale * end, color=BEYOND, linestyle="--", linewidth=1.2, label=label
+        )
 
 
 def _mark_quantiles(axes: Axes, found: Found, scale: float) -> None:
@@ -158,11 +152,7 @@ def distribution(drawn: Drawn, name: str, found: Found) -> Markup:
             markersize=3, label="machines",
         )  # fmt: skip
         least = share[0]
-        shown = [
-            values[0],
-            values[-1],
-            *(end for end in ends_of(found) if end is not None),
-        ]
+        shown = [values[0], values[-1], *ends_of(found)]
         limit = drawn.run.limits.get(name)
         label = "tail, extrapolated"
         for side, tail in tails_of(values, drawn, limit).items():
@@ -182,21 +172,26 @@ def distribution(drawn: Drawn, name: str, found: Found) -> Markup:
             )  # fmt: skip
             axes.plot(sign * scale * line, at, "--", color=SECOND, label=label)
             label = "_unnamed"
-        _mark_limit(axes, found, scale)
+        mark_limit(axes, found, scale)
         margin = 0.05 * (max(shown) - min(shown)) or 1.0
         axes.set_xlim(scale * (min(shown) - margin), scale * (max(shown) + margin))
-        ticks = [t for t in TICKS if t >= least / 2]
-        ticks = sorted({*ticks, *(1 - t for t in ticks)})
-        axes.set_yticks(ndtri(ticks), [f"{100 * t:.10g}" for t in ticks])
+        scale_of_probability(axes, least)
         axes.set_ylim(ndtri(least / 2), -ndtri(least / 2))
         axes.set_xlabel(axis_label(name, unit))
-        axes.set_ylabel("% of the machines below")
         few_ticks(axes)
         legend_above(axes)
         words = (
             f"Distribution of {name} on a probability scale: {_summary_words(found)}"
         )
         return inline(figure, words)
+
+
+def scale_of_probability(axes: Axes, least: float) -> None:
+    """Write shares of the machines on an axis of normal scores, down to the least."""
+    ticks = [t for t in TICKS if t >= least / 2]
+    ticks = sorted({*ticks, *(1 - t for t in ticks)})
+    axes.set_yticks(ndtri(ticks), [f"{100 * t:.10g}" for t in ticks])
+    axes.set_ylabel("% of the machines below")
 
 
 def spread_out(n: int) -> NDArray[np.int64]:
@@ -223,10 +218,6 @@ def _summary_words(found: Found) -> str:
     ):
         if value is not None:
             words.append(f"{label} {scale * value:.4g} {unit}")
-    if limit := found["limit"]:
-        ends = (
-            -math.inf if limit["lower"] is None else limit["lower"],
-            math.inf if limit["upper"] is None else limit["upper"],
-        )
-        words.append(f"limit {limit_in_words(ends, found['unit'])}")
+    if found["limit"]:
+        words.append(f"limit {limit_in_words(limit_of(found), found['unit'])}")
     return ", ".join(words)

@@ -7,13 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.deviations.samplers.saltelli import OWN
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run import Run
 
 Array = NDArray[np.float64]
-
-OWN = 2  # machines of a group that are independent of each other
 
 
 class Drawn(NamedTuple):

@@ -13,9 +13,9 @@ from tolstat.report.contributions_found import contributions_found, indices_foun
 from tolstat.report.drawn import Drawn, drawn_trials
 from tolstat.report.plain import Found, estimate, number, share_words
 from tolstat.report.summary_table import notes_of, summaries_of
-from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.integration_error import integration_error
-from tolstat.statistics.shapes import NAMES, atom_of, best_shape, fit_shape
+from tolstat.statistics.shapes import NAMES, Shape, atom_of, best_shape
 from tolstat.statistics.statistic import quantile_at, yields
 from tolstat.statistics.summary import Limited, Summary
 from tolstat.statistics.tails import Tail, upper_tail
@@ -177,10 +177,11 @@ def _limit(limited: Limited) -> Found:
 
 def _distribution(done: Array, drawn: Drawn) -> Found:
     """Say what the response looks like: an atom, and the shape of the rest."""
-    independent = not drawn.sample.replicates
     atom = atom_of(done)
     rest = atom.without(done) if atom else done
-    best = best_shape(rest) if independent else fit_shape(rest[:0], NAMES[0])
+    best = Shape(NAMES[0], {}, refused=RANDOM_ONLY)
+    if not drawn.sample.replicates:
+        best = best_shape(rest)
     return {
         "atom": {
             "value": atom.value,
@@ -196,7 +197,7 @@ def _distribution(done: Array, drawn: Drawn) -> Found:
         "anderson_darling": number(best.statistic),
         "level": number(best.level),
         "rejected": best.rejected,
-        "refused": best.refused if independent else "for random trials only",
+        "refused": best.refused,
     }
 
 
@@ -207,7 +208,7 @@ def tails_of(
     lower, upper = limit or (-math.inf, math.inf)
     found = {}
     if drawn.sample.replicates:
-        refused = Tail(math.nan, 0, len(done), refused="for random trials only")
+        refused = Tail(math.nan, 0, len(done), refused=RANDOM_ONLY)
         return {"upper": refused}
     if math.isfinite(upper) or not math.isfinite(lower):
         found["upper"] = upper_tail(done)

@@ -15,12 +15,13 @@ from tolstat.report import response_pictures as pictures
 from tolstat.report.contributions_found import leading_contributors
 from tolstat.report.drawn import drawn_trials
 from tolstat.report.numbers import in_engineering_unit, limit_in_words, number
-from tolstat.report.plain import Found
+from tolstat.report.plain import Found, share_words
+from tolstat.statistics import summary
 from tolstat.statistics.evidence import Evidence
 from tolstat.store.run import Run
 from tolstat.units.conversion import engineering_unit
 
-SHARES = ("0.135 %", "5 %", "50 %", "95 %", "99 %", "99.865 %")
+SHARES = tuple(share_words(share) for share in summary.SHARES)
 MATTERS = 0.05  # share of the variance from which a contributor is named
 
 

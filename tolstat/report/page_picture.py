@@ -18,7 +18,7 @@ from matplotlib.ticker import AutoLocator, MaxNLocator
 from tolstat.report.picture import COLOURS, LIMIT, styled
 
 # stand-ins that the page's style replaces: the same picture in light and in dark
-INK, GRID, PAPER = "#101418", "#e1e3e6", "#fdfdfd"
+INK, GRID = "#101418", "#e1e3e6"
 BEYOND, WITHIN, SECOND = LIMIT, COLOURS[0], COLOURS[1]
 MOST_POINTS = 2000  # of a scatter, above which it is rasterised
 WIDTH, HEIGHT = 4.6, 2.9
@@ -103,7 +103,6 @@ def inline(figure: Figure, alternative: str) -> Markup:
     # its style would hold for the whole page; page.css says the same of pictures
     svg = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", svg, flags=re.DOTALL)
     svg = svg.replace(INK, "currentColor").replace(GRID, "var(--grid)")
-    svg = svg.replace(PAPER, "var(--paper)")
     prefix = f"p{next(_numbers)}-"
     svg = re.sub(r'\bid="', f'id="{prefix}', svg)
     svg = re.sub(r'(xlink:href|href)="#', rf'\1="#{prefix}', svg)
@@ -113,8 +112,6 @@ def inline(figure: Figure, alternative: str) -> Markup:
         r'\bd="[^"]*"', lambda d: re.sub(r"(\.\d{2})\d+", r"\1", d.group()), svg
     )
     head = f'<svg role="img" aria-label="{escape(alternative)}"'
-    size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', svg)
-    assert size  # as matplotlib writes it
     svg = re.sub(r"<svg\b", head, svg, count=1)
     svg = re.sub(r'\b(width|height)="[\d.]+pt"\s*', "", svg, count=2)
     return Markup(svg)

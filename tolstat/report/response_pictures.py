@@ -43,28 +43,25 @@ def pareto(found: Found, kind: str = "contributions") -> Markup | None:
         "contributions", from the trials at hand, or "indices", made for them.
     """
     if kind == "indices":
-        first, second = found["indices"]["first"], found["indices"]["total"]
-        labels = ("alone (first order)", "with others (total)")
+        first, total = found["indices"]["first"], found["indices"]["total"]
+        rows = [("alone (first order)", first), ("with others (total)", total)]
     else:
-        first, second = found["contributions"].get("first_order", {}), None
-        labels = ("alone (first order)", "")
+        first = found["contributions"].get("first_order", {})
+        rows = [("alone (first order)", first)]
     known = {name: each for name, each in first.items() if each["value"] is not None}
     if not known:
         return None
     leading = sorted(known, key=lambda name: -known[name]["value"])[:MOST_BARS]
-    with page_figure(height=0.26 * len(leading) * (1 + bool(second)) + 1.1) as figure:
+    with page_figure(height=0.26 * len(leading) * len(rows) + 1.1) as figure:
         axes = figure.subplots()
-        for row, (shares, label) in enumerate(
-            zip((known, second), labels, strict=True)
-        ):
-            if not shares:
-                continue
-            at = np.arange(len(leading)) + (0.2 + 0.4 * (row - 0.5) if second else 0)
+        height = 0.36 if len(rows) > 1 else 0.7
+        for row, (label, shares) in enumerate(rows):
+            at = np.arange(len(leading)) + (0.4 * row if len(rows) > 1 else 0)
             value = 100 * np.array([shares[name]["value"] for name in leading])
             sure = all(shares[name]["lower"] is not None for name in leading)
             ends = [[shares[n][end] for n in leading] for end in ("lower", "upper")]
             axes.barh(
-                at, value, 0.36 if second else 0.7, color=COLOURS[row], label=label,
+                at, value, height, color=COLOURS[row], label=label,
                 xerr=np.abs(100 * np.array(ends) - value) if sure else None,
                 error_kw={"ecolor": INK, "elinewidth": 0.8, "capsize": 2},
             )  # fmt: skip
@@ -99,22 +96,18 @@ def convergence(drawn: Drawn, name: str, found: Found) -> Markup:
     share = sure[0] if sure else 0.5
     values, scale = drawn.values(name), factor(found["unit"])
     limit = drawn.run.limits.get(name)
-    asked = [(Statistic(name, "quantile", share), scale, found["unit"])]
+    words = f"{share_words(share)}, {found['shown_unit']}"
+    asked = [(Statistic(name, "quantile", share), scale, words)]
     if limit:
-        asked.append((Statistic(name, "beyond"), 100.0, "1"))
+        asked.append((Statistic(name, "beyond"), 100.0, "beyond, %"))
     with page_figure() as figure:
         every = figure.subplots(len(asked), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, (statistic, times, unit) in zip(every, asked, strict=True):
+        for axes, (statistic, times, label) in zip(every, asked, strict=True):
             found_so = running(statistic, values, drawn.sample, limit)
             axes.fill_between(
                 found_so.trials, times * found_so.lower, times * found_so.upper,
                 color=WITHIN, alpha=0.25, linewidth=0, label="95 % interval",
             )  # fmt: skip
-            label = (
-                "beyond, %"
-                if unit == "1" and statistic.kind == "beyond"
-                else (f"{share_words(share)}, {axis_label('', unit)[2:]}")
-            )
             axes.plot(found_so.trials, times * found_so.value, color=WITHIN)
             axes.set_ylabel(label)
             axes.set_xscale("log")
@@ -158,11 +151,10 @@ def scatter(drawn: Drawn, name: str, found: Found) -> Markup | None:
             axes.set_xlabel(axis_label(contributor, units[contributor]))
             few_ticks(axes)
             for end in ends_of(found):
-                if end is not None:
-                    axes.axhline(
-                        factor(found["unit"]) * end, color=BEYOND, linestyle="--",
-                        linewidth=1,
-                    )  # fmt: skip
+                axes.axhline(
+                    factor(found["unit"]) * end, color=BEYOND, linestyle="--",
+                    linewidth=1,
+                )  # fmt: skip
         every[0].set_ylabel(axis_label(name, found["unit"]))
         return inline(
             figure, f"{name} over its leading contributors: {', '.join(leading)}"

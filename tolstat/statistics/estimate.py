@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+RANDOM_ONLY = "for random trials only"
+
 
 class Estimate(NamedTuple):
     """A number with its 95 % interval.

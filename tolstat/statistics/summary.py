@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.statistics.capability import Performance, by_moments, by_percentiles
-from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.statistic import (
     NONE_DONE,
@@ -103,7 +103,7 @@ def summarize(
         found = yields(values, sample, limit, demanded)
         performance = by_percentiles(done, limit), by_moments(done, limit)
         if sample.replicates:
-            none = Estimate(math.nan, reason="for random trials only")
+            none = Estimate(math.nan, reason=RANDOM_ONLY)
             performance = Performance(none, none), Performance(none, none)
         limited = Limited(limit, demanded, found, *performance)
     return Summary(
