@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.integrator.conftest import pendulum
-from tolstat.integrator.integrate import Accuracy, System, integrate, stop_flag
+from tolstat.integrator.integrate import Accuracy, System, integrate
 from tolstat.status import Status
 
 OMEGA2 = np.linspace(1.0, 4.0, 37)
@@ -159,16 +159,6 @@ def test_lanes_never_mix(blow_up_system):
             values = getattr(together, name)[i]
             np.testing.assert_array_equal(values, getattr(alone, name)[0])
             np.testing.assert_array_equal(values, getattr(shuffled, name)[j])
-
-
-def test_the_flag_stops_the_march(oscillator_system):
-    flag = np.ones(1, dtype=np.int64)
-    token = stop_flag.set(flag)
-    try:
-        found = swing(oscillator_system, Accuracy(1e-9, 0.1))
-    finally:
-        stop_flag.reset(token)
-    assert np.all(found.status == Status.NOT_RUN)
 
 
 def test_samples_do_not_change_the_march(oscillator_system):

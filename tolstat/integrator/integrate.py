@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,9 +12,6 @@ from numpy.typing import NDArray
 from tolstat.integrator.trials import Found
 
 Array = NDArray[np.float64]
-
-# set to one element that turns non-zero when the march is to end early
-stop_flag: ContextVar[NDArray[np.int64] | None] = ContextVar("stop_flag", default=None)
 
 
 @dataclass(frozen=True)
@@ -105,7 +101,6 @@ def integrate(
 
     n, n_marks = marks.shape
     samples = np.empty(0) if samples is None else np.ascontiguousarray(samples, float)
-    stop = stop_flag.get()
     found = Found(
         states=np.full((n, n_marks, start.shape[1]), np.nan),
         quadratures=np.full((n, n_marks, system.n_quadratures), np.nan),
@@ -125,7 +120,6 @@ def integrate(
         watch_from,
         np.ascontiguousarray(system.scale, float),
         limits,
-        np.zeros(1, dtype=np.int64) if stop is None else stop,
     )
     march(system.rates, system.watch, *arguments, *found)
     return found

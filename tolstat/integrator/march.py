@@ -87,7 +87,6 @@ def _take_samples(lanes, block, found, h):
         types.int64,
         numbers,
         numbers,
-        integers,
         tables,
         tables,
         table,
@@ -108,7 +107,6 @@ def march(
     watch_from,
     scale,
     limits,
-    stop,
     states,
     quadratures,
     greatest,
@@ -120,8 +118,7 @@ def march(
 ):
     """Integrate every trial of a block; see `integrate` for the arguments.
 
-    `limits` holds rtol, the longest step (s) and the most steps of a trial; the march
-    ends early, leaving trials not run, as soon as stop[0] is not zero.
+    `limits` holds rtol, the longest step (s) and the most steps of a trial.
     """
     rtol, max_step, max_steps = limits[0], limits[1], limits[2]
     n, n_sums = start.shape[1], quadratures.shape[2]
@@ -156,7 +153,7 @@ def march(
     n_begun, n_busy = sort_out(0, error, lanes, block, found)
     _renew_rates(rates, lanes, moment, lanes.y, fresh)
 
-    while n_busy > 0 and stop[0] == 0:
+    while n_busy > 0:
         t, target = L[TIME], L[TARGET]
         remaining = target - t
         landing = L[STEP] >= remaining

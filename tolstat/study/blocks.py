@@ -6,18 +6,16 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.integrator.integrate import stop_flag
 from tolstat.machines.description import Model, Outcome
 from tolstat.study.evaluate import simulate
 from tolstat.study.points import Case
 
 LOOK_AGAIN = 0.1  # s, between two looks at whether to stop
-GRACE = 1.0  # s, for running blocks to end early; a compilation does not
+GRACE = 1.0  # s, for running blocks to end; a compilation does not
 SUBMITTED = 3  # blocks for each worker, so that none waits for the writer
 
 
@@ -46,43 +44,42 @@ def finished_blocks(
     workers, block : int
         How many blocks run at once, and how many trials a block has.
     stopping : callable
-        Asked ten times a second; once true, running blocks end early, and the trials
-        that they finished are yielded; a block that does not end in a second is left.
+        Asked ten times a second; once true, no further block begins, and a running
+        one that does not end in a second is left.
 
     Yields
     ------
     list of (int, Outcome)
         Blocks with the number of their first trial.
     """
-    stop = np.zeros(1, dtype=np.int64)
+    stopped = False
     starts = _starts(cases, block)
     running: dict[Future[Outcome], int] = {}
     patience = math.inf
     try:
         while True:
-            while not stop[0] and len(running) < SUBMITTED * workers:
+            while not stopped and len(running) < SUBMITTED * workers:
                 block_of = next(starts, None)
                 if block_of is None:
                     break
                 first, end, settings = block_of
                 rows = deviations[first:end]
-                future = executor.submit(_run_block, model, rows, settings, stop)
+                future = executor.submit(simulate, model, rows, settings)
                 running[future] = first
             if not running:
                 return
             done, _ = wait(running, timeout=LOOK_AGAIN, return_when=FIRST_COMPLETED)
             if done:
                 yield [(running.pop(future), future.result()) for future in done]
-            if stopping() and not stop[0]:
-                stop[0] = 1
+            if stopping() and not stopped:
+                stopped = True
                 patience = time.monotonic() + GRACE
                 for future in list(running):
                     if future.cancel():
                         del running[future]
-            if stop[0] and time.monotonic() > patience:
+            if stopped and time.monotonic() > patience:
                 return
     finally:
-        stop[0] = 1
         for future in running:
             future.cancel()
 
@@ -92,20 +89,6 @@ def _starts(cases: tuple[Case, ...], block: int) -> Iterator[Case]:
     for case in cases:
         for first in range(case.first, case.stop, block):
             yield Case(first, min(first + block, case.stop), case.settings)
-
-
-def _run_block(
-    model: Model,
-    deviations: NDArray[np.float64],
-    settings: Any,
-    stop: NDArray[np.int64],
-) -> Outcome:
-    """Run one block on a worker; the flag ends it early where memory is shared."""
-    token = stop_flag.set(stop)
-    try:
-        return simulate(model, deviations, settings)
-    finally:
-        stop_flag.reset(token)
 
 
 def block_size(trials: int, workers: int) -> int:
