@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tolstat.integrator.integrate import System
-from tolstat.integrator.step import rates_signature
+from tolstat.integrator.signatures import rates_signature
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows, write
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from tolstat.integrator.integrate import Accuracy, System, integrate
-from tolstat.integrator.step import rates_signature
+from tolstat.integrator.integrate import System, integrate
+from tolstat.integrator.signatures import rates_signature
+from tolstat.integrator.trials import Accuracy
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 

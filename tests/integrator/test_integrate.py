@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from tests.integrator.conftest import pendulum
-from tolstat.integrator.integrate import Accuracy, System, integrate
+from tolstat.integrator.integrate import System, integrate
+from tolstat.integrator.trials import Accuracy
 from tolstat.status import Status
 
 OMEGA2 = np.linspace(1.0, 4.0, 37)

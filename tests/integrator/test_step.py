@@ -8,13 +8,8 @@ from scipy.integrate import RK45
 from scipy.integrate._ivp.rk import RkDenseOutput, rk_step
 
 from tests.integrator.conftest import pendulum, pendulum_rates
-from tolstat.integrator.step import (
-    advance,
-    error_of,
-    halfway,
-    interpolate,
-    rates_type,
-)
+from tolstat.integrator.signatures import rates_type
+from tolstat.integrator.step import advance, error_of, halfway, interpolate
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 from tolstat.lanes.vector import WIDTH

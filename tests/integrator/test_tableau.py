@@ -9,7 +9,7 @@ from scipy.integrate import RK45
 
 from tolstat.integrator import tableau
 
-S = range(7)
+STAGES = range(7)
 
 
 def trees(order):
@@ -51,7 +51,7 @@ def inner(tree, i):
 
 
 def weigh(weights, tree):
-    return sum((weights[i] * inner(tree, i) for i in S), F(0))
+    return sum((weights[i] * inner(tree, i) for i in STAGES), F(0))
 
 
 def test_number_of_trees():
@@ -59,7 +59,7 @@ def test_number_of_trees():
 
 
 def test_rows_sum_to_the_nodes():
-    for i in S:
+    for i in STAGES:
         assert sum(tableau.A[i], F(0)) == tableau.C[i]
 
 

@@ -8,7 +8,8 @@ from scipy.integrate import dblquad
 from scipy.optimize import minimize
 
 from tolstat.deviations.draw import draw
-from tolstat.integrator.integrate import Accuracy, integrate
+from tolstat.integrator.integrate import integrate
+from tolstat.integrator.trials import Accuracy
 from tolstat.lanes.vector import WIDTH
 from tolstat.machines.stand import parameters
 from tolstat.machines.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES

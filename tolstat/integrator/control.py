@@ -14,7 +14,25 @@ FIRST_STEP = 1e-3  # of the longest step: the controller finds its way from ther
 
 
 @compiled(within=True)
-def sixteenth_root(x):
+def aim(t, step, target):
+    """Choose the step that is tried, so that it lands on the mark.
+
+    Returns
+    -------
+    tuple
+        The step, the time after it (vectors, s), whether that is the mark (mask).
+    """
+    remaining = target - t
+    landing = step >= remaining
+    # two alike rather than a long one and a tiny one
+    h = np.where(2.0 * step > remaining, 0.5 * remaining, step)
+    h = np.where(landing, remaining, h)
+    # t + (target - t) can miss the target
+    return h, np.where(landing, target, t + h), landing
+
+
+@compiled(within=True)
+def _sixteenth_root(x):
     """Return x^(1/16) by square roots; `pow`, lane by lane, costs far more."""
     return np.sqrt(np.sqrt(np.sqrt(np.sqrt(x))))
 
@@ -42,7 +60,7 @@ def step_factor(error, last_root):
     proportional and integral control, here with the exponents 1/8 and 1/16, keeps
     steps at the limit of stability smooth. After a rejection the exponent is 3/16.
     """
-    root = sixteenth_root(np.minimum(np.maximum(error, 1e-6), 1e6))
+    root = _sixteenth_root(np.minimum(np.maximum(error, 1e-6), 1e6))
     accepted = error <= 1.0
     factor = np.where(accepted, last_root / (root * root), 1.0 / (root * root * root))
     factor = np.minimum(np.maximum(SAFETY * factor, SHRINK_MOST), GROW_MOST)

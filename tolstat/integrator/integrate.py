@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.integrator.trials import Found
+from tolstat.integrator.trials import Accuracy, Block, Solution
 
 Array = NDArray[np.float64]
 
@@ -21,11 +20,12 @@ class System:
     Attributes
     ----------
     rates, watch : callable
-        Compiled with `step.rates_signature`: (moment, y, p, out) -> None. `moment` has
-        the rows time (s) and phase (number of marks passed since the start). `rates`
-        fills all rows of `out`: the derivatives of the states, the rates of the
-        quadratures, the quantities whose peaks are watched, those whose time above
-        zero is. `watch` fills the watched ones alone, from row 0.
+        Compiled with `signatures.rates_signature`: (moment, y, p, out) -> None, each
+        float64[row, lane]. `moment` has the rows time (s) and phase (number of the
+        last mark passed, from 0). `rates` fills all rows of `out`: the derivatives of
+        the states, the rates of the quadratures, the quantities whose peaks are
+        watched, those whose time above zero is. `watch` fills the watched ones alone,
+        from row 0.
     scale : float64[state]
         The size that each state's error is measured by.
     n_quadratures, n_extremes, n_above : int
@@ -40,25 +40,6 @@ class System:
     n_above: int = 0
 
 
-@dataclass(frozen=True)
-class Accuracy:
-    """How well to integrate.
-
-    Attributes
-    ----------
-    rtol : float
-        A step is accepted when no state's error estimate exceeds rtol times its scale.
-    max_step : float
-        The longest step, s.
-    max_steps : int
-        A trial that needs more steps, rejected ones included, is given up.
-    """
-
-    rtol: float
-    max_step: float
-    max_steps: int = 20_000_000
-
-
 def integrate(
     system: System,
     start: Array,
@@ -68,7 +49,7 @@ def integrate(
     *,
     watch_from: int = 0,
     samples: Array | None = None,
-) -> Found:
+) -> Solution:
     """Integrate a block of trials.
 
     Parameters
@@ -92,34 +73,42 @@ def integrate(
 
     Returns
     -------
-    Found
+    Solution
         By trial: states and quadratures at the marks, peaks, histories, status, steps.
         What a failed trial did not reach is NaN.
     """
     # the compiler is loaded, and compiles, when something is first integrated
     from tolstat.integrator.march import march
 
-    n, n_marks = marks.shape
-    samples = np.empty(0) if samples is None else np.ascontiguousarray(samples, float)
-    found = Found(
-        states=np.full((n, n_marks, start.shape[1]), np.nan),
+    block = Block(
+        start=np.ascontiguousarray(start, float),
+        parameters=np.ascontiguousarray(parameters, float),
+        marks=np.ascontiguousarray(marks, float),
+        samples=np.ascontiguousarray([] if samples is None else samples, float),
+        watch_from=watch_from,
+        accuracy=Accuracy(
+            rtol=float(accuracy.rtol),
+            max_step=float(accuracy.max_step),
+            max_steps=int(accuracy.max_steps),
+        ),
+    )
+    solution = _empty(system, block)
+    scale = np.ascontiguousarray(system.scale, float)
+    march(system.rates, system.watch, scale, block, solution)
+    return solution
+
+
+def _empty(system: System, block: Block) -> Solution:
+    """Make room for what is to be found."""
+    n, n_states = block.start.shape
+    n_marks, n_samples = block.marks.shape[1], len(block.samples)
+    return Solution(
+        states=np.full((n, n_marks, n_states), np.nan),
         quadratures=np.full((n, n_marks, system.n_quadratures), np.nan),
         greatest=np.full((n, system.n_extremes), np.nan),
         least=np.full((n, system.n_extremes), np.nan),
         above=np.full((n, system.n_above), np.nan),
-        history=np.full((n, len(samples), start.shape[1]), np.nan),
+        history=np.full((n, n_samples, n_states), np.nan),
         status=np.zeros(n, dtype=np.int64),
         steps=np.zeros(n, dtype=np.int64),
     )
-    limits = np.array([accuracy.rtol, accuracy.max_step, float(accuracy.max_steps)])
-    arguments: tuple[Any, ...] = (
-        np.ascontiguousarray(start, float),
-        np.ascontiguousarray(parameters, float),
-        np.ascontiguousarray(marks, float),
-        samples,
-        watch_from,
-        np.ascontiguousarray(system.scale, float),
-        limits,
-    )
-    march(system.rates, system.watch, *arguments, *found)
-    return found

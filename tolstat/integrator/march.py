@@ -7,204 +7,147 @@ trial's result is bitwise the same whatever its neighbours.
 from __future__ import annotations
 
 import numpy as np
-from numba import types
 
-from tolstat.integrator.control import step_factor
-from tolstat.integrator.occupancy import (
-    CLOCK_ROWS,
+from tolstat.integrator.clock import (
+    ACCEPTED,
     COUNT,
+    ERROR,
     EVENT,
     FAILED,
     MARK_REACHED,
+    MOMENT_ROWS,
+    NOTHING,
     PHASE,
     ROOT,
-    SAMPLE,
     SMALLEST,
     STEP,
     TARGET,
     TIME,
-    sort_out,
+    TRIED,
 )
+from tolstat.integrator.control import aim, step_factor
+from tolstat.integrator.occupancy import idle_lanes, sort_out
+from tolstat.integrator.signatures import march_signature
 from tolstat.integrator.step import (
     advance,
-    error_of,
     halfway,
     interpolate,
     quadrature_of,
-    rates_type,
+    worst_error,
 )
-from tolstat.integrator.trials import Block, Found, Lanes
-from tolstat.integrator.watching import follow_extremes, follow_shares
+from tolstat.integrator.watching import follow
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 from tolstat.lanes.vector import WIDTH
 
-numbers = types.float64[::1]
-table = types.float64[:, ::1]
-tables = types.float64[:, :, ::1]
-integers = types.int64[::1]
-
 
 @compiled()
-def _renew_rates(rates, lanes, moment, y, fresh):
+def _renew_rates(rates, moment, lanes):
     """Evaluate the first stage anew where a phase begins: the rates may jump there."""
-    K, L = rows(moment), rows(lanes.clock)
-    K[0], K[1] = L[TIME], L[PHASE]
-    rates(moment, y, lanes.p, fresh)
+    now, clock = rows(moment), rows(lanes.clock)
+    now[TIME], now[PHASE] = clock[TIME], clock[PHASE]
+    # the second stage is free between two steps
+    rates(moment, lanes.y, lanes.p, lanes.k[1])
     for lane in range(WIDTH):
         if lanes.clock[EVENT, lane] == MARK_REACHED:
-            lanes.k[0, :, lane] = fresh[:, lane]
-        lanes.clock[EVENT, lane] = 0.0
+            lanes.k[0, :, lane] = lanes.k[1, :, lane]
+        lanes.clock[EVENT, lane] = NOTHING
 
 
 @compiled()
-def _take_samples(lanes, block, found, h):
+def _take_samples(lanes, block, solution):
     """Store the states at the sample times that this step passed."""
     clock = lanes.clock
     for lane in range(WIDTH):
-        if clock[SAMPLE, lane] == 0.0:
+        if clock[ACCEPTED, lane] == 0.0:
             continue
         t, trial = clock[TIME, lane], lanes.trial[lane]
         while lanes.sample[lane] < len(block.samples):
-            theta = (block.samples[lanes.sample[lane]] - t) / h[0, lane]
+            theta = (block.samples[lanes.sample[lane]] - t) / clock[TRIED, lane]
             if theta > 1.0:
                 break
             for i in range(len(lanes.y)):
-                found.history[trial, lanes.sample[lane], i] = interpolate(
-                    h[0, lane], theta, lanes.y, lanes.k, lane, i
+                solution.history[trial, lanes.sample[lane], i] = interpolate(
+                    clock[TRIED, lane], theta, lanes.y, lanes.k, lane, i
                 )
             lanes.sample[lane] += 1
 
 
-@compiled(
-    types.void(
-        rates_type,
-        rates_type,
-        table,
-        table,
-        table,
-        numbers,
-        types.int64,
-        numbers,
-        numbers,
-        tables,
-        tables,
-        table,
-        table,
-        table,
-        tables,
-        integers,
-        integers,
-    )
-)
-def march(
-    rates,
-    watch,
-    start,
-    parameters,
-    marks,
-    samples,
-    watch_from,
-    scale,
-    limits,
-    states,
-    quadratures,
-    greatest,
-    least,
-    above,
-    history,
-    status,
-    steps,
-):
-    """Integrate every trial of a block; see `integrate` for the arguments.
+@compiled(within=True)
+def _take_over(accepted, h, y_new, lanes):
+    """Go on from the end of the step: states, quadratures, and rates as first stage."""
+    old, new = rows(lanes.y), rows(y_new)
+    quadratures = rows(lanes.quadratures)
+    K1, K7 = rows(lanes.k[0]), rows(lanes.k[6])
+    n = len(old)
+    for i in range(n):
+        old[i] = np.where(accepted, new[i], old[i])
+    for i in range(len(quadratures)):
+        grown = quadratures[i] + quadrature_of(h, lanes.k, n + i)
+        quadratures[i] = np.where(accepted, grown, quadratures[i])
+    for i in range(len(K1)):
+        K1[i] = np.where(accepted, K7[i], K1[i])
 
-    `limits` holds rtol, the longest step (s) and the most steps of a trial.
+
+@compiled(march_signature)
+def march(rates, watch, scale, block, solution):
+    """Integrate every trial of a block.
+
+    Parameters
+    ----------
+    rates, watch, scale
+        The equations; see `integrate.System`.
+    block : Block
+        What is asked.
+    solution : Solution
+        Filled with what is found.
     """
-    rtol, max_step, max_steps = limits[0], limits[1], limits[2]
-    n, n_sums = start.shape[1], quadratures.shape[2]
-    n_extremes, n_above = greatest.shape[1], above.shape[1]
-    first = n + n_sums  # of the watched quantities among the rates
-    first_above = first + n_extremes
-    n_rates = first_above + n_above
+    rtol, max_step, max_steps = block.accuracy
+    n = block.start.shape[1]
+    n_extremes, n_above = solution.greatest.shape[1], solution.above.shape[1]
+    n_watched = n_extremes + n_above
 
-    block = Block(start, parameters, marks, samples, watch_from, max_step)
-    found = Found(states, quadratures, greatest, least, above, history, status, steps)
-    lanes = Lanes(
-        np.zeros((CLOCK_ROWS, WIDTH)),
-        np.zeros((n, WIDTH)),
-        np.zeros((parameters.shape[1], WIDTH)),
-        np.zeros((n_sums, WIDTH)),
-        np.zeros((n_extremes, WIDTH)),
-        np.zeros((n_extremes, WIDTH)),
-        np.zeros((n_above, WIDTH)),
-        np.zeros((7, n_rates, WIDTH)),
-        np.full(WIDTH, -1),
-        np.zeros(WIDTH, dtype=np.int64),
-    )
+    lanes = idle_lanes(block, solution)
+    moment = np.zeros((MOMENT_ROWS, WIDTH))
     y_new, y_middle = np.zeros((n, WIDTH)), np.zeros((n, WIDTH))
-    moment = np.zeros((2, WIDTH))
-    fresh = np.zeros((n_rates, WIDTH))
-    middle = np.zeros((n_extremes + n_above, WIDTH))
-    error, taken = np.zeros((1, WIDTH)), np.zeros((1, WIDTH))
-
-    k = lanes.k
-    L, K, Y, N = rows(lanes.clock), rows(moment), rows(lanes.y), rows(y_new)
-    S, K1, K7 = rows(lanes.sums), rows(k[0]), rows(k[6])
-    n_begun, n_busy = sort_out(0, error, lanes, block, found)
-    _renew_rates(rates, lanes, moment, lanes.y, fresh)
+    watched_middle = np.zeros((n_watched, WIDTH))
+    clock, now = rows(lanes.clock), rows(moment)
+    n_begun, n_busy = sort_out(0, lanes, block, solution)
+    _renew_rates(rates, moment, lanes)
 
     while n_busy > 0:
-        t, target = L[TIME], L[TARGET]
-        remaining = target - t
-        landing = L[STEP] >= remaining
-        h = np.where(2.0 * L[STEP] > remaining, 0.5 * remaining, L[STEP])
-        h = np.where(landing, remaining, h)
-        t_new = np.where(landing, target, t + h)  # t + (target - t) can miss it
-        K[1] = L[PHASE]
-        advance(rates, moment, t, h, t_new, lanes.y, lanes.p, k, y_new)
+        t = clock[TIME]
+        h, t_new, landing = aim(t, clock[STEP], clock[TARGET])
+        now[PHASE] = clock[PHASE]
+        advance(rates, moment, t, h, t_new, lanes.y, lanes.p, lanes.k, y_new)
+        error = worst_error(h, lanes.k, scale) * (1.0 / rtol)
+        running = clock[PHASE] >= 0.0
+        accepted = (error <= 1.0) & running
 
-        worst = np.abs(error_of(h, k, 0)) * (1.0 / scale[0])
-        for i in range(1, n):
-            worst = np.maximum(worst, np.abs(error_of(h, k, i)) * (1.0 / scale[i]))
-        worst = worst * (1.0 / rtol)
-        running = L[PHASE] >= 0.0
-        accepted = (worst <= 1.0) & running
+        taking = accepted & (clock[PHASE] >= float(block.watch_from))
+        if n_watched > 0 and np.any(taking):
+            halfway(h, lanes.y, lanes.k, y_middle)
+            now[TIME] = t + 0.5 * h
+            watch(moment, y_middle, lanes.p, watched_middle)
+            follow(taking, h, watched_middle, lanes)
+        if len(block.samples) > 0:
+            clock[TRIED] = h
+            clock[ACCEPTED] = np.where(accepted, 1.0, 0.0)
+            _take_samples(lanes, block, solution)
+        _take_over(accepted, h, y_new, lanes)
 
-        taking = accepted & (L[PHASE] >= float(watch_from))
-        if n_rates > first and np.any(taking):
-            halfway(h, lanes.y, k, y_middle)
-            K[0] = t + 0.5 * h
-            watch(moment, y_middle, lanes.p, middle)
-            follow_extremes(
-                taking, k[0, first:], middle, k[6, first:], lanes.greatest,
-                lanes.least,
-            )  # fmt: skip
-            follow_shares(
-                taking, h, k[0, first_above:], middle[n_extremes:],
-                k[6, first_above:], lanes.above,
-            )  # fmt: skip
-        if len(samples) > 0:
-            rows(taken)[0] = h
-            L[SAMPLE] = np.where(accepted, 1.0, 0.0)
-            _take_samples(lanes, block, found, taken)
-
-        for i in range(n):
-            Y[i] = np.where(accepted, N[i], Y[i])
-        for i in range(n_sums):
-            S[i] = np.where(accepted, S[i] + quadrature_of(h, k, n + i), S[i])
-        for i in range(n_rates):
-            K1[i] = np.where(accepted, K7[i], K1[i])
-        factor, root = step_factor(worst, L[ROOT])
-        step = np.minimum(h * factor, max_step)
-        count = L[COUNT] + np.where(running, 1.0, 0.0)
-        L[TIME] = np.where(accepted, t_new, t)
-        L[STEP], L[ROOT] = step, root
-        L[COUNT] = count
+        factor, clock[ROOT] = step_factor(error, clock[ROOT])
+        clock[TIME] = np.where(accepted, t_new, t)
+        clock[STEP] = np.minimum(h * factor, max_step)
+        clock[COUNT] = clock[COUNT] + np.where(running, 1.0, 0.0)
 
         reached = accepted & landing
-        failed = running & ((step < L[SMALLEST]) | (count >= max_steps))
+        failed = running & (
+            (clock[STEP] < clock[SMALLEST]) | (clock[COUNT] >= max_steps)
+        )
         if np.any(reached | failed):
-            rows(error)[0] = worst
-            L[EVENT] = np.where(reached, MARK_REACHED, np.where(failed, FAILED, 0.0))
-            n_begun, n_busy = sort_out(n_begun, error, lanes, block, found)
-            _renew_rates(rates, lanes, moment, lanes.y, fresh)
+            clock[ERROR] = error
+            failure = np.where(failed, FAILED, NOTHING)
+            clock[EVENT] = np.where(reached, MARK_REACHED, failure)
+            n_begun, n_busy = sort_out(n_begun, lanes, block, solution)
+            _renew_rates(rates, moment, lanes)

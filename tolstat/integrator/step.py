@@ -1,13 +1,18 @@
-"""One step of Dormand-Prince 5(4), written out, for all lanes at once."""
+"""One step of Dormand-Prince 5(4), written out, for all lanes at once.
+
+Everywhere h is the step (s), a vector; y the states at its start, float64[state,
+lanes]; k its stages, float64[7, rate, lanes], of which K1 ... K7, as in the literature,
+are the rows. The derivatives of the states come first among the rates.
+"""
 
 from __future__ import annotations
 
 from fractions import Fraction
 
 import numpy as np
-from numba import types
 
 from tolstat.integrator import tableau
+from tolstat.integrator.clock import TIME
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 
@@ -20,53 +25,60 @@ A61, A62, A63, A64, A65 = (float(a) for a in tableau.A[5])
 B1, _, B3, B4, B5, B6, _ = (float(b) for b in tableau.B)
 E1, _, E3, E4, E5, E6, E7 = (float(e) for e in tableau.E)
 H1, _, H3, H4, H5, H6, H7 = (float(w) for w in tableau.dense_weights(Fraction(1, 2)))
-
-array_of_rows = types.float64[:, ::1]
-
-# rates(clock, y, p, out): clock holds the rows time and phase; out takes the
-# derivatives, then the rates of the quadratures, then the watched quantities
-rates_signature = types.void(*[array_of_rows] * 4)
-rates_type = types.FunctionType(rates_signature)
+DENSE = np.array([[float(w) for w in row] for row in tableau.DENSE])
 
 
 @compiled(within=True)
-def advance(rates, clock, t, h, t_new, y, p, k, y_new):
-    """Fill the stages k[1] ... k[6] and the state y_new after a step.
+def advance(rates, moment, t, h, t_new, y, p, k, y_new):
+    """Take a step: fill the stages k[1] ... k[6] and the state after it.
 
-    k[0] holds the rates at (t, y) and stays. `t_new` is handed over, because t + h
-    may miss the end of a phase by a rounding.
+    Parameters
+    ----------
+    rates : function
+        Of `rates_signature`.
+    moment : float64[2, lanes]
+        Its phase holds for all of the step; its time is overwritten.
+    t, h, t_new : vector
+        Time before the step, the step, time after it, s; t + h may miss the end of a
+        phase by a rounding.
+    y, p : float64[state, lanes], float64[parameter, lanes]
+        States before the step, and parameters.
+    k : float64[7, rate, lanes]
+        k[0] holds the rates at (t, y) and stays.
+    y_new : float64[state, lanes]
+        The states after the step; on the way those of each stage.
     """
-    n = len(y)
-    time, Y, S = rows(clock), rows(y), rows(y_new)
+    now, old, new = rows(moment), rows(y), rows(y_new)
     K1, K2, K3, K4 = rows(k[0]), rows(k[1]), rows(k[2]), rows(k[3])
     K5, K6 = rows(k[4]), rows(k[5])
+    n = len(y)
     for i in range(n):
-        S[i] = Y[i] + h * (A21 * K1[i])
-    time[0] = t + C2 * h
-    rates(clock, y_new, p, k[1])
+        new[i] = old[i] + h * (A21 * K1[i])
+    now[TIME] = t + C2 * h
+    rates(moment, y_new, p, k[1])
     for i in range(n):
-        S[i] = Y[i] + h * (A31 * K1[i] + A32 * K2[i])
-    time[0] = t + C3 * h
-    rates(clock, y_new, p, k[2])
+        new[i] = old[i] + h * (A31 * K1[i] + A32 * K2[i])
+    now[TIME] = t + C3 * h
+    rates(moment, y_new, p, k[2])
     for i in range(n):
-        S[i] = Y[i] + h * (A41 * K1[i] + A42 * K2[i] + A43 * K3[i])
-    time[0] = t + C4 * h
-    rates(clock, y_new, p, k[3])
+        new[i] = old[i] + h * (A41 * K1[i] + A42 * K2[i] + A43 * K3[i])
+    now[TIME] = t + C4 * h
+    rates(moment, y_new, p, k[3])
     for i in range(n):
-        S[i] = Y[i] + h * (A51 * K1[i] + A52 * K2[i] + A53 * K3[i] + A54 * K4[i])
-    time[0] = t + C5 * h
-    rates(clock, y_new, p, k[4])
+        new[i] = old[i] + h * (A51 * K1[i] + A52 * K2[i] + A53 * K3[i] + A54 * K4[i])
+    now[TIME] = t + C5 * h
+    rates(moment, y_new, p, k[4])
     for i in range(n):
-        S[i] = Y[i] + h * (
+        new[i] = old[i] + h * (
             A61 * K1[i] + A62 * K2[i] + A63 * K3[i] + A64 * K4[i] + A65 * K5[i]
         )
-    time[0] = t_new
-    rates(clock, y_new, p, k[5])
+    now[TIME] = t_new
+    rates(moment, y_new, p, k[5])
     for i in range(n):
-        S[i] = Y[i] + h * (
+        new[i] = old[i] + h * (
             B1 * K1[i] + B3 * K3[i] + B4 * K4[i] + B5 * K5[i] + B6 * K6[i]
         )
-    rates(clock, y_new, p, k[6])
+    rates(moment, y_new, p, k[6])
 
 
 @compiled(within=True)
@@ -80,6 +92,15 @@ def error_of(h, k, i):
 
 
 @compiled(within=True)
+def worst_error(h, k, scale):
+    """Measure each lane's error estimate by the state whose scale it exceeds most."""
+    worst = np.abs(error_of(h, k, 0)) * (1.0 / scale[0])
+    for i in range(1, len(scale)):
+        worst = np.maximum(worst, np.abs(error_of(h, k, i)) * (1.0 / scale[i]))
+    return worst
+
+
+@compiled(within=True)
 def quadrature_of(h, k, i):
     """Integrate the i-th rate over the step."""
     K1, K3, K4, K5, K6 = rows(k[0]), rows(k[2]), rows(k[3]), rows(k[4]), rows(k[5])
@@ -87,17 +108,14 @@ def quadrature_of(h, k, i):
 
 
 @compiled(within=True)
-def halfway(h, y, k, middle):
-    """Interpolate the state in the middle of the step."""
+def halfway(h, y, k, y_middle):
+    """Interpolate the states in the middle of the step."""
     K1, K3, K4, K5 = rows(k[0]), rows(k[2]), rows(k[3]), rows(k[4])
-    K6, K7, Y, M = rows(k[5]), rows(k[6]), rows(y), rows(middle)
+    K6, K7, old, middle = rows(k[5]), rows(k[6]), rows(y), rows(y_middle)
     for i in range(len(y)):
-        M[i] = Y[i] + h * (
+        middle[i] = old[i] + h * (
             H1 * K1[i] + H3 * K3[i] + H4 * K4[i] + H5 * K5[i] + H6 * K6[i] + H7 * K7[i]
         )
-
-
-DENSE = np.array([[float(w) for w in row] for row in tableau.DENSE])
 
 
 @compiled(within=True)

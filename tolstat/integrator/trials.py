@@ -10,6 +10,24 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+class Accuracy(NamedTuple):
+    """How well to integrate.
+
+    Attributes
+    ----------
+    rtol : float
+        A step is accepted when no state's error estimate exceeds rtol times its scale.
+    max_step : float
+        The longest step, s.
+    max_steps : int
+        A trial that needs more steps, rejected ones included, is given up.
+    """
+
+    rtol: float
+    max_step: float
+    max_steps: int = 20_000_000
+
+
 class Block(NamedTuple):
     """What is asked: trials with their starts, parameters and marks."""
 
@@ -17,33 +35,33 @@ class Block(NamedTuple):
     parameters: Array  # [trial, parameter]
     marks: Array  # [trial, mark], s, ascending: start, switching times, ..., end
     samples: Array  # [sample], s, ascending
-    watch_from: int  # phase from which peaks and shares count
-    max_step: float  # s
+    watch_from: int  # phase from which peaks and times above zero are taken
+    accuracy: Accuracy
 
 
-class Found(NamedTuple):
-    """What comes out, by trial."""
+class Solution(NamedTuple):
+    """What comes out, by trial; NaN where a trial did not get."""
 
     states: Array  # [trial, mark, state]
     quadratures: Array  # [trial, mark, quadrature]
-    greatest: Array  # [trial, watched]
-    least: Array  # [trial, watched]
-    above: Array  # [trial, watched], s
+    greatest: Array  # [trial, extreme]
+    least: Array  # [trial, extreme]
+    above: Array  # [trial, quantity above zero], s
     history: Array  # [trial, sample, state]
-    status: NDArray[np.int64]  # [trial]
+    status: NDArray[np.int64]  # [trial], of `tolstat.status.Status`
     steps: NDArray[np.int64]  # [trial]
 
 
 class Lanes(NamedTuple):
     """The trials under way, one in each lane."""
 
-    clock: Array  # [TIME ... EVENT, lane]
+    clock: Array  # [row of `clock`, lane]
     y: Array  # [state, lane]
     p: Array  # [parameter, lane]
-    sums: Array  # [quadrature, lane]
-    greatest: Array  # [watched, lane]
-    least: Array  # [watched, lane]
-    above: Array  # [watched, lane]
-    k: Array  # [stage, rate, lane]
+    k: Array  # [stage, rate, lane], of the step that is tried
+    quadratures: Array  # [quadrature, lane]
+    greatest: Array  # [extreme, lane]
+    least: Array  # [extreme, lane]
+    above: Array  # [quantity above zero, lane], s
     trial: NDArray[np.int64]  # [lane]; -1: idle
     sample: NDArray[np.int64]  # [lane]: next sample to take

@@ -1,4 +1,4 @@
-"""Peaks and shares of time, at the accepted steps and between them."""
+"""Peaks and times above zero, at the accepted steps and between them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tolstat.lanes.rows import rows
 
 
 @compiled(within=True)
-def follow_extremes(taking, start, middle, end, greatest, least):
+def _follow_extremes(taking, start, middle, end, greatest, least):
     """Raise the greatest and lower the least value of each watched quantity.
 
     Parameters
@@ -22,22 +22,29 @@ def follow_extremes(taking, start, middle, end, greatest, least):
     greatest, least : float64[n, lanes]
         Changed in place.
     """
-    W0, W1, W2 = rows(start), rows(middle), rows(end)
-    G, L = rows(greatest), rows(least)
+    start, middle, end = rows(start), rows(middle), rows(end)
+    greatest, least = rows(greatest), rows(least)
     for i in range(len(greatest)):
-        a, m, b = W0[i], W1[i], W2[i]
+        a, m, b = start[i], middle[i], end[i]
         slope = 4.0 * m - 3.0 * a - b
         theta = -0.25 * slope / (a - 2.0 * m + b)
         vertex = a + 0.5 * slope * theta
         vertex = np.where((theta > 0.0) & (theta < 1.0), vertex, m)
         high = np.maximum(np.maximum(a, b), np.maximum(m, vertex))
         low = np.minimum(np.minimum(a, b), np.minimum(m, vertex))
-        G[i] = np.where(taking, np.maximum(G[i], high), G[i])
-        L[i] = np.where(taking, np.minimum(L[i], low), L[i])
+        greatest[i] = np.where(taking, np.maximum(greatest[i], high), greatest[i])
+        least[i] = np.where(taking, np.minimum(least[i], low), least[i])
 
 
 @compiled(within=True)
-def follow_shares(taking, h, start, middle, end, above):
+def _share_above(a, b):
+    """Return the share of a straight line from a to b that lies above zero."""
+    above = np.maximum(a, 0.0) + np.maximum(b, 0.0)
+    return np.where(above == 0.0, 0.0, above / (np.abs(a) + np.abs(b)))
+
+
+@compiled(within=True)
+def _follow_times(taking, h, start, middle, end, above):
     """Add the time that each watched quantity spends above zero.
 
     Parameters
@@ -51,14 +58,44 @@ def follow_shares(taking, h, start, middle, end, above):
     above : float64[n, lanes]
         Time above zero, s; changed in place.
     """
-    W0, W1, W2, T = rows(start), rows(middle), rows(end), rows(above)
+    start, middle, end, above = rows(start), rows(middle), rows(end), rows(above)
     for i in range(len(above)):
-        share = 0.5 * (_share_above(W0[i], W1[i]) + _share_above(W1[i], W2[i]))
-        T[i] = np.where(taking, T[i] + h * share, T[i])
+        a, m, b = start[i], middle[i], end[i]
+        share = 0.5 * (_share_above(a, m) + _share_above(m, b))
+        above[i] = np.where(taking, above[i] + h * share, above[i])
 
 
 @compiled(within=True)
-def _share_above(a, b):
-    """Share of a straight line from a to b that lies above zero."""
-    above = np.maximum(a, 0.0) + np.maximum(b, 0.0)
-    return np.where(above == 0.0, 0.0, above / (np.abs(a) + np.abs(b)))
+def follow(taking, h, watched_middle, lanes):
+    """Follow the watched quantities, the last of the rates, over a step.
+
+    Parameters
+    ----------
+    taking : mask
+        The lanes that are to be followed.
+    h : vector
+        The step, s.
+    watched_middle : float64[watched, lanes]
+        In the middle of the step.
+    lanes : Lanes
+        Their peaks and times above zero are changed in place.
+    """
+    n_extremes, n_above = len(lanes.greatest), len(lanes.above)
+    first_above = lanes.k.shape[1] - n_above
+    first_extreme = first_above - n_extremes
+    _follow_extremes(
+        taking,
+        lanes.k[0, first_extreme:],
+        watched_middle,
+        lanes.k[6, first_extreme:],
+        lanes.greatest,
+        lanes.least,
+    )
+    _follow_times(
+        taking,
+        h,
+        lanes.k[0, first_above:],
+        watched_middle[n_extremes:],
+        lanes.k[6, first_above:],
+        lanes.above,
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.integrator.integrate import System
-from tolstat.integrator.step import rates_signature
+from tolstat.integrator.signatures import rates_signature
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import named, write
 from tolstat.machines.stand import motion as equations

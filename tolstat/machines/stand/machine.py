@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.integrator.integrate import Accuracy, integrate
-from tolstat.integrator.trials import Found
+from tolstat.integrator.integrate import integrate
+from tolstat.integrator.trials import Accuracy, Solution
 from tolstat.machines.description import Description, History, Outcome
 from tolstat.machines.stand import parameters
 from tolstat.machines.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES
@@ -89,17 +89,17 @@ class Stand:
         p = machines_of(deviations[None, :], settings)
         marks = marks_of(settings)
         time = np.linspace(0.0, marks[END], 1 + round(marks[END] / step))
-        found = simulated(p, settings, time)
+        solution = simulated(p, settings, time)
         phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
-        moved = motion(Moment(time, phase), State(*found.history[0].T), p)
-        curves = curves_of(found.history[0], moved)
+        moved = motion(Moment(time, phase), State(*solution.history[0].T), p)
+        curves = curves_of(solution.history[0], moved)
         return History(
             time,
             curves,
             peaks_of(curves, time, time >= marks[WINDOW]),
             (marks[WINDOW], marks[END]),
             panels(float(p.delta[0])),
-            outcome_of(found, p, settings),
+            outcome_of(solution, p, settings),
         )
 
 
@@ -111,7 +111,7 @@ def machines_of(deviations: Array, settings: Settings) -> parameters.Parameters:
 
 def simulated(
     p: parameters.Parameters, settings: Settings, samples: Array | None = None
-) -> Found:
+) -> Solution:
     """Integrate machines over the whole run, with their states at the sample times."""
     # only a machine that is simulated needs the compiler
     from tolstat.machines.stand.compiled import SYSTEM
@@ -127,13 +127,17 @@ def simulated(
     )
 
 
-def outcome_of(found: Found, p: parameters.Parameters, settings: Settings) -> Outcome:
+def outcome_of(
+    solution: Solution, p: parameters.Parameters, settings: Settings
+) -> Outcome:
     """Arrange the responses as `describe` lists them."""
     with np.errstate(invalid="ignore"):
-        responses = responses_of(found, p, settings)
+        responses = responses_of(solution, p, settings)
     table = np.stack([responses[r.name] for r in RESPONSES], axis=1)
-    failed = found.status != Status.DONE
-    return Outcome(np.where(failed[:, None], np.nan, table), found.status, found.steps)
+    failed = solution.status != Status.DONE
+    return Outcome(
+        np.where(failed[:, None], np.nan, table), solution.status, solution.steps
+    )
 
 
 def marks_of(settings: Settings) -> Array:
@@ -153,19 +157,19 @@ def start_of(p: parameters.Parameters, settings: Settings) -> Array:
 
 
 def responses_of(
-    found: Found, p: parameters.Parameters, settings: Settings
+    solution: Solution, p: parameters.Parameters, settings: Settings
 ) -> dict[str, Array]:
     """Turn what the integrator found into the responses, by name, SI."""
     marks = marks_of(settings)
 
     def stored(mark: int) -> Array:
         moment = Moment(np.full(len(p.m), marks[mark]), np.full(len(p.m), float(mark)))
-        return motion(moment, State(*found.states[:, mark].T), p).stored
+        return motion(moment, State(*solution.states[:, mark].T), p).stored
 
-    run = Powers(*found.quadratures[:, END].T)
-    energy = Powers(*(found.quadratures[:, END] - found.quadratures[:, WINDOW]).T)
-    greatest, least = Loads(*found.greatest.T), Loads(*found.least.T)
-    peak = Loads(*np.maximum(found.greatest, -found.least).T)
+    run = Powers(*solution.quadratures[:, END].T)
+    energy = Powers(*(solution.quadratures[:, END] - solution.quadratures[:, WINDOW]).T)
+    greatest, least = Loads(*solution.greatest.T), Loads(*solution.least.T)
+    peak = Loads(*np.maximum(solution.greatest, -solution.least).T)
     lost = sum(energy[1:])
     residual = energy.drive - (stored(END) - stored(WINDOW)) - lost
     return {
@@ -186,5 +190,5 @@ def responses_of(
         "mesh_force_2": peak.mesh_2,
         "drive_moment": peak.drive_moment,
         "yaw": peak.yaw,
-        "jam_share": found.above[:, 0] / (marks[END] - marks[WINDOW]),
+        "jam_share": solution.above[:, 0] / (marks[END] - marks[WINDOW]),
     }
