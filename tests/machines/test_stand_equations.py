@@ -12,7 +12,9 @@ from tolstat.integrator.integrate import integrate
 from tolstat.integrator.trials import Accuracy
 from tolstat.lanes.vector import WIDTH
 from tolstat.machines.stand import parameters
+from tolstat.machines.stand.carriage import friction_arm
 from tolstat.machines.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES
+from tolstat.machines.stand.gears import gear_deformations
 from tolstat.machines.stand.machine import (
     END,
     WINDOW,
@@ -22,7 +24,7 @@ from tolstat.machines.stand.machine import (
     start_of,
 )
 from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
-from tolstat.machines.stand.parameters import NOMINAL
+from tolstat.machines.stand.nominal import NOMINAL
 from tolstat.machines.stand.settings import Settings
 from tolstat.study.study import load
 
@@ -191,15 +193,15 @@ def test_the_paper_sees_opposite_rod_forces():
 def test_friction_arm_of_equation_8():
     a, b = NOMINAL.dl_s / 2 - NOMINAL.foot, NOMINAL.dl_s / 2
     integral, _ = dblquad(np.hypot, 0, NOMINAL.dh / 2, a, b)
-    assert parameters.friction_arm() == pytest.approx(4 * integral / 0.3, rel=1e-10)
-    assert NOMINAL.mu * parameters.friction_arm() == pytest.approx(0.0279986, rel=2e-6)
+    assert friction_arm() == pytest.approx(4 * integral / 0.3, rel=1e-10)
+    assert NOMINAL.mu * friction_arm() == pytest.approx(0.0279986, rel=2e-6)
 
 
 @pytest.mark.parametrize("balanced", [False, True])
 def test_pinions_take_the_turn_of_least_energy(balanced):
     k = np.array([3.3e9]), np.array([3.5e9]), np.array([3.1e9])
     c2 = np.array([0.0 if balanced else 8.6e6])
-    B = parameters.gear_deformations(*k, c2, balanced)[0]
+    B = gear_deformations(*k, c2, balanced)[0]
     turned = np.array([1e-3, 0.4e-3, 0.35e-3])
     stiffness = np.array([*k, c2])[:, 0]
     N = NOMINAL

@@ -39,4 +39,11 @@ def watch(moment, y, p, out):
     write(out, N_LOADS, at.jam)
 
 
-SYSTEM = System(rates, watch, np.array(SCALE), N_POWERS, N_LOADS, 1)
+SYSTEM = System(
+    rates,
+    watch,
+    scale=np.array(SCALE),
+    n_quadratures=N_POWERS,
+    n_extremes=N_LOADS,
+    n_above=1,
+)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from tolstat.machines.description import Contributor, Description, Gear, Response
-from tolstat.machines.stand.parameters import NOMINAL
+from tolstat.machines.stand.nominal import NOMINAL
 
 _C = Contributor
 _R = Response

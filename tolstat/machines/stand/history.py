@@ -11,19 +11,26 @@ from tolstat.machines.stand.motion import Motion, State
 
 Array = NDArray[np.float64]
 
-# names of the loads, as of the responses that are their peaks
-LOADS = (
-    "rod_force_1", "rod_force_2", "shaft_9_moment", "shaft_12_moment", "mesh_force_0",
-    "mesh_force_1", "mesh_force_2", "drive_moment", "yaw",
-)  # fmt: skip
+# the load by the response that is its peak
+LOADS = {
+    "rod_force_1": "rod_1",
+    "rod_force_2": "rod_2",
+    "shaft_9_moment": "shaft_9",
+    "shaft_12_moment": "shaft_12",
+    "mesh_force_0": "mesh_0",
+    "mesh_force_1": "mesh_1",
+    "mesh_force_2": "mesh_2",
+    "drive_moment": "drive_moment",
+    "yaw": "yaw",
+}
 POWERS = {
-    "drive_power": "power of the drive on gear 13",
-    "slide_power": "lost to friction under the weight",
-    "guide_power": "lost to friction at the side guides",
-    "roll_power": "power of rolling",
-    "spin_power": "lost to friction against yawing",
-    "damping_power": "lost in rods, meshes and shafts",
-    "contact_power": "power of the guides against yawing",
+    "drive": "power of the drive on gear 13",
+    "slide": "lost to friction under the weight",
+    "guide": "lost to friction at the side guides",
+    "roll": "power of rolling",
+    "spin": "lost to friction against yawing",
+    "damping": "lost in rods, meshes and shafts",
+    "contact": "power of the guides against yawing",
 }
 
 
@@ -50,13 +57,13 @@ def curves_of(states: Array, moved: Motion) -> tuple[Curve, ...]:
             words[name].unit,
             words[name].symbol.strip("|"),
             words[name].sentence.removeprefix("peak "),
-            values,
+            getattr(moved.loads, load),
         )
-        for name, values in zip(LOADS, moved.loads, strict=True)
+        for name, load in LOADS.items()
     ]
     powers = [
-        Curve(name, "W", "P", sentence, values)
-        for (name, sentence), values in zip(POWERS.items(), moved.powers, strict=True)
+        Curve(f"{power}_power", "W", "P", sentence, getattr(moved.powers, power))
+        for power, sentence in POWERS.items()
     ]
     return (
         Curve("crank_position_1", "rad", "phi31", "angle of wheel 7", y.phi31),

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 from tolstat.integrator.integrate import integrate
 from tolstat.integrator.trials import Accuracy, Solution
 from tolstat.machines.description import Description, History, Outcome
-from tolstat.machines.stand import parameters
+from tolstat.machines.stand.carriage import initial_position
 from tolstat.machines.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES
-from tolstat.machines.stand.history import curves_of, panels, peaks_of
+from tolstat.machines.stand.history import LOADS, curves_of, panels, peaks_of
 from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
+from tolstat.machines.stand.parameters import Parameters, build
 from tolstat.machines.stand.settings import Settings
 from tolstat.status import Status
 
@@ -94,23 +95,23 @@ class Stand:
         moved = motion(Moment(time, phase), State(*solution.history[0].T), p)
         curves = curves_of(solution.history[0], moved)
         return History(
-            time,
-            curves,
-            peaks_of(curves, time, time >= marks[WINDOW]),
-            (marks[WINDOW], marks[END]),
-            panels(float(p.delta[0])),
-            outcome_of(solution, p, settings),
+            time=time,
+            curves=curves,
+            peaks=peaks_of(curves, time, time >= marks[WINDOW]),
+            window=(marks[WINDOW], marks[END]),
+            panels=panels(float(p.delta[0])),
+            outcome=outcome_of(solution, p, settings),
         )
 
 
-def machines_of(deviations: Array, settings: Settings) -> parameters.Parameters:
+def machines_of(deviations: Array, settings: Settings) -> Parameters:
     """Build machines from deviations[trial, contributor]."""
     by_name = {c.name: deviations[:, i] for i, c in enumerate(CONTRIBUTORS)}
-    return parameters.build(by_name, settings)
+    return build(by_name, settings)
 
 
 def simulated(
-    p: parameters.Parameters, settings: Settings, samples: Array | None = None
+    p: Parameters, settings: Settings, samples: Array | None = None
 ) -> Solution:
     """Integrate machines over the whole run, with their states at the sample times."""
     # only a machine that is simulated needs the compiler
@@ -127,9 +128,7 @@ def simulated(
     )
 
 
-def outcome_of(
-    solution: Solution, p: parameters.Parameters, settings: Settings
-) -> Outcome:
+def outcome_of(solution: Solution, p: Parameters, settings: Settings) -> Outcome:
     """Arrange the responses as `describe` lists them."""
     with np.errstate(invalid="ignore"):
         responses = responses_of(solution, p, settings)
@@ -147,17 +146,21 @@ def marks_of(settings: Settings) -> Array:
     return np.array([0.0, settings.start_up, window, window + settings.cycles * turn])
 
 
-def start_of(p: parameters.Parameters, settings: Settings) -> Array:
+def start_of(p: Parameters, settings: Settings) -> Array:
     """Return float64[trial, state]: leftmost position, at rest, (10), (11)."""
-    phi, x, sin_alpha = parameters.initial_position(p.l1, p.l2, p.r_1, p.r_2)
+    phi, x, sin_alpha = initial_position(p.l1, p.l2, p.r_1, p.r_2)
     still = np.zeros_like(phi)
     with np.errstate(invalid="ignore"):
         yaw = still if settings.variant == "equalized" else np.arcsin(sin_alpha)
-    return np.stack(State(phi, phi, x, yaw, still, still, still, still), axis=1)
+    start = State(
+        phi31=phi, phi32=phi, x=x, alpha=yaw,
+        phi31_=still, phi32_=still, x_=still, alpha_=still,
+    )  # fmt: skip
+    return np.stack(start, axis=1)
 
 
 def responses_of(
-    solution: Solution, p: parameters.Parameters, settings: Settings
+    solution: Solution, p: Parameters, settings: Settings
 ) -> dict[str, Array]:
     """Turn what the integrator found into the responses, by name, SI."""
     marks = marks_of(settings)
@@ -177,18 +180,10 @@ def responses_of(
         "extra_loss_run": run.guide / run.drive,
         **{f"{name}_energy": getattr(energy, name) for name in Powers._fields},
         "energy_residual": residual / energy.drive,
-        "rod_force_1": peak.rod_1,
-        "rod_force_2": peak.rod_2,
+        **{name: getattr(peak, load) for name, load in LOADS.items()},
         "rod_tension_1": np.maximum(greatest.rod_1, 0.0),
         "rod_tension_2": np.maximum(greatest.rod_2, 0.0),
         "rod_compression_1": np.maximum(-least.rod_1, 0.0),
         "rod_compression_2": np.maximum(-least.rod_2, 0.0),
-        "shaft_9_moment": peak.shaft_9,
-        "shaft_12_moment": peak.shaft_12,
-        "mesh_force_0": peak.mesh_0,
-        "mesh_force_1": peak.mesh_1,
-        "mesh_force_2": peak.mesh_2,
-        "drive_moment": peak.drive_moment,
-        "yaw": peak.yaw,
         "jam_share": solution.above[:, 0] / (marks[END] - marks[WINDOW]),
     }

@@ -20,7 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.machines.stand.parameters import NOMINAL, Parameters
+from tolstat.machines.stand.nominal import NOMINAL
+from tolstat.machines.stand.parameters import Parameters
 
 Array = NDArray[np.float64]
 
@@ -55,7 +56,10 @@ class State(NamedTuple):
 
 # What the integrator measures each state's error by. The yaw is the sharpest: the gate
 # of the guides opens within 1e-8 rad, and friction holds the carriage on that edge.
-SCALE = State(1e-3, 1e-3, 3e-3, 5e-7, 0.1, 0.1, 0.3, 0.15)  # type: ignore[arg-type]
+SCALE = State(
+    phi31=1e-3, phi32=1e-3, x=3e-3, alpha=5e-7,  # type: ignore[arg-type]
+    phi31_=0.1, phi32_=0.1, x_=0.3, alpha_=0.15,  # type: ignore[arg-type]
+)  # fmt: skip
 
 
 class Powers(NamedTuple):
@@ -225,14 +229,19 @@ def motion(moment: Moment, y: State, p: Parameters) -> Motion:
         + mesh0 * e0 + mesh1 * e1 + mesh2 * e2 + shaft12 * e3
     )  # fmt: skip
     return Motion(
-        State(phi31_, phi32_, x_, alpha_, phi31__, phi32__, x__, alpha__),
-        Powers(
-            M_drive * phi1_, F_fr1 * x_, F_fr2 * x_, F_roll * x_, M_spin * alpha_,
-            lost, M_guide * alpha_,
+        derivative=State(
+            phi31=phi31_, phi32=phi32_, x=x_, alpha=alpha_,
+            phi31_=phi31__, phi32_=phi32__, x_=x__, alpha_=alpha__,
         ),
-        Loads(
-            rod1, rod2, p.c3 * turn, shaft12, mesh0, mesh1, mesh2, M_drive, alpha
+        powers=Powers(
+            drive=M_drive * phi1_, slide=F_fr1 * x_, guide=F_fr2 * x_,
+            roll=F_roll * x_, spin=M_spin * alpha_, damping=lost,
+            contact=M_guide * alpha_,
         ),
-        (jam,),
-        stored,
+        loads=Loads(
+            rod_1=rod1, rod_2=rod2, shaft_9=p.c3 * turn, shaft_12=shaft12,
+            mesh_0=mesh0, mesh_1=mesh1, mesh_2=mesh2, drive_moment=M_drive, yaw=alpha,
+        ),
+        jam=(jam,),
+        stored=stored,
     )  # fmt: skip
