@@ -54,12 +54,19 @@ def kick(moment, y, p, out):
 
 @pytest.fixture
 def kick_system():
-    return System(kick, kick, np.array([1.0]), 1)
+    return System(kick, kick, np.array([1.0]), n_quadratures=1)
 
 
 @pytest.fixture
 def oscillator_system():
-    return System(oscillator, oscillator_watch, np.array([1.0, 1.0]), 1, 1, 1)
+    return System(
+        oscillator,
+        oscillator_watch,
+        np.array([1.0, 1.0]),
+        n_quadratures=1,
+        n_extremes=1,
+        n_above=1,
+    )
 
 
 @pytest.fixture

@@ -8,20 +8,16 @@ from scipy.integrate import RK45
 from scipy.integrate._ivp.rk import RkDenseOutput, rk_step
 
 from tests.integrator.conftest import pendulum, pendulum_rates
-from tolstat.integrator.signatures import rates_type
+from tolstat.integrator.signatures import rates_type, table, tables
 from tolstat.integrator.step import advance, error_of, halfway, interpolate
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 from tolstat.lanes.vector import WIDTH
 
-table = types.float64[:, ::1]
-numbers = types.float64[::1]
-
 
 @compiled(
     types.void(
-        rates_type, table, table, table, table, table, types.float64[:, :, ::1],
-        table, table, table,
+        rates_type, table, table, table, table, table, tables, table, table, table,
     )
 )  # fmt: skip
 def one_step(rates, moment, h, t_new, y, p, k, y_new, error, middle):
@@ -32,14 +28,7 @@ def one_step(rates, moment, h, t_new, y, p, k, y_new, error, middle):
 
 
 @compiled(
-    types.float64(
-        types.float64,
-        types.float64,
-        table,
-        types.float64[:, :, ::1],
-        types.int64,
-        types.int64,
-    )
+    types.float64(types.float64, types.float64, table, tables, types.int64, types.int64)
 )
 def inside(h, theta, y, k, lane, i):
     return interpolate(h, theta, y, k, lane, i)

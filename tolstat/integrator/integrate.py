@@ -1,4 +1,4 @@
-"""The integrator's face: a block of trials in, their marks, sums and peaks out."""
+"""The integrator's face: equations and a block of trials in, their solution out."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def integrate(
         parameters=np.ascontiguousarray(parameters, float),
         marks=np.ascontiguousarray(marks, float),
         samples=np.ascontiguousarray([] if samples is None else samples, float),
-        watch_from=watch_from,
+        watch_from=int(watch_from),
         accuracy=Accuracy(
             rtol=float(accuracy.rtol),
             max_step=float(accuracy.max_step),

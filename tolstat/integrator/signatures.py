@@ -18,9 +18,9 @@ tables = types.float64[:, :, ::1]
 integers = types.int64[::1]
 
 
-def _tuple_type(fields: tuple[Any, ...]) -> types.NamedTuple:
+def _tuple_type(fields: tuple[Any, ...]) -> Any:
     """Turn a named tuple of types into the type of such a named tuple."""
-    return types.NamedTuple(fields, type(fields))
+    return types.BaseTuple.from_types(fields, type(fields))
 
 
 # (moment, y, p, out); see `integrate.System`
