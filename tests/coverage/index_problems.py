@@ -61,7 +61,7 @@ def _linear():
     return IndexProblem(ndtri, lambda x: x @ WEIGHTS, first, first)
 
 
-GAP = 2.9  # standard deviations: one machine in 25 jams
+GAP = 2.9  # sigmas: one machine in 25 jams
 
 
 def _rare_jam():

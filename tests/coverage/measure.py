@@ -25,16 +25,16 @@ from tests.coverage.problems import PROBLEMS, SIZES
 from tolstat.deviations.samplers.latin import REPLICATES, Latin
 from tolstat.deviations.samplers.sobol import Sobol
 from tolstat.statistics.capability import by_moments, by_percentiles
-from tolstat.statistics.moments import deviation_of, mean_of
+from tolstat.statistics.moments import mean_of, sigma_of
 from tolstat.statistics.precision import FIRST, Precision, next_stage
 from tolstat.statistics.proportions import proportion
 from tolstat.statistics.quantiles import quantile
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.statistic import (
     Statistic,
-    deviation,
     mean,
     quantile_at,
+    sigma,
     yields,
 )
 from tolstat.statistics.tails import upper_tail
@@ -73,14 +73,14 @@ def statistics(name):
         float(1 - problem.cdf(end)), True,
     )  # fmt: skip
     found["mean"] = (mean_of, problem.mean, False)
-    found["standard deviation"] = (deviation_of, problem.deviation, False)
+    found["sigma"] = (sigma_of, problem.sigma, False)
     found["Ppk by percentiles"] = (
         lambda x: by_percentiles(x, (-np.inf, end)).ppk,
         float((end - middle) / (far - middle)), True,
     )  # fmt: skip
     found["Ppk by moments"] = (
         lambda x: by_moments(x, (-np.inf, end)).ppk,
-        float((end - problem.mean) / (3 * problem.deviation)), False,
+        float((end - problem.mean) / (3 * problem.sigma)), False,
     )  # fmt: skip
     return found
 
@@ -130,7 +130,7 @@ def replicated(_, rng, size):
 
 def _of_replicates(y, sample, name):
     """Estimate what has an interval from replicates."""
-    found = {"mean": mean(y, sample), "standard deviation": deviation(y, sample)}
+    found = {"mean": mean(y, sample), "sigma": sigma(y, sample)}
     for share in (0.05, 0.5, 0.95, 0.99):
         found[f"quantile {share:g}"] = quantile_at(y, sample, share)
     limit = (-np.inf, PROBLEMS[name].quantile(LIMIT))

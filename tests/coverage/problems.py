@@ -16,7 +16,7 @@ class Problem(NamedTuple):
     inverse: object
     cdf: object
     mean: float
-    deviation: float
+    sigma: float
 
     def quantile(self, share):
         """Least value that a share of the machines stays at or below."""

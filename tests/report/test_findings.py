@@ -42,7 +42,7 @@ def test_summaries_are_those_of_the_stored_columns(found, columns):
         n = len(x)
         assert each["least"] == x[0] and each["largest"] == x[-1]
         assert each["mean"]["value"] == pytest.approx(x.mean())
-        assert each["deviation"]["value"] == pytest.approx(x.std(ddof=1))
+        assert each["sigma"]["value"] == pytest.approx(x.std(ddof=1))
         for words, quantile in each["quantiles"].items():
             share = float(words.removesuffix(" %")) / 100
             known = np.quantile(x, share, method="median_unbiased")

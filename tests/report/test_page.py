@@ -111,7 +111,7 @@ def test_numbers_are_printed_as_they_are(report):
     for path, value, words in report.page.numbers:
         keys = path.split("/")
         plain = keys[:1] == ["responses"] and keys[2] in (
-            "nominal", "mean", "deviation", "least", "largest", "quantiles",
+            "nominal", "mean", "sigma", "least", "largest", "quantiles",
         )  # fmt: skip
         if not plain:
             continue
@@ -140,12 +140,12 @@ QUANTILES = ["0.135 %", "5 %", "50 %", "95 %", "99 %", "99.865 %"]
 
 
 def test_each_number_of_the_summary_stands_under_its_head(report):
-    heads = ["nominal", "mean/value", "deviation/value", "least"]
+    heads = ["nominal", "mean/value", "sigma/value", "least"]
     heads += [f"quantiles/{share}/value" for share in QUANTILES] + ["largest"]
     table = report.text[report.text.index("<h2>Summary") :]
     words = re.findall(r"<th[^>]*>([^<]*)</th>", table[: table.index("</thead>")])
     assert words == [
-        "response", "unit", "nominal", "mean", "deviation", "least", *QUANTILES,
+        "response", "unit", "nominal", "mean", "sigma", "least", *QUANTILES,
         "largest", "failed",
     ]  # fmt: skip
     rows = rows_of(report.text, "<h2>Summary")

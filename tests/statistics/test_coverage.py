@@ -58,7 +58,7 @@ def test_approximate_intervals_are_offered_only_where_they_cover(table):
     assert (offered["covered"] >= 0.93).all(), offered.nsmallest(3, "covered")
     # and not offered where they are known not to: 200 trials of a lognormal
     refused = table[
-        (table["statistic"] == "standard deviation")
+        (table["statistic"] == "sigma")
         & ((table["trials"] == 200) | (table["problem"] == "lognormal"))
     ]
     assert (refused["offered"] < 0.001).all()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tolstat.statistics.moments import deviation_of, mean_of
+from tolstat.statistics.moments import mean_of, sigma_of
 from tolstat.statistics.quantiles import quantile
 
 N = 1_000_000
@@ -23,7 +23,7 @@ def inside(found, known, rounding):
 def test_additive_model_of_normal_quantities():
     """9.2.2: u = 2.00, 95 % interval -3.92 .. 3.92."""
     y = np.random.default_rng(1).normal(size=(4, N)).sum(axis=0)
-    u = deviation_of(y)
+    u = sigma_of(y)
     assert u.lower <= 2.0 <= u.upper and u.upper - u.lower < 0.01
     assert abs(mean_of(y).value) < 4 * 2.0 / np.sqrt(N)
     low, high = ends(y)
@@ -34,7 +34,7 @@ def test_additive_model_of_rectangular_quantities():
     """9.2.3: u = 2.00, 95 % interval -3.88 .. 3.88, where the normal one is wrong."""
     half = np.sqrt(3)
     y = np.random.default_rng(2).uniform(-half, half, (4, N)).sum(axis=0)
-    assert deviation_of(y).value == pytest.approx(2.0, abs=0.01)
+    assert sigma_of(y).value == pytest.approx(2.0, abs=0.01)
     low, high = ends(y)
     assert inside(low, -3.88, 0.005) and inside(high, 3.88, 0.005)
     assert high.upper < 3.92
@@ -44,7 +44,7 @@ def test_one_quantity_dominates():
     """9.2.4: one rectangular quantity ten times wider: u = 10.1, -17.0 .. 17.0."""
     half = np.sqrt(3) * np.array([[1.0], [1.0], [1.0], [10.0]])
     y = np.random.default_rng(3).uniform(-half, half, (4, N)).sum(axis=0)
-    assert deviation_of(y).value == pytest.approx(10.15, abs=0.05)
+    assert sigma_of(y).value == pytest.approx(10.15, abs=0.05)
     low, high = ends(y)
     assert inside(low, -17.0, 0.05) and inside(high, 17.0, 0.05)
 
@@ -60,6 +60,6 @@ def test_mass_calibration():
     # (36): the correction to the nominal 100 g, mg
     y = (m_ref + dm_ref) * (1 + (rho_air - 1.2) * (1 / rho_w - 1 / rho_ref)) - 100_000.0
     assert mean_of(y).value == pytest.approx(1.234, abs=0.001)
-    assert deviation_of(y).value == pytest.approx(0.0754, abs=0.0005)
+    assert sigma_of(y).value == pytest.approx(0.0754, abs=0.0005)
     low, high = ends(y)
     assert inside(low, 1.084, 0.0015) and inside(high, 1.385, 0.0015)

@@ -23,7 +23,7 @@ def test_a_linear_stack_is_exact():
     gap = 5.0 + parts["a"] - 2 * parts["b"]
     found = root_sum_square(5.0, slopes, scatter_of(parts))
     assert found.mean == pytest.approx(gap.mean(), abs=1e-12)
-    assert found.deviation == pytest.approx(gap.std(ddof=1), rel=1e-12)
+    assert found.sigma == pytest.approx(gap.std(ddof=1), rel=1e-12)
     variances = {n: s**2 * parts[n].var(ddof=1) for n, s in slopes.items()}
     shares = {n: v / gap.var(ddof=1) for n, v in variances.items()}
     assert found.shares == pytest.approx(shares)
@@ -36,7 +36,7 @@ def test_correlated_parts_add_as_they_must():
     common = rng.normal(size=5000)
     parts = {"a": common + rng.normal(size=5000), "b": common}
     found = root_sum_square(0.0, {"a": 1.0, "b": 1.0}, scatter_of(parts))
-    assert found.deviation == pytest.approx((parts["a"] + common).std(ddof=1))
+    assert found.sigma == pytest.approx((parts["a"] + common).std(ddof=1))
     assert sum(found.shares.values()) < 0.8  # the rest is their correlation
 
 
@@ -53,4 +53,4 @@ def test_linear_thinking_fails_at_a_kink():
 
 def test_a_failed_slope_is_no_number():
     found = root_sum_square(0.0, {"x": np.nan}, scatter_of({"x": np.arange(10.0)}))
-    assert np.isnan([found.mean, found.deviation, found.shares["x"]]).all()
+    assert np.isnan([found.mean, found.sigma, found.shares["x"]]).all()

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from tolstat.statistics.capability import by_moments, by_percentiles
-from tolstat.statistics.moments import deviation_of, mean_of, moments
+from tolstat.statistics.moments import mean_of, moments, sigma_of
 from tolstat.statistics.yields import yield_of
 
 INF = math.inf
@@ -21,8 +21,8 @@ def test_moments_are_scipys():
     m = moments(x)
     assert m.skewness == pytest.approx(stats.skew(x))
     assert m.kurtosis == pytest.approx(stats.kurtosis(x))
-    assert (m.mean, m.deviation) == (x.mean(), x.std(ddof=1))
-    assert moments(np.full(500, 0.1)).deviation == 0.0
+    assert (m.mean, m.sigma) == (x.mean(), x.std(ddof=1))
+    assert moments(np.full(500, 0.1)).sigma == 0.0
 
 
 def test_the_mean_of_a_symmetric_response_has_students_interval():
@@ -38,15 +38,15 @@ def test_the_mean_of_a_skewed_response_reaches_farther_up():
     assert found.upper - found.value > 1.1 * (found.value - found.lower)
 
 
-def test_deviation_of_a_normal_response():
-    found = deviation_of(NORMAL)
+def test_sigma_of_a_normal_response():
+    found = sigma_of(NORMAL)
     assert found.value == pytest.approx(2, rel=1e-3)
     # asymptotic: sigma / sqrt(2 n), and a tenth wider
     assert math.log(found.upper / found.value) == pytest.approx(
         1.1 * 1.96 / math.sqrt(2 * 10_000), rel=0.01
     )
     heavy = np.random.default_rng(1).lognormal(0, 1, 10_000)
-    assert not deviation_of(heavy).sure and deviation_of(heavy).value > 0
+    assert not sigma_of(heavy).sure and sigma_of(heavy).value > 0
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ def test_a_summary_of_replicates():
     sample = Sample(status, replicates)
     found = summarize(np.where(status == 1, y, np.nan), sample, (-np.inf, 12.0), 0.9)
     assert found.mean.value == y[8:].mean() and found.mean.sure
-    assert found.deviation.sure and found.quantiles[0.95].sure
+    assert found.sigma.sure and found.quantiles[0.95].sure
     assert found.quantiles[0.99865].reason == "needs 11856"
     yields = found.limited.yields
     assert yields.beyond.value == pytest.approx(np.mean((y > 12) | (status == 4)))

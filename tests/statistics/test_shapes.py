@@ -32,10 +32,10 @@ def test_parameters_are_those_of_scipy():
     x = draws("lognormal", 3000)
     found = fit_shape(x, "lognormal").parameters
     logs = np.log(x)
-    assert found == pytest.approx({"mean": logs.mean(), "deviation": logs.std(ddof=1)})
+    assert found == pytest.approx({"mean": logs.mean(), "sigma": logs.std(ddof=1)})
     x = draws("normal", 3000)
     found = fit_shape(x, "normal").parameters
-    assert found == pytest.approx({"mean": x.mean(), "deviation": x.std(ddof=1)})
+    assert found == pytest.approx({"mean": x.mean(), "sigma": x.std(ddof=1)})
 
 
 @pytest.mark.parametrize("name", NAMES)

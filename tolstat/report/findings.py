@@ -146,7 +146,7 @@ def summary_found(summary: Summary) -> Found:
     """Return a summary as plain data."""
     return {
         "mean": estimate(summary.mean),
-        "deviation": estimate(summary.deviation),
+        "sigma": estimate(summary.sigma),
         "least": number(summary.least),
         "largest": number(summary.largest),
         "quantiles": {
@@ -275,7 +275,7 @@ def _integration_error(drawn: Drawn, name: str, summary: Summary) -> Found | Non
     done = better[sample.done]
     moves = {
         "mean": summary.mean.value - float(done.mean()),
-        "deviation": summary.deviation.value - float(done.std(ddof=1))
+        "sigma": summary.sigma.value - float(done.std(ddof=1))
         if len(done) > 1
         else math.nan,
     }

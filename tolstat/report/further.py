@@ -64,7 +64,7 @@ def _linear(
     }
     return {
         "mean": number(linear.mean),
-        "deviation": number(linear.deviation),
+        "sigma": number(linear.sigma),
         "shares": {n: number(share) for n, share in linear.shares.items()},
         "departures": [
             {

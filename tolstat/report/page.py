@@ -21,7 +21,7 @@ from tolstat.statistics.evidence import Evidence
 from tolstat.store.run import Run
 from tolstat.units.conversion import engineering_unit
 
-SHARES = tuple(share_words(share) for share in summary.SHARES)
+SHARES = tuple(share_words(share) for share in summary.QUANTILES)
 MATTERS = 0.05  # share of the variance from which a contributor is named
 
 

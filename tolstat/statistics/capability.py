@@ -117,7 +117,7 @@ def _explained(estimate: Estimate, far: Quantile) -> Estimate:
 
 
 def by_moments(values: Array, limit: Limit, confidence: float = 0.95) -> Performance:
-    """Estimate Pp and Ppk from mean and standard deviation, as for normal responses.
+    """Estimate Pp and Ppk from mean and sigma, as for normal responses.
 
     Parameters
     ----------
@@ -134,20 +134,20 @@ def by_moments(values: Array, limit: Limit, confidence: float = 0.95) -> Perform
     """
     lower, upper = limit
     m = moments(values)
-    if not m.deviation > 0:
+    if not m.sigma > 0:
         none = Estimate(math.nan, reason="the response does not spread")
         return Performance(none, none)
     pp = Estimate(math.nan, reason="the limit has one end")
     trusted = moments_are_trustworthy(m)
     z = WIDER * float(stdtrit(max(m.n - 1, 1), 0.5 + confidence / 2))
     if math.isfinite(lower) and math.isfinite(upper):
-        value = (upper - lower) / (6 * m.deviation)
+        value = (upper - lower) / (6 * m.sigma)
         half = z * math.sqrt((m.kurtosis + 2) / (4 * m.n))
         pp = Estimate(value, value * math.exp(-half), value * math.exp(half))
         pp = pp if trusted else untrustworthy(value, m.n)
-    # distances to the ends in standard deviations; the skewness counts towards the end
-    above = (upper - m.mean) / m.deviation
-    below = (m.mean - lower) / m.deviation
+    # distances to the ends in sigmas; the skewness counts towards the end
+    above = (upper - m.mean) / m.sigma
+    below = (m.mean - lower) / m.sigma
     d, skewness = (above, m.skewness) if above <= below else (below, -m.skewness)
     variance = (1 + d * skewness + d * d * (m.kurtosis + 2) / 4) / m.n
     half = z * math.sqrt(max(variance, 0.0)) / 3

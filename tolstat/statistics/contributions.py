@@ -212,7 +212,7 @@ class _Column:
 
 
 def _standardised(ranks: Array) -> Array:
-    """Return ranks with mean 0 and deviation 1; of 0 where all are alike."""
+    """Return ranks with mean 0 and sigma 1; of 0 where all are alike."""
     ranks = ranks - ranks.mean(axis=0)
     scale = ranks.std(axis=0)
     return np.asarray(ranks / np.where(scale > 0, scale, 1.0))

@@ -1,4 +1,4 @@
-"""The linear answer: root sum square of slopes times standard deviations."""
+"""The linear answer: root sum square of slopes times sigmas."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ class Linear(NamedTuple):
 
     Attributes
     ----------
-    mean, deviation : float
+    mean, sigma : float
         Of the response.
     shares : dict of str to float
-        Share of its variance by contributor, as slope and deviation alone give it;
+        Share of its variance by contributor, as slope and sigma alone give it;
         what these do not sum to is correlation.
     """
 
     mean: float
-    deviation: float
+    sigma: float
     shares: dict[str, float]
 
     def quantile(self, share: float) -> float:
         """Return the value that a share of the machines would stay below."""
-        return self.mean + self.deviation * float(ndtri(share))
+        return self.mean + self.sigma * float(ndtri(share))
 
 
 class Scatter(NamedTuple):
@@ -48,7 +48,7 @@ class Scatter(NamedTuple):
     mean : float64[contributor]
         Their means.
     covariance : float64[contributor, contributor]
-        Their covariances: deviations and correlations.
+        Their covariances: sigmas and correlations.
     """
 
     names: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Mean and standard deviation with intervals that hold for skewed responses too.
+"""Mean and standard deviation (sigma), with intervals that hold when skewed too.
 
 Where each interval is offered follows from `tests/coverage`: where it covers at least
 93 % on every problem there.
@@ -18,17 +18,17 @@ from tolstat.statistics.estimate import Estimate, untrustworthy
 Array = NDArray[np.float64]
 
 LEAST_FOR_MEAN = 200
-LEAST_FOR_DEVIATION = 1000
+LEAST_FOR_SIGMA = 1000
 MOST_KURTOSIS = 0.2  # excess kurtosis over the root of the number of trials
 WIDER = 1.1  # than the asymptotic interval: the sample's kurtosis is mostly too small
 
 
 class Moments(NamedTuple):
-    """Sample moments: mean, standard deviation (N - 1), skewness, excess kurtosis."""
+    """Sample moments: mean, sigma (N - 1), skewness, excess kurtosis."""
 
     n: int
     mean: float
-    deviation: float
+    sigma: float
     skewness: float
     kurtosis: float
 
@@ -39,13 +39,13 @@ def moments(values: Array) -> Moments:
     if n < 2:
         mean = float(values[0]) if n else math.nan
         return Moments(n, mean, math.nan, math.nan, math.nan)
-    mean, deviation = float(values.mean()), float(values.std(ddof=1))
+    mean, sigma = float(values.mean()), float(values.std(ddof=1))
     # all alike but for the rounding of the mean
-    if deviation <= 1e-14 * abs(mean):
+    if sigma <= 1e-14 * abs(mean):
         return Moments(n, mean, 0.0, 0.0, 0.0)
     scores = (values - mean) / values.std()
     skewness, kurtosis = float(np.mean(scores**3)), float(np.mean(scores**4)) - 3
-    return Moments(n, mean, deviation, skewness, kurtosis)
+    return Moments(n, mean, sigma, skewness, kurtosis)
 
 
 def mean_of(values: Array, confidence: float = 0.95) -> Estimate:
@@ -71,10 +71,10 @@ def mean_of(values: Array, confidence: float = 0.95) -> Estimate:
     m = moments(values)
     if m.n < LEAST_FOR_MEAN:
         return untrustworthy(m.mean, m.n)
-    if m.deviation == 0:
+    if m.sigma == 0:
         return Estimate(m.mean, m.mean, m.mean)
     z = float(stdtrit(m.n - 1, 0.5 + confidence / 2))
-    error = m.deviation / math.sqrt(m.n)
+    error = m.sigma / math.sqrt(m.n)
     a = m.skewness / math.sqrt(m.n)
 
     def untransformed(score: float) -> float:
@@ -87,7 +87,7 @@ def mean_of(values: Array, confidence: float = 0.95) -> Estimate:
     )
 
 
-def deviation_of(values: Array, confidence: float = 0.95) -> Estimate:
+def sigma_of(values: Array, confidence: float = 0.95) -> Estimate:
     """Estimate the standard deviation of independent draws.
 
     Parameters
@@ -105,19 +105,17 @@ def deviation_of(values: Array, confidence: float = 0.95) -> Estimate:
     """
     m = moments(values)
     if not moments_are_trustworthy(m):
-        return untrustworthy(m.deviation, m.n)
-    if m.deviation == 0:
+        return untrustworthy(m.sigma, m.n)
+    if m.sigma == 0:
         return Estimate(0.0, 0.0, 0.0)
     z = float(stdtrit(m.n - 1, 0.5 + confidence / 2))
     half = WIDER * z * math.sqrt((m.kurtosis + 2) / (4 * m.n))
-    return Estimate(
-        m.deviation, m.deviation * math.exp(-half), m.deviation * math.exp(half)
-    )
+    return Estimate(m.sigma, m.sigma * math.exp(-half), m.sigma * math.exp(half))
 
 
 def moments_are_trustworthy(m: Moments) -> bool:
     """Tell whether intervals may rest on the second and fourth moments."""
-    return m.n >= LEAST_FOR_DEVIATION and tails_are_light(m)
+    return m.n >= LEAST_FOR_SIGMA and tails_are_light(m)
 
 
 def tails_are_light(m: Moments) -> bool:

@@ -39,7 +39,7 @@ class Shape(NamedTuple):
     name : str
         One of `NAMES`.
     parameters : dict of str to float
-        normal: mean, deviation; lognormal: mean and deviation of the natural logarithm;
+        normal: mean, sigma; lognormal: mean and sigma of the natural logarithm;
         weibull: shape, scale; gumbel (of largest values): location, scale.
     statistic : float
         Of Anderson and Darling, A squared.
@@ -150,11 +150,11 @@ def fit_shape(values: Array, name: str) -> Shape:
     x = np.log(values) if name in ("lognormal", "weibull") else values
     x = np.sort(x)
     if name in ("normal", "lognormal"):
-        mean, deviation = float(x.mean()), float(x.std(ddof=1))
-        z = (x - mean) / deviation
+        mean, sigma = float(x.mean()), float(x.std(ddof=1))
+        z = (x - mean) / sigma
         found = a_squared(np.asarray(log_ndtr(z)), np.asarray(log_ndtr(-z)))
         found *= 1 + 0.75 / n + 2.25 / n**2
-        parameters = {"mean": mean, "deviation": deviation}
+        parameters = {"mean": mean, "sigma": sigma}
         level = level_in(found, CRITICAL["normal"], LEVELS)
         return Shape(name, parameters, found, level)
     # the logarithm of a Weibull variable is, mirrored, of extreme value form

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate, untrustworthy
 from tolstat.statistics.moments import (
-    deviation_of,
     mean_of,
     moments,
     moments_are_trustworthy,
+    sigma_of,
 )
 from tolstat.statistics.quantiles import quantile
 from tolstat.statistics.replicates import from_replicates
@@ -32,7 +32,7 @@ def mean(values: Array, sample: Sample) -> Estimate:
     return mean_of(done) if len(done) else NONE_DONE
 
 
-def deviation(values: Array, sample: Sample) -> Estimate:
+def sigma(values: Array, sample: Sample) -> Estimate:
     """Estimate the standard deviation over the trials that are done."""
     done = values[sample.done]
     if sample.replicates:
@@ -43,7 +43,7 @@ def deviation(values: Array, sample: Sample) -> Estimate:
         if not moments_are_trustworthy(moments(done)):
             return untrustworthy(of(done) if len(done) > 1 else math.nan, len(done))
         return from_replicates(of, done, sample.replicate[sample.done])
-    return deviation_of(done) if len(done) else NONE_DONE
+    return sigma_of(done) if len(done) else NONE_DONE
 
 
 def quantile_at(values: Array, sample: Sample, share: float) -> Estimate:
@@ -119,7 +119,7 @@ class Statistic(NamedTuple):
     response : str
         Name.
     kind : str
-        "mean", "deviation", "quantile" or "beyond".
+        "mean", "sigma", "quantile" or "beyond".
     share : float
         Of a quantile.
     """
@@ -147,7 +147,7 @@ class Statistic(NamedTuple):
         if self.kind == "beyond":
             assert limit is not None  # checked with the study
             return yields(values, sample, limit).beyond
-        return (mean if self.kind == "mean" else deviation)(values, sample)
+        return (mean if self.kind == "mean" else sigma)(values, sample)
 
     @property
     def words(self) -> str:

@@ -13,16 +13,16 @@ from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.statistic import (
     NONE_DONE,
-    deviation,
     mean,
     quantile_at,
+    sigma,
     yields,
 )
 from tolstat.statistics.yields import DEMANDED, Yield
 
 Array = NDArray[np.float64]
 
-SHARES = (0.00135, 0.05, 0.5, 0.95, 0.99, 0.99865)
+QUANTILES = (0.00135, 0.05, 0.5, 0.95, 0.99, 0.99865)
 
 
 class Limited(NamedTuple):
@@ -52,18 +52,18 @@ class Summary(NamedTuple):
 
     Attributes
     ----------
-    mean, deviation : Estimate
+    mean, sigma : Estimate
         Mean and standard deviation of the trials that are done.
     least, largest : float
         Of these; NaN if there are none.
     quantiles : dict of float to Estimate
-        By `SHARES`.
+        By `QUANTILES`.
     limited : Limited or None
         None without a limit.
     """
 
     mean: Estimate
-    deviation: Estimate
+    sigma: Estimate
     least: float
     largest: float
     quantiles: dict[float, Estimate]
@@ -96,7 +96,7 @@ def summarize(
     """
     done = np.sort(values[sample.done])
     if len(done) == 0:
-        quantiles = dict.fromkeys(SHARES, NONE_DONE)
+        quantiles = dict.fromkeys(QUANTILES, NONE_DONE)
         return Summary(NONE_DONE, NONE_DONE, math.nan, math.nan, quantiles, None)
     limited = None
     if limit is not None:
@@ -108,9 +108,9 @@ def summarize(
         limited = Limited(limit, demanded, found, *performance)
     return Summary(
         mean(values, sample),
-        deviation(values, sample),
+        sigma(values, sample),
         float(done[0]),
         float(done[-1]),
-        {share: quantile_at(values, sample, share) for share in SHARES},
+        {share: quantile_at(values, sample, share) for share in QUANTILES},
         limited,
     )

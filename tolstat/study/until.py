@@ -13,7 +13,7 @@ from tolstat.statistics.statistic import Statistic
 from tolstat.units.grammar import number, quantity
 
 EXAMPLE = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
-KINDS = ("mean", "deviation", "median", "beyond")
+KINDS = ("mean", "sigma", "median", "beyond")
 
 
 class Until(NamedTuple):
