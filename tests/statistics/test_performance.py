@@ -74,8 +74,11 @@ def test_performance_that_cannot_be_told():
     few = by_percentiles(NORMAL[::10], (-INF, 16.0)).ppk
     assert few.value == pytest.approx(1.0, abs=0.1) and not few.sure
     assert few.reason == "needs 3544 trials"
+    few = by_percentiles(NORMAL[::10], (4.0, 16.0)).pp
+    assert np.isnan([few.lower, few.upper]).all()  # no interval has one end
     assert "does not spread" in by_moments(np.ones(2000), (0.0, 2.0)).ppk.reason
     assert by_percentiles(np.ones(5000), (0.0, 2.0)).ppk.value == INF
+    assert "does not spread" in by_percentiles(np.ones(5000), (0.0, 1.0)).ppk.reason
     assert "no trial" in by_percentiles(np.empty(0), (0.0, 2.0)).ppk.reason
 
 

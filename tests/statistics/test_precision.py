@@ -61,10 +61,10 @@ def test_the_running_estimate_ends_at_the_estimate():
     found = running(MEDIAN, y, done(5000))
     known = quantile(y, 0.5)
     assert found.trials[0] == 32 and found.trials[-1] == 5000
-    assert (found.value[-1], found.lower[-1], found.upper[-1]) == known[1:4]
+    assert (found.value[-1], found.lower[-1], found.upper[-1]) == known[:3]
     assert (np.diff(found.trials) > 0).all() and len(found.trials) <= 40
     some = found.trials[10]
-    assert found.value[10] == quantile(y[:some], 0.5).estimate
+    assert found.value[10] == quantile(y[:some], 0.5).value
     narrow = found.upper - found.lower
     assert narrow[-1] < narrow[0] / 5
     far = running(Statistic("y", "quantile", 0.99865), y, done(5000))

@@ -36,10 +36,10 @@ def test_it_ends_when_the_precision_is_reached(toy, study):
     assert stages[0] == 1024 and stages[-1] == run.trials < 20_000
     assert run.facts["until_reached"] and run.facts["until"] == "gap p95 +-3 %"
     found = quantile(run.column("gap"), 0.95)
-    assert (found.upper - found.lower) / 2 <= 0.03 * found.estimate
+    assert (found.upper - found.lower) / 2 <= 0.03 * found.value
     for trials in stages[:-1]:
         earlier = quantile(run.column("gap")[:trials], 0.95)
-        assert (earlier.upper - earlier.lower) / 2 > 0.03 * earlier.estimate
+        assert (earlier.upper - earlier.lower) / 2 > 0.03 * earlier.value
 
 
 def test_the_trials_are_those_of_a_run_of_that_length(toy, study, tmp_path):

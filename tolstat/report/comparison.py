@@ -187,7 +187,7 @@ def _share(machines: NDArray[np.bool_], sample: Sample) -> Estimate:
     done = sample.done
     if sample.replicates:
         return share_from_replicates(machines[done], sample.replicate[done])
-    return Estimate(*proportion(int(machines[done].sum()), int(done.sum())))
+    return proportion(int(machines[done].sum()), int(done.sum()))
 
 
 def _named(drawn: Drawn) -> Found:

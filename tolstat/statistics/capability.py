@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from tolstat.statistics.estimate import Estimate, untrustworthy
+from tolstat.statistics.estimate import NONE_DONE, Estimate, untrustworthy
 from tolstat.statistics.moments import WIDER, moments, moments_are_trustworthy
-from tolstat.statistics.quantiles import Quantile, quantile
+from tolstat.statistics.quantiles import quantile
 
 Array = NDArray[np.float64]
 Limit = tuple[float, float]
@@ -61,8 +61,7 @@ def by_percentiles(
     shared = 1 - (1 - confidence) / 3
     low, middle, high = (quantile(values, q, shared) for q in (LOW, MIDDLE, HIGH))
     if len(values) == 0:
-        none = Estimate(math.nan, reason="no trial is done")
-        return Performance(none, none)
+        return Performance(NONE_DONE, NONE_DONE)
     ends = [(upper, high, 1), (lower, low, -1)]
     sides = [
         _side(end, middle, far, sign) for end, far, sign in ends if math.isfinite(end)
@@ -77,20 +76,20 @@ def by_percentiles(
     if math.isfinite(lower) and math.isfinite(upper):
         width = upper - lower
         pp = Estimate(
-            _ratio(width, high.estimate - low.estimate),
+            _ratio(width, high.value - low.value),
             _ratio(width, high.upper - low.lower),
             _ratio(width, high.lower - low.upper),
         )
     return Performance(_explained(pp, high), _explained(ppk, high))
 
 
-def _side(end: float, middle: Quantile, far: Quantile, sign: int) -> Estimate:
+def _side(end: float, middle: Estimate, far: Estimate, sign: int) -> Estimate:
     """Estimate one side of Ppk: the end's distance over the far percentile's."""
 
     def ratio(m: float, f: float) -> float:
         return _ratio(sign * (end - m), sign * (f - m))
 
-    value = ratio(middle.estimate, far.estimate)
+    value = ratio(middle.value, far.value)
     # monotonous in either percentile: the extremes lie at the corners
     corners = [
         ratio(m, f)
@@ -109,11 +108,12 @@ def _ratio(distance: float, spread: float) -> float:
     return distance / spread if spread != 0 else math.nan
 
 
-def _explained(estimate: Estimate, far: Quantile) -> Estimate:
+def _explained(estimate: Estimate, far: Estimate) -> Estimate:
     """Say why an interval is missing."""
     if estimate.sure or estimate.reason:
         return estimate
-    return estimate._replace(reason=f"needs {far.needed} trials")
+    reason = "the response does not spread" if far.sure else f"{far.reason} trials"
+    return estimate._replace(reason=reason)
 
 
 def by_moments(values: Array, limit: Limit, confidence: float = 0.95) -> Performance:

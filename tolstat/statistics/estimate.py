@@ -32,6 +32,9 @@ class Estimate(NamedTuple):
         return not (math.isnan(self.lower) or math.isnan(self.upper))
 
 
+NONE_DONE = Estimate(math.nan, reason="no trial is done")
+
+
 def untrustworthy(value: float, trials: int) -> Estimate:
     """Give an estimate whose interval would not cover what it claims."""
     return Estimate(value, reason=f"no trustworthy interval at {trials} trials")

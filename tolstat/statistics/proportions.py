@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from scipy.special import betaincinv
 
-
-class Proportion(NamedTuple):
-    """A share of trials and its interval."""
-
-    estimate: float
-    lower: float
-    upper: float
+from tolstat.statistics.estimate import Estimate
 
 
-def proportion(count: int, trials: int, confidence: float = 0.95) -> Proportion:
+def proportion(count: int, trials: int, confidence: float = 0.95) -> Estimate:
     """Estimate a share from a count.
 
     Parameters
@@ -29,7 +21,7 @@ def proportion(count: int, trials: int, confidence: float = 0.95) -> Proportion:
 
     Returns
     -------
-    Proportion
+    Estimate
         With the interval of Clopper and Pearson.
 
     References
@@ -39,4 +31,4 @@ def proportion(count: int, trials: int, confidence: float = 0.95) -> Proportion:
     miss = (1 - confidence) / 2
     lower = betaincinv(count, trials - count + 1, miss) if count > 0 else 0.0
     upper = betaincinv(count + 1, trials - count, 1 - miss) if count < trials else 1.0
-    return Proportion(count / trials, float(lower), float(upper))
+    return Estimate(count / trials, float(lower), float(upper))

@@ -3,39 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import bdtr, bdtrik
 
-
-class Quantile(NamedTuple):
-    """A quantile and its interval.
-
-    Attributes
-    ----------
-    share : float
-        Which: 0.95 is the value that 95 % of the machines stay below.
-    estimate : float
-        Median-unbiased estimate.
-    lower, upper : float
-        Ends of the interval; NaN where no order statistic bounds that side at this
-        number of trials.
-    needed : int
-        The least number of trials for which both ends exist.
-    """
-
-    share: float
-    estimate: float
-    lower: float
-    upper: float
-    needed: int
+from tolstat.statistics.estimate import NONE_DONE, Estimate
 
 
 def quantile(
     values: NDArray[np.float64], share: float, confidence: float = 0.95
-) -> Quantile:
+) -> Estimate:
     """Estimate a quantile of a random sample.
 
     Parameters
@@ -43,35 +21,38 @@ def quantile(
     values : float64[n]
         Independent draws, none NaN.
     share : float
-        Between 0 and 1.
+        Between 0 and 1: 0.95 is the value that 95 % of the machines stay below.
     confidence : float
         Of the interval; each side errs with at most half the rest.
 
     Returns
     -------
-    Quantile
-        With the interval that holds for any continuous distribution, and is
-        conservative for one with atoms.
+    Estimate
+        Median-unbiased, with the interval that holds for any continuous distribution,
+        and is conservative for one with atoms; none where no order statistic bounds
+        one of its sides at this number of trials.
 
     References
     ----------
     H. A. David, H. N. Nagaraja, Order Statistics, 3rd ed., section 7.1.
     """
     n, miss = len(values), (1 - confidence) / 2
-    needed = math.ceil(math.log(miss) / math.log(max(share, 1 - share)))
     if n == 0:
-        return Quantile(share, math.nan, math.nan, math.nan, needed)
+        return NONE_DONE
     ordered = np.sort(values)
+    value = median_unbiased(ordered, share)
     # P(X_(rank) > q) = P(fewer than rank of n lie below q)
     low_rank = _binomial_quantile(miss, n, share)
     high_rank = _binomial_quantile(1 - miss, n, share) + 1
-    return Quantile(
-        share,
-        median_unbiased(ordered, share),
-        float(ordered[low_rank - 1]) if low_rank >= 1 else math.nan,
-        float(ordered[high_rank - 1]) if high_rank <= n else math.nan,
-        needed,
-    )
+    if low_rank < 1 or high_rank > n:
+        return Estimate(value, reason=f"needs {trials_needed(share, confidence)}")
+    return Estimate(value, float(ordered[low_rank - 1]), float(ordered[high_rank - 1]))
+
+
+def trials_needed(share: float, confidence: float = 0.95) -> int:
+    """Return the least number of trials from which a quantile has an interval."""
+    miss = (1 - confidence) / 2
+    return math.ceil(math.log(miss) / math.log(max(share, 1 - share)))
 
 
 def median_unbiased(ordered: NDArray[np.float64], share: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.estimate import NONE_DONE, Estimate
 
 Array = NDArray[np.float64]
 LEAST_IN_EACH = 16
@@ -47,7 +47,7 @@ def from_replicates(
     quasi-Monte Carlo, replicates.
     """
     if len(values) == 0:
-        return Estimate(math.nan, reason="no trial is done")
+        return NONE_DONE
     value = statistic(values)
     groups = [values[replicate == number] for number in np.unique(replicate)]
     if len(groups) < 2 or min(len(group) for group in groups) < LEAST_IN_EACH:

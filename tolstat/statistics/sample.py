@@ -65,4 +65,4 @@ class Sample(NamedTuple):
         if self.replicates and self.failed:
             failed = ~self.done[self.ran]
             return share_from_replicates(failed, self.replicate[self.ran])
-        return Estimate(*proportion(self.failed, trials))
+        return proportion(self.failed, trials)

@@ -121,7 +121,7 @@ def atom_of(values: Array) -> Atom | None:
 
 def _atom(ordered: Array, first: int, count: int) -> Atom:
     inside = ordered[first : first + count]
-    share = Estimate(*proportion(count, len(ordered)))
+    share = proportion(count, len(ordered))
     return Atom(float(inside[count // 2]), float(inside[0]), float(inside[-1]), share)
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.statistics.estimate import Estimate, untrustworthy
+from tolstat.statistics.estimate import NONE_DONE, Estimate, untrustworthy
 from tolstat.statistics.moments import (
     mean_of,
     moments,
@@ -21,7 +21,6 @@ from tolstat.statistics.sample import Sample
 from tolstat.statistics.yields import DEMANDED, Yield, yield_of, yield_of_replicates
 
 Array = NDArray[np.float64]
-NONE_DONE = Estimate(math.nan, reason="no trial is done")
 
 
 def mean(values: Array, sample: Sample) -> Estimate:
@@ -63,10 +62,7 @@ def quantile_at(values: Array, sample: Sample, share: float) -> Estimate:
         return NONE_DONE
     if sample.replicates:
         return _quantile_of_replicates(done, sample, share)
-    found = quantile(done, share)
-    if math.isnan(found.lower) or math.isnan(found.upper):
-        return Estimate(found.estimate, reason=f"needs {found.needed}")
-    return Estimate(found.estimate, found.lower, found.upper)
+    return quantile(done, share)
 
 
 def _quantile_of_replicates(done: Array, sample: Sample, share: float) -> Estimate:

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.statistics.capability import Performance, by_moments, by_percentiles
-from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
+from tolstat.statistics.estimate import NONE_DONE, RANDOM_ONLY, Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.statistic import (
-    NONE_DONE,
     mean,
     quantile_at,
     sigma,

@@ -65,12 +65,12 @@ def yield_of(
     within = int(np.count_nonzero(_within(values, limit)))
     trials = len(values) + failed
     bad = proportion(trials - within, trials)
-    least = Estimate(*proportion(within, trials))
-    most = Estimate(*proportion(within + failed, trials))
+    least = proportion(within, trials)
+    most = proportion(within + failed, trials)
     verdict, needed = _verdict(least, demanded), 0
     if verdict == UNDECIDED:
         needed = _needed(within / trials, trials, demanded)
-    return Yield(Estimate(*bad), least, most, verdict, needed)
+    return Yield(bad, least, most, verdict, needed)
 
 
 def yield_of_replicates(
