@@ -7,6 +7,8 @@ import pytest
 from scipy import stats
 
 from tolstat.statistics.contributions import contributions
+from tolstat.statistics.neighbours import nearest
+from tolstat.statistics.rank_regression import ascending
 
 
 def stack(n, seed=0):
@@ -123,8 +125,11 @@ def test_ties_are_ranked_alike():
     assert [e.value for e in found.values()] == pytest.approx(known)
 
 
-def test_intervals_are_those_of_leaving_out_a_twentieth_at_a_time():
+@pytest.mark.parametrize("digits", [16, 0])
+def test_intervals_are_those_of_leaving_out_a_twentieth_at_a_time(digits):
     parts, y = stack(437)
+    # without digits many are alike
+    parts, y = {name: x.round(digits) for name, x in parts.items()}, y.round(digits)
     found = contributions(parts, {"y": y}, {"rod": ["rod_1", "rod_2"]})["y"]
 
     def index(x, y):
@@ -157,3 +162,16 @@ def test_intervals_are_those_of_leaving_out_a_twentieth_at_a_time():
 
     each = found.rank_regression["rod_1"]
     assert each.value - each.lower == pytest.approx(interval(regressed))
+
+
+def test_what_is_alike_stays_in_order():
+    assert ascending(np.array([1.0, 0.0, 1.0, 0.0])).tolist() == [1, 3, 0, 2]
+
+
+def test_no_trial_is_nearer_than_the_nearest():
+    X = np.random.default_rng(6).normal(size=(200, 3))
+    ranks = X.argsort(axis=0).argsort(axis=0)
+    apart = ((ranks[:, None] - ranks[None]) ** 2).sum(axis=2)
+    apart[np.diag_indices(200)] = 3 * 200**2
+    found = nearest(X)
+    assert (apart[np.arange(200), found] == apart.min(axis=1)).all()

@@ -15,7 +15,7 @@ from scipy.special import stdtrit
 
 from tolstat.statistics.estimate import NONE_DONE, Estimate, untrustworthy
 from tolstat.statistics.moments import WIDER, moments, moments_are_trustworthy
-from tolstat.statistics.quantiles import quantile
+from tolstat.statistics.quantiles import quantiles
 
 Array = NDArray[np.float64]
 Limit = tuple[float, float]
@@ -59,7 +59,7 @@ def by_percentiles(
     lower, upper = limit
     # up to three percentiles stand behind one number: share the error among them
     shared = 1 - (1 - confidence) / 3
-    low, middle, high = (quantile(values, q, shared) for q in (LOW, MIDDLE, HIGH))
+    low, middle, high = quantiles(values, (LOW, MIDDLE, HIGH), shared).values()
     if len(values) == 0:
         return Performance(NONE_DONE, NONE_DONE)
     ends = [(upper, high, 1), (lower, low, -1)]

@@ -44,8 +44,10 @@ def moments(values: Array) -> Moments:
     if sigma <= 1e-14 * abs(mean):
         return Moments(n, mean, 0.0, 0.0, 0.0)
     scores = (values - mean) / values.std()
-    skewness, kurtosis = float(np.mean(scores**3)), float(np.mean(scores**4)) - 3
-    return Moments(n, mean, sigma, skewness, kurtosis)
+    # a power costs NumPy a hundred products
+    squares = scores * scores
+    skewness, kurtosis = np.mean(squares * scores), np.mean(squares * squares) - 3
+    return Moments(n, mean, sigma, float(skewness), float(kurtosis))
 
 
 def mean_of(values: Array, confidence: float = 0.95) -> Estimate:

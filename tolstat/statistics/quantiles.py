@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,10 +37,23 @@ def quantile(
     ----------
     H. A. David, H. N. Nagaraja, Order Statistics, 3rd ed., section 7.1.
     """
-    n, miss = len(values), (1 - confidence) / 2
+    return quantiles(values, [share], confidence)[share]
+
+
+def quantiles(
+    values: NDArray[np.float64], shares: Iterable[float], confidence: float = 0.95
+) -> dict[float, Estimate]:
+    """Estimate quantiles of a random sample by their shares, as `quantile` does."""
+    ordered = np.sort(values)
+    return {share: _of_ordered(ordered, share, confidence) for share in shares}
+
+
+def _of_ordered(
+    ordered: NDArray[np.float64], share: float, confidence: float
+) -> Estimate:
+    n, miss = len(ordered), (1 - confidence) / 2
     if n == 0:
         return NONE_DONE
-    ordered = np.sort(values)
     value = median_unbiased(ordered, share)
     # P(X_(rank) > q) = P(fewer than rank of n lie below q)
     low_rank = _binomial_quantile(miss, n, share)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from tolstat.statistics.moments import (
     moments_are_trustworthy,
     sigma_of,
 )
-from tolstat.statistics.quantiles import quantile
+from tolstat.statistics.quantiles import quantiles
 from tolstat.statistics.replicates import from_replicates
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.yields import DEMANDED, Yield, yield_of, yield_of_replicates
@@ -57,12 +58,19 @@ def quantile_at(values: Array, sample: Sample, share: float) -> Estimate:
     share : float
         Between 0 and 1.
     """
+    return quantiles_at(values, sample, [share])[share]
+
+
+def quantiles_at(
+    values: Array, sample: Sample, shares: Iterable[float]
+) -> dict[float, Estimate]:
+    """Estimate quantiles by their shares, as `quantile_at` does."""
     done = values[sample.done]
     if not len(done):
-        return NONE_DONE
+        return dict.fromkeys(shares, NONE_DONE)
     if sample.replicates:
-        return _quantile_of_replicates(done, sample, share)
-    return quantile(done, share)
+        return {s: _quantile_of_replicates(done, sample, s) for s in shares}
+    return quantiles(done, shares)
 
 
 def _quantile_of_replicates(done: Array, sample: Sample, share: float) -> Estimate:

@@ -13,7 +13,7 @@ from tolstat.statistics.estimate import NONE_DONE, RANDOM_ONLY, Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.statistic import (
     mean,
-    quantile_at,
+    quantiles_at,
     sigma,
     yields,
 )
@@ -110,6 +110,6 @@ def summarize(
         sigma(values, sample),
         float(done[0]),
         float(done[-1]),
-        {share: quantile_at(values, sample, share) for share in QUANTILES},
+        quantiles_at(values, sample, QUANTILES),
         limited,
     )
