@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from tolstat.report.summary_table import notes_of, summaries_of
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.integration_error import integration_error
 from tolstat.statistics.shapes import NAMES, Shape, atom_of, best_shape
-from tolstat.statistics.statistic import quantile_at, yields
+from tolstat.statistics.statistic import quantiles_at, yields
 from tolstat.statistics.summary import Limited, Summary
 from tolstat.statistics.tails import Tail, upper_tail
 from tolstat.status import Status
@@ -92,25 +93,28 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Found:
         If the machines were not drawn, no trial is done, or a response is unknown.
     """
     drawn, interest = reportable(run, chosen)
-    summaries = summaries_of(drawn)
-    shares = contributions_found(drawn, interest)
     responses = {}
-    for response in run.responses:
-        name = response.name
-        found = summary_found(summaries[name])
-        found["nominal"] = number(run.nominal_values[name])
-        found["symbol"], found["sentence"] = response.symbol, response.sentence
-        found["source"], found["unit"] = response.source, response.unit
-        found["shown_unit"] = engineering_unit(response.unit)
-        found["integration_error"] = _integration_error(drawn, name, summaries[name])
-        if name in interest:
-            done = drawn.values(name)[drawn.sample.done]
-            found["distribution"] = _distribution(done, drawn)
-            found["tails"] = _tails(done, drawn, summaries[name])
-            found["contributions"] = shares[name]
-            if drawn.grouped:
-                found["indices"] = indices_found(drawn, name)
-        responses[name] = found
+    with ThreadPoolExecutor(1) as other:
+        # they take longest: beside all the rest, for NumPy keeps no other waiting
+        shares = other.submit(contributions_found, drawn, interest)
+        summaries = summaries_of(drawn)
+        for response in run.responses:
+            name, summary = response.name, summaries[response.name]
+            found = summary_found(summary)
+            found["nominal"] = number(run.nominal_values[name])
+            found["symbol"], found["sentence"] = response.symbol, response.sentence
+            found["source"], found["unit"] = response.source, response.unit
+            found["shown_unit"] = engineering_unit(response.unit)
+            found["integration_error"] = _integration_error(drawn, name, summary)
+            if name in interest:
+                done = drawn.values(name)[drawn.sample.done]
+                found["distribution"] = _distribution(done, drawn)
+                found["tails"] = _tails(done, drawn, summary)
+            responses[name] = found
+    for name in interest:
+        responses[name]["contributions"] = shares.result()[name]
+        if drawn.grouped:
+            responses[name]["indices"] = indices_found(drawn, name)
     return {
         "title": run.facts["title"],
         "run": run.path.name,
@@ -279,12 +283,12 @@ def _integration_error(drawn: Drawn, name: str, summary: Summary) -> Found | Non
         if len(done) > 1
         else math.nan,
     }
+    again = quantiles_at(better, sample, summary.quantiles)
     for share, known in summary.quantiles.items():
-        again = quantile_at(better, sample, share)
-        moves[share_words(share)] = known.value - again.value
+        moves[share_words(share)] = known.value - again[share].value
     if summary.limited:
-        again = yields(better, sample, summary.limited.limit).beyond
-        moves["beyond"] = summary.limited.yields.beyond.value - again.value
+        beyond = yields(better, sample, summary.limited.limit).beyond
+        moves["beyond"] = summary.limited.yields.beyond.value - beyond.value
     found["moves"] = {key: number(move) for key, move in moves.items()}
     return found
 

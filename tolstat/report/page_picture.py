@@ -81,7 +81,7 @@ def inline(figure: Figure, alternative: str) -> Markup:
     Parameters
     ----------
     figure : Figure
-        Drawn by `page_figure`.
+        Of `page_figure`, while it is open: its style holds for what is written too.
     alternative : str
         What the picture shows, for those who do not see it.
 
@@ -91,12 +91,11 @@ def inline(figure: Figure, alternative: str) -> Markup:
         One element; its names are its own on the page.
     """
     buffer = io.StringIO()
-    with styled(), mpl.rc_context(PAGE_STYLE):
-        if engine := figure.get_layout_engine():
-            # once; matplotlib would lay it out at each of its two drawings
-            engine.execute(figure)
-            figure.set_layout_engine("none")
-        figure.savefig(buffer, format="svg", dpi=110, metadata={"Date": None})
+    if engine := figure.get_layout_engine():
+        # once, and no engine left: with one, matplotlib draws everything twice
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+    figure.savefig(buffer, format="svg", dpi=110, metadata={"Date": None})
     text = buffer.getvalue()
     svg = text[text.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
