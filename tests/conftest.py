@@ -9,13 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tolstat.machines.description import (
-    Contributor,
-    Description,
-    Outcome,
-    Response,
-    setting,
-)
+from tolstat import Contributor, Description, Model, Outcome, Response, setting
 
 ROOT = Path(__file__).parents[1]
 
@@ -35,7 +29,7 @@ class ToySettings:
     mode: str = setting("plain", "how", choices=("plain", "odd"))
 
 
-class Toy:
+class Toy(Model):
     """A closed formula; a part longer than 0.9 mm cannot be mounted."""
 
     name = "toy"

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).parents[1]
 
@@ -15,6 +19,38 @@ def test_floors():
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert found.returncode == 0, found.stdout
+
+
+@pytest.mark.parametrize(
+    ("file", "line", "contract"),
+    [
+        (
+            "machines/ring/__init__.py",
+            "from tolstat.machines.stand import nominal",
+            "a machine knows no other machine",
+        ),
+        ("model/late.py", "import tolstat.catalogue", "floors import only downward"),
+        ("execution/drawn.py", "import matplotlib", "matplotlib and jinja2 only"),
+        ("study/read.py", "import tolstat.store.run", "floors import only downward"),
+    ],
+)
+def test_a_planted_import_is_caught(tmp_path, file, line, contract):
+    """Contracts that cannot fail keep nothing."""
+    shutil.copytree(
+        ROOT / "tolstat", tmp_path / "tolstat", ignore=shutil.ignore_patterns("__pyc*")
+    )
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    planted = tmp_path / "tolstat" / file
+    planted.parent.mkdir(exist_ok=True)
+    planted.write_text(f'"""Planted."""\n\n{line}  # noqa: F401\n')
+    found = subprocess.run(
+        [Path(sys.executable).with_name("lint-imports"), "--no-cache"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+    )  # fmt: skip
+    assert found.returncode == 1
+    broken = [row for row in found.stdout.splitlines() if row.endswith("BROKEN")]
+    assert len(broken) == 1 and contract in broken[0]
 
 
 def test_importing_tolstat_and_its_command_line_loads_nothing_heavy():

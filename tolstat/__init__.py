@@ -6,33 +6,62 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tolstat.asking.evaluate import evaluate
+    from tolstat.asking.replay import replay
+    from tolstat.asking.trajectory import trajectory
+    from tolstat.asking.view import view
     from tolstat.catalogue import names as models
-    from tolstat.store.run import Run, open
-    from tolstat.study.evaluate import evaluate
-    from tolstat.study.run import run
-    from tolstat.study.trajectory import trajectory
-
-__all__ = ["Run", "evaluate", "models", "open", "run", "trajectory"]
+    from tolstat.execution.execute import run
+    from tolstat.model.contract import History, Model, Outcome
+    from tolstat.model.description import Contributor, Description, Response
+    from tolstat.model.settings import column, setting
+    from tolstat.reporting.making import compare, report
+    from tolstat.store.opening import open
+    from tolstat.store.run import Run
+    from tolstat.units.grammar import Range
 
 # loaded when first used: `import tolstat` and `tolstat --help` stay quick
 _HOMES = {
-    "Run": ("tolstat.store.run", "Run"),
-    "evaluate": ("tolstat.study.evaluate", "evaluate"),
-    "models": ("tolstat.catalogue", "names"),
-    "open": ("tolstat.store.run", "open"),
-    "run": ("tolstat.study.run", "run"),
-    "trajectory": ("tolstat.study.trajectory", "trajectory"),
+    "Contributor": "tolstat.model.description",
+    "Description": "tolstat.model.description",
+    "History": "tolstat.model.contract",
+    "Model": "tolstat.model.contract",
+    "Outcome": "tolstat.model.contract",
+    "Range": "tolstat.units.grammar",
+    "Response": "tolstat.model.description",
+    "Run": "tolstat.store.run",
+    "column": "tolstat.model.settings",
+    "compare": "tolstat.reporting.making",
+    "evaluate": "tolstat.asking.evaluate",
+    "models": "tolstat.catalogue",
+    "open": "tolstat.store.opening",
+    "replay": "tolstat.asking.replay",
+    "report": "tolstat.reporting.making",
+    "run": "tolstat.execution.execute",
+    "setting": "tolstat.model.settings",
+    "trajectory": "tolstat.asking.trajectory",
+    "view": "tolstat.asking.view",
 }
+_ELSEWHERE = {"models": "names"}
+
+__all__ = [
+    "Contributor", "Description", "History", "Model", "Outcome", "Range", "Response",
+    "Run", "column", "compare", "evaluate", "models", "open", "replay", "report", "run",
+    "setting", "trajectory", "view",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("tolstat")
     if name not in _HOMES:
         raise AttributeError(f"module 'tolstat' has no attribute {name!r}")
-    module, attribute = _HOMES[name]
-    value = getattr(importlib.import_module(module), attribute)
+    value = getattr(importlib.import_module(_HOMES[name]), _ELSEWHERE.get(name, name))
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return [*__all__, "__version__"]

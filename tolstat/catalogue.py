@@ -1,21 +1,29 @@
-"""The machines that a study can name."""
+"""The machines that a study can name: our own, those of installed packages, yours."""
 
 from __future__ import annotations
 
 import importlib
+import importlib.util
+import sys
+from importlib.metadata import entry_points
+from pathlib import Path
 
 from tolstat.errors import ModelError, allowed_names
-from tolstat.machines.description import Model
+from tolstat.model.checked import check_model
+from tolstat.model.contract import Model
 
 # name in study files: module and class
 MACHINES = {
     "stand": ("tolstat.machines.stand.machine", "Stand"),
 }
+GROUP = "tolstat.machines"  # entry points of installed packages
+_given: dict[str, Model] = {}  # on the command line, for this process
 
 
 def names() -> list[str]:
     """List the models by name."""
-    return list(MACHINES)
+    installed = (point.name for point in entry_points(group=GROUP))
+    return list(dict.fromkeys([*MACHINES, *installed, *_given]))
 
 
 def find(model: str | Model) -> Model:
@@ -24,19 +32,75 @@ def find(model: str | Model) -> Model:
     Parameters
     ----------
     model : str or Model
-        A name of `names()`, or any object that is a model.
+        A name of `names()`, or a machine of your own.
 
     Raises
     ------
     ModelError
-        If there is no such model.
+        If there is no such model, or it is none.
     """
     if not isinstance(model, str):
-        return model
-    if model not in MACHINES:
+        return check_model(model)
+    if model in _given:
+        return _given[model]
+    if model in MACHINES:
+        module, kind = MACHINES[model]
+        return check_model(getattr(importlib.import_module(module), kind))
+    for point in entry_points(group=GROUP, name=model):
+        found = check_model(point.load())
+        if found.name != model:
+            raise ModelError(f"the entry point {point.value} is called '{found.name}'")
+        return found
+    raise ModelError(
+        f"no model is called '{model}'; {allowed_names(model, names())}; a machine of "
+        "your own is named on the command line: --machine FILE.py:NAME"
+    )
+
+
+def load(place: str) -> Model:
+    """Load a machine of one's own, for all that this process asks for by name.
+
+    Parameters
+    ----------
+    place : str
+        "FILE.py:NAME": a Python file, and the class or object in it.
+
+    Raises
+    ------
+    ModelError
+        If the file cannot be run, or has no such machine.
+    """
+    file, _, name = place.rpartition(":")
+    path = Path(file)
+    if not file or not name.isidentifier():
+        raise ModelError(f"'{place}': FILE.py:NAME is expected, such as stack.py:Stack")
+    if not path.is_file():
+        raise ModelError(f"{path}: there is no such file")
+    module_name = f"tolstat_machine_{path.stem}"
+    spec = importlib.util.spec_from_file_location(module_name, path.resolve())
+    if spec is None or spec.loader is None:
+        raise ModelError(f"{path} is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[module_name] = module
+    sys.path.insert(
+        0, str(path.resolve().parent)
+    )  # what lies beside it, as Python does
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
         raise ModelError(
-            f"no model is called '{model}'; {allowed_names(model, MACHINES)}"
-        )
-    module, kind = MACHINES[model]
-    found: Model = getattr(importlib.import_module(module), kind)()
+            f"{path} cannot be run: {type(error).__name__}: {error}"
+        ) from error
+    finally:
+        sys.path.pop(0)
+    if not hasattr(module, name):
+        own = [
+            key
+            for key, value in vars(module).items()
+            if isinstance(value, Model)
+            or (isinstance(value, type) and issubclass(value, Model) and value != Model)
+        ]
+        raise ModelError(f"{path} has no {name}; {allowed_names(name, own)}")
+    found = check_model(getattr(module, name))
+    _given[found.name] = found
     return found

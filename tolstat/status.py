@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import IntEnum
 
 
@@ -20,4 +21,21 @@ class Status(IntEnum):
         return self.name.lower().replace("_", " ")
 
 
-WORDS: tuple[str, ...] = tuple(status.word for status in Status)
+FIRST_OWN = 100  # what a machine names itself is numbered from here, up to 255
+
+
+def words_of(failures: Sequence[str] = ()) -> dict[int, str]:
+    """Return the word of each status that a trial of a machine can have.
+
+    Parameters
+    ----------
+    failures : sequence of str
+        Why a trial may have no answer, in the machine's own words.
+
+    Returns
+    -------
+    dict of int to str
+        Those of `Status` first.
+    """
+    own = {FIRST_OWN + i: word for i, word in enumerate(failures)}
+    return {**{int(status): status.word for status in Status}, **own}

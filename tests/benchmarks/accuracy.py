@@ -41,7 +41,7 @@ def responses(
 ) -> tuple[Responses, NDArray[np.int64]]:
     """Simulate machines at an integration tolerance."""
     settings = replace(study.settings, rtol=rtol, max_step=max_step)
-    values, _, steps = study.model.evaluate(deviations, settings)
+    values, _, steps, _ = study.model.evaluate(deviations, settings)
     names = [response.name for response in study.description.responses]
     return dict(zip(names, values.T, strict=True)), steps
 

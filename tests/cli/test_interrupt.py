@@ -44,7 +44,7 @@ def test_ctrl_c_stops_in_two_seconds_and_keeps_what_is_done(small_study):
     assert f"{run.counts['done']} of 100000 trials are stored" in " ".join(
         shown.split()
     )
-    assert run.facts["trials_done"] == run.counts["done"] >= 100
+    assert run.provenance["trials_done"] == run.counts["done"] >= 100
     done = run.status == 1
     assert np.all(np.isfinite(run.column("extra_loss")[done]))
     assert np.all(np.isnan(run.column("extra_loss")[~done]))

@@ -238,7 +238,7 @@ def test_an_impossible_machine_fails_and_leaves_its_neighbours_alone():
     table = np.zeros((4, len(NAMES)))
     table[1, NAMES.index("rod_stiffness_1")] = -1.5
     table[2, NAMES.index("rod_length_2")] = -2.2
-    responses, status, _ = model.evaluate(table, Settings())
+    responses, status, *_ = model.evaluate(table, Settings())
     assert list(status) == [1, 4, 4, 1]
     assert np.all(np.isnan(responses[1:3]))
     np.testing.assert_array_equal(responses[0], responses[3])

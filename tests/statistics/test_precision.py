@@ -30,7 +30,6 @@ def test_what_is_missing():
     assert two_percent.missing(Estimate(0.0, 0.0, 0.0)) == 0
     absolute = Precision(MEDIAN, 0.5, False)
     assert absolute.missing(Estimate(0.0, -0.25, 0.25)) == pytest.approx(0.5)
-    assert two_percent.words == "y p50 +-2 %"
 
 
 def test_a_stage_is_as_long_as_the_interval_asks():

@@ -8,6 +8,7 @@ from scipy import stats
 
 from tolstat.deviations import samplers
 from tolstat.deviations.parts import find_in
+from tolstat.statistics.limit import Limit
 from tolstat.statistics.replicates import from_replicates
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import summarize
@@ -40,7 +41,9 @@ def test_a_summary_of_replicates():
     status = np.ones(4096, int)
     status[:8] = 4
     sample = Sample(status, replicates)
-    found = summarize(np.where(status == 1, y, np.nan), sample, (-np.inf, 12.0), 0.9)
+    found = summarize(
+        np.where(status == 1, y, np.nan), sample, Limit(-np.inf, 12.0, 0.9)
+    )
     assert found.mean.value == y[8:].mean() and found.mean.sure
     assert found.sigma.sure and found.quantiles[0.95].sure
     assert found.quantiles[0.99865].reason == "needs 11856"

@@ -43,7 +43,10 @@ def test_in_plain_h5py(run):
 
 
 def test_as_a_run_has_it(run):
-    assert run.audited.rtol == pytest.approx(1e-7) and len(run.audited.trials) == 3
+    assert (
+        run.audited.settings == {"rtol": pytest.approx(1e-7)}
+        and len(run.audited.trials) == 3
+    )
     assert set(run.audited.responses) == {each.name for each in run.responses}
     assert run.assumed["rod_length_2"].batch == "rod_length"
     assert set(run.assumed) == {
@@ -54,10 +57,12 @@ def test_as_a_run_has_it(run):
 
 
 def test_a_run_that_was_stopped_has_no_audit_yet(tmp_path):
-    from tolstat.study.run import execute
+    from tolstat.execution.execute import execute
+    from tolstat.execution.workers import Workers
     from tolstat.study.study import load
 
     asked = load("runs/khpt75.toml", trials=300)
-    run = execute(asked, tmp_path / "stopped.h5", stopping=lambda: True)
-    assert (run.audited.status == 0).all()
-    assert np.isnan(run.audited.responses["yaw"]).all()
+    with Workers(stopping=lambda: True) as crew:
+        run = execute(asked, tmp_path / "stopped.h5", crew)
+    assert run.audited is None and run.counts["not run"] == 300
+    assert run.evidence.missing == "the run did not come to its end"

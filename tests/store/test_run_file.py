@@ -53,13 +53,13 @@ def test_every_dataset_is_contiguous_and_allocated(run):
 
 def test_provenance(run):
     for name in ("numba", "numpy", "scipy", "h5py", "python", "tolstat"):
-        assert run.facts[f"version_{name}"]
-    assert len(run.facts["source_digest"]) == 16
-    assert run.facts["trials_done"] == run.counts["done"]
-    assert run.facts["trials_not_finite"] == run.counts["not finite"]
-    assert run.facts["seconds"] > 0
-    assert run.facts["started_at"] <= run.facts["ended_at"]
-    assert run.facts["processor"]
+        assert run.provenance[f"version_{name}"]
+    assert len(run.source_digest) == 16
+    assert run.provenance["trials_done"] == run.counts["done"]
+    assert run.provenance["trials_not_finite"] == run.counts["not finite"]
+    assert run.provenance["seconds"] > 0
+    assert run.provenance["started_at"] <= run.provenance["ended_at"]
+    assert run.provenance["processor"]
 
 
 def test_it_can_be_read_while_it_is_written(run):

@@ -9,9 +9,10 @@ import pytest
 
 import tolstat
 from tolstat.errors import StudyError
-from tolstat.machines.description import Description
-from tolstat.report.sweep import comparisons
-from tolstat.study.run import execute
+from tolstat.execution.execute import execute
+from tolstat.execution.workers import Workers
+from tolstat.model.description import Description
+from tolstat.reporting.sweep import comparisons
 from tolstat.study.study import load
 
 
@@ -49,8 +50,8 @@ def test_a_grid_is_the_product_of_its_axes(toy, study):
     np.testing.assert_array_equal(frame["part_1"], frame["part_2"])  # one name
     np.testing.assert_allclose(frame["gap"], 2 * frame["gain"] * frame["part_1"])
     assert set(frame["mode"]) == {"plain", "odd"}
-    assert run.grid == ["gain", "mode", "part", "angle"]  # the slowest first
-    assert "seed" not in run.facts
+    assert run.grid == ("gain", "mode", "part", "angle")  # the slowest first
+    assert run.sampled is None
     np.testing.assert_allclose(
         np.unique(frame["part_1"]), np.linspace(0, 0.8e-3, 5), rtol=1e-15
     )
@@ -58,9 +59,10 @@ def test_a_grid_is_the_product_of_its_axes(toy, study):
 
 def test_no_block_reaches_into_the_next_settings(toy, study, tmp_path):
     asked, over = load(study(GRID), model=toy), []
-    execute(
-        asked, tmp_path / "grid.h5", workers=2, progress=lambda n, *_: over.append(n)
-    )
+    with Workers(2) as crew:
+        execute(
+            asked, tmp_path / "grid.h5", crew, progress=lambda p: over.append(p.over)
+        )
     assert over[-1] == 40  # each trial once
 
 
@@ -119,8 +121,8 @@ def test_fig_4_by_the_study_that_is_shipped(tmp_path):
         assert abs(float(row[3])) < 0.02, row
     x, y = run.column("crank_difference"), run.column("extra_loss_run")
     np.testing.assert_allclose(
-        np.interp(run.reference["crank_difference"], x, y),
-        run.reference["extra_loss_run"], atol=2e-4,
+        np.interp(run.reference.columns["crank_difference"], x, y),
+        run.reference.columns["extra_loss_run"], atol=2e-4,
     )  # fmt: skip
 
 
@@ -148,7 +150,7 @@ def test_drawn_samplings_say_what_they_promise(toy, toy_study):
         path = toy_study.with_name(f"{sampling}.toml")
         path.write_text(f'sampling = "{sampling}"\n{text}')
         run = tolstat.run(path, model=toy)
-        assert word in run.facts["promise"] and run.facts["sampling"] == sampling
+        assert word in run.sampled.promise and run.sampling == sampling
         assert run.counts["done"] > 950
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from tolstat.cli.reporting import deliver, write
+from tolstat.cli.interrupting import leave_on_interrupt
+from tolstat.cli.reporting import deliver
 from tolstat.cli.showing import print_table, screen
-from tolstat.report.comparison import compared, comparison_table, pair_of
-from tolstat.store.run import open as open_run
+from tolstat.reporting.comparison import compared, comparison_table, pair_of
+from tolstat.reporting.making import check_folder, write
+from tolstat.store.opening import open as open_run
 
 
 def compare_runs(
@@ -33,7 +35,10 @@ def compare_runs(
         What is looked at closely.
     """
     pair = pair_of(open_run(first), open_run(second))
-    found = compared(pair, responses)
+    if output:
+        check_folder(output)
+    with leave_on_interrupt():
+        found = compared(pair, responses)
     if form:
         deliver(found, output, form)
         return
@@ -43,7 +48,8 @@ def compare_runs(
     for note in summary.notes:
         console.print(note)
     if output:
-        from tolstat.report.comparison_page import make_comparison_page
+        from tolstat.reporting.comparison_page import make_comparison_page
 
-        write(output, make_comparison_page(pair, found))
+        with leave_on_interrupt():
+            write(output, make_comparison_page(pair, found))
         console.print(f"report in {output}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -13,8 +14,16 @@ from tolstat.errors import TolstatError
 USAGE_ERROR = 2
 
 
+def _load_machine(ctx: click.Context, option: click.Parameter, place: str) -> None:
+    """Let a machine of one's own be found by its name."""
+    if place:
+        from tolstat.catalogue import load
+
+        load(place)
+
+
 class _Group(click.Group):
-    """Commands whose refusals are sentences and not tracebacks."""
+    """Commands whose refusals are sentences, and that all know --machine."""
 
     def invoke(self, ctx: click.Context) -> object:
         try:
@@ -23,6 +32,18 @@ class _Group(click.Group):
             click.echo(f"tolstat: {error}", err=True)
             sys.exit(USAGE_ERROR)
 
+    def add_command(self, cmd: click.Command, name: str | None = None) -> None:
+        machine = click.Option(
+            ["--machine"],
+            metavar="FILE.py:NAME",
+            callback=_load_machine,
+            expose_value=False,
+            is_eager=True,
+            help="A machine of your own, for the studies and runs that name it.",
+        )
+        cmd.params.append(machine)
+        super().add_command(cmd, name)
+
 
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="tolstat", prog_name="tolstat")
@@ -30,7 +51,7 @@ def main() -> None:
     """Monte Carlo tolerance analysis with the dynamics in the loop.
 
     A machine is built thousands of times on paper, each time with its own random
-    deviations of rods, cranks and gears; every one of them is simulated.
+    manufacturing deviations; every one of them is simulated.
     """
 
 
@@ -85,7 +106,8 @@ def run(
 )
 def show(what: tuple[str, ...], plot: Path | None, responses: tuple[str, ...]) -> None:
     """Show the summary of stored runs, or what a model can be asked."""
-    from tolstat.cli.showing import plot_runs, show_model, show_run
+    from tolstat.cli.modelling import show_model
+    from tolstat.cli.showing import plot_runs, show_run
 
     if responses and not plot:
         raise click.UsageError("--response belongs to --plot")
@@ -93,7 +115,7 @@ def show(what: tuple[str, ...], plot: Path | None, responses: tuple[str, ...]) -
         plot_runs([Path(each) for each in what], plot, responses)
         return
     for each in what:
-        if each.endswith(".h5") or Path(each).is_file():
+        if each.endswith((".h5", ".toml")) or Path(each).is_file():
             show_run(Path(each))
         else:
             show_model(each)
@@ -106,7 +128,7 @@ def show(what: tuple[str, ...], plot: Path | None, responses: tuple[str, ...]) -
 @click.option(
     "--plot",
     type=click.Path(path_type=Path),
-    help="Draw its histories: a .png, .svg or .pdf file.",
+    help="Its histories: a .png, .svg, .pdf, .csv or .html file.",
 )
 def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> None:
     """Simulate one stored trial again, bit for bit, with its histories.
@@ -128,7 +150,27 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
         sys.exit(1)
 
 
-def _findings(command: Callable[..., None]) -> Callable[..., None]:
+@main.command()
+@click.argument("study", metavar="STUDY.toml", type=click.Path(path_type=Path))
+@click.argument("name")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="A .png, .svg, .pdf, .csv or .html file; a table on the screen if not given.",
+)
+def view(study: Path, name: str, output: Path | None) -> None:
+    """Show what a machine can show, by name; `tolstat show MODEL` lists the names.
+
+    A frequency diagram, a stability chart, a catalogue of designs, a history: of the
+    nominal machine of STUDY.toml, with the bands that its tolerances open.
+    """
+    from tolstat.cli.viewing import show_view
+
+    show_view(study, name, output)
+
+
+def _findings(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options of commands whose numbers other tools may want."""
     options = (
         click.option("--json", "form", flag_value="json", help="The numbers as JSON."),
@@ -191,8 +233,8 @@ def compare(
 
 @main.command()
 def models() -> None:
-    """List the models."""
-    from tolstat.cli.showing import list_models
+    """List the models: tolstat's own, of installed packages, and --machine's."""
+    from tolstat.cli.modelling import list_models
 
     list_models()
 

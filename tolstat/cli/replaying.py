@@ -7,21 +7,23 @@ from pathlib import Path
 
 import numpy as np
 from rich import box
+from rich.markup import escape
 from rich.table import Table
 
+from tolstat.asking.replay import replay
+from tolstat.asking.trajectory import STEP
 from tolstat.cli.showing import screen
 from tolstat.errors import ModelError, RunFileError
-from tolstat.machines.description import Contributor, History, Outcome, Response
-from tolstat.report.numbers import in_engineering_unit, limit_in_words
-from tolstat.status import WORDS, Status
-from tolstat.store.run import open as open_run
-from tolstat.study.evaluate import simulate
-from tolstat.study.replay import replay
+from tolstat.model.checked import history_of, simulate
+from tolstat.model.contract import Outcome
+from tolstat.model.description import Contributor, Response
+from tolstat.model.view import View
+from tolstat.reporting.making import check_view_ending, save_view
+from tolstat.statistics.limit import Limit
+from tolstat.status import Status, words_of
+from tolstat.store.opening import open as open_run
 from tolstat.study.study import load
-from tolstat.study.trajectory import history_of
-from tolstat.units.conversion import engineering_unit
-
-Limits = Mapping[str, tuple[float, float]]
+from tolstat.units.scale import Scale, scale_of
 
 
 def show_trial(path: Path, index: int | None, picture: Path | None) -> bool:
@@ -41,22 +43,24 @@ def show_trial(path: Path, index: int | None, picture: Path | None) -> bool:
     bool
         Whether it is bit for bit as stored.
     """
-    _check(picture)
+    if picture:
+        check_view_ending(picture)
     run = open_run(path)
     ran = index is None or run.status[index : index + 1] != Status.NOT_RUN
     if not np.all(ran):
         raise RunFileError(f"{path}: trial {index} has not run")
     found = replay(run, index)
     name = "the nominal machine" if index is None else f"trial {index}"
-    title = f"{run.facts['title']}: {name}"
+    title = f"{run.title}: {name}"
     console = screen()
-    console.print(f"{title}: {_status(found.outcome)}", style="bold")
-    for setting, unit in run.settings.items() if index is not None else ():
-        value = run.column(setting)[index].item()
-        words = value if isinstance(value, str) else _quantity(value, unit)
-        console.print(f"{setting}: {words}")
-    _print_deviations(run.contributors, found.deviations)
-    _print_responses(run.responses, found.outcome, run.limits)
+    console.print(f"{escape(title)}: {_ended(found.word, found.outcome)}", style="bold")
+    for setting in run.swept if index is not None else ():
+        value, scale = run.column(setting)[index].item(), run.scales[setting]
+        console.print(
+            f"{setting}: {value if isinstance(value, str) else scale.words(value)}"
+        )
+    _print_deviations(run.contributors, found.deviations, run.scales)
+    _print_responses(run.responses, found.outcome, run.limits, run.scales)
     if found.differences:
         reason = f": {found.reason}" if found.reason else ""
         listed = ", ".join(found.differences)
@@ -65,66 +69,68 @@ def show_trial(path: Path, index: int | None, picture: Path | None) -> bool:
         console.print("bit for bit as stored")
     if picture:
         if found.history is None:
-            raise ModelError(f"model '{run.facts['model']}' does not move")
+            raise ModelError(f"model '{run.model}' does not move: it has no histories")
         _draw(found.history, title, picture)
     return not found.differences
 
 
 def show_nominal(path: Path, picture: Path | None) -> None:
     """Show the machine without deviations of a study."""
-    _check(picture)
+    if picture:
+        check_view_ending(picture)
     study = load(path)
     contributors, responses = study.description
     nominal = np.zeros(len(contributors))
     title = f"{study.title}: the nominal machine"
     if picture:
-        history = history_of(study.model, nominal, study.settings)
-        outcome = history.outcome
-        _draw(history, title, picture)
+        chart, outcome = history_of(study.model, nominal, study.settings, STEP)
+        _draw(chart, title, picture)
     else:
         outcome = simulate(study.model, nominal[None, :], study.settings)
-    screen().print(f"{title}: {_status(outcome)}", style="bold")
-    limits = {name: limit.permitted for name, limit in study.limits.items()}
-    _print_responses(responses, outcome, limits)
+    assert outcome.status is not None
+    word = words_of(study.model.failures)[int(outcome.status[0])]
+    screen().print(f"{escape(title)}: {_ended(word, outcome)}", style="bold")
+    scales = {
+        each.name: scale_of(
+            each.unit, study.shown.get(each.name) or each.shown, abs(float(value))
+        )
+        for each, value in zip(responses, outcome.responses[0], strict=True)
+    }
+    _print_responses(responses, outcome, study.limits, scales)
 
 
-def _check(picture: Path | None) -> None:
-    if picture:
-        from tolstat.report.picture import check_ending
-
-        check_ending(picture)
-
-
-def _draw(history: History, title: str, picture: Path) -> None:
-    from tolstat.report.history_picture import draw_history
-    from tolstat.report.picture import write
-
-    write(draw_history(history, title), picture)
+def _draw(view: View, title: str, picture: Path) -> None:
+    save_view(view, picture, title)
     screen().print(f"drawn in {picture}")
 
 
-def _status(outcome: Outcome) -> str:
+def _ended(word: str, outcome: Outcome) -> str:
     steps = f", {outcome.steps[0]} steps" if outcome.steps is not None else ""
-    return f"{WORDS[int(outcome.status[0])]}{steps}"
+    return f"{word}{steps}"
 
 
 def _print_deviations(
-    contributors: tuple[Contributor, ...], deviations: dict[str, float]
+    contributors: tuple[Contributor, ...],
+    deviations: Mapping[str, float],
+    scales: Mapping[str, Scale],
 ) -> None:
     """Print what deviates."""
     table = Table("contributor", box=box.SIMPLE_HEAD)
     table.add_column("deviation", justify="right")
     table.add_column("")
     for each in contributors:
-        value = deviations[each.name]
-        if value:
-            table.add_row(each.name, _quantity(value, each.unit), each.sentence)
+        if value := deviations[each.name]:
+            words = scales[each.name].words(value)
+            table.add_row(each.name, words, escape(each.sentence))
     if table.row_count:
         screen().print(table)
 
 
 def _print_responses(
-    responses: tuple[Response, ...], outcome: Outcome, limits: Limits
+    responses: tuple[Response, ...],
+    outcome: Outcome,
+    limits: Mapping[str, Limit],
+    scales: Mapping[str, Scale],
 ) -> None:
     """Print the responses, and which limits they pass."""
     table = Table("response", box=box.SIMPLE_HEAD)
@@ -132,13 +138,8 @@ def _print_responses(
     table.add_column("limit")
     for each, value in zip(responses, outcome.responses[0].tolist(), strict=True):
         words = ""
-        if each.name in limits:
-            lower, upper = limits[each.name]
-            words = limit_in_words(limits[each.name], each.unit)
-            words += "" if lower <= value <= upper else ": beyond"
-        table.add_row(each.name, _quantity(value, each.unit), words)
+        if limit := limits.get(each.name):
+            within = limit.lower <= value <= limit.upper
+            words = limit.words + ("" if within else ": beyond")
+        table.add_row(each.name, scales[each.name].words(value), words)
     screen().print(table)
-
-
-def _quantity(value: float, unit: str) -> str:
-    return f"{in_engineering_unit(value, unit)} {engineering_unit(unit)}"

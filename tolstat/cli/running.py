@@ -1,32 +1,29 @@
-"""A run on the screen: progress, Ctrl-C, the table at the end."""
+"""A run on the screen: progress, the table at the end."""
 
 from __future__ import annotations
 
 import os
-import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from threading import Event
-from types import FrameType
 
 from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
-    Progress,
     Task,
     TextColumn,
     TimeRemainingColumn,
 )
+from rich.progress import Progress as Bar
 from rich.text import Text
 
+from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
 from tolstat.cli.showing import print_comparisons, print_summary
-from tolstat.study.run import execute
+from tolstat.execution.execute import Progress, execute
+from tolstat.execution.workers import Workers
 from tolstat.study.study import Study
 
-INTERRUPTED = 130
+AFTERWARDS = {"audit": "evaluating the audit", "evidence": "slopes and worst cases"}
 
 
 class _Rate(TextColumn):
@@ -55,7 +52,7 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         Whether an existing run file may be replaced.
     """
     screen = Console(stderr=True)
-    bar = Progress(
+    bar = Bar(
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
@@ -65,19 +62,19 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         console=screen,
         transient=True,
     )
-    with stop_on_interrupt() as stop, bar:
+    with stop_on_interrupt() as stop, bar, Workers(workers, stop.is_set) as crew:
         task = bar.add_task("compiling, if need be", total=None, failed="")
 
-        def progress(over: int, failed: int, asked: int) -> None:
+        def tell(progress: Progress) -> None:
+            over, failed, asked, doing = progress
             if bar.tasks[task].total is None:
-                bar.reset(task, total=asked, description=study.path.stem)
+                bar.reset(task, total=asked, description=path.stem)
+            if doing in AFTERWARDS:
+                bar.update(task, description=AFTERWARDS[doing])
             words = f"[red]{failed} failed" if failed else "0 failed"
             bar.update(task, total=asked, completed=over, failed=words)
 
-        done = execute(
-            study, path, workers=workers, force=force, progress=progress,
-            stopping=stop.is_set,
-        )  # fmt: skip
+        done = execute(study, path, crew, force=force, progress=tell)
     if stop.is_set():
         ended = done.trials - done.counts["not run"]
         screen.print(f"stopped: {ended} of {done.trials} trials are stored in {path}")
@@ -86,47 +83,6 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         os._exit(INTERRUPTED)  # a compilation under way would hold up sys.exit
     print_summary(done)
     print_comparisons(done)
-    seconds = done.facts["seconds"]
+    seconds = done.provenance["seconds"]
     rate = f"{done.trials / seconds:.0f} trials/s"
     screen.print(f"{done.trials} trials in {seconds:.1f} s ({rate}), stored in {path}")
-
-
-@contextmanager
-def leave_on_interrupt() -> Iterator[None]:
-    """End the process at the first Ctrl-C, whatever its threads still compute."""
-    before = signal.getsignal(signal.SIGINT)
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        sys.stderr.write("stopped: nothing is written\n")
-        sys.stderr.flush()
-        os._exit(INTERRUPTED)
-
-    signal.signal(signal.SIGINT, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-@contextmanager
-def stop_on_interrupt() -> Iterator[Event]:
-    """Let the first Ctrl-C set an event; a second one ends the process at once.
-
-    Yields
-    ------
-    Event
-        Set once the user wants to stop.
-    """
-    stop = Event()
-    before = signal.getsignal(signal.SIGINT)
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        if stop.is_set():
-            os._exit(INTERRUPTED)
-        stop.set()
-
-    signal.signal(signal.SIGINT, interrupt)
-    try:
-        yield stop
-    finally:
-        signal.signal(signal.SIGINT, before)

@@ -8,13 +8,10 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from tolstat import catalogue
-from tolstat.errors import RunFileError
-from tolstat.machines import settings as model_settings
-from tolstat.report.summary_table import Cell, summary_table
-from tolstat.report.sweep import comparisons
+from tolstat.reporting.summary_table import Cell, summary_table
+from tolstat.reporting.sweep import comparisons
+from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
-from tolstat.store.run import open as open_run
 
 # where the output is no terminal
 PIPED_WIDTH = 120
@@ -84,8 +81,6 @@ def _in_lines(cell: Cell, wide: bool) -> str:
 
 def show_run(path: Path) -> None:
     """Print the summary of a stored run."""
-    if path.suffix == ".toml":
-        raise RunFileError(f"{path} is a study; `tolstat run {path}` makes a run of it")
     run = open_run(path)
     print_summary(run)
     print_comparisons(run)
@@ -107,8 +102,8 @@ def print_comparisons(run: Run) -> None:
 
 def plot_runs(paths: list[Path], picture: Path, responses: tuple[str, ...]) -> None:
     """Draw grid runs as curves, and print what stands beside a reference."""
-    from tolstat.report.picture import check_ending, write
-    from tolstat.report.sweep_picture import draw_sweeps
+    from tolstat.reporting.picture import check_ending, write
+    from tolstat.reporting.sweep_picture import draw_sweeps
 
     check_ending(picture)
     runs = [open_run(path) for path in paths]
@@ -116,58 +111,3 @@ def plot_runs(paths: list[Path], picture: Path, responses: tuple[str, ...]) -> N
     for run in runs:
         print_comparisons(run)
     screen().print(f"drawn in {picture}")
-
-
-def list_models() -> None:
-    """Print the names and titles of all models."""
-    table = Table("model", "title", box=box.SIMPLE_HEAD)
-    for name in catalogue.names():
-        table.add_row(name, catalogue.find(name).title)
-    screen().print(table)
-
-
-def show_model(name: str) -> None:
-    """Print settings, contributors and responses of a model.
-
-    Parameters
-    ----------
-    name : str
-        Of the catalogue.
-    """
-    model = catalogue.find(name)
-    description = model.describe(model.settings())
-    console = screen()
-    console.print(f"{model.name}: {model.title}", style="bold")
-    table = Table("setting", "default", "", box=box.SIMPLE_HEAD, title="settings")
-    for field in model_settings.fields_of(model).values():
-        declared = field.metadata
-        default = field.default
-        for word, value in declared["presets"].items():
-            default = word if value == default else default
-        choices = declared["choices"] or declared["presets"]
-        words = f" ({', '.join(choices)})" if choices else ""
-        if not isinstance(default, str):
-            default = f"{default:g} {declared['unit']}"
-        table.add_row(field.name, default, declared["sentence"] + words)
-    console.print(table)
-    heads = ("contributor", "unit", "symbol", "", "nominal", "equation")
-    table = Table(*heads, box=box.SIMPLE_HEAD, title="contributors: deviations")
-    for part in description.contributors:
-        unit = "relative" if part.unit == "1" else part.unit
-        nominal = f"{1e3 * part.size:g} mm" if part.size else ""
-        if part.gear:
-            nominal = f"gear of {1e3 * part.gear.diameter:g} mm"
-        table.add_row(part.name, unit, part.symbol, part.sentence, nominal, part.source)
-    console.print(table)
-    table = Table(
-        "response",
-        "unit",
-        "symbol",
-        "",
-        "equation",
-        box=box.SIMPLE_HEAD,
-        title="responses",
-    )
-    for each in description.responses:
-        table.add_row(each.name, each.unit, each.symbol, each.sentence, each.source)
-    console.print(table)

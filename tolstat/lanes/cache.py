@@ -1,8 +1,9 @@
-"""Where compiled code is kept between sessions.
+"""Where compiled code is kept between sessions, and which source it is of.
 
 Numba's cache sees only the file of the outermost function: an edit elsewhere would
-give the old answer. So the folder is named by a digest of the source of the floors
-that compile, and the folders of digests long unused are removed.
+give the old answer. So a folder is named by a digest of the source that decides the
+numbers of one machine: the engine, and the machine's own files, whatever other machines
+say of themselves. The folders of digests long unused are removed.
 """
 
 from __future__ import annotations
@@ -17,31 +18,64 @@ from pathlib import Path
 
 import platformdirs
 
-COMPILED_FLOORS = ("lanes", "integrator", "machines")
+PACKAGE = Path(__file__).parents[1]
+ENGINE = ("lanes", "integrator", "model")
 UNUSED_DAYS = 14.0
 
 
 @cache
-def source_digest() -> str:
-    """Digest the source that decides a trial's numbers.
+def source_digest(source: Path | None = None) -> str:
+    """Digest the source that decides the numbers of a machine's trials.
+
+    Parameters
+    ----------
+    source : Path, optional
+        The file of the machine, or of a function that is compiled; the engine alone
+        where there is none.
 
     Returns
     -------
     str
-        The same for the same source, whatever the machine; stored in every run.
+        The same for the same source, whatever the computer; stored in every run. It is
+        of the engine and of the package of that file, or of the file where it lies in
+        no package.
     """
-    package = Path(__file__).parents[1]
     digest = hashlib.sha256()
-    for floor in COMPILED_FLOORS:
-        for path in sorted((package / floor).rglob("*.py")):
-            digest.update(path.relative_to(package).as_posix().encode())
-            digest.update(path.read_bytes())
+    engine = [path for floor in ENGINE for path in (PACKAGE / floor).rglob("*.py")]
+    _add(digest, sorted([*engine, PACKAGE / "status.py"]), PACKAGE)
+    if source is not None:
+        _add(digest, _own(source), source.parent)
     return digest.hexdigest()[:16]
 
 
+def _own(source: Path) -> list[Path]:
+    """List the files that belong to a machine, the engine's left out."""
+    if source.is_relative_to(PACKAGE) and not source.is_relative_to(
+        PACKAGE / "machines"
+    ):
+        return []
+    if (source.parent / "__init__.py").exists():
+        return sorted(source.parent.rglob("*.py"))
+    return [source]
+
+
+def _add(digest: hashlib._Hash, paths: list[Path], folder: Path) -> None:
+    for path in paths:
+        digest.update(path.relative_to(folder).as_posix().encode())
+        digest.update(path.read_bytes())
+
+
 @cache
-def cache_folder() -> str | None:
-    """Find and prepare the folder of this source's compiled code.
+def cache_folder(source: Path, module: str) -> str | None:
+    """Find and prepare the folder of the compiled code of a source file.
+
+    Parameters
+    ----------
+    source : Path
+        The file of a function that is compiled.
+    module : str
+        As what that file is imported: Numba looks for the same again, and a machine of
+        one's own may be a script today and part of a package tomorrow.
 
     Returns
     -------
@@ -51,7 +85,7 @@ def cache_folder() -> str | None:
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     home = Path(chosen) if chosen else platformdirs.user_cache_path("tolstat")
-    folder = home / f"tolstat-{source_digest()}"
+    folder = home / f"tolstat-{source_digest(source)}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "used").touch()
@@ -64,7 +98,7 @@ def cache_folder() -> str | None:
         )
         return None
     _remove_unused(home, folder)
-    return str(folder)
+    return str(folder / module)
 
 
 def _remove_unused(home: Path, kept: Path) -> None:

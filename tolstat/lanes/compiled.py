@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
@@ -44,7 +45,7 @@ def compiled(
     def decorate(function: Function) -> Any:
         if signature is None:
             return njit(**options)(function)
-        folder = cache_folder()
+        folder = cache_folder(Path(function.__code__.co_filename), function.__module__)
         before = numba.config.CACHE_DIR
         try:
             # global to every user of Numba in the process: put back at once

@@ -38,12 +38,6 @@ class Precision(NamedTuple):
     within: float
     relative: bool
 
-    @property
-    def words(self) -> str:
-        """Say it as a study does, an absolute precision in SI."""
-        within = f"{100 * self.within:.10g} %" if self.relative else f"{self.within:g}"
-        return f"{self.statistic.words} +-{within}"
-
     def missing(self, estimate: Estimate) -> float:
         """Return half the interval over what is wanted: at most 1 when reached."""
         if not estimate.sure:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import NONE_DONE, Estimate, untrustworthy
+from tolstat.statistics.limit import DEMANDED
 from tolstat.statistics.moments import (
     mean_of,
     moments,
@@ -19,7 +20,7 @@ from tolstat.statistics.moments import (
 from tolstat.statistics.quantiles import quantiles
 from tolstat.statistics.replicates import from_replicates
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.yields import DEMANDED, Yield, yield_of, yield_of_replicates
+from tolstat.statistics.yields import Yield, yield_of, yield_of_replicates
 
 Array = NDArray[np.float64]
 
@@ -152,10 +153,3 @@ class Statistic(NamedTuple):
             assert limit is not None  # checked with the study
             return yields(values, sample, limit).beyond
         return (mean if self.kind == "mean" else sigma)(values, sample)
-
-    @property
-    def words(self) -> str:
-        """Name it as a study does."""
-        if self.kind == "quantile":
-            return f"{self.response} p{100 * self.share:.10g}"
-        return f"{self.response} {self.kind}"

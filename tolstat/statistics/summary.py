@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from tolstat.statistics.capability import Performance, by_moments, by_percentiles
 from tolstat.statistics.estimate import NONE_DONE, RANDOM_ONLY, Estimate
+from tolstat.statistics.limit import Limit
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.statistic import (
     mean,
@@ -17,7 +19,7 @@ from tolstat.statistics.statistic import (
     sigma,
     yields,
 )
-from tolstat.statistics.yields import DEMANDED, Yield
+from tolstat.statistics.yields import Yield
 
 Array = NDArray[np.float64]
 
@@ -29,24 +31,22 @@ class Limited(NamedTuple):
 
     Attributes
     ----------
-    limit : tuple of float
-        Least and greatest permitted value.
-    demanded : float
-        Yield that is asked for.
+    limit : Limit
+        What is permitted, and of how many machines it is asked.
     yields : Yield
         Shares and verdict.
     percentiles, moments : Performance
         Pp and Ppk, either way.
     """
 
-    limit: tuple[float, float]
-    demanded: float
+    limit: Limit
     yields: Yield
     percentiles: Performance
     moments: Performance
 
 
-class Summary(NamedTuple):
+@dataclass(frozen=True)
+class Summary:
     """One response over all trials that were run.
 
     Attributes
@@ -72,8 +72,7 @@ class Summary(NamedTuple):
 def summarize(
     values: Array,
     sample: Sample,
-    limit: tuple[float, float] | None = None,
-    demanded: float = DEMANDED,
+    limit: Limit | None = None,
 ) -> Summary:
     """Summarize a response.
 
@@ -83,10 +82,8 @@ def summarize(
         The response; NaN in trials that are not done.
     sample : Sample
         The trials.
-    limit : tuple of float, optional
-        Least and greatest permitted value.
-    demanded : float
-        Yield that is asked for.
+    limit : Limit, optional
+        What is permitted.
 
     Returns
     -------
@@ -99,12 +96,13 @@ def summarize(
         return Summary(NONE_DONE, NONE_DONE, math.nan, math.nan, quantiles, None)
     limited = None
     if limit is not None:
-        found = yields(values, sample, limit, demanded)
-        performance = by_percentiles(done, limit), by_moments(done, limit)
+        ends = limit.permitted
+        found = yields(values, sample, ends, limit.demanded)
+        performance = by_percentiles(done, ends), by_moments(done, ends)
         if sample.replicates:
             none = Estimate(math.nan, reason=RANDOM_ONLY)
             performance = Performance(none, none), Performance(none, none)
-        limited = Limited(limit, demanded, found, *performance)
+        limited = Limited(limit, found, *performance)
     return Summary(
         mean(values, sample),
         sigma(values, sample),

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limit import DEMANDED
 from tolstat.statistics.proportions import proportion
 from tolstat.statistics.replicates import share_from_replicates
 
 MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
-DEMANDED = 0.9973  # yield that a limit asks for where the study says nothing
 
 
 class Yield(NamedTuple):

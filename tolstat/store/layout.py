@@ -1,37 +1,46 @@
 """How a run lies in its file.
 
-At the root one dataset for each contributor and response and for status and steps,
-with unit and sentence as attributes and `trial` as dimension scale; the nominal
-machine, which is no trial, in the group `nominal`; everything about the run as a whole
-in the attributes of the root. A grid has its swept settings as further datasets, and
-known points to compare with in the group `reference`. Trials that were integrated a
-second time, more precisely, lie in the group `audit`. All datasets are contiguous and
-allocated when the file is made: afterwards only raw data change, and a kill cannot
-tear the file.
+At the root one dataset for each contributor and response, for status and, where
+something is integrated, for steps, with unit and sentence as attributes and `trial` as
+dimension scale; the nominal machine, which is no trial, in the group `nominal`; the
+settings, as written, in the group `settings`; everything about the run as a whole in
+the attributes of the root. A grid has its swept settings as further datasets, and known
+points to compare with in the group `reference`. All these datasets are contiguous and
+allocated when the file is made: while trials run only raw data change, and a kill
+cannot tear the file. What is known at the end lies in the groups `audit` (trials
+evaluated again, more precisely) and `evidence`; they come with the whole file, written
+aside and renamed.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
-from tolstat.machines.description import Contributor, Response
-from tolstat.status import WORDS
+from tolstat.model.description import Contributor, Response
+from tolstat.store.attributes import write_texts
+from tolstat.store.plan import Audited, Chosen, Plan, Stopped
 
-FORMAT = 1
-TRIAL, STATUS, STEPS, NOMINAL = "trial", "status", "steps", "nominal"
-REFERENCE = "reference"  # group of known points to be shown beside a grid
-SETTING = "setting"  # role of a setting that a grid changes
-DEMANDED = "demanded_yield"  # attribute beside it: share of machines within
-TOLERANCE = "tolerance"  # attribute of a contributor that deviates: its ends, SI
-ASSUMED = "assumed"  # attribute beside it: its distribution, in words
-BATCH = "batch"  # attribute of a part that is as all parts of its batch
-PART = "part"  # attribute of a contributor: the kind of part it belongs to
-AUDIT = "audit"  # group of trials integrated again, more precisely
-LIMIT = "limit"  # attribute of a response: least and greatest permitted value, SI
+FORMAT = 2
+TRIAL, STATUS, STEPS = "trial", "status", "steps"
+# groups
+NOMINAL, SETTINGS, REFERENCE = "nominal", "settings", "reference"
+AUDIT, EVIDENCE = "audit", "evidence"
+SWEPT = "setting"  # role of a setting that a grid changes
+# attributes of a column
+SHOWN = "shown"  # the unit in which the study writes it, or the machine declares it
+LIMIT = "limit"  # least and greatest permitted value, SI
+WRITTEN = "limit_as_written"
+DEMANDED = "demanded_yield"  # share of machines within
+TOLERANCE = "tolerance"  # its ends, SI
+ASSUMED = "assumed"  # its distribution, in words
+BATCH = "batch"  # whose parts are all alike
+PART = "part"  # the kind of part it belongs to
+# of the status
+WORDS, CODES = "words", "flag_values"
 
 
 def allocate(
@@ -62,75 +71,131 @@ def allocate(
     return h5py.Dataset(made)
 
 
-def describe(dataset: h5py.Dataset, what: Contributor | Response, role: str) -> None:
-    """Attach unit, symbol, sentence and source to a dataset."""
-    dataset.attrs["role"] = role
-    dataset.attrs["units"] = what.unit
-    dataset.attrs["symbol"] = what.symbol
-    dataset.attrs["long_name"] = what.sentence
-    dataset.attrs["source"] = what.source
-    if isinstance(what, Contributor) and what.part:
-        dataset.attrs[PART] = what.part
+def lay_out(file: h5py.File, plan: Plan, trials: int) -> None:
+    """Make the datasets of the first planned trials, and fill in what is known of them.
 
-
-def lay_out(
-    file: h5py.File,
-    trials: int,
-    contributors: tuple[Contributor, ...],
-    responses: tuple[Response, ...],
-) -> None:
-    """Make every dataset of a run."""
+    That is everything but responses, status and steps.
+    """
+    contributors, responses = plan.description
     index = allocate(file, TRIAL, (trials,), np.int64)
     index[...] = np.arange(trials)
     index.attrs["long_name"] = "number of the trial"
     index.make_scale(TRIAL)
     nominal = file.create_group(NOMINAL)
     nominal.attrs["long_name"] = "the machine without deviations; it is no trial"
-    roles = [(c, "contributor") for c in contributors] + [
-        (r, "response") for r in responses
-    ]
-    for what, role in roles:
-        column = allocate(file, what.name, (trials,), np.float64)
-        describe(column, what, role)
+    for place, contributor in enumerate(contributors):
+        column = allocate(file, contributor.name, (trials,), np.float64)
+        column[...] = plan.deviations[:trials, place]
         column.dims[0].attach_scale(index)
-        describe(allocate(nominal, what.name, (), np.float64), what, role)
-    for group, shape in ((file, (trials,)), (nominal, ())):
-        status = allocate(group, STATUS, shape, np.uint8)
-        status.attrs["long_name"] = "how the trial ended"
-        status.attrs["flag_values"] = np.arange(len(WORDS), dtype=np.uint8)
-        status.attrs["flag_meanings"] = " ".join(
-            word.replace(" ", "_") for word in WORDS
-        )
-        steps = allocate(group, STEPS, shape, np.int64)
-        steps.attrs["long_name"] = "integration steps, rejected ones included"
-        if shape:
-            status.dims[0].attach_scale(index)
-            steps.dims[0].attach_scale(index)
-
-
-def lay_out_audit(
-    file: h5py.File, trials: NDArray[np.int64], responses: tuple[Response, ...]
-) -> h5py.Group:
-    """Make the datasets of trials that are integrated again."""
-    group = file.create_group(AUDIT)
-    group.attrs["long_name"] = "trials integrated again with a smaller rtol"
-    allocate(group, TRIAL, trials.shape, np.int64)[...] = trials
+        _describe(column, contributor, plan)
+        if assumed := plan.assumed.get(contributor.name):
+            column.attrs[TOLERANCE] = assumed.tolerance
+            column.attrs[ASSUMED] = assumed.words
+            if assumed.batch:
+                column.attrs[BATCH] = assumed.batch
+        alone = allocate(nominal, contributor.name, (), np.float64)
+        alone[...] = 0.0
+        _describe(alone, contributor, plan)
     for response in responses:
-        column = allocate(group, response.name, trials.shape, np.float64)
-        column.attrs["units"] = response.unit
-    allocate(group, STATUS, trials.shape, np.uint8)
-    return group
+        column = allocate(file, response.name, (trials,), np.float64)
+        column.dims[0].attach_scale(index)
+        _describe(column, response, plan)
+        if limit := plan.limits.get(response.name):
+            column.attrs[LIMIT] = limit.permitted
+            column.attrs[WRITTEN], column.attrs[DEMANDED] = limit.words, limit.demanded
+        _describe(allocate(nominal, response.name, (), np.float64), response, plan)
+    for group, shape in ((file, (trials,)), (nominal, ())):
+        _lay_out_status(group, shape, plan)
+    for name, swept in plan.swept.items():
+        values = swept.values
+        if values.dtype.kind == "U":
+            values = np.char.encode(values, "utf-8")
+        column = allocate(file, name, values.shape, values.dtype)
+        column[...] = values
+        column.attrs["role"] = SWEPT
+        column.attrs["units"], column.attrs["long_name"] = swept.unit, swept.sentence
+        if swept.shown:
+            column.attrs[SHOWN] = swept.shown
+        column.dims[0].attach_scale(index)
+    _lay_out_settings(file.create_group(SETTINGS, track_order=True), plan.settings)
+    if plan.reference:
+        group = file.create_group(REFERENCE, track_order=True)
+        group.attrs["label"] = plan.reference.label
+        for name, values in plan.reference.columns.items():
+            group[name] = values
 
 
-def lay_out_setting(
-    file: h5py.File, name: str, values: NDArray[Any], unit: str, sentence: str
-) -> None:
-    """Make and fill the dataset of a setting that is not the same in all trials."""
-    if values.dtype.kind == "U":
-        values = np.char.encode(values, "utf-8")
-    column = allocate(file, name, values.shape, values.dtype)
-    column[...] = values
-    column.attrs["role"] = SETTING
-    column.attrs["units"] = unit
-    column.attrs["long_name"] = sentence
-    column.dims[0].attach_scale(file[TRIAL])
+def _describe(dataset: h5py.Dataset, what: Contributor | Response, plan: Plan) -> None:
+    """Attach unit, symbol, sentence and source to a dataset."""
+    attrs = dataset.attrs
+    attrs["role"] = "contributor" if isinstance(what, Contributor) else "response"
+    attrs["units"], attrs["symbol"] = what.unit, what.symbol
+    attrs["long_name"], attrs["source"] = what.sentence, what.source
+    if shown := plan.shown.get(what.name) or what.shown:
+        attrs[SHOWN] = shown
+    if isinstance(what, Contributor) and what.part:
+        attrs[PART] = what.part
+
+
+def _lay_out_status(group: h5py.Group, shape: tuple[int, ...], plan: Plan) -> None:
+    """Make the datasets of how trials ended."""
+    status = allocate(group, STATUS, shape, np.uint8)
+    status.attrs["long_name"] = "how the trial ended"
+    status.attrs[CODES] = np.array(list(plan.words), dtype=np.uint8)
+    write_texts(status, WORDS, list(plan.words.values()))
+    # as the CF conventions have it, for xarray: one text, which nothing here reads
+    status.attrs["flag_meanings"] = " ".join(
+        word.replace(" ", "_") for word in plan.words.values()
+    )
+    columns = [status]
+    if plan.integrates:
+        columns.append(allocate(group, STEPS, shape, np.int64))
+        columns[-1].attrs["long_name"] = "integration steps, rejected ones included"
+    for column in columns if shape else ():
+        column.dims[0].attach_scale(group[TRIAL])
+
+
+def _lay_out_settings(group: h5py.Group, settings: Mapping[str, Chosen]) -> None:
+    """Store settings as they are written."""
+    group.attrs["long_name"] = "settings of the machine, as the study writes them"
+    for name, chosen in settings.items():
+        group[name] = chosen.words
+        group[name].attrs["long_name"] = chosen.sentence
+        group[name].attrs["given"] = chosen.given
+
+
+def lay_out_audit(file: h5py.File, audited: Audited, plan: Plan) -> None:
+    """Store trials that were evaluated again."""
+    group = file.create_group(AUDIT)
+    group.attrs["long_name"] = "trials evaluated again, more precisely"
+    for name, value in audited.settings.items():
+        group.attrs[name] = value
+    write_texts(group, "tightened", list(audited.settings))
+    group[TRIAL], group[STATUS] = audited.trials, audited.status
+    for response in plan.description.responses:
+        group[response.name] = audited.responses[response.name]
+        group[response.name].attrs["units"] = response.unit
+
+
+def write_facts(file: h5py.File, plan: Plan, stopped: Stopped | None) -> None:
+    """Store what is known of the run as a whole."""
+    attrs = file.attrs
+    attrs["format"], attrs["study"] = FORMAT, plan.study_text
+    attrs["title"], attrs["model"] = plan.title, plan.model
+    attrs["sampling"], attrs["source_digest"] = plan.sampling, plan.source_digest
+    contributors, responses = plan.description
+    # the order of the columns: HDF5 lists names by alphabet
+    write_texts(file, "contributors", [each.name for each in contributors])
+    write_texts(file, "responses", [each.name for each in responses])
+    write_texts(file, "grid", plan.grid)
+    write_texts(file, "notes", plan.notes)
+    write_texts(file, "assumptions", plan.assumptions)
+    if plan.sampled:
+        attrs["seed"], attrs["promise"] = plan.sampled.seed, plan.sampled.promise
+        attrs["replicates"] = plan.sampled.replicates
+        attrs["group"] = plan.sampled.group
+        write_texts(file, "factors", plan.sampled.factors)
+    if stopped:
+        write_texts(file, "until", stopped.rules)
+        attrs["until_reached"], attrs["until_stages"] = stopped.reached, stopped.stages
+        attrs["at_most"] = stopped.at_most

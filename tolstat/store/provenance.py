@@ -9,8 +9,6 @@ from importlib.metadata import version
 
 import h5py
 
-from tolstat.lanes.cache import source_digest
-
 PACKAGES = ("tolstat", "numba", "llvmlite", "numpy", "scipy", "pandas", "h5py")
 
 
@@ -38,14 +36,11 @@ def provenance() -> dict[str, str]:
     dict of str to str
         For the attributes of a run file.
     """
-    facts = {f"version_{name}": version(name) for name in PACKAGES}
     return {
-        **facts,
+        **{f"version_{name}": version(name) for name in PACKAGES},
         "version_python": platform.python_version(),
         "version_hdf5": h5py.version.hdf5_version,
-        "source_digest": source_digest(),
         "processor": processor(),
         "platform": platform.platform(),
         "command": " ".join(sys.argv[1:]) if sys.argv else "",
-        "started_at": now(),
     }

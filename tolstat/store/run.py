@@ -2,36 +2,22 @@
 
 from __future__ import annotations
 
-import os
-import tomllib
+import html
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import RunFileError
-from tolstat.machines.description import Contributor, Response
-from tolstat.status import WORDS, Status
-from tolstat.store.assumed import Assumed
-from tolstat.store.layout import (
-    ASSUMED,
-    AUDIT,
-    BATCH,
-    DEMANDED,
-    FORMAT,
-    LIMIT,
-    NOMINAL,
-    PART,
-    REFERENCE,
-    SETTING,
-    STATUS,
-    STEPS,
-    TOLERANCE,
-    TRIAL,
-)
+from tolstat.model.description import Contributor, Response
+from tolstat.statistics.limit import Limit
+from tolstat.status import Status
+from tolstat.store.evidence import Evidence
+from tolstat.store.layout import STATUS, STEPS
+from tolstat.store.plan import Assumed, Audited, Chosen, Reference, Sampled, Stopped
+from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,29 +39,7 @@ class StudyText:
     table: dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Audited:
-    """Trials that were integrated again, more precisely.
-
-    Attributes
-    ----------
-    trials : int64[n]
-        Their numbers.
-    rtol : float
-        With which.
-    status : uint8[n]
-        How they ended then.
-    responses : dict of str to float64[n]
-        SI.
-    """
-
-    trials: NDArray[np.int64]
-    rtol: float
-    status: NDArray[np.uint8]
-    responses: dict[str, NDArray[np.float64]]
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Run:
     """A stored run.
 
@@ -85,38 +49,66 @@ class Run:
         Its file.
     study : StudyText
         What was asked.
-    facts : dict
-        Model, seed, versions, times: the attributes of the file.
+    title, model, sampling : str
+        Of the study.
     contributors, responses : tuple
         The columns, in order, with units and sentences.
-    limits : dict
-        Least and greatest permitted value by response, SI.
-    demanded : dict
-        Share of the machines that is to be within, by limited response.
     nominal_values : dict
         Responses (SI), status (a word) and steps of the machine without deviations.
+    sampled : Sampled or None
+        How the machines were drawn; None where they were chosen.
+    settings : dict of str to Chosen
+        Of the machine, as they are written.
+    swept : dict of str to str
+        SI unit of each setting that a grid changes.
+    grid : tuple of str
+        What a grid sweeps, the slowest first; empty for any other run.
+    limits : dict of str to Limit
+        By response, SI.
     assumed : dict of str to Assumed
         By contributor that deviates.
+    stopped : Stopped or None
+        What the stopping rule made of it; None without one, or where it was cut short.
     audited : Audited or None
-        None if the model integrates nothing.
-    settings : dict
-        Unit of each setting that a grid changes.
-    reference : dict of str to float64[point]
-        Known points to be shown beside a grid, SI: what is swept, then responses.
+        Trials evaluated again; None where that cannot be, or did not come to it.
+    evidence : Evidence
+        Slopes, worst cases and worst trials, or why there are none.
+    reference : Reference or None
+        Known points to be shown beside a grid.
+    notes, assumptions : tuple of str
+        What has to be known of the deviations, and of the machine's answers.
+    words : dict of int to str
+        The word of each status that a trial can have.
+    source_digest : str
+        Of the source that decided the numbers.
+    provenance : dict
+        Versions, processor, times, command.
     """
 
     path: Path
     study: StudyText
-    facts: dict[str, Any]
+    title: str
+    model: str
+    sampling: str
     contributors: tuple[Contributor, ...]
     responses: tuple[Response, ...]
-    limits: dict[str, tuple[float, float]]
-    demanded: dict[str, float]
     nominal_values: dict[str, Any]
+    sampled: Sampled | None
+    settings: dict[str, Chosen]
+    swept: dict[str, str]
+    grid: tuple[str, ...]
+    limits: dict[str, Limit]
     assumed: dict[str, Assumed]
+    stopped: Stopped | None
     audited: Audited | None
-    settings: dict[str, str]
-    reference: dict[str, NDArray[np.float64]]
+    evidence: Evidence
+    reference: Reference | None
+    notes: tuple[str, ...]
+    assumptions: tuple[str, ...]
+    words: dict[int, str]
+    source_digest: str
+    provenance: dict[str, Any]
+    _shown: dict[str, str]
     _columns: dict[str, NDArray[Any]] = field(repr=False)
 
     @property
@@ -126,33 +118,51 @@ class Run:
 
     @property
     def status(self) -> NDArray[np.uint8]:
-        """Status of each trial, values of `Status`."""
+        """Status of each trial: a key of `words`."""
         return self._columns[STATUS]
 
-    @property
+    @cached_property
     def counts(self) -> dict[str, int]:
         """Number of trials of each status, by its word."""
-        return {s.word: int(np.count_nonzero(self.status == s)) for s in Status}
+        counted = np.bincount(self.status, minlength=256)
+        return {word: int(counted[code]) for code, word in self.words.items()}
+
+    @property
+    def failures(self) -> dict[str, int]:
+        """Number of failed trials by the word of their failure, where there are any."""
+        return {
+            word: self.counts[word]
+            for code, word in self.words.items()
+            if code > Status.DONE and self.counts[word]
+        }
 
     @property
     def units(self) -> dict[str, str]:
         """SI unit of each column; "1" where there is none."""
         described: list[Contributor | Response] = [*self.contributors, *self.responses]
-        return {**self.settings, **{each.name: each.unit for each in described}}
+        return {**self.swept, **{each.name: each.unit for each in described}}
 
-    @property
-    def grid(self) -> list[str]:
-        """What a grid sweeps, the slowest first; empty for any other run."""
-        return str(self.facts.get("grid", "")).split()
+    @cached_property
+    def scales(self) -> dict[str, Scale]:
+        """How each column is shown: as typed, as declared, or fitting its size."""
+        return {name: self._scale(name, unit) for name, unit in self.units.items()}
 
-    @property
-    def notes(self) -> list[str]:
-        """What has to be known of the deviations."""
-        return str(self.facts.get("notes", "")).splitlines()
+    def _scale(self, name: str, unit: str) -> Scale:
+        values = self._columns[name]
+        if name in self._shown or values.dtype.kind != "f":
+            return scale_of(unit, self._shown.get(name, ""))
+        known = np.append(values, self.nominal_values.get(name, np.nan))
+        size = float(np.nanmax(np.abs(known))) if not np.isnan(known).all() else 0.0
+        return scale_of(unit, "", size)
 
     def column(self, name: str) -> NDArray[Any]:
         """Return a swept setting, contributor or response of all trials, SI."""
         return self._columns[name]
+
+    @property
+    def steps(self) -> NDArray[np.int64] | None:
+        """Integration steps of each trial; None where nothing is integrated."""
+        return self._columns.get(STEPS)
 
     @property
     def nominal(self) -> pd.Series[Any]:
@@ -169,128 +179,32 @@ class Run:
         Returns
         -------
         DataFrame
-            Indexed by trial, SI; `attrs["units"]` holds the units, status is a word.
+            Indexed by trial, SI; `attrs["units"]` holds the units, status is a word;
+            steps only where something is integrated.
         """
         import pandas as pd
 
-        columns = {name: self._columns[name] for name in self.units}
-        status = pd.Categorical.from_codes(self.status.tolist(), pd.Index(WORDS))
-        frame = pd.DataFrame({**columns, STATUS: status, STEPS: self._columns[STEPS]})
+        from tolstat.model.frames import status_words
+
+        columns: dict[str, Any] = {name: self._columns[name] for name in self.units}
+        columns[STATUS] = status_words(self.status, self.words)
+        if self.steps is not None:
+            columns[STEPS] = self.steps
+        frame = pd.DataFrame(columns)
         frame.index.name = "trial"
         frame.attrs["units"] = self.units
         return frame
 
+    def __repr__(self) -> str:
+        """Say in a line what it is."""
+        failed = sum(self.failures.values())
+        ended = self.trials - self.counts[Status.NOT_RUN.word]
+        return (
+            f"<tolstat run {str(self.path)!r}: {self.title!r}, {ended} of "
+            f"{self.trials} trials of {self.model}, {failed} failed>"
+        )
 
-def open(path: str | os.PathLike[str]) -> Run:
-    """Open a run file, also one that is still being written.
-
-    Parameters
-    ----------
-    path : path
-        As `tolstat run` wrote it.
-
-    Returns
-    -------
-    Run
-        Everything in it, read at once.
-
-    Raises
-    ------
-    RunFileError
-        If there is no such file or it holds no run.
-    """
-    path = Path(path)
-    if not path.is_file():
-        raise RunFileError(f"{path}: there is no such file")
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            facts = {name: _plain(value) for name, value in file.attrs.items()}
-            if "study" not in facts or "format" not in facts:
-                raise RunFileError(f"{path} is an HDF5 file, but not a run of tolstat")
-            if facts["format"] != FORMAT:
-                raise RunFileError(
-                    f"{path} has format {facts['format']}, this tolstat reads format "
-                    f"{FORMAT}; open it with tolstat {facts['version_tolstat']}"
-                )
-            datasets = {
-                name: item
-                for name, item in file.items()
-                if isinstance(item, h5py.Dataset)
-            }
-            columns = {name: _column(item) for name, item in datasets.items()}
-            settings = {
-                name: item.attrs["units"]
-                for name, item in datasets.items()
-                if item.attrs.get("role") == SETTING
-            }
-            reference = {
-                name: item[...] for name, item in file.get(REFERENCE, {}).items()
-            }
-            if reference:
-                facts["reference"] = file[REFERENCE].attrs["label"]
-            group = file[NOMINAL]
-            names = (*facts["responses"].split(), STEPS)
-            nominal = {name: group[name][()].item() for name in names}
-            nominal[STATUS] = WORDS[int(group[STATUS][()])]
-            contributors = tuple(
-                Contributor(*_words(file[name]), part=file[name].attrs.get(PART, ""))
-                for name in facts["contributors"].split()
-            )
-            responses = tuple(
-                Response(*_words(file[name])) for name in facts["responses"].split()
-            )
-            demanded = {
-                each.name: float(file[each.name].attrs[DEMANDED])
-                for each in responses
-                if DEMANDED in file[each.name].attrs
-            }
-            assumed = {
-                each.name: _assumed(file[each.name])
-                for each in contributors
-                if TOLERANCE in file[each.name].attrs
-            }
-            audited = _audited(file[AUDIT], responses) if AUDIT in file else None
-            limits = {
-                each.name: tuple(file[each.name].attrs[LIMIT].tolist())
-                for each in responses
-                if LIMIT in file[each.name].attrs
-            }
-    except OSError as error:
-        raise RunFileError(f"{path} cannot be read as HDF5: {error}") from error
-    text = facts.pop("study")
-    study = StudyText(text, tomllib.loads(text))
-    return Run(
-        path, study, facts, contributors, responses, limits, demanded, nominal,
-        assumed, audited, settings, reference, columns,
-    )  # fmt: skip
-
-
-def _assumed(dataset: h5py.Dataset) -> Assumed:
-    lower, upper = dataset.attrs[TOLERANCE].tolist()
-    return Assumed((lower, upper), dataset.attrs[ASSUMED], dataset.attrs.get(BATCH, ""))
-
-
-def _audited(group: h5py.Group, responses: tuple[Response, ...]) -> Audited:
-    return Audited(
-        group[TRIAL][...],
-        float(group.attrs["rtol"]),
-        group[STATUS][...],
-        {each.name: group[each.name][...] for each in responses},
-    )
-
-
-def _column(dataset: h5py.Dataset) -> NDArray[Any]:
-    values: NDArray[Any] = dataset[...]
-    return np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
-
-
-def _words(dataset: h5py.Dataset) -> tuple[str, str, str, str, str]:
-    attrs = dataset.attrs
-    name = dataset.name.removeprefix("/")
-    return name, attrs["units"], attrs["symbol"], attrs["long_name"], attrs["source"]
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, bytes):
-        return value.decode()
-    return value.item() if isinstance(value, np.generic) else value
+    def _repr_html_(self) -> str:
+        """Show the first trials under a line of words, in a notebook."""
+        table: str = self.frame().head().to_html()
+        return f"<p>{html.escape(repr(self))}</p>\n{table}"

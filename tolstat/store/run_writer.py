@@ -3,116 +3,34 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from contextlib import suppress
+import time
+from contextlib import AbstractContextManager, suppress
 from pathlib import Path
-from types import TracebackType
-from typing import Any, NamedTuple, Protocol
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.errors import RunFileError
-from tolstat.machines.description import Description, Outcome
-from tolstat.status import Status
-from tolstat.store.assumed import Assumed
+from tolstat.model.contract import Outcome
+from tolstat.store.evidence import write_evidence
 from tolstat.store.layout import (
-    ASSUMED,
-    AUDIT,
-    BATCH,
-    DEMANDED,
-    FORMAT,
-    LIMIT,
+    EVIDENCE,
     NOMINAL,
-    REFERENCE,
     STATUS,
     STEPS,
-    TOLERANCE,
     lay_out,
     lay_out_audit,
-    lay_out_setting,
+    write_facts,
 )
+from tolstat.store.plan import Ending, Plan, Stopped
 from tolstat.store.provenance import now, provenance
 
+SAFE_EVERY = 2.0  # s, between two times at which data are made safe from a power cut
 
-class SweptSetting(NamedTuple):
-    """A setting that is not the same in all trials.
-
-    Attributes
-    ----------
-    values : float64[trial] or str[trial]
-        SI, or words.
-    unit, sentence : str
-        As the model declares it.
-    """
-
-    values: NDArray[Any]
-    unit: str
-    sentence: str
+Blocks = list[tuple[int, Outcome]]
 
 
-class Audit(NamedTuple):
-    """Trials to be integrated again, ascending, and how precisely."""
-
-    trials: NDArray[np.int64]
-    rtol: float
-
-
-class KnownPoints(Protocol):
-    """Points of a publication or a measurement, SI; the swept column first."""
-
-    @property
-    def label(self) -> str:
-        """Where they come from."""
-        ...
-
-    @property
-    def columns(self) -> Mapping[str, NDArray[np.float64]]:
-        """By name, float64[point]."""
-        ...
-
-
-class Plan(NamedTuple):
-    """What a run consists of before anything has run.
-
-    Attributes
-    ----------
-    study_text : str
-        The study file as it was written.
-    facts : mapping
-        Model, seed, sampling, ...: attributes of the run.
-    description : Description
-        Contributors and responses, in the order of the columns.
-    deviations : float64[trial, contributor]
-        All of them, drawn.
-    limits : mapping
-        Least and greatest permitted value by response, SI.
-    demanded : mapping
-        Share of the machines that is to be within, by limited response.
-    assumed : mapping of str to Assumed
-        By contributor that deviates.
-    settings : mapping of str to SweptSetting
-        What a grid changes besides deviations.
-    audit : Audit, optional
-        None for a model that integrates nothing.
-    reference : KnownPoints, optional
-        What is shown beside a grid.
-    """
-
-    study_text: str
-    facts: Mapping[str, Any]
-    description: Description
-    deviations: NDArray[np.float64]
-    limits: Mapping[str, tuple[float, float]]
-    demanded: Mapping[str, float]
-    assumed: Mapping[str, Assumed] = {}
-    settings: Mapping[str, SweptSetting] = {}
-    audit: Audit | None = None
-    reference: KnownPoints | None = None
-
-
-class RunWriter:
+class RunWriter(AbstractContextManager["RunWriter"]):
     """The one process that has a run file open for writing.
 
     Parameters
@@ -133,62 +51,60 @@ class RunWriter:
     def __init__(self, path: Path, plan: Plan, *, force: bool = False) -> None:
         self.path = path
         self.plan = plan
-        self.description = plan.description
+        self._columns = [each.name for each in plan.description.responses]
+        if plan.integrates:
+            self._columns.append(STEPS)
+        self._began, self._safe = time.perf_counter(), time.monotonic()
+        self._facts = {**provenance(), "started_at": now()}
+        self._unsafe: Blocks = []
         if path.exists() and not force:
             raise RunFileError(
-                f"{path} exists already; give --force to replace it, or -o for another "
-                "name"
+                f"{path} exists already; give --force (force=True) to replace it, or "
+                "-o (output=) for another name"
             )
-        # aside first: a file under its own name is whole
-        aside = path.with_name(path.name + ".part")
-        try:
+        with suppress(OSError):
             path.parent.mkdir(parents=True, exist_ok=True)
+        self._file = self._replaced(None)
+
+    def _replaced(self, ending: Ending | None) -> h5py.File:
+        """Write the file aside and rename it: under its own name a file is whole."""
+        aside = self.path.with_name(self.path.name + ".part")
+        try:
             with h5py.File(aside, "w") as file:
-                self._write_plan(file, plan)
-            os.replace(aside, path)
-            self._file = h5py.File(path, "r+")
+                if ending is None:
+                    self._write_plan(file, len(self.plan.deviations), None)
+                else:
+                    self._write_plan(file, ending.trials, ending.stopped)
+                    self._write_ending(file, ending)
+                file.flush()
+                os.fsync(file.id.get_vfd_handle())
+            os.replace(aside, self.path)
+            return h5py.File(self.path, "r+")
         except OSError as error:
             with suppress(OSError):
                 aside.unlink()
-            raise RunFileError(f"{path} cannot be written: {error}") from error
+            raise RunFileError(f"{self.path} cannot be written: {error}") from error
 
-    def _write_plan(self, file: h5py.File, plan: Plan) -> None:
-        contributors, responses = plan.description
-        trials = len(plan.deviations)
-        file.attrs["format"] = FORMAT
-        file.attrs["study"] = plan.study_text
-        # the order of the columns: HDF5 lists names by alphabet
-        file.attrs["contributors"] = " ".join(c.name for c in contributors)
-        file.attrs["responses"] = " ".join(r.name for r in responses)
-        for name, fact in {**plan.facts, **provenance()}.items():
+    def _write_plan(
+        self, file: h5py.File, trials: int, stopped: Stopped | None
+    ) -> None:
+        write_facts(file, self.plan, stopped)
+        for name, fact in self._facts.items():
             file.attrs[name] = fact
         # room for what is known at the end: attributes are only overwritten then
-        for status in Status:
-            file.attrs[_count(status)] = np.int64(trials * (status == Status.NOT_RUN))
+        for code, word in self.plan.words.items():
+            file.attrs[_count(word)] = np.int64(trials * (code == 0))
         file.attrs["ended_at"] = np.bytes_(now())
         file.attrs["seconds"] = np.float64(np.nan)
-        lay_out(file, trials, contributors, responses)
-        for column, contributor in enumerate(contributors):
-            file[contributor.name][...] = plan.deviations[:, column]
-            file[NOMINAL][contributor.name][...] = 0.0
-        for name, limit in plan.limits.items():
-            file[name].attrs[LIMIT] = limit
-            file[name].attrs[DEMANDED] = plan.demanded[name]
-        for name, (tolerance, words, batch) in plan.assumed.items():
-            attrs = file[name].attrs
-            attrs[TOLERANCE], attrs[ASSUMED] = tolerance, words
-            if batch:
-                attrs[BATCH] = batch
-        for name, swept in plan.settings.items():
-            lay_out_setting(file, name, swept.values, swept.unit, swept.sentence)
-        if plan.audit:
-            group = lay_out_audit(file, plan.audit.trials, responses)
-            group.attrs["rtol"] = plan.audit.rtol
-        if plan.reference:
-            group = file.create_group(REFERENCE, track_order=True)
-            group.attrs["label"] = plan.reference.label
-            for name, values in plan.reference.columns.items():
-                group[name] = values
+        lay_out(file, self.plan, trials)
+
+    def _write_ending(self, file: h5py.File, ending: Ending) -> None:
+        for name in (*self._columns, STATUS):
+            file[name][...] = self._file[name][: ending.trials]
+            file[NOMINAL][name][...] = self._file[NOMINAL][name][()]
+        if ending.audited:
+            lay_out_audit(file, ending.audited, self.plan)
+        write_evidence(file.create_group(EVIDENCE), ending.evidence)
 
     def write_nominal(self, outcome: Outcome) -> None:
         """Store the machine without deviations.
@@ -199,106 +115,90 @@ class RunWriter:
             Of one trial.
         """
         nominal = self._file[NOMINAL]
-        for column, response in enumerate(self.description.responses):
-            nominal[response.name][...] = outcome.responses[0, column]
-        if outcome.steps is not None:
-            nominal[STEPS][...] = outcome.steps[0]
-        self._sync()
-        nominal[STATUS][...] = outcome.status[0]
+        for name, values in self._filled(outcome):
+            nominal[name][...] = values[0]
+        self._file.flush()
+        nominal[STATUS][...] = _status(outcome)[0]
         self._file.flush()
 
-    def write_blocks(self, blocks: list[tuple[int, Outcome]]) -> None:
-        """Store finished blocks: their data reach the disk before their status.
+    def write_blocks(self, blocks: Blocks) -> None:
+        """Store finished blocks: their data are on the disk before their status is.
 
         Parameters
         ----------
         blocks : list of (int, Outcome)
-            Each with the number of its first trial.
+            Each with the number of its first trial. Their status follows within two
+            seconds, or when the file is closed.
         """
         for first, outcome in blocks:
-            trials = slice(first, first + len(outcome.status))
-            for column, response in enumerate(self.description.responses):
-                self._file[response.name][trials] = outcome.responses[:, column]
-            if outcome.steps is not None:
-                self._file[STEPS][trials] = outcome.steps
-        self._sync()
-        for first, outcome in blocks:
-            self._file[STATUS][first : first + len(outcome.status)] = outcome.status
-        self._file.flush()  # safe from a kill; from a power cut with the next block
+            trials = slice(first, first + len(_status(outcome)))
+            for name, values in self._filled(outcome):
+                self._file[name][trials] = values
+        self._unsafe += blocks
+        if time.monotonic() - self._safe > SAFE_EVERY:
+            self._make_safe()
 
-    def write_audit(self, blocks: list[tuple[int, Outcome]]) -> None:
-        """Store trials that were integrated again, numbered among these."""
-        group = self._file[AUDIT]
-        for first, outcome in blocks:
-            chosen = slice(first, first + len(outcome.status))
-            for column, response in enumerate(self.description.responses):
-                group[response.name][chosen] = outcome.responses[:, column]
+    def _make_safe(self) -> None:
         self._sync()
-        for first, outcome in blocks:
-            group[STATUS][first : first + len(outcome.status)] = outcome.status
+        for first, outcome in self._unsafe:
+            status = _status(outcome)
+            self._file[STATUS][first : first + len(status)] = status
         self._file.flush()
+        self._unsafe, self._safe = [], time.monotonic()
 
-    def keep(self, trials: int, audit: Audit | None, facts: Mapping[str, Any]) -> None:
-        """Leave only the first trials, in a file written aside and renamed.
+    def finish(self, ending: Ending) -> None:
+        """Leave the trials that are kept, and what is known at the end.
 
         Parameters
         ----------
-        trials : int
-            How many; all of them have run.
-        audit : Audit or None
-            Of these.
-        facts : mapping
-            Further attributes of the run.
-        """
-        plan = self.plan._replace(
-            deviations=self.plan.deviations[:trials],
-            facts={**self.plan.facts, **facts},
-            audit=audit,
-        )
-        aside = self.path.with_name(self.path.name + ".part")
-        names = [response.name for response in self.description.responses]
-        with h5py.File(aside, "w") as file:
-            self._write_plan(file, plan)
-            file.attrs["started_at"] = self._file.attrs["started_at"]
-            for name in (*names, STEPS, STATUS):
-                file[name][...] = self._file[name][:trials]
-                file[NOMINAL][name][...] = self._file[NOMINAL][name][()]
-        self._file.close()
-        os.replace(aside, self.path)
-        self._file = h5py.File(self.path, "r+")
-        self.plan = plan
+        ending : Ending
+            Stored with the trials in a file written aside and renamed.
 
-    def write_end(self, seconds: float) -> None:
-        """Store the counts of each status and how long the run took, s."""
-        status = self._file[STATUS][...]
-        for each in Status:
-            count = np.count_nonzero(status == each)
-            self._file.attrs.modify(_count(each), np.int64(count))
-        self._file.attrs.modify("seconds", np.float64(seconds))
-        self._file.attrs.modify("ended_at", np.bytes_(now()))
-        self._sync()
+        Raises
+        ------
+        RunFileError
+            If it cannot be written; the trials are stored all the same.
+        """
+        self._make_safe()
+        before = self._file
+        self._file = self._replaced(ending)
+        before.close()
+
+    def _filled(self, outcome: Outcome) -> list[tuple[str, np.ndarray]]:
+        columns = [*outcome.responses.T]
+        if outcome.steps is not None:
+            columns.append(outcome.steps)
+        return list(zip(self._columns, columns, strict=True))
 
     def _sync(self) -> None:
         self._file.flush()
         os.fsync(self._file.id.get_vfd_handle())
 
     def close(self) -> None:
-        """Close the file."""
-        self._file.close()
+        """Store the counts of each status and how long the run took; close the file."""
+        try:
+            self._make_safe()
+            status = self._file[STATUS][...]
+            for code, word in self.plan.words.items():
+                count = np.count_nonzero(status == code)
+                self._file.attrs.modify(_count(word), np.int64(count))
+            seconds = np.float64(time.perf_counter() - self._began)
+            self._file.attrs.modify("seconds", seconds)
+            self._file.attrs.modify("ended_at", np.bytes_(now()))
+            self._sync()
+        finally:
+            self._file.close()
 
-    def __enter__(self) -> RunWriter:
-        """Return the writer."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close the file."""
         self.close()
 
 
-def _count(status: Status) -> str:
-    return "trials_" + status.word.replace(" ", "_")
+def _status(outcome: Outcome) -> np.ndarray:
+    """Return the status that every checked outcome has."""
+    assert outcome.status is not None
+    return outcome.status
+
+
+def _count(word: str) -> str:
+    return "trials_" + word.replace(" ", "_")

@@ -1,1 +1,1 @@
-"""What is asked: studies read, checked and run."""
+"""What is asked: a study, read and checked."""

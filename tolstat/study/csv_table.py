@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tolstat.errors import DataError, UnitError, allowed_names
-from tolstat.units.grammar import number
+from tolstat.units.grammar import bare_number
 
 _HEAD = re.compile(r"(?P<name>.+?)\s*(?:\[(?P<unit>[^\]]*)\])?")
 
@@ -58,7 +58,7 @@ class CsvTable(NamedTuple):
         found = []
         for line, cells in self.lines:
             try:
-                found.append(number(cells[where]))
+                found.append(bare_number(cells[where]))
             except UnitError as error:
                 raise DataError(
                     f"{self.path}, line {line}, column {name}: '{cells[where]}' is not "

@@ -16,8 +16,8 @@ from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.names import expand
 from tolstat.errors import DependenceError, ModelError
-from tolstat.machines.description import Contributor
-from tolstat.study.distribution import DEFAULT, read_distribution
+from tolstat.model.description import Contributor
+from tolstat.study.distribution import DEFAULT, read_distribution, written_unit
 from tolstat.study.measured_parts import read_parts
 from tolstat.study.problems import Problems
 
@@ -33,6 +33,8 @@ class Deviations(NamedTuple):
         Batches and correlations.
     words : dict of str to str
         How each is distributed, as the study says it.
+    shown : dict of str to str
+        The unit in which each is written.
     notes : tuple of str
         What the summary of the run has to say of them.
     """
@@ -40,6 +42,7 @@ class Deviations(NamedTuple):
     distributions: dict[str, Distribution]
     dependence: Dependence
     words: dict[str, str]
+    shown: dict[str, str]
     notes: tuple[str, ...]
 
 
@@ -74,6 +77,7 @@ def read_deviations(
     found: dict[str, Distribution] = {}
     batches: dict[str, Batch] = {}
     words: dict[str, str] = {}
+    shown: dict[str, str] = {}
     notes: list[str] = []
     for name, given in lines.items():
         with problems.noting(f"[deviations] {name}", given):
@@ -84,15 +88,20 @@ def read_deviations(
                 if member in found:
                     raise ModelError(f"{member} stands there already; give it once")
                 if "data" in keys:
-                    found[member], note = read_parts(keys, known[member].unit, folder)
+                    found[member], note, written = read_parts(
+                        keys, known[member].unit, folder
+                    )
                     notes.append(f"{member}: {note}")
                 else:
                     found[member] = read_distribution(keys, known[member])
+                    written = written_unit(keys)
+                if written:
+                    shown[member] = written
                 if batch:
                     batches[member] = batch
                 words[member] = _in_words(keys, batch)
     pairs = _pairs(correlations, list(known), found, batches, problems)
-    return Deviations(found, Dependence(batches, pairs), words, tuple(notes))
+    return Deviations(found, Dependence(batches, pairs), words, shown, tuple(notes))
 
 
 def _in_words(keys: Mapping[str, Any], batch: Batch | None) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
 from tolstat.deviations import distributions
@@ -11,8 +12,9 @@ from tolstat.deviations.grades import iso286, iso1328
 from tolstat.deviations.parts import find_in, names_in
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import DistributionError, GradeError, allowed_names
-from tolstat.machines.description import Contributor
-from tolstat.units.grammar import quantity, tolerance
+from tolstat.model.description import Contributor
+from tolstat.units.grammar import quantity, tolerance, unit_of
+from tolstat.units.scale import scale_of
 
 DEFAULT = "normal"
 OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module")
@@ -73,6 +75,12 @@ def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distri
     return found
 
 
+def written_unit(given: Mapping[str, Any]) -> str:
+    """Return the unit in which a deviation is written; empty for a grade."""
+    text = str(given.get("tolerance", given.get("value", "")))
+    return unit_of(text) if text and not iso286.looks_like_grade(text) else ""
+
+
 def _value(key: str, value: Any, declared: Any, unit: str) -> Any:
     """Read the value of one key as its distribution declares it."""
     if declared["reads"] == "quantity":
@@ -108,7 +116,7 @@ def _zone(keys: dict[str, Any], contributor: Contributor) -> Tolerance | None:
     if contributor.unit != "m":
         raise GradeError(
             f"{text} is a grade of lengths; {contributor.name} is given in "
-            f"{'%' if contributor.unit == '1' else contributor.unit}"
+            f"{scale_of(contributor.unit, contributor.shown).shown}"
         )
     nominal = contributor.size if size is None else quantity(str(size), "m")
     if nominal is None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
+import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from tolstat.errors import StudyError, allowed_names
@@ -23,7 +25,7 @@ class Document(BaseModel):
     seed: int | None = Field(default=None, ge=0)
     sampling: str = "random"
     table: str | None = None
-    settings: dict[str, str | int | float] = {}
+    settings: dict[str, Any] = {}
     deviations: dict[str, str | dict[str, Any]] = {}
     correlation: dict[str, dict[str, float]] = {}
     grid: dict[str, Any] = {}
@@ -45,7 +47,7 @@ EXPECTED = {
     "seed": "a whole number from 0 is expected",
     "sampling": "the name of a sampling is expected, in quotes",
     "table": 'the name of a CSV file is expected, such as table = "machines.csv"',
-    "settings": 'a value such as "7.5 rad/s", a number or a word is expected',
+    "settings": "a table of settings is expected (`tolstat show MODEL` lists them)",
     "deviations": 'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", '
     "cp = 1.33 } is expected",
     "correlation": "a table of rank correlations is expected, such as "
@@ -58,13 +60,13 @@ EXPECTED = {
 }
 
 
-def read(path: Path, problems: Problems) -> tuple[str, Document]:
-    """Read a study file and check its keys.
+def read(source: Path | Mapping[str, Any], problems: Problems) -> tuple[str, Document]:
+    """Read a study and check its keys.
 
     Parameters
     ----------
-    path : Path
-        A TOML file.
+    source : Path or mapping
+        A TOML file, or what one would hold.
     problems : Problems
         Takes what is wrong.
 
@@ -78,6 +80,18 @@ def read(path: Path, problems: Problems) -> tuple[str, Document]:
     StudyError
         If the file cannot be read or its keys are wrong.
     """
+    text, table = _of_file(source) if isinstance(source, Path) else _of_mapping(source)
+    try:
+        return text, Document.model_validate(table)
+    except ValidationError as error:
+        for each in error.errors():
+            _note(each, table, problems)
+        problems.raise_if_any()
+        raise
+
+
+def _of_file(path: Path) -> tuple[str, dict[str, Any]]:
+    """Return the text of a TOML file, and what it holds."""
     if path.suffix == ".h5":
         raise StudyError(f"{path} is a stored run; a study is a .toml file")
     try:
@@ -91,16 +105,18 @@ def read(path: Path, problems: Problems) -> tuple[str, Document]:
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(f"{path} cannot be read: {error}") from None
     try:
-        table = tomllib.loads(text)
+        return text, tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"{path} is not a TOML file: {error}") from None
+
+
+def _of_mapping(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Write a study given in Python as a study file, and return what that holds."""
     try:
-        return text, Document.model_validate(table)
-    except ValidationError as error:
-        for each in error.errors():
-            _note(each, table, problems)
-        problems.raise_if_any()
-        raise
+        text = tomli_w.dumps(given)
+    except TypeError as error:
+        raise StudyError(f"the study holds what no study file can: {error}") from None
+    return text, tomllib.loads(text)
 
 
 def _note(error: Any, table: dict[str, Any], problems: Problems) -> None:

@@ -2,26 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from tolstat.errors import UnitError, allowed_names
-from tolstat.statistics.yields import DEMANDED
-from tolstat.units.grammar import Range, limit, quantity
-
-
-class Limit(NamedTuple):
-    """What is permitted of a response.
-
-    Attributes
-    ----------
-    permitted : Range
-        Values, SI.
-    demanded : float
-        Share of the machines that is to be within.
-    """
-
-    permitted: Range
-    demanded: float
+from tolstat.statistics.limit import DEMANDED, Limit
+from tolstat.units.grammar import limit, quantity
 
 
 def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
@@ -58,4 +43,5 @@ def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
         raise UnitError(
             f"yield = {100 * demanded:g} %: between 0 and 100 % is expected"
         )
-    return Limit(limit(keys["limit"], unit), demanded)
+    lower, upper = limit(keys["limit"], unit)
+    return Limit(lower, upper, demanded, keys["limit"].strip())

@@ -26,10 +26,13 @@ class Parts(NamedTuple):
         Of their deviations, SI.
     note : str
         What they are, for the summary of the run.
+    written : str
+        Unit in which they are given.
     """
 
     distribution: Distribution
     note: str
+    written: str
 
 
 def read_parts(keys: dict[str, Any], unit: str, folder: Path) -> Parts:
@@ -82,11 +85,12 @@ def read_parts(keys: dict[str, Any], unit: str, folder: Path) -> Parts:
     parts = np.sort(np.array(values) - nominal)
     what = f"{len(parts)} parts of {keys['data']} (SHA-256 {table.digest[:12]})"
     if kind is None:
-        return Parts(Measured(parts), f"{what}, each as likely as any other")
+        return Parts(Measured(parts), f"{what}, each as likely as any other", written)
     fitted: Fitted = fit(parts, kind)
     doubt = ": doubtful" if fitted.p_value < DOUBTFUL else ""
     return Parts(
         fitted,
         f"{kind} distribution fitted to {what}, Anderson-Darling p = "
         f"{fitted.p_value:.3g}{doubt}",
+        written,
     )

@@ -14,13 +14,15 @@ from numpy.typing import NDArray
 
 from tolstat.deviations.names import expand
 from tolstat.errors import DataError, ModelError, allowed_names
-from tolstat.machines import settings as model_settings
-from tolstat.machines.description import Description, Model
+from tolstat.model.checked import described
+from tolstat.model.contract import Model
+from tolstat.model.description import Description
+from tolstat.model.setting_kinds import Number
+from tolstat.model.settings import as_typed, setting_of, settings_of
 from tolstat.study.csv_table import read_csv
 from tolstat.study.problems import Problems
-from tolstat.study.settings import read_setting
 from tolstat.units.conversion import to_si
-from tolstat.units.grammar import quantity
+from tolstat.units.grammar import quantity, unit_of
 
 MOST_TRIALS = 10_000_000
 EXAMPLE = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
@@ -38,9 +40,11 @@ class Swept(NamedTuple):
     values : list
         SI; for a setting as its dataclass wants it.
     words : list of str or None
-        A setting's values as written, where one of them is a word.
+        A setting's values as written, where they are no plain numbers.
     unit : str
         SI unit, "1" where there is none.
+    shown : str
+        The unit in which it is written; empty where it has none.
     """
 
     name: str
@@ -48,6 +52,7 @@ class Swept(NamedTuple):
     values: list[Any]
     words: list[str] | None
     unit: str
+    shown: str
 
 
 class Case(NamedTuple):
@@ -68,6 +73,8 @@ class Points:
         SI.
     cases : tuple of Case
         Their settings, in the order of the trials.
+    shown : dict of str to str
+        The unit in which each contributor or setting is written.
     swept : tuple of Swept
         The axes of a grid, the slowest first; none for a table.
     settings : dict of str to array
@@ -78,6 +85,7 @@ class Points:
 
     deviations: NDArray[np.float64]
     cases: tuple[Case, ...]
+    shown: Mapping[str, str]
     swept: tuple[Swept, ...] = ()
     settings: Mapping[str, NDArray[Any]] | None = None
     note: str = ""
@@ -154,7 +162,7 @@ def _product(
     for i, values in enumerate(product(*(axis.values for axis in chosen))):
         changes = dict(zip((axis.name for axis in chosen), values, strict=True))
         case = Case(i * each, (i + 1) * each, replace(settings, **changes))
-        if model.describe(case.settings) != description:
+        if described(model, case.settings) != description:
             problems.add(
                 "[grid]", None,
                 f"{', '.join(changes)}: these settings change which contributors or "
@@ -162,36 +170,58 @@ def _product(
             )  # fmt: skip
             return None
         cases.append(case)
-    return Points(deviations, tuple(cases), tuple(axes), columns)
+    shown = {m: axis.shown for axis in axes for m in axis.members or (axis.name,)}
+    return Points(deviations, tuple(cases), shown, tuple(axes), columns)
 
 
 def _axis(name: str, given: Any, model: Model, description: Description) -> Swept:
     """Read the values of one contributor or setting."""
     units = {each.name: each.unit for each in description.contributors}
-    fields = model_settings.fields_of(model)
+    known = settings_of(model)
     try:
         members = tuple(expand(name, list(units)))
     except ModelError:
-        if name not in fields:
-            known = [*units, *fields]
+        if name not in known:
             raise ModelError(
-                f"neither a contributor nor a setting; {allowed_names(name, known)}"
+                "neither a contributor nor a setting; "
+                f"{allowed_names(name, [*units, *known])}"
             ) from None
-        members = ()
-    unit = units[members[0]] if members else fields[name].metadata["unit"] or "1"
+        return _setting_axis(name, given, model)
+    unit = units[members[0]]
     if isinstance(given, dict):
-        values, words = _steps(given, unit), None
-        if not members:
-            values = [model_settings.checked(fields[name], value) for value in values]
-    elif not isinstance(given, list) or not given:
+        return Swept(name, members, _steps(given, unit), None, unit, _written(given))
+    values = [quantity(str(value), unit) for value in _listed(given)]
+    return Swept(name, members, values, None, unit, unit_of(str(given[0])))
+
+
+def _setting_axis(name: str, given: Any, model: Model) -> Swept:
+    """Read the values of one setting."""
+    kind = setting_of(model, name).kind
+    unit = (kind.unit if isinstance(kind, Number) else "") or "1"
+    if isinstance(given, dict):
+        if not isinstance(kind, Number):
+            raise ModelError(
+                f"a list of values is expected; it is no number: {EXAMPLE}"
+            )
+        values = [kind.checked(value) for value in _steps(given, unit)]
+        return Swept(name, (), values, None, unit, _written(given))
+    values = [kind.read(value) for value in _listed(given)]
+    if all(isinstance(v, int | float) and not isinstance(v, bool) for v in values) and (
+        not any(isinstance(v, str) and not v[:1].isdigit() for v in given)
+    ):
+        shown = unit_of(given[0]) if isinstance(given[0], str) else ""
+        return Swept(name, (), values, None, unit, shown)
+    return Swept(name, (), values, [as_typed(value) for value in given], unit, "")
+
+
+def _listed(given: Any) -> list[Any]:
+    if not isinstance(given, list) or not given:
         raise ModelError(f"values are expected, such as {EXAMPLE}")
-    elif members:
-        values, words = [quantity(str(value), unit) for value in given], None
-    else:
-        values = [read_setting(model, name, value) for value in given]
-        named = any(isinstance(v, str) and not v[:1].isdigit() for v in given)
-        words = [str(value) for value in given] if named else None
-    return Swept(name, members, values, words, unit)
+    return given
+
+
+def _written(given: Mapping[str, Any]) -> str:
+    return unit_of(str(given["from"]))
 
 
 def _steps(given: dict[str, Any], unit: str) -> list[float]:
@@ -233,7 +263,7 @@ def read_table(path: Path, settings: Any, description: Description) -> Points:
     table = read_csv(path)
     units = {each.name: each.unit for each in description.contributors}
     deviations = np.zeros((len(table.lines), len(units)))
-    names, taken = list(units), set()
+    names, shown = list(units), {}
     for head, written in zip(table.heads, table.units, strict=True):
         try:
             members = expand(head, names)
@@ -241,10 +271,10 @@ def read_table(path: Path, settings: Any, description: Description) -> Points:
         except (ModelError, ValueError) as error:
             raise DataError(f"{path}, column {head}: {error}") from None
         for member in members:
-            if member in taken:
+            if member in shown:
                 raise DataError(f"{path}: {member} stands there twice")
-            taken.add(member)
+            shown[member] = written
             column = np.array(table.column(head)) * factor
             deviations[:, names.index(member)] = column
     note = f"{len(deviations)} machines of {path.name} (SHA-256 {table.digest[:12]})"
-    return Points(deviations, (Case(0, len(deviations), settings),), note=note)
+    return Points(deviations, (Case(0, len(deviations), settings),), shown, note=note)

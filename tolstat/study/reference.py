@@ -3,31 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import DataError, allowed_names
-from tolstat.machines.description import Description
+from tolstat.model.description import Description
 from tolstat.study.csv_table import read_csv
 from tolstat.study.points import Swept
 from tolstat.units.conversion import to_si
-
-
-class Reference(NamedTuple):
-    """Known points.
-
-    Attributes
-    ----------
-    label : str
-        Where they come from.
-    columns : dict of str to float64[point]
-        The swept contributor or setting first, then responses, SI.
-    """
-
-    label: str
-    columns: dict[str, NDArray[np.float64]]
 
 
 def read_reference(
@@ -35,7 +20,7 @@ def read_reference(
     swept: tuple[Swept, ...],
     description: Description,
     folder: Path,
-) -> Reference:
+) -> tuple[str, dict[str, NDArray[np.float64]]]:
     """Read the section [reference].
 
     Parameters
@@ -49,6 +34,12 @@ def read_reference(
         Of the model.
     folder : Path
         Of the study.
+
+    Returns
+    -------
+    tuple of (str, dict of str to float64[point])
+        Where they come from, and the points, SI: the swept contributor or setting
+        first, then responses.
 
     Raises
     ------
@@ -81,4 +72,4 @@ def read_reference(
         except ValueError as error:
             raise DataError(f"{table.path}, column {head}: {error}") from None
         columns[head] = np.array(table.column(head)) * factor
-    return Reference(given["label"], columns)
+    return given["label"], columns

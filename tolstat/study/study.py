@@ -16,16 +16,22 @@ from tolstat.deviations.draw import draw, factors, in_order
 from tolstat.deviations.names import expand
 from tolstat.deviations.samplers import Sampler
 from tolstat.errors import ModelError, StudyError
-from tolstat.machines.description import Description, Model
+from tolstat.model import settings as model_settings
+from tolstat.model.checked import described
+from tolstat.model.contract import Model
+from tolstat.model.description import Description
+from tolstat.statistics.limit import Limit
 from tolstat.study.deviations import Deviations, read_deviations
 from tolstat.study.document import Document, read
-from tolstat.study.limit import Limit, read_limit
+from tolstat.study.limit import read_limit
 from tolstat.study.points import Case, Points, read_grid, read_table
 from tolstat.study.problems import Problems
-from tolstat.study.reference import Reference, read_reference
+from tolstat.study.reference import read_reference
 from tolstat.study.sampling import check_sampling, check_trials, sampler_of
-from tolstat.study.settings import read_setting
 from tolstat.study.until import Until, read_until
+from tolstat.units.grammar import unit_of
+
+Source = str | os.PathLike[str] | Mapping[str, Any]
 
 Given = TypeVar("Given")
 Read = TypeVar("Read")
@@ -37,16 +43,20 @@ class Study:
 
     Attributes
     ----------
-    path : Path
-        Its file.
+    path : Path or None
+        Its file; None if it was given in Python.
     text : str
-        The file as it was written.
+        The file as it was written, or would be.
     title : str
         In the user's words.
     model : Model
         The machine.
     settings : object
         Instance of `model.settings`, SI.
+    description : Description
+        Contributors and responses of the model at these settings.
+    typed : dict of str to str
+        The settings that are given, as they are written.
     trials : int
         How many machines are built, at most.
     until : Until or None
@@ -59,30 +69,30 @@ class Study:
         What deviates, and how it hangs together.
     points : Points or None
         The machines of a grid or a table.
-    reference : Reference or None
-        Known points to be shown beside a grid.
+    reference : tuple or None
+        Known points to be shown beside a grid: their label, and columns.
     limits : dict of str to Limit
         By response, SI.
+    shown : dict of str to str
+        The unit in which each contributor, response or swept setting is written.
     """
 
-    path: Path
+    path: Path | None
     text: str
     title: str
     model: Model
     settings: Any
+    description: Description
+    typed: dict[str, str]
     trials: int
     until: Until | None
     seed: int | None
     sampling: str
     deviating: Deviations
     points: Points | None
-    reference: Reference | None
+    reference: tuple[str, dict[str, NDArray[np.float64]]] | None
     limits: dict[str, Limit]
-
-    @property
-    def description(self) -> Description:
-        """Contributors and responses of the model at these settings."""
-        return self.model.describe(self.settings)
+    shown: dict[str, str]
 
     @property
     def cases(self) -> tuple[Case, ...]:
@@ -134,18 +144,18 @@ class Study:
 
 
 def load(
-    path: str | os.PathLike[str],
+    source: Source,
     *,
     model: Model | None = None,
     trials: int | None = None,
     seed: int | None = None,
 ) -> Study:
-    """Read a study file and check all of it.
+    """Read a study and check all of it.
 
     Parameters
     ----------
-    path : path
-        A TOML file.
+    source : path or mapping
+        A TOML file, or what one would hold.
     model : Model, optional
         A machine of your own; else the study names one of the catalogue.
     trials, seed : int, optional
@@ -161,26 +171,25 @@ def load(
     StudyError
         With every problem found: key, value, what is allowed.
     """
-    path = Path(path)
-    problems = Problems(str(path))
-    text, document = read(path, problems)
+    path = None if isinstance(source, Mapping) else Path(source)
+    folder = path.parent if path else Path()
+    problems = Problems(str(path or "the study"))
+    text, document = read(path or cast(Mapping[str, Any], source), problems)
     machine = _machine(document, model, problems)
     settings = _settings(document, machine, problems)
-    description = machine.describe(settings)
-    contributors = description.contributors
+    description = _description(document, machine, settings, problems)
     deviating = read_deviations(
-        document.deviations, document.correlation, contributors, path.parent, problems
-    )
-    points = _points(document, machine, settings, description, path.parent, problems)
+        document.deviations, document.correlation, description.contributors, folder,
+        problems,
+    )  # fmt: skip
+    points = _points(document, machine, settings, description, folder, problems)
     check_sampling(document, deviating, points, problems)
     reference = None
     if document.reference:
         with problems.noting("[reference]", document.reference):
             swept = points.swept if points else ()
-            reference = read_reference(
-                document.reference, swept, description, path.parent
-            )
-    limits = _limits(document, description, problems)
+            reference = read_reference(document.reference, swept, description, folder)
+    limits, limited_in = _limits(document, description, problems)
     until = None
     if isinstance(document.trials, dict):
         with problems.noting("trials", document.trials):
@@ -188,25 +197,21 @@ def load(
     problems.raise_if_any()
     if trials is not None:
         until = None
-    for name, value, least in (("trials", trials, 1), ("seed", seed, 0)):
-        if value is not None and points:
-            raise StudyError(
-                f'{name} = {value}: sampling = "{document.sampling}" draws nothing'
-            )
-        if value is not None and value < least:
-            raise StudyError(f"{name} = {value}: it must be at least {least}")
+    _check_instead(document, points, trials=trials, seed=seed)
     if points:
         trials = len(points.deviations)
     elif trials is None:
         trials = until.at_most if until else cast(int, document.trials)
     if not points and (wrong := check_trials(trials, document.sampling, deviating)):
-        raise StudyError(f"{path}: trials = {trials}: {wrong}")
+        raise StudyError(f"{problems.source}: trials = {trials}: {wrong}")
     return Study(
         path,
         text,
-        document.title or path.stem,
+        document.title or (path.stem if path else machine.name),
         machine,
         settings,
+        description,
+        {n: model_settings.as_typed(v) for n, v in document.settings.items()},
         trials,
         until,
         document.seed if seed is None else seed,
@@ -215,7 +220,27 @@ def load(
         points,
         reference,
         limits,
+        {
+            **(points.shown if points else {}),
+            **deviating.shown,
+            **(until.shown if until else {}),
+            **limited_in,
+        },
     )
+
+
+def _check_instead(
+    document: Document, points: Points | None, **instead: int | None
+) -> None:
+    """Refuse trials or a seed of the caller where nothing is drawn."""
+    least = {"trials": 1, "seed": 0}
+    for name, value in instead.items():
+        if value is not None and points:
+            raise StudyError(
+                f'{name} = {value}: sampling = "{document.sampling}" draws nothing'
+            )
+        if value is not None and value < least[name]:
+            raise StudyError(f"{name} = {value}: it must be at least {least[name]}")
 
 
 def _machine(document: Document, model: Model | None, problems: Problems) -> Model:
@@ -234,8 +259,22 @@ def _settings(document: Document, model: Model, problems: Problems) -> Any:
     values = {}
     for name, given in document.settings.items():
         with problems.noting(f"[settings] {name}", given):
-            values[name] = read_setting(model, name, given)
-    return model.settings(**values)
+            declared = model_settings.setting_of(model, name)
+            values[name] = declared.kind.read(given)
+    with problems.noting("[settings]", document.settings):
+        return model_settings.make(model, values)
+    problems.raise_if_any()
+    raise AssertionError("a problem was noted")
+
+
+def _description(
+    document: Document, model: Model, settings: Any, problems: Problems
+) -> Description:
+    """Ask the machine what it is at these settings; some may not fit each other."""
+    with problems.noting("[settings]", document.settings or None):
+        return described(model, settings)
+    problems.raise_if_any()
+    raise AssertionError("a problem was noted")
 
 
 def _points(
@@ -263,9 +302,11 @@ def _points(
 
 def _limits(
     document: Document, description: Description, problems: Problems
-) -> dict[str, Limit]:
+) -> tuple[dict[str, Limit], dict[str, str]]:
+    """Read the limits, and the units in which they are written."""
     units = {each.name: each.unit for each in description.responses}
-    return _by_name("limits", document.limits, units, read_limit, problems)
+    found = _by_name("limits", document.limits, units, read_limit, problems)
+    return found, {name: unit_of(limit.words) for name, limit in found.items()}
 
 
 def _by_name(

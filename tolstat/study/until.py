@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from tolstat.errors import StudyError, UnitError, allowed_names
-from tolstat.machines.description import Description
+from tolstat.model.description import Description
 from tolstat.statistics.precision import Precision
 from tolstat.statistics.statistic import Statistic
-from tolstat.units.grammar import number, quantity
+from tolstat.units.grammar import bare_number, quantity, unit_of
 
 EXAMPLE = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
 KINDS = ("mean", "sigma", "median", "beyond")
@@ -25,10 +25,16 @@ class Until(NamedTuple):
         All of them are to be reached.
     at_most : int
         Trials after which it ends whatever was reached.
+    rules : tuple of str
+        As they are written.
+    shown : dict of str to str
+        The unit in which a rule gives its precision, by response.
     """
 
     precisions: tuple[Precision, ...]
     at_most: int
+    rules: tuple[str, ...]
+    shown: dict[str, str]
 
 
 def read_until(
@@ -62,13 +68,16 @@ def read_until(
     if not isinstance(rules, list) or not rules:
         raise StudyError(f"until, a rule or a list of them, is expected: {EXAMPLE}")
     units = {each.name: each.unit for each in description.responses}
-    return Until(tuple(_precision(str(r), units, limited) for r in rules), at_most)
+    read = [_precision(str(rule), units, limited) for rule in rules]
+    shown = {each.statistic.response: unit for each, unit in read if unit}
+    precisions = tuple(each for each, _ in read)
+    return Until(precisions, at_most, tuple(map(str, rules)), shown)
 
 
 def _precision(
     rule: str, units: Mapping[str, str], limited: Mapping[str, Any]
-) -> Precision:
-    """Read one rule."""
+) -> tuple[Precision, str]:
+    """Read one rule, and the unit in which it gives its precision."""
     words = rule.replace("±", "+-").split(maxsplit=2)
     if len(words) != 3 or not words[2].startswith("+-"):
         raise StudyError(
@@ -85,14 +94,17 @@ def _precision(
     value, relative = _within(within, kind, units[name])
     if not value > 0:
         raise UnitError(f'"{precision}": a precision above zero is expected')
-    return Precision(statistic, value, relative)
+    of_the_response = not relative and kind != "beyond" and not within.endswith("pp")
+    return Precision(statistic, value, relative), (
+        unit_of(within) if of_the_response else ""
+    )
 
 
 def _within(words: str, kind: str, unit: str) -> tuple[float, bool]:
     """Read a precision: a per cent is one of the number itself, whatever its unit."""
     share = kind == "beyond"
     if words.endswith("pp") and (share or unit == "1"):
-        return number(words.removesuffix("pp").strip()) / 100, False
+        return bare_number(words.removesuffix("pp").strip()) / 100, False
     if share and words.endswith("%"):
         raise UnitError(
             f'"+-{words}" of a share could mean two things; write "+-0.1 pp" for '
@@ -100,7 +112,7 @@ def _within(words: str, kind: str, unit: str) -> tuple[float, bool]:
         )
     words = words.removesuffix("of itself").strip()
     if words.endswith("%"):
-        return number(words.removesuffix("%").strip()) / 100, True
+        return bare_number(words.removesuffix("%").strip()) / 100, True
     return quantity(words, "1" if share else unit), False
 
 

@@ -16,6 +16,7 @@ from tolstat.errors import UnitError, allowed_names
 # what each known name means in SI base units (kg m s rad)
 KNOWN = {
     "1": "1",
+    "count": "1",
     "%": "0.01",
     "ppm": "1e-6",
     "m": "m",
@@ -33,7 +34,9 @@ KNOWN = {
     "us": "1e-6 s",
     "min": "60 s",
     "h": "3600 s",
+    "mHz": "1e-3 / s",
     "Hz": "1 / s",
+    "kHz": "1e3 / s",
     "rad": "rad",
     "mrad": "1e-3 rad",
     "urad": "1e-6 rad",
@@ -41,12 +44,19 @@ KNOWN = {
     "arcmin": f"{math.pi / 10800!r} rad",
     "arcsec": f"{math.pi / 648000!r} rad",
     "rpm": f"{math.pi / 30!r} rad / s",
+    "uN": "1e-6 kg m / s^2",
+    "mN": "1e-3 kg m / s^2",
     "N": "kg m / s^2",
     "kN": "1e3 kg m / s^2",
     "MN": "1e6 kg m / s^2",
+    "nJ": "1e-9 kg m^2 / s^2",
+    "uJ": "1e-6 kg m^2 / s^2",
+    "mJ": "1e-3 kg m^2 / s^2",
     "J": "kg m^2 / s^2",
     "kJ": "1e3 kg m^2 / s^2",
     "MJ": "1e6 kg m^2 / s^2",
+    "uW": "1e-6 kg m^2 / s^3",
+    "mW": "1e-3 kg m^2 / s^3",
     "W": "kg m^2 / s^3",
     "kW": "1e3 kg m^2 / s^3",
     "MW": "1e6 kg m^2 / s^3",
@@ -57,17 +67,6 @@ KNOWN = {
 }
 
 SPELLINGS = {"µm": "um", "μm": "um", "µs": "us", "μs": "us", "°": "deg"}
-
-# what a table prints instead of the SI unit
-ENGINEERING = {
-    "1": "%",
-    "m": "mm",
-    "rad": "mrad",
-    "N": "kN",
-    "J": "kJ",
-    "W": "kW",
-    "N m": "kN m",
-}
 
 _NAME = re.compile(r"\s*([A-Za-zµμ%°]+|1(?=\s*(?:/|$)))(?:(?:\^|\*\*)(-?[1-4]))?\s*")
 
@@ -104,11 +103,6 @@ def to_si(value: float, given: str, unit: str) -> float:
 def from_si(value: float, unit: str, shown: str) -> float:
     """Turn an SI number of one unit into another of the same kind."""
     return value * (_measure(unit)[0] / _measure(shown)[0])
-
-
-def engineering_unit(unit: str) -> str:
-    """Choose the unit in which engineers read a quantity of this SI unit."""
-    return ENGINEERING.get(unit, unit)
 
 
 def units_like(unit: str) -> list[str]:

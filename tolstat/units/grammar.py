@@ -10,7 +10,8 @@ import re
 from typing import NamedTuple
 
 from tolstat.errors import UnitError
-from tolstat.units.conversion import engineering_unit, to_si
+from tolstat.units.conversion import to_si
+from tolstat.units.scale import scale_of
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _UNSIGNED = _NUMBER.removeprefix("[+-]?")
@@ -29,7 +30,7 @@ class Range(NamedTuple):
     upper: float
 
 
-def number(text: str) -> float:
+def bare_number(text: str) -> float:
     """Read a bare number.
 
     Parameters
@@ -138,13 +139,34 @@ def limit(text: str, unit: str) -> Range:
         return (
             Range(-math.inf, value) if found["sign"] == "<=" else Range(value, math.inf)
         )
-    if found := _RANGE.fullmatch(text):
-        permitted = _range(found, unit)
-        if not permitted.upper > permitted.lower:
-            raise UnitError("the limit is upside down: its lower end comes first")
-        return permitted
+    if _RANGE.fullmatch(text):
+        return quantity_range(text, unit)
     expected = ", ".join(_example(form, unit) for form in ("<= 3", ">= 0", "1..2"))
     raise UnitError(_unreadable(text, f"a limit such as {expected}"))
+
+
+def quantity_range(text: str, unit: str) -> Range:
+    """Read a range, such as "850..1700 rpm".
+
+    Parameters
+    ----------
+    text : str
+        As in a study file.
+    unit : str
+        SI unit that it must agree with.
+
+    Raises
+    ------
+    UnitError
+        If it cannot be read, is of another kind or is upside down.
+    """
+    found = _RANGE.fullmatch(text.strip())
+    if found is None:
+        raise UnitError(_unreadable(text, f"a range such as {_example('1..2', unit)}"))
+    ends = _range(found, unit)
+    if not ends.upper > ends.lower:
+        raise UnitError("the range is upside down: its lower end comes first")
+    return ends
 
 
 def unit_of(text: str) -> str:
@@ -174,7 +196,7 @@ def _finite(number: str) -> float:
 
 
 def _example(number: str, unit: str) -> str:
-    return f'"{number} {engineering_unit(unit)}"'
+    return f'"{number} {scale_of(unit).mark}"'
 
 
 def _unreadable(text: str, expected: str) -> str:

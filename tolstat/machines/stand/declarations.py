@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tolstat.machines.description import Contributor, Description, Gear, Response
 from tolstat.machines.stand.nominal import NOMINAL
+from tolstat.model.description import Contributor, Description, Gear, Response
 
 _C = Contributor
 _R = Response

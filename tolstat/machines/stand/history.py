@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.machines.description import Curve, Panel, Peak
 from tolstat.machines.stand.declarations import RESPONSES
 from tolstat.machines.stand.motion import Motion, State
+from tolstat.model.view import Axis, Chart, Curve, Level, Mark, Panel, Span
 
 Array = NDArray[np.float64]
 
@@ -32,6 +32,40 @@ POWERS = {
     "damping": "lost in rods, meshes and shafts",
     "contact": "power of the guides against yawing",
 }
+
+
+def chart_of(
+    time: Array, states: Array, moved: Motion, window: tuple[float, float], delta: float
+) -> Chart:
+    """Chart a motion.
+
+    Parameters
+    ----------
+    time : float64[time]
+        s.
+    states : float64[time, state]
+        Coordinates and speeds.
+    moved : Motion
+        What the equations say about them, each field float64[time].
+    window : tuple of float
+        Start and end of the time over which responses are taken, s.
+    delta : float
+        Yaw at which the carriage touches its guides, rad.
+
+    Returns
+    -------
+    Chart
+        Its first two panels are the paper's Figs. 2 and 3.
+    """
+    curves = curves_of(states, moved)
+    return Chart(
+        Axis("time", "s", "s"),
+        time,
+        curves,
+        marks=peaks_of(curves, time, time >= window[0]),
+        spans=(Span(*window, "over which responses are taken"),),
+        panels=panels(delta),
+    )
 
 
 def curves_of(states: Array, moved: Motion) -> tuple[Curve, ...]:
@@ -77,14 +111,15 @@ def curves_of(states: Array, moved: Motion) -> tuple[Curve, ...]:
 
 def peaks_of(
     curves: tuple[Curve, ...], time: Array, window: NDArray[np.bool_]
-) -> tuple[Peak, ...]:
+) -> tuple[Mark, ...]:
     """Find where the loads are greatest, to either side, inside the window."""
     found = []
     for curve in curves:
         inside = np.where(window, np.abs(curve.values), -1.0)
         if curve.name in LOADS and np.isfinite(curve.values).all():
             at = int(inside.argmax())
-            found.append(Peak(curve.name, float(time[at]), float(curve.values[at])))
+            where, value = float(time[at]), float(curve.values[at])
+            found.append(Mark(curve.name, where, value, "peak"))
     return tuple(found)
 
 
@@ -96,7 +131,7 @@ def panels(delta: float) -> tuple[Panel, ...]:
     delta : float
         Yaw at which the carriage touches its guides, rad.
     """
-    guides = ((delta, "guides touched"), (-delta, ""))
+    guides = (Level(delta, "guides touched"), Level(-delta, ""))
     return (
         Panel("Moment of shaft 9", ("shaft_9_moment",)),
         Panel("Rod forces (tension is positive)", ("rod_force_1", "rod_force_2")),

@@ -7,13 +7,14 @@ from numpy.typing import NDArray
 
 from tolstat.integrator.integrate import integrate
 from tolstat.integrator.trials import Accuracy, Solution
-from tolstat.machines.description import Description, History, Outcome
 from tolstat.machines.stand.carriage import initial_position
 from tolstat.machines.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES
-from tolstat.machines.stand.history import LOADS, curves_of, panels, peaks_of
+from tolstat.machines.stand.history import LOADS, chart_of
 from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
 from tolstat.machines.stand.parameters import Parameters, build
 from tolstat.machines.stand.settings import Settings
+from tolstat.model.contract import History, Model, Outcome, closer
+from tolstat.model.description import Description
 from tolstat.status import Status
 
 Array = NDArray[np.float64]
@@ -22,12 +23,13 @@ Array = NDArray[np.float64]
 START, STEADY, WINDOW, END = range(4)
 
 
-class Stand:
+class Stand(Model):
     """Drive of the carriage of a KhPT-75 cold pilger mill."""
 
     name = "stand"
     title = "KhPT-75 cold pilger mill: carriage driven by two parallel crank-rod chains"
     settings = Settings
+    integrates = True
     assumptions = (
         "Dormand-Prince 5(4) with a step of its own for each machine; rtol bounds the "
         "error of each step on each state's scale, max_step its length.",
@@ -93,15 +95,20 @@ class Stand:
         solution = simulated(p, settings, time)
         phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
         moved = motion(Moment(time, phase), State(*solution.history[0].T), p)
-        curves = curves_of(solution.history[0], moved)
-        return History(
-            time=time,
-            curves=curves,
-            peaks=peaks_of(curves, time, time >= marks[WINDOW]),
-            window=(marks[WINDOW], marks[END]),
-            panels=panels(float(p.delta[0])),
-            outcome=outcome_of(solution, p, settings),
-        )
+        window = (float(marks[WINDOW]), float(marks[END]))
+        chart = chart_of(time, solution.history[0], moved, window, float(p.delta[0]))
+        return History(chart, outcome_of(solution, p, settings))
+
+    def tightened(self, settings: Settings) -> Settings:
+        """Return settings whose rtol is a thousand times smaller.
+
+        Parameters
+        ----------
+        settings : Settings
+            Not changed.
+        """
+        tight: Settings = closer(settings)
+        return tight
 
 
 def machines_of(deviations: Array, settings: Settings) -> Parameters:

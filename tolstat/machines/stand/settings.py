@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tolstat.machines.description import setting
+from tolstat.model.settings import setting
 
 # the guide contact with which the paper's Fig. 4 is met
 FIG4_CONTACT_YAW = 5.8e-4

@@ -1,0 +1,108 @@
+"""A damped oscillator that is pushed: a machine that moves, on tolstat's integrator.
+
+tolstat run runs/own/oscillator.toml --machine runs/own/oscillator.py:Oscillator
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat import Contributor, Description, History, Model, Outcome, Response, setting
+from tolstat.integrator.integrate import System, integrate
+from tolstat.integrator.signatures import rates_signature
+from tolstat.integrator.trials import Accuracy
+from tolstat.lanes.compiled import compiled
+from tolstat.lanes.rows import named, rows, write
+from tolstat.model.contract import closer
+from tolstat.model.view import Axis, Chart, Curve
+
+
+class State(NamedTuple):
+    x: float
+    v: float
+
+
+class Machine(NamedTuple):
+    m: float
+    b: float
+    c: float
+    F: float
+
+
+@compiled(rates_signature)
+def rates(moment, y, p, out):
+    """Fill x', x'' of m x'' + b x' + c x = F; the power lost; what has a peak: x."""
+    x, v = named(State, y)
+    m, b, c, F = named(Machine, p)
+    push = np.where(rows(moment)[1] == 0.0, F, 0.0)  # in the first phase alone
+    write(out, 0, (v, (push - b * v - c * x) / m, b * v * v, x))
+
+
+@compiled(rates_signature)
+def watch(moment, y, p, out):
+    """Fill what has a peak: x."""
+    write(out, 0, (rows(y)[0],))
+
+
+SYSTEM = System(rates, watch, np.array([1e-3, 0.1]), n_quadratures=1, n_extremes=1)
+
+
+@dataclass(frozen=True)
+class Settings:
+    push: float = setting(100.0, "force of the push", unit="N", above=0.0)
+    length: float = setting(0.02, "how long it lasts", unit="s", above=0.0)
+    horizon: float = setting(0.5, "how long one looks", unit="s", above=0.0)
+    rtol: float = setting(1e-6, "integration tolerance", above=0.0)
+
+
+class Oscillator(Model):
+    name = "oscillator"
+    title = "damped oscillator of 2 kg on 8 kN/m, pushed"
+    settings = Settings
+    integrates = True
+
+    def describe(self, settings):
+        parts = ("mass", "m"), ("damping", "b"), ("stiffness", "c")
+        return Description(
+            tuple(Contributor(name, "1", letter) for name, letter in parts),
+            (
+                Response("peak", "m", "x", "peak displacement"),
+                Response("lost", "J", "E", "energy lost in the damper"),
+                Response("frequency", "Hz", "f", "natural frequency without damping"),
+            ),
+        )
+
+    def tightened(self, settings):
+        return closer(settings)  # for the audit: rtol a thousand times smaller
+
+    def evaluate(self, deviations, settings):
+        return outcome_of(*solved(deviations, settings))
+
+    def history(self, deviations, settings, step):
+        time = np.arange(0.0, settings.horizon, step)
+        machine, solution = solved(deviations[None, :], settings, time)
+        x, v = solution.history[0].T
+        position = Curve("peak", "m", "x", "position", x)
+        speed = Curve("speed", "m/s", "v", "speed", v)
+        chart = Chart(Axis("time", "s"), time, (position, speed))
+        return History(chart, outcome_of(machine, solution))
+
+
+def solved(deviations, settings, samples=None):
+    """Integrate the machines of deviations[trial, contributor]."""
+    nominal = np.array([2.0, 16.0, 8000.0])  # kg, N s/m, N/m
+    push = np.full((len(deviations), 1), settings.push)
+    machines = np.hstack([nominal * (1 + deviations), push])
+    marks = np.tile([0.0, settings.length, settings.horizon], (len(machines), 1))
+    start, accuracy = np.zeros((len(machines), 2)), Accuracy(settings.rtol, 1e-2)
+    found = integrate(SYSTEM, start, machines, marks, accuracy, samples=samples)
+    return machines, found
+
+
+def outcome_of(machines, solution):
+    """Arrange the responses as `describe` lists them."""
+    m, _, c, _ = machines.T
+    peak = np.maximum(solution.greatest[:, 0], -solution.least[:, 0])
+    answers = peak, solution.quadratures[:, -1, 0], np.sqrt(c / m) / (2 * np.pi)
+    return Outcome(np.stack(answers, axis=1), solution.status, solution.steps)

@@ -1,0 +1,72 @@
+"""A stored trial again, bit for bit; and seen to differ when it does."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+
+import tolstat
+from tolstat.asking.replay import replay
+from tolstat.errors import ModelError
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    return tolstat.run(
+        "runs/khpt75.toml",
+        trials=20,
+        output=tmp_path_factory.mktemp("replay") / "run.h5",
+    )
+
+
+@pytest.mark.parametrize("index", [0, 7, 8, 19, None])
+def test_bit_for_bit(stored, index):
+    found = replay(stored, index)
+    assert found.differences == () and found.reason == ""
+    if index is not None:
+        for name, value in found.deviations.items():
+            assert stored.column(name)[index] == value
+    assert found.history is not None
+
+
+def test_one_unit_in_the_last_place_is_seen(stored, tmp_path):
+    path = tmp_path / "tampered.h5"
+    path.write_bytes(stored.path.read_bytes())
+    with h5py.File(path, "r+") as file:
+        file["yaw"][5] = np.nextafter(file["yaw"][5], 1.0)
+        file["steps"][6] += 1
+        file.attrs["source_digest"] = "0123"
+    run = tolstat.open(path)
+    assert replay(run, 5).differences == ("yaw",)
+    assert "another source (0123" in replay(run, 5).reason
+    assert replay(run, 6).differences == ("steps",)
+    assert replay(run, 4).differences == ()
+
+
+def test_a_failed_trial_fails_again(toy, toy_study):
+    run = tolstat.run(toy_study, model=toy)
+    failed = int(np.flatnonzero(run.status != 1)[0])
+    found = replay(run, failed, toy)
+    assert found.differences == () and found.history is None
+    assert replay(run, None, toy).differences == ()
+
+
+def test_there_is_no_such_trial(stored):
+    with pytest.raises(ModelError, match="trials 0 to 19"):
+        replay(stored, 20)
+    with pytest.raises(ModelError, match="trials 0 to 19"):
+        replay(stored, -1)
+
+
+def test_a_point_of_a_grid_has_its_own_settings(tmp_path):
+    study = tmp_path / "grid.toml"
+    study.write_text(
+        'model = "stand"\nsampling = "grid"\n[settings]\nvariant = "indeterminate"\n'
+        '[grid]\ncrank_difference = ["1 mm", "2 mm"]\n'
+        'contact_yaw = ["geometry", "fig4"]\ncrank_speed = ["6 rad/s", "7 rad/s"]\n'
+    )
+    run = tolstat.run(study)
+    for index in range(8):
+        assert replay(run, index).differences == ()
+    assert replay(run, None).differences == ()

@@ -1,0 +1,233 @@
+"""Slopes, worst cases, audits and worst trials: on machines whose answers are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import tolstat
+from tolstat import Contributor, Description, Model, Outcome, Response, setting
+from tolstat.asking.replay import replay
+from tolstat.execution.audit import audited_trials
+from tolstat.execution.classical import Target, slopes, worst_corners
+from tolstat.execution.execute import execute
+from tolstat.execution.gathering import worst_trials
+from tolstat.execution.workers import Workers
+from tolstat.model.contract import closer
+from tolstat.reporting.finding import findings_of
+from tolstat.status import Status
+from tolstat.study.study import load
+
+
+@dataclass(frozen=True)
+class RoughSettings:
+    rtol: float = setting(1e-3, "how roughly it is integrated", above=0.0)
+
+
+class Rough(Model):
+    """A sum whose error is known: a tenth of rtol of itself."""
+
+    name = "rough"
+    title = "a sum, roughly"
+    settings = RoughSettings
+
+    def describe(self, settings):
+        parts = tuple(
+            Contributor(f"part_{i}", "m", "l", "a part", "sum") for i in (1, 2)
+        )
+        return Description(parts, (Response("gap", "m", "g", "sum", "sum"),))
+
+    def evaluate(self, deviations, settings):
+        gap = 1e-3 + deviations @ [3.0, -1.0]
+        status = np.where(np.abs(deviations[:, 0]) > 0.29e-3, 4, 1)
+        return Outcome((gap * (1 + settings.rtol / 10))[:, None], status)
+
+    def tightened(self, settings):
+        return closer(settings)
+
+
+STUDY = """\
+model = "{model}"
+trials = 3000
+seed = 2
+[deviations]
+part_1 = "+-0.3 mm"
+part_2 = {{ tolerance = "-0.1..+0.5 mm", distribution = "uniform" }}
+[limits]
+gap = "{limit}"
+"""
+
+
+@pytest.fixture
+def rough(tmp_path):
+    path = tmp_path / "rough.toml"
+    path.write_text(STUDY.format(model="rough", limit="0.2..1.6 mm"))
+    return tolstat.run(path, model=Rough(), workers=2)
+
+
+def test_one_trial_of_each_hundred_is_audited(rough):
+    chosen = rough.audited.trials
+    np.testing.assert_array_equal(chosen // 100, np.arange(30))
+    assert len(set((chosen % 100).tolist())) > 15
+    np.testing.assert_array_equal(audited_trials(2, 7000)[:30], chosen)
+    assert rough.audited.settings["rtol"] == pytest.approx(1e-6)
+    known = rough.column("gap")[chosen] / (1 + 1e-4) * (1 + 1e-7)
+    np.testing.assert_allclose(rough.audited.responses["gap"], known, rtol=1e-12)
+
+
+def test_integration_error_moves_the_numbers_by_what_it_is(rough):
+    found = findings_of(rough).responses["gap"]
+    error = found.integration_error
+    assert error.trials == 30 and error.settings["rtol"] == pytest.approx(1e-6)
+    per = 1e-4 - 1e-7
+    assert error.moves.mean == pytest.approx(per * found.mean.value, rel=0.02)
+    assert error.moves.quantiles[0.95] == pytest.approx(
+        per * found.quantiles[0.95].value, rel=0.1
+    )
+    assert error.largest < 1.01 * per * found.largest
+
+
+def test_a_model_without_rtol_is_not_audited(toy, toy_study):
+    run = tolstat.run(toy_study, model=toy)
+    assert run.audited is None and toy.tightened(toy.settings()) is None
+    assert findings_of(run).responses["gap"].integration_error is None
+
+
+def test_slopes_are_derivatives():
+    with Workers() as crew:
+        settings = RoughSettings(1e-9)
+        table = slopes(Rough(), settings, np.array([1e-4, 2e-4]), crew)
+        still = slopes(Rough(), settings, np.array([1e-4, 0.0]), crew)
+    np.testing.assert_allclose(table[:, 0], [3.0, -1.0], rtol=1e-8)
+    np.testing.assert_allclose(still[:, 0], [3.0, 0.0], rtol=1e-8)
+
+
+class Bumpy(Model):
+    """The worst machine lies in a corner that no single step from the middle finds."""
+
+    name = "bumpy"
+    settings = RoughSettings
+
+    def describe(self, settings):
+        parts = tuple(Contributor(name, "m") for name in "abc")
+        return Description(parts, (Response("sum", "m"),))
+
+    def evaluate(self, deviations, settings):
+        a, b, c = deviations.T
+        return Outcome((a * b + 0.1 * c)[:, None], np.ones(len(a), np.int64))
+
+
+def test_the_worst_corner_is_found_from_the_worst_trial():
+    lower, upper = np.full(3, -1.0), np.full(3, 1.0)
+    targets = [
+        Target(0, 1, np.array([-0.3, -0.2, 0.1])),
+        Target(0, -1, np.array([0.3, -0.2, 0.0])),
+    ]
+    with Workers() as crew:
+        most, least = worst_corners(
+            Bumpy(), RoughSettings(), lower, upper, [[0], [1], [2]], targets, crew
+        )
+    assert most.deviations.tolist() == [-1, -1, 1] and most.value == pytest.approx(1.1)
+    assert least.deviations.tolist() == [1, -1, -1]
+    assert least.value == pytest.approx(-1.1)
+    assert most.tried > 6 and most.failed == 0
+
+
+def test_parts_of_a_batch_stay_alike_in_the_worst_case():
+    lower, upper = np.full(3, -1.0), np.full(3, 1.0)
+    target = Target(0, -1, np.array([0.1, 0.1, 0.0]))
+    with Workers() as crew:
+        (found,) = worst_corners(
+            Bumpy(), RoughSettings(), lower, upper, [[0, 1], [2]], [target], crew
+        )
+    assert found.deviations[0] == found.deviations[1]
+    assert found.value == pytest.approx(0.01 - 0.1)
+
+
+LINEAR = """\
+model = "rough"
+trials = 500
+seed = 2
+[deviations]
+part_1 = "+-0.2 mm"
+part_2 = { tolerance = "-0.1..+0.5 mm", distribution = "uniform" }
+[limits]
+gap = "0.2..1.6 mm"
+"""
+
+
+def test_the_worst_case_of_a_linear_stack(tmp_path):
+    """1 mm + 3 part_1 - part_2 in its corners, by hand."""
+    path = tmp_path / "linear.toml"
+    path.write_text(LINEAR)
+    evidence = tolstat.run(path, model=Rough()).evidence
+    least, largest = (
+        evidence.worst_cases["gap"][side] for side in ("least", "largest")
+    )
+    rough = 1 + 1e-3 / 10  # its error, which is known
+    assert largest.value == pytest.approx(rough * (1 + 0.6 + 0.1) * 1e-3, rel=1e-12)
+    assert least.value == pytest.approx(rough * (1 - 0.6 - 0.5) * 1e-3, rel=1e-12)
+    assert largest.deviations == pytest.approx({"part_1": 2e-4, "part_2": -1e-4})
+    assert least.deviations == pytest.approx({"part_1": -2e-4, "part_2": 5e-4})
+    assert largest.failed == 0 and largest.tried > 4
+    slopes = evidence.slopes["gap"]
+    assert slopes == pytest.approx({"part_1": 3 * rough, "part_2": -rough}, rel=1e-9)
+
+
+def test_a_corner_that_fails_is_counted(rough):
+    """1 + 3 * 0.3 + 0.1 fails: part 1 cannot be so long."""
+    largest = rough.evidence.worst_cases["gap"]["largest"]
+    assert largest.failed > 0 and np.isfinite(largest.value)
+
+
+def test_the_worst_trials_are_evaluated_again_and_named_in_order(rough):
+    worst = rough.evidence.worst["gap"]
+    values, limit = rough.column("gap"), rough.limits["gap"]
+    trials = [each.trial for each in worst]
+    assert trials == worst_trials(values, rough.status, limit)
+    assert len(worst) == 10
+    done = values[rough.status == Status.DONE]
+    margin = np.minimum(done - 0.2e-3, 1.6e-3 - done)
+    assert values[worst[0].trial] in done[margin == margin.min()]
+    for each in worst:
+        assert each.precise == pytest.approx(values[each.trial] / (1 + 1e-4), rel=1e-6)
+        assert each.sketch is None
+
+
+def test_the_stand_tells_how_its_worst_trials_moved(small_study):
+    run = tolstat.run(small_study)
+    for name, worst in run.evidence.worst.items():
+        assert len(worst) == 10
+        stored = run.column(name)[worst[0].trial]
+        assert worst[0].precise == pytest.approx(stored, rel=5e-3, abs=1e-6)
+        at, curves = worst[0].sketch.at, worst[0].sketch.curves
+        moved = replay(run, worst[0].trial).history
+        for curve, values in curves.items():
+            known = next(c for c in moved.curves if c.name == curve)
+            assert values.dtype == np.float32
+            there = np.interp(at[1:-1], moved.at, known.values)
+            scale = np.abs(known.values).max()
+            np.testing.assert_allclose(values[1:-1], there, atol=2e-2 * scale)
+    assert "rod_force_1" in run.evidence.worst["rod_force_1"][0].sketch.curves
+
+
+def test_what_was_not_gathered_says_why(tmp_path, toy):
+    path = tmp_path / "grid.toml"
+    path.write_text('model = "toy"\nsampling = "grid"\n[grid]\npart_1 = ["0 mm"]\n')
+    assert tolstat.run(path, model=toy).evidence.missing == "no deviations were drawn"
+
+
+def test_who_stops_after_the_trials_keeps_them(toy, toy_study):
+    """A Ctrl-C while slopes are sought: every trial is stored, the page says why."""
+    over = []
+    with Workers(stopping=lambda: bool(over)) as crew:
+        run = execute(
+            load(toy_study, model=toy),
+            toy_study.with_suffix(".h5"),
+            crew,
+            progress=lambda p: over.append(p) if p.doing == "audit" else None,
+        )
+    assert run.counts["not run"] == 0
+    assert run.evidence.missing == "the run was stopped before it"

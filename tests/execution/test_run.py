@@ -1,0 +1,177 @@
+"""A run from the study file to the frame, the same however it is run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tolstat
+from tolstat.errors import RunFileError
+from tolstat.execution.workers import BlockSize, Workers
+from tolstat.model.checked import simulate
+from tolstat.status import Status
+from tolstat.study.points import Case
+from tolstat.study.study import load
+
+
+def test_a_toy_from_study_to_frame(toy, toy_study):
+    run = tolstat.run(toy_study, model=toy, workers=2)
+    frame = run.frame()
+    assert run.path == toy_study.with_suffix(".h5")
+    assert frame.shape == (1000, 6)
+    assert list(frame.columns) == [
+        "part_1",
+        "part_2",
+        "angle",
+        "gap",
+        "ratio",
+        "status",
+    ]
+    done = frame["status"] == "done"
+    np.testing.assert_array_equal(done, frame["part_1"] <= 0.9e-3)
+    assert 0 < (~done).sum() < 20
+    np.testing.assert_allclose(
+        frame["gap"][done], 2 * (frame["part_1"] + frame["part_2"])[done]
+    )
+    assert frame.loc[~done, ["gap", "ratio"]].isna().all(axis=None)
+    assert run.counts["not finite"] == (~done).sum()
+    assert run.nominal["gap"] == 0.0 and run.nominal["status"] == "done"
+    assert run.limits["gap"].permitted == pytest.approx((-1e-3, 2e-3))
+    assert run.limits["gap"].words == "-1..2 mm"
+    assert run.study.table["trials"] == 1000 and run.study.text == toy_study.read_text()
+    assert frame.attrs["units"]["angle"] == "rad" and frame.index.name == "trial"
+
+
+def test_an_existing_run_is_not_overwritten(toy, toy_study):
+    first = tolstat.run(toy_study, model=toy, trials=10)
+    before = first.path.read_bytes()
+    with pytest.raises(RunFileError, match="--force"):
+        tolstat.run(toy_study, model=toy, trials=20)
+    assert first.path.read_bytes() == before
+    assert tolstat.run(toy_study, model=toy, trials=20, force=True).trials == 20
+
+
+def test_a_folder_that_cannot_be_written(toy, toy_study, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunFileError, match="cannot be written"):
+        tolstat.run(toy_study, model=toy, output=tmp_path / "file" / "run.h5")
+
+
+def test_seed_and_trials_of_the_caller(toy, toy_study, tmp_path):
+    one = tolstat.run(toy_study, model=toy, trials=50, seed=5, output=tmp_path / "a.h5")
+    two = tolstat.run(toy_study, model=toy, trials=80, seed=5, output=tmp_path / "b.h5")
+    np.testing.assert_array_equal(one.column("part_1"), two.column("part_1")[:50])
+    assert one.sampled.seed == 5
+
+
+@pytest.fixture(scope="module")
+def khpt75():
+    """300 machines of khpt75, five of them impossible, and their outcome."""
+    study = load("runs/khpt75.toml")
+    names = [contributor.name for contributor in study.description.contributors]
+    deviations = study.deviations()[:300]
+    deviations[[3, 4, 70, 150, 299], names.index("rod_stiffness_1")] = -2.0
+    return study, deviations, simulate(study.model, deviations, study.settings)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("block", [1, 7, 64, 1000])
+def test_bitwise_the_same_for_any_workers_and_blocks(khpt75, workers, block):
+    study, deviations, whole = khpt75
+    before = np.random.get_state()[1].copy()  # noqa: NPY002
+    found = np.full((len(deviations), whole.responses.shape[1]), -1.0)
+    status, steps = np.zeros(len(deviations), int), np.zeros(len(deviations), int)
+    cases = (Case(0, len(deviations), study.settings),)
+    with Workers(workers, block=block) as crew:
+        for blocks in crew.blocks(study.model, cases, deviations):
+            for first, outcome in blocks:
+                rows = slice(first, first + len(outcome.status))
+                found[rows], status[rows] = outcome.responses, outcome.status
+                steps[rows] = outcome.steps
+    np.testing.assert_array_equal(found, whole.responses)
+    np.testing.assert_array_equal(status, whole.status)
+    np.testing.assert_array_equal(steps, whole.steps)
+    assert np.count_nonzero(status != Status.DONE) == 5
+    np.testing.assert_array_equal(before, np.random.get_state()[1])  # noqa: NPY002
+
+
+def test_bitwise_the_same_among_shuffled_neighbours(khpt75):
+    study, deviations, whole = khpt75
+    order = np.random.default_rng(11).permutation(300)
+    shuffled = simulate(study.model, deviations[order], study.settings)
+    np.testing.assert_array_equal(shuffled.responses, whole.responses[order])
+    np.testing.assert_array_equal(shuffled.steps, whole.steps[order])
+
+
+def test_every_machine_of_khpt75_accounts_for_its_energy(khpt75):
+    study, _, whole = khpt75
+    names = [response.name for response in study.description.responses]
+    residual = whole.responses[:, names.index("energy_residual")]
+    assert np.nanmax(np.abs(residual)) < 1e-5
+
+
+def test_a_stored_trial_is_the_evaluated_one(small_study):
+    run = tolstat.run(small_study, workers=2)
+    frame = run.frame()
+    names = [contributor.name for contributor in run.contributors]
+    again = tolstat.evaluate("stand", frame[names])
+    for name in again.columns.drop("status"):
+        np.testing.assert_array_equal(frame[name], again[name], err_msg=name)
+    nominal = tolstat.evaluate("stand").iloc[0]
+    assert run.nominal["rod_force_1"] == nominal["rod_force_1"]
+
+
+def test_the_twin_has_the_same_parts(tmp_path):
+    runs = [
+        tolstat.run(f"runs/{name}.toml", trials=16, output=tmp_path / f"{name}.h5")
+        for name in ("khpt75", "khpt75-equalized")
+    ]
+    for contributor in runs[0].contributors:
+        columns = [run.column(contributor.name) for run in runs]
+        np.testing.assert_array_equal(*columns)
+    assert np.all(runs[1].column("guide_energy") == 0)
+
+
+def test_what_fails_on_a_worker_is_raised(toy, toy_study):
+    class Broken(type(toy)):
+        def evaluate(self, deviations, settings):
+            if len(deviations) > 1:
+                raise ZeroDivisionError("broken model")
+            return super().evaluate(deviations, settings)
+
+    with pytest.raises(ZeroDivisionError, match="broken model"):
+        tolstat.run(toy_study, model=Broken())
+    # the file is there and says that nothing has run
+    run = tolstat.open(toy_study.with_suffix(".h5"))
+    assert run.counts["not run"] == 1000
+
+
+def test_every_trial_is_in_one_block(toy):
+    n, seen = 20_000, np.zeros(20_000, int)
+    settings = toy.settings()
+    with Workers(2) as crew:
+        cases = [Case(0, 7777, settings), Case(7777, 7778, settings)]
+        cases.append(Case(7778, n, settings))
+        for some in crew.blocks(toy, cases, np.zeros((n, 3))):
+            for first, outcome in some:
+                seen[first : first + len(outcome.responses)] += 1
+    assert np.all(seen == 1)
+
+
+def test_blocks_grow_until_they_last_half_a_second():
+    """Seconds are handed over: no clock."""
+    size, left = BlockSize(2, None), 10_000_000
+    sizes = [size.of(left)]
+    while sizes[-1] < 500_000 and len(sizes) < 20:
+        size.learn(sizes[-1], sizes[-1] * 1e-6)  # a microsecond a trial
+        sizes.append(size.of(left))
+    assert sizes[0] == 32 and sizes[-1] == 500_000 and len(sizes) < 8
+    size.learn(500_000, 500_000 * 0.02)  # the machine has become slow
+    assert size.of(left) == 25
+    size.learn(25, 100.0)
+    assert size.of(left) == 8
+    assert BlockSize(2, None).of(64) == 32
+    # towards the end blocks are short again, so that no worker waits for the other
+    quick = BlockSize(2, None)
+    quick.learn(1_000_000, 0.5)
+    assert quick.of(1000) == 250

@@ -1,0 +1,196 @@
+"""The contract: kept by every machine of the catalogue and a toy, and by no liar."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tolstat
+from tests.conftest import Toy
+from tests.model.rich import Rich
+from tolstat import Contributor, Description, Model, Outcome, Response, catalogue
+from tolstat.errors import ModelError, StudyError
+from tolstat.model.checked import described, offers, simulate
+from tolstat.model.settings import make, settings_of
+from tolstat.status import Status, words_of
+
+MACHINES = [*catalogue.names(), Toy(), Rich()]
+
+
+@pytest.fixture(params=MACHINES, ids=str)
+def machine(request):
+    return catalogue.find(request.param)
+
+
+def usual(machine, trials):
+    """Deviations far smaller than any part."""
+    n = len(described(machine, make(machine)).contributors)
+    return 1e-6 * np.random.default_rng(5).uniform(-1, 1, (trials, n))
+
+
+def test_it_says_what_it_is(machine):
+    assert machine.title and machine.name.isidentifier()
+    description = described(machine, make(machine))
+    for each in (*description.contributors, *description.responses):
+        assert each.unit
+    for each in settings_of(machine).values():
+        assert each.sentence and each.kind.words(each.default) and each.kind.allowed
+
+
+def test_the_nominal_machine_and_its_neighbours_answer(machine):
+    settings = make(machine)
+    deviations = usual(machine, 20)
+    deviations[0] = 0.0
+    outcome = simulate(machine, deviations, settings)
+    n = len(described(machine, settings).responses)
+    assert outcome.responses.shape == (20, n)
+    assert (outcome.status == Status.DONE).all()
+    assert np.isfinite(outcome.responses).all()
+    assert (outcome.steps is not None) == machine.integrates
+
+
+def test_a_trial_does_not_know_its_neighbours(machine):
+    settings, deviations = make(machine), usual(machine, 13)
+    whole = simulate(machine, deviations, settings)
+    for rows in (slice(0, 1), slice(3, 12), slice(None, None, -1)):
+        part = simulate(machine, deviations[rows], settings)
+        np.testing.assert_array_equal(part.responses, whole.responses[rows])
+        np.testing.assert_array_equal(part.status, whole.status[rows])
+
+
+def test_what_it_offers_it_shows(machine):
+    for name in offers(machine):
+        frame = tolstat.view(machine, name).frame()
+        assert len(frame) > 1 and frame.attrs["units"]
+
+
+def test_it_can_be_tightened_or_not(machine):
+    settings = make(machine)
+    tight = machine.tightened(settings)
+    assert tight is None or (type(tight) is type(settings) and tight != settings)
+
+
+def test_a_digest_of_its_own(machine):
+    assert len(machine.source_digest) == 16
+
+
+class Liar(Model):
+    """Answers whatever it is told to."""
+
+    name = "liar"
+
+    def __init__(self, answer, responses=("y", "z")):
+        self.answer, self.names = answer, responses
+
+    def describe(self, settings):
+        names = self.names
+        return Description(
+            (Contributor("x", "m"),), tuple(Response(n, "m") for n in names)
+        )
+
+    def evaluate(self, deviations, settings):
+        return self.answer(len(deviations))
+
+
+LIES = [
+    (lambda n: Outcome(np.zeros((3, 2))), "18 x 2 numbers are expected, .* these are 3 x 2"),
+    (lambda n: Outcome(np.zeros(n)), "18 x 2 numbers are expected"),
+    (lambda n: Outcome(np.zeros((n, 3))), "these are 18 x 3"),
+    (lambda n: Outcome([["a", "b"]] * n), "responses are no numbers"),
+    (lambda n: np.zeros((n, 2)), "returns ndarray, no Outcome"),
+    (lambda n: None, "returns NoneType, no Outcome"),
+    (lambda n: Outcome(np.full((n, 2), np.nan), np.ones(n)), "y is nan in a trial whose"),
+    (lambda n: Outcome(np.full((n, 2), np.inf), np.ones(n)), "y is inf in a trial whose"),
+    (lambda n: Outcome(np.zeros((n, 2)), np.ones(3)), "status of 18 numbers"),
+    (lambda n: Outcome(np.zeros((n, 2)), np.full(n, 7)), r"status \[7\] is none"),
+    (lambda n: Outcome(np.zeros((n, 2)), np.zeros(n)), "0, not run"),
+    (lambda n: Outcome(np.zeros((n, 2)), np.ones(n), np.ones(n)), "counts steps; `integ"),
+    (lambda n: Outcome(np.zeros((n, 2)), failed={"tired": np.ones(n)}), "'tired' is none of"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("answer", "words"), LIES)
+def test_a_machine_that_lies_is_named_with_its_fault(answer, words, tmp_path):
+    with pytest.raises(ModelError, match=f"model 'liar'.*{words}"):
+        simulate(Liar(answer), np.zeros((18, 1)), None)
+    study = {"model": "liar", "trials": 18, "seed": 1}
+    with pytest.raises(ModelError, match="model 'liar'"):
+        tolstat.run(study, model=Liar(answer), output=tmp_path / "liar.h5")
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        (("gap width",), "'gap width' cannot be typed"),
+        (("1st",), "'1st' cannot be typed"),
+        (("",), "cannot be typed"),
+        (("trial",), "called trial"),
+        (("status", "y"), "called status"),
+        (("evidence",), "called evidence"),
+        (("y", "y"), "y stands twice"),
+        (("x",), "x stands twice"),
+        ((), "no response"),
+    ],
+)
+def test_names_are_checked_before_anything_runs(names, words):
+    study = {"model": "liar", "trials": 18, "seed": 1}
+    with pytest.raises(StudyError, match=words):
+        tolstat.run(study, model=Liar(None, names), output="never.h5")
+
+
+def test_units_are_checked_too():
+    class Odd(Toy):
+        def describe(self, settings):
+            return Description((), (Response("y", "m", shown="kN"),))
+
+    with pytest.raises(ModelError, match="response y: 'kN' is of another kind"):
+        described(Odd(), None)
+
+
+@pytest.mark.parametrize(
+    ("thing", "words"),
+    [
+        (object(), "no machine: a class that inherits from tolstat.Model"),
+        (type("Half", (Model,), {"name": "half"}), "describe|evaluate"),
+        (type("Nameless", (Toy,), {"name": ""}), "needs a name"),
+        (type("Done", (Toy,), {"failures": ("done",)}), "no new word"),
+    ],
+)
+def test_what_is_no_machine_is_refused(thing, words):
+    with pytest.raises(ModelError, match=words):
+        catalogue.find(thing)
+
+
+def test_a_machine_says_in_its_own_words_why_a_trial_failed(tmp_path):
+    study = {
+        "model": "rich", "trials": 2000, "seed": 3,
+        "deviations": {
+            name: {"tolerance": "+-0.2 mm", "distribution": "uniform"}
+            for name in ("A1", "A2")
+        },
+    }  # fmt: skip
+    run = tolstat.run(study, model=Rich(), output=tmp_path / "words.h5")
+    first, second = run.column("A1"), run.column("A2")
+    with np.errstate(invalid="ignore"):
+        mounted = ~(first < -1.4e-4)
+    assert run.failures["cannot be mounted"] == np.count_nonzero(~mounted) > 100
+    assert run.failures["cuts air"] == np.count_nonzero(
+        (first + second > 2.4e-4) & mounted
+    )
+    frame = run.frame()
+    assert set(frame["status"].unique()) == {"done", "cannot be mounted", "cuts air"}
+    assert frame.loc[frame["status"] == "cuts air", "stress"].isna().all()
+    direct = tolstat.evaluate(Rich(), {"A1": [-1e-3, 0.0], "A2": 0.0})
+    assert list(direct["status"]) == ["cannot be mounted", "done"]
+    assert words_of(("cuts air",))[100] == "cuts air"
+    assert "steps" not in frame and "steps" not in direct
+
+
+def test_a_trial_that_answers_nothing_finite_fails_where_no_status_is_given():
+    outcome = simulate(
+        Liar(lambda n: Outcome([[1.0, 2.0], [np.nan, 2.0], [np.inf, 1.0]])),
+        np.zeros((3, 1)),
+        None,
+    )
+    assert outcome.status.tolist() == [1, 4, 4]
+    assert np.isnan(outcome.responses[1:]).all()

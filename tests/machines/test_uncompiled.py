@@ -1,0 +1,58 @@
+"""One pass of everything that is compiled, uncompiled: plain NumPy, no Numba.
+
+What this shows: the equations, the step and the march are NumPy that anybody can step
+through with a debugger; the compiler adds speed and nothing else.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+
+from tests.conftest import ROOT
+
+OSCILLATOR = """
+import tolstat
+from tolstat import catalogue
+machine = catalogue.load("runs/own/oscillator.py:Oscillator")
+found = tolstat.evaluate(machine, {"mass": [0.0, 0.01, 0.02]}, {"horizon": 0.1})
+print(found.to_csv(float_format="%.17g"))
+"""
+STAND = """
+import tolstat
+short = {"crank_speed": 60.0, "start_up": 0.02, "settle": 0, "cycles": 1}
+found = tolstat.evaluate("stand", {"rod_difference": [0.0, 1e-4]}, short)
+print(found.to_csv(float_format="%.17g"))
+"""
+
+
+def answers(code, **environment):
+    # idle lanes hold zeros, and NumPy warns where registers say nothing
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", code],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+        env={**os.environ, **environment},
+    )  # fmt: skip
+    return pd.read_csv(io.StringIO(done.stdout), index_col=0)
+
+
+@pytest.mark.parametrize("code", [OSCILLATOR, STAND], ids=["oscillator", "stand"])
+def test_the_same_answers_without_the_compiler(code):
+    compiled = answers(code)
+    plain = answers(code, NUMBA_DISABLE_JIT="1")
+    assert (plain["status"] == "done").all()
+    assert plain["steps"].to_numpy() == pytest.approx(compiled["steps"], rel=0.02)
+    numbers = [n for n in compiled if n not in ("status", "steps", "energy_residual")]
+    for name in numbers:
+        scale = compiled[name].abs().max() or 1.0
+        # contractions round otherwise, and a step may fall elsewhere
+        assert plain[name].to_numpy() == pytest.approx(
+            compiled[name].to_numpy(), abs=2e-3 * scale
+        ), name
+    if "peak" in compiled:
+        assert plain["peak"].to_numpy() == pytest.approx(compiled["peak"], rel=1e-9)

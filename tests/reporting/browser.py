@@ -1,0 +1,110 @@
+"""A page seen by a browser without a window, and by an HTML parser."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+
+BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
+
+
+def browser():
+    """Find a browser; a machine without one cannot say how a page looks."""
+    import pytest
+
+    for name in BROWSERS:
+        if found := shutil.which(name):
+            return found
+    return pytest.skip("no Chromium on this machine")
+
+
+def look(page, folder, *, width=1200, height=1600, dark=False):
+    """Return the bytes of a screenshot."""
+    target = folder / f"{page.stem}-{width}-{dark}.png"
+    scheme = ["--blink-settings=preferredColorScheme=0"] if dark else []
+    _call(page, scheme, f"--window-size={width},{height}", f"--screenshot={target}")
+    return target.read_bytes()
+
+
+def printed(page, folder):
+    """Return the bytes of the page as it is printed."""
+    target = folder / f"{page.stem}.pdf"
+    _call(page, [], "--no-pdf-header-footer", f"--print-to-pdf={target}")
+    return target.read_bytes()
+
+
+def scroll_width(page, folder, width):
+    """Return how wide the page is in a frame of a width, in pixels.
+
+    A window is never narrower than 500 pixels, a frame is as narrow as one likes.
+    """
+    probe, frame = folder / "probe.html", folder / f"frame-{width}.html"
+    script = (
+        "<script>onload = () => parent.postMessage("
+        "[innerWidth, document.documentElement.scrollWidth], '*')</script>"
+    )
+    text = page.read_text(encoding="utf-8")
+    probe.write_text(text.replace("</body>", script + "</body>"), encoding="utf-8")
+    frame.write_text(
+        "<title></title><script>onmessage = e => { document.title = e.data }</script>"
+        f'<iframe src="{probe.name}" style="width:{width}px; height:900px; border:0">'
+        "</iframe>"
+    )
+    shown = _call(frame, [], "--virtual-time-budget=10000", "--dump-dom")
+    inner, scroll = re.search(r"<title>(\d+),(\d+)</title>", shown).groups()
+    assert int(inner) == width
+    return int(scroll)
+
+
+def _call(page, more, *arguments):
+    command = [
+        browser(), "--no-sandbox", "--disable-gpu", "--hide-scrollbars", *more,
+        *arguments, page.resolve().as_uri(),
+    ]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+class Page(HTMLParser):
+    """What a test wants to know of a page.
+
+    Attributes
+    ----------
+    numbers : list of (str, str, str)
+        Path, full value and text of each number.
+    pictures : list of dict
+        Attributes of each picture.
+    captions : int
+        Tables that say how many trials are behind them.
+    """
+
+    def __init__(self, text):
+        super().__init__()
+        self.numbers, self.pictures, self.tags, self.links = [], [], [], []
+        self._open = None
+        self.text = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        attrs = dict(attrs)
+        self.tags.append(tag)
+        if "data-path" in attrs:
+            self._open = [attrs["data-path"], attrs["data-value"], ""]
+        if tag == "svg":
+            self.pictures.append(attrs)
+        for key in ("src", "href", "xlink:href"):
+            if attrs.get(key):
+                self.links.append(attrs[key])
+
+    def handle_endtag(self, tag):
+        if self._open and tag == "span":
+            self.numbers.append(tuple(self._open))
+            self._open = None
+
+    def handle_data(self, data):
+        self.text += data
+        if self._open:
+            self._open[2] += data

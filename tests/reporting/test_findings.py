@@ -1,0 +1,216 @@
+"""What a report says, computed again from the stored columns by other means."""
+
+from __future__ import annotations
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+from scipy import stats
+
+import tolstat
+from tests.conftest import Toy
+from tolstat.errors import PictureError
+from tolstat.reporting.finding import findings_of
+from tolstat.reporting.plain import as_csv, as_json, plain
+from tolstat.statistics.contributions import contributions
+from tolstat.statistics.tails import upper_tail
+from tolstat.statistics.total_indices import sobol_indices
+
+
+@pytest.fixture(scope="module")
+def found(mill):
+    return plain(findings_of(mill))
+
+
+@pytest.fixture(scope="module")
+def columns(mill):
+    with h5py.File(mill.path) as file:
+        return {n: d[:] for n, d in file.items() if isinstance(d, h5py.Dataset)}
+
+
+def clopper_pearson(count, n):
+    low = stats.beta.ppf(0.025, count, n - count + 1) if count else 0.0
+    return low, stats.beta.ppf(0.975, count + 1, n - count) if count < n else 1.0
+
+
+def test_summaries_are_those_of_the_stored_columns(found, columns):
+    assert (columns["status"] == 1).all()
+    for name, each in found["responses"].items():
+        x = np.sort(columns[name])
+        n = len(x)
+        assert each["least"] == x[0] and each["largest"] == x[-1]
+        assert each["mean"]["value"] == pytest.approx(x.mean())
+        assert each["sigma"]["value"] == pytest.approx(x.std(ddof=1))
+        for words, quantile in each["quantiles"].items():
+            share = float(words.removesuffix(" %")) / 100
+            known = np.quantile(x, share, method="median_unbiased")
+            assert quantile["value"] == pytest.approx(known)
+            low = int(stats.binom.ppf(0.025, n, share))
+            high = int(stats.binom.ppf(0.975, n, share)) + 1
+            if low >= 1 and high <= n:
+                assert (quantile["lower"], quantile["upper"]) == (
+                    x[low - 1],
+                    x[high - 1],
+                )
+            else:
+                assert quantile["lower"] is None
+                assert quantile["reason"].startswith("needs")
+
+
+def test_limits_are_those_of_the_stored_columns(mill, found, columns):
+    for name, (lower, upper, *_) in mill.limits.items():
+        x, limit = columns[name], found["responses"][name]["limited"]
+        beyond = int(((x < lower) | (x > upper)).sum())
+        known = clopper_pearson(beyond, len(x))
+        assert limit["yields"]["beyond"]["value"] == beyond / len(x)
+        found_ends = (
+            limit["yields"]["beyond"]["lower"],
+            limit["yields"]["beyond"]["upper"],
+        )
+        assert found_ends == pytest.approx(known, abs=1e-12)
+        good = limit["yields"]["least"]
+        assert good["value"] == pytest.approx(1 - beyond / len(x))
+        assert good["lower"] == pytest.approx(1 - known[1])
+        q = np.quantile(x, [0.5, 0.99865], method="median_unbiased")
+        ppk = limit["percentiles"]["ppk"]
+        assert ppk["value"] == pytest.approx((upper - q[0]) / (q[1] - q[0]))
+        assert limit["moments"]["ppk"]["value"] == pytest.approx(
+            (upper - x.mean()) / (3 * x.std(ddof=1))
+        )
+        verdict = {
+            "met": good["lower"] >= 0.9973, "not met": good["upper"] < 0.9973,
+        }  # fmt: skip
+        assert limit["yields"]["verdict"] == next(
+            (v for v in verdict if verdict[v]), "undecided"
+        )
+
+
+def test_contributions_and_tails_are_those_of_the_stored_columns(mill, found, columns):
+    deviating = {
+        c.name: columns[c.name] for c in mill.contributors if c.name in mill.assumed
+    }
+    name = "shaft_9_moment"
+    known = contributions(deviating, {name: columns[name]})[name]
+    said = found["responses"][name]["contributions"]
+    for part, estimate in known.first_order.items():
+        assert said["first_order"][part]["value"] == pytest.approx(estimate.value)
+        assert said["first_order"][part]["upper"] == pytest.approx(estimate.upper)
+    assert said["unexplained"]["value"] == pytest.approx(known.unexplained.value)
+    tail = upper_tail(columns[name])
+    said = found["responses"][name]["tails"]["upper"]
+    assert said["refused"] == tail.refused
+    if not tail.refused:
+        level = tail.exceeded_by(1e-4)
+        assert said["exceeded_by"]["10000"]["upper"] == level.upper
+
+
+def test_jamming_is_told_apart(found):
+    """Most machines never jam: the distribution is said of those that do."""
+    shape = found["responses"]["extra_loss"]["distribution"]
+    assert 0.9 < shape["atom"]["share"]["value"] < 0.99
+    assert shape["atom"]["largest"] < 1e-5 and shape["rest"] < 220
+    jam = found["responses"]["jam_share"]["distribution"]
+    assert jam["atom"]["value"] == 0.0 and jam["atom"]["largest"] == 0.0
+
+
+def test_json_and_csv_say_the_same(found):
+    again = json.loads(as_json(found))
+    assert again["responses"]["yaw"]["mean"] == found["responses"]["yaw"]["mean"]
+    rows = [line.split(",") for line in as_csv(found).splitlines()]
+    assert rows[0] == ["path", "value", "lower", "upper", "reason"]
+    row = next(r for r in rows if r[0] == "responses/yaw/quantiles/95 %")
+    known = found["responses"]["yaw"]["quantiles"]["95 %"]
+    assert [float(v) for v in row[1:4]] == [
+        known[k] for k in ("value", "lower", "upper")
+    ]
+
+
+def test_what_is_infinite_stays_json(tmp_path, toy_study):
+    toy_study.write_text(toy_study.read_text().replace('part = "+-1 mm"\n', ""))
+    run = tolstat.run(toy_study, model=Toy())
+    text = as_json(findings_of(run))
+    json.loads(text, parse_constant=lambda word: pytest.fail(word))
+    assert '"inf"' in text
+
+
+def test_failed_trials_turn_no_number_better(toy, toy_study):
+    run = tolstat.run(toy_study, model=toy)
+    found = plain(findings_of(run))
+    failed = found["trials"]["failed"]
+    assert failed == run.counts["not finite"] > 0
+    limit = found["responses"]["gap"]["limited"]
+    bad, good = limit["yields"]["least"], limit["yields"]["most"]
+    assert good["value"] - bad["value"] == pytest.approx(failed / 1000)
+    assert limit["yields"]["beyond"]["value"] >= failed / 1000
+    share = found["trials"]["failures"]
+    assert share["lower"] < failed / 1000 < share["upper"]
+    assert found["responses"]["gap"]["mean"]["value"] is not None
+
+
+def test_indices_of_a_run_made_for_them(toy, toy_study):
+    text = toy_study.read_text().replace("trials = 1000", "trials = 5000")
+    toy_study.write_text(
+        'sampling = "saltelli"\n' + text.replace('"+-1 mm"', '"+-0.5 mm"')
+    )
+    run = tolstat.run(toy_study, model=toy)
+    found = plain(findings_of(run))
+    assert found["trials"]["counted"] == 2000  # A and B of groups of five
+    x = run.column("gap").reshape(-1, 5)
+    quantile = found["responses"]["gap"]["quantiles"]["95 %"]["value"]
+    known = np.quantile(x[:, :2], 0.95, method="median_unbiased")
+    assert quantile == pytest.approx(known)
+    indices = found["responses"]["gap"]["indices"]
+    assert indices["groups"] == 1000 and indices["broken"] == 0
+    known = sobol_indices(x, ["part_1", "part_2", "angle"])
+    for part in ("part_1", "part_2"):
+        total = indices["total"][part]
+        assert total["lower"] < 0.5 < total["upper"]
+        assert total["value"] == known[part].total.value
+    assert indices["total"]["angle"]["value"] == 0.0
+
+
+@pytest.mark.parametrize("sampling", ["latin", "sobol"])
+def test_trials_that_depend_on_each_other_have_other_intervals(
+    toy, toy_study, sampling
+):
+    text = toy_study.read_text().replace("trials = 1000", "trials = 1024")
+    toy_study.write_text(
+        f'sampling = "{sampling}"\n' + text.replace("+-1 mm", "+-.5 mm")
+    )
+    found = plain(findings_of(tolstat.run(toy_study, model=toy)))["responses"]["gap"]
+    median = found["quantiles"]["50 %"]
+    assert median["lower"] < 0 < median["upper"]  # from replicates
+    for each in (
+        found["contributions"]["first_order"]["part_1"],
+        found["contributions"]["rank_regression"]["part_1"],
+        found["limited"]["percentiles"]["ppk"],
+    ):
+        assert each["lower"] is None and each["reason"] == "for random trials only"
+    assert found["tails"]["upper"]["refused"] == "for random trials only"
+    assert found["distribution"]["shape"]["refused"] == "for random trials only"
+
+
+def test_groups_with_a_failed_trial_are_left_out_and_counted(toy, toy_study):
+    text = toy_study.read_text().replace("trials = 1000", "trials = 5000")
+    toy_study.write_text('sampling = "saltelli"\n' + text)
+    run = tolstat.run(toy_study, model=toy)
+    indices = plain(findings_of(run))["responses"]["gap"]["indices"]
+    broken = np.any(run.status.reshape(-1, 5) != 1, axis=1).sum()
+    assert indices["broken"] == broken > 0
+    assert indices["groups"] == 1000 - broken
+
+
+def test_what_cannot_be_reported_is_refused(tmp_path, toy, toy_study, mill):
+    grid = tmp_path / "grid.toml"
+    grid.write_text(
+        'model = "toy"\nsampling = "grid"\n[grid]\npart_1 = ["0 mm", "1 mm"]\n'
+    )
+    with pytest.raises(PictureError, match="chosen and not drawn"):
+        findings_of(tolstat.run(grid, model=toy))
+    with pytest.raises(PictureError, match="did you mean 'yaw'"):
+        findings_of(mill, ["jaw"])
+    toy_study.write_text(toy_study.read_text().replace('"+-1 mm"', '"1..2 mm"'))
+    with pytest.raises(PictureError, match="no trial is done"):
+        findings_of(tolstat.run(toy_study, model=toy))

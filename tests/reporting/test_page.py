@@ -1,0 +1,400 @@
+"""The page: every number from the findings, safe, whole, and looked at by a browser."""
+
+from __future__ import annotations
+
+import math
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+import tolstat
+from tests.conftest import Toy
+from tests.reporting.browser import Page, look, printed, scroll_width
+from tolstat.reporting import (
+    comparison_page,
+    distribution_pictures,
+    response_pictures,
+)
+from tolstat.reporting.comparison import compared, pair_of
+from tolstat.reporting.comparison_page import make_comparison_page
+from tolstat.reporting.finding import findings_of
+from tolstat.reporting.page import make_page, pictures_of
+from tolstat.reporting.plain import plain
+from tolstat.store.evidence import Evidence
+
+
+def page_of(run):
+    """Make the report of a run as the command does."""
+    found = findings_of(run)
+    return make_page(run, found, pictures_of(run, found)), plain(found)
+
+
+class Made:
+    """A page, its findings, and the figures that were drawn for it."""
+
+    def __init__(self, text, found, figures, path):
+        self.text, self.found, self.figures, self.path = text, found, figures, path
+        path.write_text(text, encoding="utf-8")
+        self.page = Page(text)
+
+
+@pytest.fixture(scope="module")
+def figures():
+    """Keep what is drawn."""
+    kept = []
+    patch = pytest.MonkeyPatch()
+    for module in (distribution_pictures, response_pictures, comparison_page):
+        original = module.inline
+
+        def keep(figure, alternative, original=original):
+            kept.append((alternative, figure))
+            return original(figure, alternative)
+
+        patch.setattr(module, "inline", keep)
+    yield kept
+    patch.undo()
+
+
+@pytest.fixture(scope="module")
+def report(mill, figures, tmp_path_factory):
+    figures.clear()
+    text, found = page_of(mill)
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    return Made(text, found, list(figures), path)
+
+
+@pytest.fixture(scope="module")
+def comparison(mill, linked, figures, tmp_path_factory):
+    pair = pair_of(mill, linked)
+    found = compared(pair)
+    figures.clear()
+    text = make_comparison_page(pair, found)
+    path = tmp_path_factory.mktemp("page") / "comparison.html"
+    return Made(text, plain(found), list(figures), path)
+
+
+@pytest.fixture(params=["report", "comparison"])
+def made(request):
+    return request.getfixturevalue(request.param)
+
+
+def at(found, path):
+    for key in path.split("/"):
+        found = found[int(key)] if isinstance(found, list) else found[key]
+    return found
+
+
+def test_every_printed_number_is_one_of_the_findings(made):
+    assert len(made.page.numbers) > 300
+    for path, value, words in made.page.numbers:
+        known = at(made.found, path)
+        assert repr(known) == value, path
+        assert words.strip(), path
+
+
+def test_numbers_are_printed_as_they_are(report, mill):
+    """Four figures of the value in the engineering unit of its response."""
+    checked = 0
+    for path, value, words in report.page.numbers:
+        keys = path.split("/")
+        plain = keys[:1] == ["responses"] and keys[2] in (
+            "nominal", "mean", "sigma", "least", "largest", "quantiles",
+        )  # fmt: skip
+        if not plain:
+            continue
+        shown = mill.scales[keys[1]].factor * float(value)
+        assert float(words) == pytest.approx(shown, rel=6e-3 if "e" in words else 6e-4)
+        checked += 1
+    assert checked > 24 * 20
+
+
+def rows_of(page, head):
+    """Paths of the numbers of a table by its rows, ends of intervals left out."""
+    table = page[page.index(head) :]
+    table = table[: table.index("</table>")]
+    return [
+        [
+            path
+            for path in re.findall(r'data-path="([^"]+)"', row)
+            if path.rpartition("/")[2] not in ("lower", "upper")
+        ]
+        for row in table.split("<tr>")[2:]
+    ]
+
+
+QUANTILES = ["0.135 %", "5 %", "50 %", "95 %", "99 %", "99.865 %"]
+
+
+def test_each_number_of_the_summary_stands_under_its_head(report):
+    heads = ["nominal", "mean/value", "sigma/value", "least"]
+    heads += [f"quantiles/{share}/value" for share in QUANTILES] + ["largest"]
+    table = report.text[report.text.index("<h2>Summary") :]
+    words = re.findall(r"<th[^>]*>([^<]*)</th>", table[: table.index("</thead>")])
+    assert words == [
+        "response", "unit", "nominal", "mean", "sigma", "least", *QUANTILES,
+        "largest", "failed",
+    ]  # fmt: skip
+    rows = rows_of(report.text, "<h2>Summary")
+    assert len(rows) == 24
+    for name, row in zip(report.found["responses"], rows, strict=True):
+        each = report.found["responses"][name]["quantiles"]
+        shown = [
+            f"responses/{name}/{head}"
+            for head in heads
+            if not (head[:9] == "quantiles" and "needs" in each[head[10:-6]]["reason"])
+        ]
+        assert row[: len(shown)] == shown and row[-1] == "trials/failed"
+
+
+def test_each_number_of_the_verdict_stands_under_its_head(report):
+    rows = rows_of(report.text, "<h2>Verdict")
+    for name, row in zip(report.found["interest"], rows, strict=True):
+        path = f"responses/{name}/limited"
+        assert row[0] == f"{path}/limit/demanded"
+        assert f"{path}/yields/least/value" in row
+        assert row.index(f"{path}/yields/beyond/value") > 1
+
+
+def test_each_difference_stands_under_its_head(comparison):
+    rows = rows_of(comparison.text, "<h2>Differences")
+    heads = ["smaller/value", "larger/value", "difference/mean/value"]
+    for name, row in zip(comparison.found["responses"], rows, strict=True):
+        path = f"responses/{name}"
+        assert row[:4] == [f"{path}/{h}" for h in [*heads, "difference/least"]]
+        assert row[-2:] == [f"{path}/difference/largest", "trials/failed"]
+
+
+def test_a_share_is_printed_per_cent_and_per_million(report):
+    numbers = {path: words for path, _, words in report.page.numbers}
+    limit = report.found["responses"]["jam_share"]["limited"]["yields"]
+    beyond = "responses/jam_share/limited/yields/beyond/value"
+    good = "responses/jam_share/limited/yields/least/value"
+    assert float(numbers[beyond]) == pytest.approx(
+        1e6 * limit["beyond"]["value"], rel=1e-3
+    )
+    assert float(numbers[good]) == pytest.approx(
+        100 * limit["least"]["value"], rel=1e-3
+    )
+
+
+def test_the_page_has_its_parts_in_order(report):
+    heads = re.findall(r"<h2[^>]*>(.*?)</h2>", report.text)
+    limited = list(report.found["interest"])
+    assert limited[0] == "extra_loss" and len(limited) == 5
+    assert heads == ["Verdict", "Summary", *limited, "Assumptions", "Provenance"]
+    parts = [
+        "<svg", "<h3>Performance", "<h3>Tail, extrapolated", "<h3>Named distribution",
+        "<h3>Contributions", "<h3>The classical", "<h3>Integration error",
+        "<h3>Worst trials",
+    ]  # fmt: skip
+    one = report.text[report.text.index('<h2 id="extra_loss"') :]
+    places = [one.index(part) for part in parts]
+    assert places == sorted(places)
+    assert "no probability" in one and "linear thinking fails" in one
+    for words in ("tolstat trial mill.h5", "smooth functions", "normal, +-1.2 mm"):
+        assert words in report.text
+    assert "source digest" in report.text and "[deviations]" in report.text
+
+
+def test_the_page_needs_nothing_else(made):
+    assert len(made.text.encode()) < 5e6
+    assert "script" not in made.page.tags and "link" not in made.page.tags
+    for link in made.page.links:
+        assert link.startswith(("#", "data:image/png"))
+    assert "http" not in re.sub(r'xmlns(:xlink)?="[^"]*"', "", made.text)
+
+
+def test_every_picture_has_words_and_names_of_its_own(made):
+    assert len(made.page.pictures) == len(made.figures) > 10
+    for picture in made.page.pictures:
+        assert picture["role"] == "img" and len(picture["aria-label"]) > 10
+    names = re.findall(r'\bid="([^"]+)"', made.text)
+    assert len(names) == len(set(names))
+    for name in set(re.findall(r'(?:href="#|url\(#)([^")]+)', made.text)):
+        assert name in names, name
+
+
+def test_many_points_are_rasterised(report, toy, toy_study):
+    assert "data:image/png" in report.text
+    run = tolstat.run(toy_study, model=toy)
+    few, _ = page_of(run)
+    assert "data:image/png" not in few
+
+
+def texts_of(figure):
+    """Bounding boxes of all words of a figure."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    found = []
+    for axes in figure.axes:
+        if not axes.axison:
+            continue
+        shown = [axes.xaxis.label, axes.yaxis.label]
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            ticks = [t for t in axis.get_major_ticks() if low <= t.get_loc() <= high]
+            shown += [label for t in ticks for label in (t.label1, t.label2)]
+        found += [t for t in shown if t.get_text() and t.get_visible()]
+    for legend in figure.legends:
+        found += legend.get_texts()
+    width, height = canvas.get_width_height()
+    return [(t.get_text(), t.get_window_extent(renderer)) for t in found], width, height
+
+
+def test_no_words_lie_over_others(made):
+    for alternative, figure in made.figures:
+        boxes, width, height = texts_of(figure)
+        for i, (words, box) in enumerate(boxes):
+            assert box.x0 > -1 and box.y0 > -1, (alternative, words)
+            assert box.x1 < width + 1 and box.y1 < height + 1, (alternative, words)
+            for other, there in boxes[i + 1 :]:
+                apart = (
+                    box.x1 <= there.x0 + 1 or there.x1 <= box.x0 + 1
+                    or box.y1 <= there.y0 + 1 or there.y1 <= box.y0 + 1
+                )  # fmt: skip
+                assert apart, (alternative, words, other)
+
+
+def test_what_lies_beyond_the_limit_is_coloured(report):
+    words = next(w for w, _ in report.figures if "Histogram of jam_share" in w)
+    within, beyond = (
+        (patch.get_data(), patch.get_facecolor())
+        for patch in dict(report.figures)[words].axes[0].patches
+    )
+    for ((heights, edges, _), colour), sign in ((within, -1), (beyond, 1)):
+        drawn = edges[:-1][heights > 0]
+        assert (sign * (drawn - 50.0) >= -1e-9).all()  # %
+        assert (colour[0] > 0.5) == (sign > 0)
+    share = report.found["responses"]["jam_share"]["limited"]["yields"]["beyond"][
+        "value"
+    ]
+    counted = beyond[0].values.sum()
+    assert counted == pytest.approx(share * 2200, rel=0.05)
+
+
+class Quoted(Toy):
+    """A toy whose words mean something in HTML."""
+
+    def describe(self, settings):
+        gap, ratio = super().describe(settings).responses
+        quoted = replace(gap, symbol='"<b>', sentence='a <b> in "quotes"', source="<i>")
+        return super().describe(settings)._replace(responses=(quoted, ratio))
+
+
+HOSTILE = '<script>alert("1")</script> & "quotes" \'ticks\''
+
+
+def test_texts_of_a_study_are_escaped(toy, toy_study, tmp_path):
+    title = HOSTILE.replace('"', '\\"')
+    text = toy_study.read_text().replace('title = "toy"', f'title = "{title}"')
+    toy_study.write_text(text)
+    named = tmp_path / "a \"b\" <i>'c'.h5"
+    run = tolstat.run(toy_study, model=Quoted(), output=named)
+    page, _ = page_of(replace(run, evidence=Evidence(missing=HOSTILE)))
+    read = Page(page)
+    assert "<script" not in page and not {"script", "i", "b"} & set(read.tags)
+    assert "&lt;script&gt;" in page and HOSTILE in read.text and named.name in read.text
+    assert 'a <b> in "quotes"' in read.text
+    pair = pair_of(run, run)
+    page = make_comparison_page(pair, compared(pair))
+    assert "<script" not in page and HOSTILE in Page(page).text
+    assert not {"script", "i", "b"} & set(Page(page).tags)
+
+
+def test_one_failed_trial_is_visible_in_every_table(tmp_path, toy, toy_study):
+    class Once(type(toy)):
+        def evaluate(self, deviations, settings):
+            outcome = super().evaluate(deviations, settings)
+            worst = np.abs(deviations[:, 0] - WORST) < 1e-15
+            return outcome._replace(status=np.where(worst, 4, 1))
+
+    WORST = math.nan
+    toy_study.write_text(toy_study.read_text().replace("1000", "384"))
+    WORST = tolstat.run(toy_study, model=Once()).column("part_1")[100]
+    run = tolstat.run(toy_study, model=Once(), force=True)
+    assert run.counts["not finite"] == 1
+    page, _ = page_of(run)
+    tables = re.findall(r"<table.*?</table>", page, flags=re.DOTALL)
+    numbers = [t for t in tables if "<thead>" in t and "distribution</th>" not in t]
+    assert len(numbers) >= 4
+    for table in numbers:
+        assert re.search(r'data-path="trials/failed">1</span> failed', table)
+    assert "if failed trials are good" in page
+
+
+def test_tidy_finds_nothing(made):
+    tidy = shutil.which("tidy")
+    if not tidy:
+        pytest.skip("no tidy on this machine")
+    done = subprocess.run([tidy, "-q", "-e", made.path], capture_output=True, text=True)
+    assert done.stderr == "" and done.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("trials", "deviations"),
+    [(1, 'part = "+-0.5 mm"'), (20, 'part = "+-0.5 mm"'), (9, "")],
+)
+def test_a_few_trials_make_a_page_too(tmp_path, toy, trials, deviations):
+    """What cannot be told with one machine is left out, or says why."""
+    study = tmp_path / "few.toml"
+    head = f'model = "toy"\ntrials = {trials}\nseed = 1\n'
+    study.write_text(f"{head}[deviations]\n{deviations}\n[limits]\ngap = '<= 1 mm'\n")
+    run = tolstat.run(study, model=toy)
+    page, found = page_of(run)
+    assert "needs" in page and "undecided" in page
+    assert found["responses"]["gap"]["quantiles"]["95 %"]["lower"] is None
+    path = tmp_path / "few.html"
+    path.write_text(page)
+    done = subprocess.run(["tidy", "-q", "-e", path], capture_output=True, text=True)
+    assert done.stderr == ""
+
+
+def pixels(png):
+    """Return an array [row, column, channel] from 0 to 1."""
+    import io
+
+    import matplotlib.image as image
+
+    return image.imread(io.BytesIO(png), format="png")[:, :, :3]
+
+
+def test_the_page_is_drawn_in_light_and_in_dark(made, tmp_path):
+    light = pixels(look(made.path, tmp_path))
+    dark = pixels(look(made.path, tmp_path, dark=True))
+    assert np.median(light) > 0.9 and np.median(dark) < 0.2
+    # words and pictures stand out in both
+    assert (light < 0.3).mean() > 0.01 and (dark > 0.7).mean() > 0.01
+
+
+@pytest.mark.parametrize("width", [390, 820, 1400])
+def test_the_page_is_as_wide_as_its_window(made, tmp_path, width):
+    assert scroll_width(made.path, tmp_path, width) <= width
+
+
+def test_the_page_prints_on_a4(made, tmp_path):
+    pdf = printed(made.path, tmp_path)
+    boxes = re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", pdf)
+    assert len(boxes) >= 3
+    for box in boxes:
+        assert [float(side) for side in box] == pytest.approx([595, 842], abs=1.5)
+
+
+def test_who_is_to_blame_is_named_by_kind_of_part(report):
+    verdict = report.text[report.text.index("Verdict") : report.text.index("Summary<")]
+    row = verdict[verdict.index("shaft_9_moment") :]
+    assert re.search(r'class="words">gears <span', row[: row.index("</tr>")])
+    row = verdict[verdict.index(">extra_loss") :]
+    row = row[: row.index("</tr>")]
+    assert re.search(r'class="words">rods <span', row)
+    assert "no trustworthy interval" in row  # a few jammed machines decide it
+    found = report.found["responses"]["extra_loss"]["contributions"]
+    members = report.found["responses"]["extra_loss"]["members"]
+    assert members["rods"] == ["rod_length_1", "rod_length_2"]
+    assert found["together"]["rods"]["value"] > 0.5
+    assert found["together"]["gears"]["reason"].startswith("needs a run with sampling")

@@ -1,0 +1,151 @@
+"""Pictures: what they show, units on every axis, nothing over anything else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+import tolstat
+from tolstat.asking.replay import replay
+from tolstat.errors import PictureError
+from tolstat.machines.stand.declarations import RESPONSES
+from tolstat.machines.stand.machine import Stand
+from tolstat.machines.stand.settings import Settings
+from tolstat.reporting.picture import check_ending, write
+from tolstat.reporting.sweep import sweeps, swept_axis
+from tolstat.reporting.sweep_picture import draw_sweeps
+from tolstat.reporting.view_picture import draw_view
+
+
+@pytest.fixture(scope="module")
+def machine(tmp_path_factory):
+    path = tmp_path_factory.mktemp("pictures") / "run.h5"
+    return replay(tolstat.run("runs/khpt75.toml", trials=3, output=path), 1)
+
+
+@pytest.fixture(scope="module")
+def grid(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pictures")
+    (folder / "points.csv").write_text(
+        "crank_difference [mm],extra_loss_run [%]\n0.5,0.003\n1.5,2.89\n"
+    )
+    study = folder / "grid.toml"
+    study.write_text(
+        'model = "stand"\nsampling = "grid"\n'
+        '[grid]\ncrank_difference = { from = "0 mm", to = "3 mm", points = 7 }\n'
+        'contact_yaw = ["geometry", "fig4"]\n'
+        '[reference]\ndata = "points.csv"\nlabel = "known"\n'
+        '[limits]\nextra_loss_run = "<= 3 %"\nyaw = "-2..2 mrad"\n'
+    )
+    return tolstat.run(study)
+
+
+def texts(figure):
+    """Bounding boxes of all words, by what they say."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    found = []
+    for axes in figure.axes:
+        shown = [axes.title, axes._left_title, axes.xaxis.label, axes.yaxis.label]
+        if axes.get_legend():
+            shown += axes.get_legend().get_texts()
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            ticks = [t for t in axis.get_major_ticks() if low <= t.get_loc() <= high]
+            shown += [label for t in ticks for label in (t.label1, t.label2)]
+        found += [t for t in shown if t.get_text() and t.get_visible()]
+    found.append(figure._suptitle)
+    boxes = [(t.get_text(), t.get_window_extent(canvas.get_renderer())) for t in found]
+    width, height = canvas.get_width_height()
+    for words, box in boxes:
+        assert box.x0 >= -1 and box.x1 <= width + 1, words
+        assert box.y0 >= -1 and box.y1 <= height + 1, words
+    return boxes
+
+
+def nothing_overlaps(figure):
+    boxes = texts(figure)
+    for i, (words, box) in enumerate(boxes):
+        for other, against in boxes[:i]:
+            assert not box.overlaps(against), (words, other)
+
+
+def test_histories(machine):
+    figure = draw_view(machine.history, "khpt75: trial 1")
+    nothing_overlaps(figure)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert labels == ["kN m", "kN", "mrad", "mm", "kW", "kW", "m/s"]
+    assert "time, s" in figure.axes[5].get_xlabel()
+    rods = figure.axes[1].get_legend().get_texts()
+    names = [response.name for response in RESPONSES]
+    found = dict(zip(names, machine.outcome.responses[0], strict=True))
+    assert f"{found['rod_force_1'] / 1e3:.1f} kN" in rods[0].get_text()
+    # the mark lies on the curve, in the window
+    curve, mark = figure.axes[1].lines[:2]
+    (time,), (value,) = mark.get_data()
+    x, y = curve.get_data()
+    (window,) = machine.history.spans
+    assert window.lower <= time <= window.upper
+    assert value == y[np.searchsorted(x, time)]
+    assert abs(value) == pytest.approx(found["rod_force_1"] / 1e3, rel=1e-4)
+
+
+def test_a_machine_in_which_nothing_yaws():
+    settings = Settings(variant="equalized", drive="balanced")
+    chart, _ = Stand().history(np.zeros(31), settings, 1e-3)
+    figure = draw_view(chart, "balanced")
+    nothing_overlaps(figure)
+
+
+def test_curves_of_a_grid(grid):
+    assert swept_axis(grid) == "crank_difference"
+    found = sweeps(grid, "crank_difference", "extra_loss_run")
+    assert [s.label for s in found] == ["contact_yaw geometry", "contact_yaw fig4"]
+    for sweep, yaw in zip(found, ("geometry", "fig4"), strict=True):
+        rows = grid.column("contact_yaw") == yaw
+        np.testing.assert_array_equal(sweep.y, grid.column("extra_loss_run")[rows])
+    figure = draw_sweeps([grid])
+    nothing_overlaps(figure)
+    loss, yaw = figure.axes
+    assert loss.get_ylabel() == "extra_loss_run, %" and yaw.get_ylabel() == "yaw, mrad"
+    assert yaw.get_xlabel() == "crank_difference, mm"
+    words = [t.get_text() for t in loss.get_legend().get_texts()]
+    assert words == [
+        "contact_yaw geometry", "contact_yaw fig4", "known", "limit <= 3 %",
+    ]  # fmt: skip
+    assert loss.lines[1].get_ydata()[-1] == pytest.approx(8.08, abs=0.02)
+    assert list(loss.lines[2].get_xdata()) == pytest.approx([0.5, 1.5])
+    both = draw_sweeps([grid, grid], ["rod_force_1"])
+    assert len(both.axes[0].lines) == 4
+
+
+def test_the_same_picture_is_the_same_file(grid, tmp_path):
+    for name in ("a.svg", "b.svg", "a.png", "a.pdf"):
+        write(draw_sweeps([grid]), tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    assert (tmp_path / "a.png").read_bytes()[1:4] == b"PNG"
+    assert (tmp_path / "a.pdf").read_bytes()[:4] == b"%PDF"
+
+
+def test_what_cannot_be_drawn(grid, toy, toy_study, tmp_path):
+    random = tolstat.run(toy_study, model=toy, trials=5)
+    with pytest.raises(PictureError, match="only a run with sampling"):
+        draw_sweeps([random])
+    with pytest.raises(PictureError, match="did you mean 'extra_loss'"):
+        draw_sweeps([grid], ["extra_los"])
+    with pytest.raises(PictureError, match=r"\.png, \.svg or \.pdf"):
+        check_ending(tmp_path / "picture.gif")
+    with pytest.raises(PictureError, match="cannot be written"):
+        write(draw_sweeps([grid]), tmp_path / "nowhere" / "picture.png")
+    words = tmp_path / "words.toml"
+    words.write_text('model = "toy"\nsampling = "grid"\n[grid]\nmode = ["odd"]\n')
+    with pytest.raises(PictureError, match="two numbers or more"):
+        draw_sweeps([tolstat.run(words, model=toy)])
+    other = tmp_path / "other.toml"
+    other.write_text('model = "toy"\nsampling = "grid"\n[grid]\ngain = [1, 2]\n')
+    run = tolstat.run(other, model=toy)
+    with pytest.raises(PictureError, match="sweeps crank_difference"):
+        draw_sweeps([grid, run])
+    with pytest.raises(PictureError, match="--response NAME"):
+        draw_sweeps([run])

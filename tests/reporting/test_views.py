@@ -1,0 +1,182 @@
+"""Views: of any machine, as a picture, a table, a page, on the screen."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+import numpy as np
+import pytest
+
+import tolstat
+from tests.model.rich import Rich
+from tests.reporting.test_pictures import nothing_overlaps
+from tolstat import catalogue
+from tolstat.asking.view import view_of
+from tolstat.cli.main import main
+from tolstat.errors import ModelError, PictureError
+from tolstat.model.view import Axis, Chart, Curve, Listing, Panel
+from tolstat.reporting.making import save_view, view_page
+from tolstat.reporting.view_picture import draw_view
+from tolstat.reporting.view_table import as_csv, view_rows
+
+STUDY = {
+    "model": "rich", "trials": 100, "seed": 1,
+    "deviations": {"A1": "+-0.3 mm", "A2": "+-10 um"},
+}  # fmt: skip
+
+
+@pytest.fixture
+def spectrum():
+    return tolstat.view(STUDY, "spectrum", model=Rich())
+
+
+def test_a_chart_over_frequency_with_bands_that_the_tolerances_open(spectrum):
+    alone = tolstat.view(Rich(), "spectrum")
+    assert alone.bands == () and spectrum.bands[0].name == "tolerances"
+    nominal, band = spectrum.curves[0].values, spectrum.bands[0]
+    np.testing.assert_array_equal(nominal, alone.curves[0].values)
+    assert np.all(band.lower <= band.upper) and np.all(band.lower[50:] < nominal[50:])
+    frame = spectrum.frame()
+    assert frame.index.name == "frequency" and "tolerances, upper" in frame
+    assert frame.attrs["units"]["phase"] == "rad" and "measured" not in frame
+    # from the first drawn machines of the study: the same for more trials
+    more = tolstat.view({**STUDY, "trials": 200}, "spectrum", model=Rich())
+    np.testing.assert_array_equal(more.bands[0].upper, band.upper)
+
+
+def test_it_is_drawn_with_units_and_nothing_over_anything(spectrum):
+    figure = draw_view(spectrum, "rich: spectrum")
+    nothing_overlaps(figure)
+    amplitude, phase = figure.axes
+    assert amplitude.get_ylabel() == "mm" and phase.get_ylabel() == "deg"
+    assert phase.get_xlabel() == "frequency, Hz (shaded: working speed)"
+    assert (
+        amplitude.get_xscale() == "log" and amplitude.get_title("left") == "Amplitude"
+    )
+    words = [text.get_text() for text in amplitude.get_legend().get_texts()]
+    assert words == [
+        "safe", "tolerances", "amplitude: peak 0.9901 mm", "measured", "permitted",
+    ]  # fmt: skip
+    measured = next(x for x in amplitude.lines if x.get_label() == "measured")
+    np.testing.assert_allclose(measured.get_xdata(), [5.0, 20.0])
+    np.testing.assert_allclose(measured.get_ydata(), [0.8, 0.2])
+    lowest = phase.lines[0].get_ydata().min()
+    assert lowest == pytest.approx(-np.degrees(np.arctan(10)))
+
+
+def test_a_listing_is_a_table(tmp_path):
+    found = tolstat.view(Rich(), "designs")
+    heads, rows = view_rows(found)
+    assert heads == ["z1", "ratio", "size, mm", "hand"]
+    assert rows[0] == ["17", "1.000", "34.00", "left"] and len(rows) == 5
+    assert found.frame()["z1"].tolist() == [17] * 5
+    table = list(csv.reader(io.StringIO(as_csv(found))))
+    assert table[0] == ["z1", "ratio", "size [mm]", "hand"]
+    assert float(table[2][2]) == pytest.approx(36.0)
+    page = view_page(found, "designs <b>", "a pair of wheels")
+    assert "<td>34.00</td>" in page and "designs &lt;b&gt;" in page
+    figure = draw_view(found, "designs")
+    assert "34.00" in {
+        c.get_text().get_text() for c in figure.axes[0].tables[0].get_celld().values()
+    }
+    many = Listing((Axis("n", "1"),), (np.arange(100),))
+    with pytest.raises(PictureError, match="100 rows are too many"):
+        draw_view(many, "many")
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf", "csv", "html"])
+@pytest.mark.parametrize("name", ["spectrum", "designs"])
+def test_every_ending(tmp_path, name, ending):
+    path = tmp_path / f"view.{ending}"
+    save_view(tolstat.view(Rich(), name), path, "rich")
+    begins = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF", "html": b"<!DOCTYPE"}
+    assert path.read_bytes().startswith(begins.get(ending, b""))
+    assert path.stat().st_size > 40
+    with pytest.raises(PictureError, match=r"a view ends in \.png"):
+        save_view(tolstat.view(Rich(), name), tmp_path / "view.gif", "rich")
+
+
+def test_charts_without_panels_get_one_for_each_unit():
+    at = np.linspace(0, 1, 5)
+    curves = tuple(
+        Curve(n, u, "", "", at) for n, u in (("a", "m"), ("b", "N"), ("c", "m"))
+    )
+    figure = draw_view(Chart(Axis("turns", "1", "1"), at, curves), "plain")
+    assert [axes.get_ylabel() for axes in figure.axes] == ["mm", "N"]
+    assert figure.axes[1].get_xlabel() == "turns"
+
+
+def test_the_history_is_a_view_like_any_other(toy):
+    chart = tolstat.view("stand", "history", {"crank_difference": 1e-3})
+    moved = tolstat.trajectory("stand", {"crank_difference": 1e-3})
+    np.testing.assert_array_equal(chart.frame()["yaw"], moved["yaw"])
+    study = tolstat.view("runs/khpt75.toml", "history")
+    assert study.axis.name == "time" and study.marks
+    with pytest.raises(ModelError, match="has no view history"):
+        tolstat.view(toy, "history")
+    with pytest.raises(ModelError, match="did you mean 'spectrum'"):
+        tolstat.view(Rich(), "spectra")
+    with pytest.raises(ModelError, match="one machine is shown, not 2"):
+        tolstat.view(Rich(), "spectrum", {"A1": [0.0, 1.0]})
+    with pytest.raises(ModelError, match="a study has its own settings"):
+        tolstat.view(STUDY, "spectrum", settings={"hoop": False}, model=Rich())
+
+
+class Lying(Rich):
+    """Shows what it does not have."""
+
+    what = "nothing"
+
+    def view(self, name, deviations, settings):
+        at = np.zeros(3)
+        return {
+            "nothing": None,
+            "short": Chart(Axis("t", "s"), at, (Curve("a", "m", "", "", np.zeros(2)),)),
+            "panel": Chart(Axis("t", "s"), at, panels=(Panel("one", ("b",)),)),
+        }[self.what]
+
+
+@pytest.mark.parametrize(
+    ("what", "words"),
+    [
+        ("nothing", "a view is a Chart or a Listing, not NoneType"),
+        ("short", "a has 2 values over 3 points"),
+        ("panel", "panel 'one' shows b, which the view does not have"),
+    ],
+)
+def test_a_view_that_lies_is_refused(what, words):
+    machine = Lying()
+    machine.what = what
+    settings = machine.settings()
+    with pytest.raises(ModelError, match=words):
+        view_of(machine, settings, "designs", np.zeros((1, 2)))
+
+
+def test_on_the_command_line(tmp_path, monkeypatch):
+    from click.testing import CliRunner
+
+    monkeypatch.setitem(catalogue._given, "rich", Rich())
+    study = tmp_path / "rich.toml"
+    study.write_text(
+        'model = "rich"\ntrials = 50\nseed = 1\n[deviations]\nA1 = "+-1 um"\n'
+    )
+    runner = CliRunner()
+    shown = runner.invoke(main, ["view", str(study), "designs"])
+    assert shown.exit_code == 0 and "34.00" in shown.output
+    picture = tmp_path / "spectrum.svg"
+    shown = runner.invoke(main, ["view", str(study), "spectrum", "-o", str(picture)])
+    assert shown.exit_code == 0 and picture.exists(), shown.output
+    listed = runner.invoke(main, ["show", "rich"]).output
+    for words in (
+        "spectrum",
+        "wheels that fit",
+        "cannot be mounted",
+        "[bold]",
+        "[2 kg, 1 kg]",
+    ):
+        assert words in listed, words
+    wrong = runner.invoke(main, ["view", str(study), "spectra"])
+    assert wrong.exit_code == 2 and "did you mean 'spectrum'" in wrong.stderr
+    wrong = runner.invoke(main, ["view", str(study), "spectrum", "-o", "x.gif"])
+    assert wrong.exit_code == 2 and "a view ends in" in wrong.stderr

@@ -1,0 +1,82 @@
+"""The unit a quantity is shown in: as typed, as declared, or fitting its size."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import tolstat
+from tests.model.rich import Rich
+from tolstat.reporting.summary_table import summary_table
+from tolstat.units.scale import Scale, scale_of
+
+
+@pytest.mark.parametrize(
+    ("unit", "size", "shown"),
+    [
+        ("J", 45e3, "kJ"), ("J", 3e-8, "uJ"), ("J", 1e-11, "nJ"), ("J", 2e8, "MJ"),
+        ("N", 1e5, "kN"), ("N", 3.0, "N"), ("m", 2.45, "mm"), ("m", 5e-6, "um"),
+        ("m", 1e-10, "nm"), ("m", 3e3, "m"), ("rad", 2e-3, "mrad"), ("rad", 40.0, "rad"),
+        ("Pa", 2e8, "MPa"), ("Hz", 20.0, "Hz"), ("s", 2e-3, "ms"), ("N m", 3e3, "kN m"),
+        ("1", 1e-9, "%"), ("kg", 3.0, "kg"), ("m/s", 1e-6, "m/s"),
+    ],
+)  # fmt: skip
+def test_the_prefix_follows_the_size(unit, size, shown):
+    found = scale_of(unit, "", size)
+    assert found == Scale(unit, shown)
+    if unit not in ("1", "kg", "m/s"):
+        assert 1e-3 <= found.factor * size < 1e6
+
+
+def test_without_a_size_engineers_units():
+    for unit, shown in (("m", "mm"), ("J", "kJ"), ("Pa", "MPa"), ("rad", "mrad")):
+        assert scale_of(unit).shown == shown == scale_of(unit, "", 0.0).shown
+    assert scale_of("J", "", math.inf).shown == "kJ"
+
+
+def test_what_is_said_is_kept():
+    assert scale_of("rad", "deg", 1e-9).words(math.pi / 180) == "1.000 deg"
+    assert (
+        scale_of("1", "1").words(0.25) == "0.2500" and Scale("1", "1").label("q") == "q"
+    )
+    assert scale_of("1", "count").words(3.0) == "3"
+    assert scale_of("1", "count").number(2.5) == "2.500"
+    assert scale_of("1", "ppm").words(1e-5) == "10.00 ppm"
+    assert Scale("N", "kN").limit((-math.inf, 130e3)) == "<= 130 kN"
+    assert Scale("1", "1").limit((0.5, math.inf)) == ">= 0.5"
+
+
+def test_from_study_to_table_units_are_those_that_were_typed(tmp_path):
+    study = {
+        "model": "rich", "seed": 4,
+        "trials": {"until": "frequency_2 mean +-50 mHz", "at_most": 1024},
+        "deviations": {"A1": "+-50 um", "A2": {"tolerance": "IT7", "size": "40 mm"}},
+        "limits": {"stress": "<= 0.3 GPa", "contact_ratio": ">= 1.2"},
+    }  # fmt: skip
+    run = tolstat.run(study, model=Rich(), output=tmp_path / "units.h5")
+    shown = {name: scale.shown for name, scale in run.scales.items()}
+    assert shown == {
+        "A1": "um", "A2": "um", "stress": "GPa", "modes": "count", "contact_ratio": "1",
+        "share": "%", "frequency_1": "Hz", "frequency_2": "mHz",
+    }  # fmt: skip
+    table = summary_table(run)
+    units = {row[0]: row[1] for row in table.rows}
+    assert units["stress"] == "GPa" and units["modes"] == units["contact_ratio"] == ""
+    medians = {row[0]: row[3] for row in table.rows}
+    assert float(medians["stress"][0]) == pytest.approx(0.2, rel=0.05)
+    assert medians["modes"][0] == "3" and float(medians["contact_ratio"][0]) < 2
+    limits = {row[0]: row[1] for row in table.limit_rows}
+    assert limits == {"stress": "<= 0.3 GPa", "contact_ratio": ">= 1.2"}
+    assert "frequency_2 mean +-50 mHz: reached" in " ".join(table.notes)
+    page = tolstat.report(run).read_text()
+    assert "stress, GPa" in page and "&lt;= 0.3 GPa" in page
+    assert "Settings(" not in page and "speeds 10..100 rad/s (by default)" in page
+
+
+def test_energies_of_nothing_are_not_ten_to_the_minus_eleven_kilojoules(tmp_path):
+    run = tolstat.run("runs/khpt75.toml", trials=3, output=tmp_path / "three.h5")
+    size = np.abs(run.column("contact_energy")).max()
+    assert 1e-3 <= run.scales["contact_energy"].factor * size < 1e6
+    assert run.scales["crank_angle_1"].shown == "deg"

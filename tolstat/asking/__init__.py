@@ -1,0 +1,1 @@
+"""Asking: one machine evaluated, moved, shown; a stored trial again."""

@@ -1,0 +1,207 @@
+"""Further simulations at the end of a run: slopes, worst case, worst trials."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.execution.classical import Target, slopes, worst_corners
+from tolstat.execution.planning import assumed_of
+from tolstat.execution.trials import Trials
+from tolstat.execution.workers import Workers
+from tolstat.model.checked import history_of
+from tolstat.model.view import Chart
+from tolstat.statistics.limit import Limit
+from tolstat.status import Status
+from tolstat.store.evidence import Evidence, Sketch, Worst, WorstCase
+from tolstat.study.study import Study
+
+Array = NDArray[np.float64]
+
+WORST = 10  # trials of each limited response
+SKETCHED = 1e-3  # s, between two points of a small picture
+
+
+def gather(study: Study, trials: Trials, workers: Workers) -> Evidence:
+    """Evaluate what the report of a run wants to know beyond its trials.
+
+    Parameters
+    ----------
+    study : Study
+        Of the run.
+    trials : Trials
+        All of which are over.
+    workers : Workers
+        Who evaluate.
+
+    Returns
+    -------
+    Evidence
+        Empty, with the reason, where no deviations were drawn.
+
+    Raises
+    ------
+    Interrupted
+        If it was not to be finished.
+    """
+    if study.sampler is None:
+        return Evidence(missing="no deviations were drawn")
+    zones = _zones(study)
+    return Evidence(
+        _slopes(study, zones, workers),
+        _worst_cases(study, trials, zones, workers),
+        _worst(study, trials, workers),
+    )
+
+
+def _zones(study: Study) -> dict[str, tuple[float, float]]:
+    """Return the tolerance of each contributor that deviates, SI."""
+    assumed = assumed_of(study.deviating)
+    return {
+        each.name: assumed[each.name].tolerance
+        for each in study.description.contributors
+        if each.name in assumed
+    }
+
+
+def _slopes(
+    study: Study, zones: dict[str, tuple[float, float]], workers: Workers
+) -> dict[str, dict[str, float]]:
+    """Differentiate every response at the nominal machine."""
+    contributors, responses = study.description
+    ends = [zones.get(each.name, (0.0, 0.0)) for each in contributors]
+    # of a normal part at Cp = 1: how far is usual
+    usual = np.array([(upper - lower) / 6 for lower, upper in ends])
+    if not np.any(usual > 0):
+        return {}
+    table = slopes(study.model, study.settings, usual, workers)
+    return {
+        response.name: {
+            contributor.name: float(table[row, column])
+            for row, contributor in enumerate(contributors)
+            if usual[row] > 0
+        }
+        for column, response in enumerate(responses)
+    }
+
+
+def _worst_cases(
+    study: Study,
+    trials: Trials,
+    zones: dict[str, tuple[float, float]],
+    workers: Workers,
+) -> dict[str, dict[str, WorstCase]]:
+    """Search the worst corners of the tolerances, for each end of each limit."""
+    names = [contributor.name for contributor in study.description.contributors]
+    responses = [response.name for response in study.description.responses]
+    lower, upper = np.array([zones.get(name, (0.0, 0.0)) for name in names]).T
+    batches = study.deviating.dependence.batches
+    factors: dict[str, list[int]] = {}
+    for column, name in enumerate(names):
+        if lower[column] < upper[column]:
+            batch = batches.get(name)
+            alike = batch.name if batch and batch.share == 1 else name
+            factors.setdefault(alike, []).append(column)
+    asked = [
+        (name, sign)
+        for name, limit in study.limits.items()
+        for sign, end in ((-1, limit.lower), (1, limit.upper))
+        if np.isfinite(end)
+    ]
+    if not factors or not asked:
+        return {}
+    targets = []
+    for name, sign in asked:
+        # from the trial nearest to it, moved into the tolerances
+        values = sign * trials.response(name)
+        values[trials.status != Status.DONE] = -np.inf
+        start = np.clip(trials.deviations[values.argmax()], lower, upper)
+        targets.append(Target(responses.index(name), sign, start))
+    corners = worst_corners(
+        study.model, study.settings, lower, upper, list(factors.values()), targets,
+        workers,
+    )  # fmt: skip
+    found: dict[str, dict[str, WorstCase]] = {}
+    for (name, sign), corner in zip(asked, corners, strict=True):
+        machine = dict(zip(names, corner.deviations.tolist(), strict=True))
+        side = "largest" if sign > 0 else "least"
+        case = WorstCase(corner.value, machine, corner.tried, corner.failed)
+        found.setdefault(name, {})[side] = case
+    return found
+
+
+def worst_trials(values: Array, status: NDArray[np.uint8], limit: Limit) -> list[int]:
+    """Return the ten trials nearest to, or farthest beyond, a limit; the worst first.
+
+    Parameters
+    ----------
+    values : float64[trial]
+        The response, SI.
+    status : uint8[trial]
+        How the trials ended.
+    limit : Limit
+        Of the response.
+    """
+    margin = _margin(values, limit)
+    margin[status != Status.DONE] = np.inf
+    order: list[int] = np.argsort(margin, kind="stable")[:WORST].tolist()
+    return [trial for trial in order if margin[trial] < np.inf]
+
+
+def _margin(values: Array, limit: Limit) -> Array:
+    """Return how far values lie within a limit."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.minimum(limit.upper - values, values - limit.lower))
+
+
+def _worst(study: Study, trials: Trials, workers: Workers) -> dict[str, list[Worst]]:
+    """Evaluate the worst trials again, more precisely, and tell how they moved."""
+    chosen = {
+        name: worst_trials(trials.response(name), trials.status, limit)
+        for name, limit in study.limits.items()
+    }
+    every = sorted({trial for some in chosen.values() for trial in some})
+    if not every:
+        return {name: [] for name in chosen}
+    rows = trials.deviations[every]
+    again = np.full((len(every), trials.responses.shape[1]), np.nan)
+    tight = study.model.tightened(study.settings)
+    if tight is not None:
+        again = workers.simulate(study.model, rows, tight).responses
+    charts: dict[int, Chart] = {}
+    if study.model.moves:
+        seen = partial(_chart, study.model, study.settings)
+        charts = dict(zip(every, workers.map(seen, list(rows)), strict=True))
+    names = [response.name for response in study.description.responses]
+    found = {}
+    for name, some in chosen.items():
+        precise = again[[every.index(trial) for trial in some], names.index(name)]
+        known = np.where(np.isnan(precise), trials.response(name)[some], precise)
+        order = np.argsort(_margin(known, study.limits[name]), kind="stable")
+        found[name] = [
+            Worst(some[i], float(precise[i]), _sketch(charts.get(some[i]), name))
+            for i in order
+        ]
+    return found
+
+
+def _chart(model: Any, settings: Any, deviations: Array) -> Chart:
+    return history_of(model, deviations, settings, SKETCHED).chart
+
+
+def _sketch(chart: Chart | None, response: str) -> Sketch | None:
+    """Keep of a history what a small picture shows: the panel of the response."""
+    if chart is None or not chart.panels:
+        return None
+    panel = next((p for p in chart.panels if response in p.names), chart.panels[0])
+    own = (c for c in chart.curves if c.name in panel.names and c.at is None)
+    curves = {curve.name: curve.values for curve in own}
+    return Sketch(
+        f"{chart.axis.name}, {chart.axis.unit}",
+        chart.at.astype(np.float32),
+        {name: values.astype(np.float32) for name, values in curves.items()},
+        tuple((span.lower, span.upper) for span in chart.spans),
+    )

@@ -1,0 +1,91 @@
+"""All that is known of a run before anything has run."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.deviations.distributions import THREE_SIGMA
+from tolstat.model.settings import settings_of
+from tolstat.status import words_of
+from tolstat.store.plan import Assumed, Chosen, Plan, Reference, Sampled, Swept
+from tolstat.study.deviations import Deviations
+from tolstat.study.study import Study
+
+
+def plan_of(study: Study, deviations: NDArray[np.float64]) -> Plan:
+    """Say all that is known of a run before anything has run.
+
+    Parameters
+    ----------
+    study : Study
+        Checked.
+    deviations : float64[trial, contributor]
+        Drawn, SI.
+    """
+    model, points = study.model, study.points
+    return Plan(
+        study_text=study.text,
+        title=study.title,
+        model=model.name,
+        sampling=study.sampling,
+        description=study.description,
+        deviations=deviations,
+        words=words_of(model.failures),
+        integrates=model.integrates,
+        source_digest=model.source_digest,
+        sampled=_sampled(study),
+        settings={
+            name: Chosen(
+                study.typed.get(name, each.kind.words(getattr(study.settings, name))),
+                each.sentence,
+                name in study.typed,
+            )
+            for name, each in settings_of(model).items()
+        },
+        limits=study.limits,
+        assumed=assumed_of(study.deviating),
+        shown=study.shown,
+        grid=tuple(axis.name for axis in points.swept) if points else (),
+        swept=_swept(study),
+        reference=Reference(*study.reference) if study.reference else None,
+        notes=study.notes,
+        assumptions=tuple(model.assumptions),
+    )
+
+
+def _sampled(study: Study) -> Sampled | None:
+    """Say how the machines are drawn; None where they are chosen."""
+    if study.sampler is None:
+        return None
+    assert study.seed is not None  # checked when the study was loaded
+    group = study.sampler.group(len(study.factors))
+    promise, replicates = study.sampler.promise, study.sampler.replicates
+    return Sampled(study.seed, promise, replicates, group, study.factors)
+
+
+def _swept(study: Study) -> dict[str, Swept]:
+    """Return the settings that a grid changes."""
+    points = study.points
+    if points is None:
+        return {}
+    declared = settings_of(study.model)
+    axes = {axis.name: axis for axis in points.swept}
+    return {
+        name: Swept(values, axes[name].unit, axes[name].shown, declared[name].sentence)
+        for name, values in (points.settings or {}).items()
+    }
+
+
+def assumed_of(deviating: Deviations) -> dict[str, Assumed]:
+    """Say what is assumed of each deviation."""
+    found = {}
+    for name, distribution in deviating.distributions.items():
+        zone = getattr(distribution, "tolerance", None)
+        if zone is None:  # measured parts: where three sigma of a normal one would lie
+            ends = np.array([1 - THREE_SIGMA, THREE_SIGMA])
+            zone = distribution.deviations(ends).tolist()
+        batch = deviating.dependence.batches.get(name)
+        alike = batch.name if batch and batch.share == 1 else ""
+        found[name] = Assumed(tuple(zone), deviating.words[name], alike)
+    return found

@@ -1,0 +1,73 @@
+"""The trials of a run, in memory while it lasts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.model.contract import Outcome
+from tolstat.model.description import Description
+from tolstat.status import Status
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Trials:
+    """Deviations, and the answers so far.
+
+    Attributes
+    ----------
+    description : Description
+        Names of the columns.
+    deviations : float64[trial, contributor]
+        SI.
+    status : uint8[trial]
+        0 where a trial has not run.
+    responses : float64[trial, response]
+        SI; NaN where there is none.
+    over, failed : int
+        Trials that are over, and those of them that failed.
+    """
+
+    description: Description
+    deviations: Array
+    status: NDArray[np.uint8]
+    responses: Array
+    over: int = 0
+    failed: int = 0
+
+    @classmethod
+    def planned(cls, description: Description, deviations: Array) -> Trials:
+        """Return trials of which none has run."""
+        n = len(deviations)
+        answers = np.full((n, len(description.responses)), np.nan)
+        return cls(description, deviations, np.zeros(n, np.uint8), answers)
+
+    def take(self, blocks: list[tuple[int, Outcome]]) -> None:
+        """Keep finished blocks."""
+        for first, outcome in blocks:
+            assert outcome.status is not None
+            rows = slice(first, first + len(outcome.status))
+            self.status[rows], self.responses[rows] = outcome.status, outcome.responses
+            self.over += len(outcome.status)
+            self.failed += int(np.count_nonzero(outcome.status != Status.DONE))
+
+    def first(self, trials: int) -> Trials:
+        """Return the first trials, all of which are over."""
+        return Trials(
+            self.description,
+            self.deviations[:trials],
+            self.status[:trials],
+            self.responses[:trials],
+            self.over,
+            self.failed,
+        )
+
+    def response(self, name: str) -> Array:
+        """Return a response of all trials."""
+        names = [each.name for each in self.description.responses]
+        column: Array = self.responses[:, names.index(name)]
+        return column

@@ -1,0 +1,233 @@
+"""Blocks of trials on the workers of an executor."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
+from contextlib import AbstractContextManager
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.model.checked import simulate
+from tolstat.model.contract import Model, Outcome
+from tolstat.study.points import Case
+
+Array = NDArray[np.float64]
+
+LOOK_AGAIN = 0.1  # s, between two looks at whether to stop
+GRACE = 1.0  # s, for running blocks to end; a compilation does not
+AHEAD = 2  # blocks for each worker, so that none waits for the writer
+LASTING = 0.5  # s, of a block: long ones keep lanes busy, short ones bring news
+FIRST_BLOCK = 32  # trials, while nothing is known of how long they take
+GROWTH = 8  # times the last block, at most
+LEAST = 8  # trials of a block, unless fewer are left
+
+
+class Interrupted(Exception):
+    """Who runs the study wants no more."""
+
+
+class Workers(AbstractContextManager["Workers"]):
+    """Threads, or any executor, that evaluate machines.
+
+    Parameters
+    ----------
+    number : int, optional
+        How many blocks run at once; as many as there are processors if not given.
+    stopping : callable
+        Asked ten times a second; once true, no block begins any more.
+    executor : concurrent.futures.Executor, optional
+        Runs the blocks; threads of this process if not given: what is compiled
+        releases the GIL, so one process, one compilation. The results do not depend on
+        it.
+    block : int, optional
+        Trials of every block; else blocks grow until they last about half a second.
+    """
+
+    def __init__(
+        self,
+        number: int | None = None,
+        stopping: Callable[[], bool] = lambda: False,
+        *,
+        executor: Executor | None = None,
+        block: int | None = None,
+    ) -> None:
+        self.number = number or processors()
+        self.stopping = stopping
+        self._executor = executor or ThreadPoolExecutor(
+            self.number, thread_name_prefix="worker"
+        )
+        self._fixed = block
+
+    def blocks(
+        self, model: Model, cases: Sequence[Case], deviations: Array
+    ) -> Iterator[list[tuple[int, Outcome]]]:
+        """Evaluate trials in blocks and yield what is finished, as it comes.
+
+        Parameters
+        ----------
+        model : Model
+            The machine.
+        cases : sequence of Case
+            Which trials, and their settings.
+        deviations : float64[trial, contributor]
+            SI, of all trials.
+
+        Yields
+        ------
+        list of (int, Outcome)
+            Blocks with the number of their first trial. Once stopping, running blocks
+            are waited for, a second at most.
+        """
+        left = sum(case.stop - case.first for case in cases)
+        size = BlockSize(self.number, self._fixed)
+        todo = list(reversed(cases))
+        running: dict[Future[tuple[Outcome, float]], int] = {}
+        patience = math.inf
+        try:
+            while True:
+                while (
+                    todo and len(running) < AHEAD * self.number and not self.stopping()
+                ):
+                    case = todo.pop()
+                    stop = min(case.first + size.of(left), case.stop)
+                    if stop < case.stop:
+                        todo.append(case._replace(first=stop))
+                    left -= stop - case.first
+                    rows = deviations[case.first : stop]
+                    future = self._executor.submit(_timed, model, rows, case.settings)
+                    running[future] = case.first
+                if not running:
+                    return
+                done, _ = wait(running, LOOK_AGAIN, return_when=FIRST_COMPLETED)
+                finished = []
+                for future in done:
+                    outcome, seconds = future.result()
+                    size.learn(len(outcome.responses), seconds)
+                    finished.append((running.pop(future), outcome))
+                if finished:
+                    yield finished
+                if self.stopping():
+                    patience = min(patience, time.monotonic() + GRACE)
+                    for future in list(running):
+                        if future.cancel():
+                            del running[future]
+                if time.monotonic() > patience:
+                    return
+        finally:
+            for future in running:
+                future.cancel()
+
+    def simulate(self, model: Model, deviations: Array, settings: Any) -> Outcome:
+        """Evaluate machines of the same settings, all of them.
+
+        Parameters
+        ----------
+        model : Model
+            The machine.
+        deviations : float64[trial, contributor]
+            SI; at least one trial.
+        settings : object
+            Of all of them.
+
+        Raises
+        ------
+        Interrupted
+            If they were not to be finished.
+        """
+        return self.simulate_cases(
+            model, [Case(0, len(deviations), settings)], deviations
+        )
+
+    def simulate_cases(
+        self, model: Model, cases: Sequence[Case], deviations: Array
+    ) -> Outcome:
+        """Evaluate machines, each with its case's settings; see `simulate`."""
+        found = [
+            each for some in self.blocks(model, cases, deviations) for each in some
+        ]
+        outcomes = [each for _, each in sorted(found, key=lambda block: block[0])]
+        if sum(len(each.responses) for each in outcomes) < len(deviations):
+            raise Interrupted
+        steps = [each.steps for each in outcomes if each.steps is not None]
+        return Outcome(
+            np.concatenate([each.responses for each in outcomes]),
+            np.concatenate(
+                [each.status for each in outcomes if each.status is not None]
+            ),
+            np.concatenate(steps) if steps else None,
+        )
+
+    def map(self, function: Callable[[Any], Any], items: Sequence[Any]) -> list[Any]:
+        """Call a function on each item.
+
+        Raises
+        ------
+        Interrupted
+            If not all of them were to be finished.
+        """
+        futures = [self._executor.submit(function, item) for item in items]
+        while not all(future.done() for future in futures):
+            wait([f for f in futures if not f.done()], LOOK_AGAIN)
+            if self.stopping():
+                for future in futures:
+                    future.cancel()
+                raise Interrupted
+        return [future.result() for future in futures]
+
+    def __exit__(self, *_: object) -> None:
+        """Dismiss them; who stops does not wait for a compilation."""
+        self._executor.shutdown(wait=not self.stopping(), cancel_futures=True)
+
+
+class BlockSize:
+    """How many trials the next block has: as many as last half a second.
+
+    Parameters
+    ----------
+    workers : int
+        Who share what is left.
+    fixed : int or None
+        Trials of every block, if that is not to be learned.
+    """
+
+    def __init__(self, workers: int, fixed: int | None) -> None:
+        self._workers = workers
+        self._fixed = fixed
+        self._next = FIRST_BLOCK
+
+    def of(self, left: int) -> int:
+        """Return the size of the next block: all workers end at about the same time."""
+        if self._fixed:
+            return self._fixed
+        return min(self._next, max(FIRST_BLOCK, math.ceil(left / (2 * self._workers))))
+
+    def learn(self, trials: int, seconds: float) -> None:
+        """Take note of how long a block of so many trials lasted, s."""
+        wanted = trials * LASTING / max(seconds, 1e-6)
+        self._next = max(LEAST, int(min(wanted, GROWTH * max(trials, self._next))))
+
+
+def _timed(model: Model, deviations: Array, settings: Any) -> tuple[Outcome, float]:
+    """Evaluate one block on a worker, and say how long it took, s."""
+    began = time.perf_counter()
+    return simulate(model, deviations, settings), time.perf_counter() - began
+
+
+def processors() -> int:
+    """Count the processors that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on every system
+        return os.cpu_count() or 1

@@ -1,0 +1,160 @@
+"""The contract: what a machine must say and may say."""
+
+from __future__ import annotations
+
+import inspect
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.errors import ModelError
+from tolstat.lanes.cache import source_digest
+from tolstat.model.description import Description
+from tolstat.model.view import Chart, Offer, View
+
+Array = NDArray[np.float64]
+NOTHING_FAILED: Mapping[str, NDArray[np.bool_]] = {}
+
+
+class Outcome(NamedTuple):
+    """What a block of trials yields.
+
+    Attributes
+    ----------
+    responses : float64[trial, response]
+        SI; whatever in failed trials.
+    status : int64[trial] or None
+        As the integrator found it, values of `tolstat.status.Status`; None where
+        nothing is integrated: then trials whose responses are finite are done.
+    steps : int64[trial] or None
+        Integration steps; None where nothing is integrated.
+    failed : mapping of str to bool[trial]
+        Trials without an answer, by the machine's own word: one of its `failures`.
+    """
+
+    responses: Array
+    status: NDArray[np.int64] | None = None
+    steps: NDArray[np.int64] | None = None
+    failed: Mapping[str, NDArray[np.bool_]] = NOTHING_FAILED
+
+
+class History(NamedTuple):
+    """How one machine moved, and what it answered.
+
+    Attributes
+    ----------
+    chart : Chart
+        Curves over time; NaN after a failure. Marks are peaks to within a sample, the
+        span the time over which responses are taken.
+    outcome : Outcome
+        The same trial's responses, bit for bit as `evaluate` finds them.
+    """
+
+    chart: Chart
+    outcome: Outcome
+
+
+@dataclass(frozen=True)
+class NoSettings:
+    """Settings of a machine that has none."""
+
+
+class Model(ABC):
+    """A machine: what it may be given, what it answers, what it can show.
+
+    A machine of one's own inherits from this class and has to have a name, `describe`
+    and `evaluate`; everything else is optional.
+
+    Attributes
+    ----------
+    name, title : str
+        How it is called in study files, and in words.
+    settings : type
+        A frozen dataclass whose fields are declared with `tolstat.setting`.
+    assumptions : tuple of str
+        Sentences on what its answers rest on, for reports.
+    failures : tuple of str
+        Why a trial may have no answer, in its own words, beside the integrator's.
+    integrates : bool
+        Whether its outcomes count integration steps.
+    views : tuple of Offer
+        What it can show; a machine with a `history` also has a view of that name.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str] = ""
+    settings: ClassVar[type] = NoSettings
+    assumptions: ClassVar[tuple[str, ...]] = ()
+    failures: ClassVar[tuple[str, ...]] = ()
+    integrates: ClassVar[bool] = False
+    views: ClassVar[tuple[Offer, ...]] = ()
+
+    @abstractmethod
+    def describe(self, settings: Any) -> Description:
+        """List contributors and responses, which may depend on the settings."""
+
+    @abstractmethod
+    def evaluate(self, deviations: Array, settings: Any) -> Outcome:
+        """Answer one trial for each row of deviations[trial, contributor], SI."""
+
+    def tightened(self, settings: Any) -> Any | None:
+        """Return settings that integrate much more precisely; None without any."""
+        return None
+
+    def history(self, deviations: Array, settings: Any, step: float) -> History:
+        """Tell how the machine of deviations[contributor] moved, seen every `step` s.
+
+        Raises
+        ------
+        ModelError
+            If it does not move.
+        """
+        raise ModelError(f"model '{self.name}' does not move: it has no histories")
+
+    def view(self, name: str, deviations: Array, settings: Any) -> View:
+        """Show one of `views`.
+
+        Parameters
+        ----------
+        name : str
+            Of the view.
+        deviations : float64[machine, contributor]
+            SI: the machine that is shown, then as many others as its offer wants.
+        settings : object
+            Of all of them.
+        """
+        raise ModelError(f"model '{self.name}' has no views")
+
+    @property
+    def source_digest(self) -> str:
+        """Digest of the source that decides its numbers: the engine and its own."""
+        try:
+            source = inspect.getsourcefile(type(self))
+        except TypeError:  # typed in, not in a file
+            source = None
+        return source_digest(Path(source) if source else None)
+
+    @property
+    def moves(self) -> bool:
+        """Whether it has histories."""
+        return type(self).history is not Model.history
+
+
+def closer(settings: Any, *, times: float = 1000.0, least: float = 1e-12) -> Any:
+    """Return settings with a smaller rtol, for `Model.tightened`.
+
+    Parameters
+    ----------
+    settings : dataclass instance
+        With a field rtol.
+    times : float
+        How many times smaller.
+    least : float
+        Below which rounding decides.
+    """
+    return replace(settings, rtol=max(settings.rtol / times, least))

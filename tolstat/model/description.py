@@ -1,0 +1,79 @@
+"""What a machine says of its contributors and responses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+class Gear(NamedTuple):
+    """The wheel whose ISO 1328 class a deviation follows.
+
+    Attributes
+    ----------
+    diameter : float
+        Reference diameter, m.
+    error : str
+        "run-out" (amplitude) or "pitch" (position of a tooth).
+    """
+
+    diameter: float
+    error: str
+
+
+@dataclass(frozen=True)
+class Contributor:
+    """A dimension or property that carries a tolerance.
+
+    Attributes
+    ----------
+    name : str
+        As typed in study files; `NAME_<number>` also answers to NAME.
+    unit : str
+        SI unit of its deviation; "1" for a deviation relative to the nominal.
+    symbol : str
+        The paper's letter.
+    sentence : str
+        What it is.
+    source : str
+        Where it enters the equations.
+    size : float, optional
+        Nominal size, m, that an ISO 286 grade of this length refers to.
+    gear : Gear, optional
+        The wheel that an ISO 1328 class refers to.
+    part : str
+        Kind of part that it belongs to, such as "gears": contributions are summed over
+        it; else over contributors whose names differ in their number alone.
+    shown : str
+        Unit in which it is shown where a study types none; by its size if empty. "1"
+        is a plain number, "count" a whole one.
+    """
+
+    name: str
+    unit: str
+    symbol: str = ""
+    sentence: str = ""
+    source: str = ""
+    size: float | None = None
+    gear: Gear | None = None
+    part: str = ""
+    shown: str = ""
+
+
+@dataclass(frozen=True)
+class Response:
+    """A number that a trial yields; attributes as of `Contributor`."""
+
+    name: str
+    unit: str
+    symbol: str = ""
+    sentence: str = ""
+    source: str = ""
+    shown: str = ""
+
+
+class Description(NamedTuple):
+    """The contributors and responses of a machine at given settings, in order."""
+
+    contributors: tuple[Contributor, ...]
+    responses: tuple[Response, ...]

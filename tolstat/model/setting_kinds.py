@@ -1,0 +1,356 @@
+"""Kinds of settings: how each is read from a study, checked, and printed back.
+
+A kind reads what a study file holds (`read`), checks what Python hands over in SI
+(`checked`), writes a value as a study would (`words`) and says what it allows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from tolstat.errors import ModelError, allowed_names
+from tolstat.units.grammar import Range, quantity, quantity_range
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number, with its unit where it has one.
+
+    Attributes
+    ----------
+    unit : str
+        SI unit; empty or "1" without.
+    above, at_least, at_most : float, optional
+        Bounds, the first excluded.
+    presets : mapping
+        Words that stand for a value, or for None.
+    whole : bool
+        Whether it counts something.
+    """
+
+    unit: str = ""
+    above: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+    presets: Mapping[str, float | None] = field(default_factory=dict)
+    whole: bool = False
+
+    @property
+    def _has_unit(self) -> bool:
+        return self.unit not in ("", "1")
+
+    def read(self, given: Any) -> Any:
+        """Read "7.5 rad/s", a bare number, or a preset."""
+        if isinstance(given, str) and given in self.presets:
+            return self.presets[given]
+        if self._has_unit and not isinstance(given, str):
+            raise ModelError(
+                f'a quantity with its unit is expected, "{given} {self.unit}"'
+            )
+        if self.unit and isinstance(given, str):
+            given = quantity(given, self.unit)
+        return self.checked(given)
+
+    def checked(self, value: Any) -> Any:
+        """Return a number in SI, or what a preset stands for."""
+        presets = self.presets
+        if isinstance(value, str) and value in presets:
+            return presets[value]
+        if value is None and None in presets.values():
+            return None
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            words = f", or one of {', '.join(presets)}" if presets else ""
+            raise ModelError(f"a number is expected{words}")
+        if not math.isfinite(value):
+            raise ModelError("a finite number is expected")
+        if self.whole and value != int(value):
+            raise ModelError("a whole number is expected")
+        value = int(value) if self.whole else float(value)
+        if self.above is not None and not value > self.above:
+            raise ModelError(f"it must be above {self.above:g}")
+        if self.at_least is not None and not value >= self.at_least:
+            raise ModelError(f"it must be at least {self.at_least:g}")
+        if self.at_most is not None and not value <= self.at_most:
+            raise ModelError(f"it must be at most {self.at_most:g}")
+        return value
+
+    def words(self, value: Any) -> str:
+        """Write it as a study would."""
+        for word, stands_for in self.presets.items():
+            if value == stands_for:
+                return word
+        unit = f" {self.unit}" if self._has_unit else ""
+        return f"{value:.10g}{unit}"
+
+    @property
+    def allowed(self) -> str:
+        """What may be given."""
+        bounds = [
+            f"{word} {bound:g}"
+            for word, bound in (
+                ("above", self.above), ("from", self.at_least), ("to", self.at_most),
+            )
+            if bound is not None
+        ]  # fmt: skip
+        unit = [self.unit] if self._has_unit else []
+        kind = "whole number" if self.whole else "number"
+        words = " ".join([kind, *bounds, *unit])
+        return f"{words}, or {', '.join(self.presets)}" if self.presets else words
+
+
+@dataclass(frozen=True)
+class Word:
+    """One of a few words."""
+
+    choices: tuple[str, ...]
+
+    def read(self, given: Any) -> str:
+        """Return the word."""
+        return self.checked(given)
+
+    def checked(self, value: Any) -> str:
+        """Return the word, if it is one of them."""
+        if value not in self.choices:
+            raise ModelError(allowed_names(str(value), self.choices))
+        return str(value)
+
+    def words(self, value: str) -> str:
+        """Write it as a study would."""
+        return value
+
+    @property
+    def allowed(self) -> str:
+        """What may be given."""
+        return ", ".join(self.choices)
+
+
+@dataclass(frozen=True)
+class Boolean:
+    """True or false."""
+
+    def read(self, given: Any) -> bool:
+        """Return the truth value."""
+        return self.checked(given)
+
+    def checked(self, value: Any) -> bool:
+        """Return the truth value, if it is one."""
+        if not isinstance(value, bool):
+            raise ModelError("true or false is expected, without quotes")
+        return value
+
+    def words(self, value: bool) -> str:
+        """Write it as a study would."""
+        return str(value).lower()
+
+    @property
+    def allowed(self) -> str:
+        """What may be given."""
+        return "true, false"
+
+
+@dataclass(frozen=True)
+class Text:
+    """Any text, such as a formula; the machine says what is wrong with it."""
+
+    def read(self, given: Any) -> str:
+        """Return the text."""
+        return self.checked(given)
+
+    def checked(self, value: Any) -> str:
+        """Return the text, if it is one."""
+        if not isinstance(value, str):
+            raise ModelError("a text is expected, in quotes")
+        return value
+
+    def words(self, value: str) -> str:
+        """Write it as a study would."""
+        return value
+
+    @property
+    def allowed(self) -> str:
+        """What may be given."""
+        return "text"
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A range, "850..1700 rpm"."""
+
+    unit: str = "1"
+
+    def read(self, given: Any) -> Range:
+        """Read both ends."""
+        if not isinstance(given, str):
+            raise ModelError(f'a range is expected, such as "1..2 {self.unit}"')
+        return quantity_range(given, self.unit)
+
+    def checked(self, value: Any) -> Range:
+        """Return two ends in SI, the lower first."""
+        ends = tuple(value) if isinstance(value, Sequence) else ()
+        if len(ends) != 2 or not all(
+            isinstance(end, int | float) and math.isfinite(end) for end in ends
+        ):
+            raise ModelError("two finite numbers are expected: lower and upper end")
+        if not ends[0] < ends[1]:
+            raise ModelError("the lower end comes first")
+        return Range(float(ends[0]), float(ends[1]))
+
+    def words(self, value: Range) -> str:
+        """Write it as a study would."""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return f"{value.lower:.10g}..{value.upper:.10g}{unit}"
+
+    @property
+    def allowed(self) -> str:
+        """What may be given."""
+        return f"range, {self.unit}"
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Several numbers of one kind; a single one stands for a list of one.
+
+    Attributes
+    ----------
+    each : Number
+        What each of them is.
+    least, most : int
+        How many there may be.
+    """
+
+    each: Number
+    least: int = 1
+    most: int = 10_000
+
+    def read(self, given: Any) -> tuple[Any, ...]:
+        """Read a list of quantities."""
+        return self._all(given, self.each.read)
+
+    def checked(self, value: Any) -> tuple[Any, ...]:
+        """Return numbers in SI."""
+        return self._all(value, self.each.checked)
+
+    def _all(self, given: Any, one: Any) -> tuple[Any, ...]:
+        several = isinstance(given, Sequence) and not isinstance(given, str)
+        items = list(given) if several else [given]
+        if not self.least <= len(items) <= self.most:
+            raise ModelError(f"{len(items)} numbers; {self._count} expected")
+        found = []
+        for place, item in enumerate(items, start=1):
+            try:
+                found.append(one(item))
+            except ValueError as error:
+                raise ModelError(f"number {place}: {error}") from None
+        return tuple(found)
+
+    @property
+    def _count(self) -> str:
+        if self.least == self.most:
+            return f"{self.least} are"
+        return f"{self.least} to {self.most} are"
+
+    def words(self, value: tuple[Any, ...]) -> str:
+        """Write it as a study would."""
+        return "[" + ", ".join(self.each.words(item) for item in value) + "]"
+
+    @property
+    def allowed(self) -> str:
+        """What may be given."""
+        return f"list: {self.each.allowed}"
+
+
+class Column(NamedTuple):
+    """One column of a table: what it is, and which kind of setting."""
+
+    sentence: str
+    kind: Any
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of several columns: points in time, or by name the links of a chain.
+
+    Attributes
+    ----------
+    columns : mapping of str to Column
+        Every row has all of them.
+    named : bool
+        Whether each row has a name: then a table, else a list.
+    """
+
+    columns: Mapping[str, Column]
+    named: bool
+
+    def read(self, given: Any) -> Any:
+        """Read a table of tables, or a list of tables."""
+        return self._all(given, "read")
+
+    def checked(self, value: Any) -> Any:
+        """Return rows in SI."""
+        return self._all(value, "checked")
+
+    def _all(self, given: Any, how: str) -> Any:
+        if self.named:
+            if not isinstance(given, Mapping):
+                raise ModelError(
+                    f"a table by name is expected, such as {self._example}"
+                )
+            return {str(n): self._row(str(n), row, how) for n, row in given.items()}
+        if isinstance(given, str | Mapping) or not isinstance(given, Sequence):
+            raise ModelError(f"a list of rows is expected, such as {self._example}")
+        return tuple(
+            self._row(f"row {i}", row, how) for i, row in enumerate(given, start=1)
+        )
+
+    def _row(self, name: str, row: Any, how: str) -> dict[str, Any]:
+        if not isinstance(row, Mapping):  # a table of one column needs no second level
+            if len(self.columns) > 1:
+                raise ModelError(f"{name}: {', '.join(self.columns)} are expected")
+            row = {next(iter(self.columns)): row}
+        for key in row:
+            if key not in self.columns:
+                raise ModelError(
+                    f"{name}: no key {key}; {allowed_names(key, self.columns)}"
+                )
+        found = {}
+        for key, column in self.columns.items():
+            if key not in row:
+                raise ModelError(f"{name}: the key {key} is missing: {column.sentence}")
+            try:
+                found[key] = getattr(column.kind, how)(row[key])
+            except ValueError as error:
+                raise ModelError(f"{name}: {key} = {row[key]!r}: {error}") from None
+        return found
+
+    def words(self, value: Any) -> str:
+        """Write it as a study would."""
+
+        def one(row: Mapping[str, Any]) -> str:
+            cells = {k: c.kind.words(row[k]) for k, c in self.columns.items()}
+            if self.named and len(cells) == 1:
+                return str(*cells.values())
+            return "{ " + ", ".join(f"{k} = {cell}" for k, cell in cells.items()) + " }"
+
+        if self.named:
+            return "{ " + ", ".join(f"{n} = {one(r)}" for n, r in value.items()) + " }"
+        return "[" + ", ".join(one(row) for row in value) + "]"
+
+    @property
+    def _example(self) -> str:
+        cells = ", ".join(f"{key} = ..." for key in self.columns)
+        return f"{{ NAME = {{ {cells} }} }}" if self.named else f"[{{ {cells} }}]"
+
+    @property
+    def allowed(self) -> str:
+        """What may be given."""
+        columns = "; ".join(
+            f"{key} ({column.kind.allowed}): {column.sentence}"
+            for key, column in self.columns.items()
+        )
+        return f"{'table by name' if self.named else 'list of rows'} with {columns}"
+
+
+Kind = Number | Word | Boolean | Text | Interval | Numbers | Rows

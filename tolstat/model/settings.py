@@ -1,0 +1,219 @@
+"""Settings of a machine: declared once, checked against what is declared."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from tolstat.errors import ModelError, allowed_names
+from tolstat.model.contract import Model
+from tolstat.model.setting_kinds import (
+    Boolean,
+    Column,
+    Interval,
+    Kind,
+    Number,
+    Numbers,
+    Rows,
+    Text,
+    Word,
+)
+from tolstat.units.grammar import Range
+
+
+@dataclasses.dataclass(frozen=True)
+class Setting:
+    """What is declared of a setting.
+
+    Attributes
+    ----------
+    name : str
+        As typed.
+    default
+        Its value when the study says nothing, SI.
+    sentence : str
+        What it is.
+    kind : Kind
+        How it is read, checked and written.
+    """
+
+    name: str
+    default: Any
+    sentence: str
+    kind: Kind
+
+
+def setting(
+    default: Any,
+    sentence: str,
+    *,
+    unit: str = "",
+    above: float | None = None,
+    at_least: float | None = None,
+    at_most: float | None = None,
+    choices: Sequence[str] = (),
+    presets: Mapping[str, float | None] | None = None,
+    count: tuple[int, int] = (1, 10_000),
+    columns: Mapping[str, Column] | None = None,
+) -> Any:
+    """Declare one setting of a machine, as a field of its settings dataclass.
+
+    Parameters
+    ----------
+    default
+        Its value when the study says nothing, SI; its type decides the kind: a number,
+        a whole number (int), true or false (bool), a text (str), one word of `choices`,
+        a range (`tolstat.Range`), a list of numbers (tuple), a table by name (dict) or
+        a list of rows (tuple) with `columns`.
+    sentence : str
+        What it is.
+    unit : str
+        SI unit of a number, a range or a list that has one.
+    above, at_least, at_most : float, optional
+        Bounds of a number, or of each in a list; the first is excluded.
+    choices : sequence of str
+        The words allowed, for a setting that is a word.
+    presets : dict, optional
+        Words that stand for a number, or for None.
+    count : tuple of int
+        How many numbers a list has, at least and at most.
+    columns : dict of str to Column, optional
+        Of a table or a list of rows; see `column`.
+    """
+    kind: Kind
+    if columns is not None:
+        kind = Rows(dict(columns), named=isinstance(default, Mapping))
+    elif isinstance(default, bool):
+        kind = Boolean()
+    elif choices:
+        kind = Word(tuple(choices))
+    elif isinstance(default, str):
+        kind = Text()
+    elif isinstance(default, Range):
+        kind = Interval(unit or "1")
+    else:
+        first = default[0] if isinstance(default, tuple) else default
+        whole = isinstance(first, int)
+        number = Number(unit, above, at_least, at_most, dict(presets or {}), whole)
+        kind = Numbers(number, *count) if isinstance(default, tuple) else number
+    metadata = {"sentence": sentence, "kind": kind}
+    if isinstance(default, dict):
+        return dataclasses.field(default_factory=lambda: default, metadata=metadata)
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def column(sentence: str, *, unit: str = "", like: Any = 0.0, **bounds: Any) -> Column:
+    """Declare one column of a table or of rows.
+
+    Parameters
+    ----------
+    sentence : str
+        What it is.
+    unit : str
+        SI unit of its numbers.
+    like
+        A value of the type that it holds, as the default of a `setting`.
+    **bounds
+        `above`, `at_least`, `at_most`, `choices`, as of a `setting`.
+    """
+    declared = setting(like, sentence, unit=unit, **bounds)
+    return Column(sentence, declared.metadata["kind"])
+
+
+def settings_of(model: Model) -> dict[str, Setting]:
+    """Return the declared settings of a machine, by name."""
+    found = {}
+    for field in dataclasses.fields(model.settings):
+        made = field.default_factory
+        default = field.default if made is dataclasses.MISSING else made()
+        declared = field.metadata
+        found[field.name] = Setting(
+            field.name, default, declared["sentence"], declared["kind"]
+        )
+    return found
+
+
+def setting_of(model: Model, name: str) -> Setting:
+    """Return one declared setting.
+
+    Parameters
+    ----------
+    model : Model
+        The machine.
+    name : str
+        As typed.
+
+    Raises
+    ------
+    ModelError
+        If the machine has no such setting.
+    """
+    known = settings_of(model)
+    if name not in known:
+        raise ModelError(
+            f"model '{model.name}' has no such setting; {allowed_names(name, known)}"
+        )
+    return known[name]
+
+
+def make(model: Model, given: Mapping[str, Any] | None = None) -> Any:
+    """Make the settings object of a machine.
+
+    Parameters
+    ----------
+    model : Model
+        The machine.
+    given : mapping, optional
+        Values by name, SI; the others take their defaults.
+
+    Returns
+    -------
+    object
+        An instance of `model.settings`.
+
+    Raises
+    ------
+    ModelError
+        If a name or a value is wrong, or values do not fit each other.
+    """
+    values = {}
+    for name, value in (given or {}).items():
+        try:
+            values[name] = setting_of(model, name).kind.checked(value)
+        except ModelError as error:
+            raise ModelError(f"setting {name} = {value!r}: {error}") from None
+    return model.settings(**values)
+
+
+def read(model: Model, given: Mapping[str, Any]) -> Any:
+    """Make the settings object of a machine from what a study file holds.
+
+    Parameters
+    ----------
+    model : Model
+        The machine.
+    given : mapping
+        As written, by name; the others take their defaults.
+
+    Raises
+    ------
+    ModelError, UnitError
+        If a name or a value is wrong.
+    """
+    values = {n: setting_of(model, n).kind.read(v) for n, v in given.items()}
+    return model.settings(**values)
+
+
+def as_typed(value: Any) -> str:
+    """Write a value as it stands in a study file, a text without its quotes."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Mapping):
+        cells = (f"{key} = {as_typed(each)}" for key, each in value.items())
+        return "{ " + ", ".join(cells) + " }"
+    if isinstance(value, Sequence):
+        return "[" + ", ".join(as_typed(each) for each in value) + "]"
+    return f"{value}"

@@ -1,0 +1,258 @@
+"""What a machine can show, as data with names and units: a chart, or a table of rows.
+
+All numbers are SI; what draws or prints them chooses the units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Array = NDArray[np.float64]
+
+
+class Offer(NamedTuple):
+    """A view that a machine can be asked for.
+
+    Attributes
+    ----------
+    name : str
+        As typed.
+    sentence : str
+        What it shows.
+    machines : int
+        Machines with deviations that it wants besides the nominal one, for bands.
+    """
+
+    name: str
+    sentence: str
+    machines: int = 0
+
+
+class Axis(NamedTuple):
+    """What goes along the axis of a chart, or down a column of a table.
+
+    Attributes
+    ----------
+    name, unit : str
+        What, and its SI unit.
+    shown : str
+        Unit in which it is shown; by its size if empty.
+    logarithmic : bool
+        Whether equal distances are equal ratios.
+    """
+
+    name: str
+    unit: str
+    shown: str = ""
+    logarithmic: bool = False
+
+
+class Curve(NamedTuple):
+    """One quantity over the axis of its chart.
+
+    Attributes
+    ----------
+    name, unit, symbol, sentence : str
+        As of a response; where a response has the same name, its peak is the curve's.
+    values : float64[point]
+        SI; NaN leaves a gap.
+    at : float64[point], optional
+        Where on the axis, SI; the chart's own points if None.
+    shown : str
+        Unit in which it is shown; by its size if empty.
+    """
+
+    name: str
+    unit: str
+    symbol: str
+    sentence: str
+    values: Array
+    at: Array | None = None
+    shown: str = ""
+
+
+class Band(NamedTuple):
+    """What a curve spreads over: between two values at each of the chart's points.
+
+    Attributes
+    ----------
+    name : str
+        Words for the legend.
+    unit : str
+        SI unit.
+    lower, upper : float64[point]
+        SI.
+    """
+
+    name: str
+    unit: str
+    lower: Array
+    upper: Array
+
+
+class Mark(NamedTuple):
+    """A point worth a dot: on the curve of that name.
+
+    Attributes
+    ----------
+    curve : str
+        Whose colour it has.
+    at, value : float
+        Where, SI.
+    words : str
+        For the legend, before the value: "peak".
+    """
+
+    curve: str
+    at: float
+    value: float
+    words: str = ""
+
+
+class Region(NamedTuple):
+    """An area: the outline of what is possible, stable, permitted.
+
+    Attributes
+    ----------
+    name, unit : str
+        Words for the legend; SI unit of the values.
+    at, values : float64[corner]
+        Its outline, SI.
+    """
+
+    name: str
+    unit: str
+    at: Array
+    values: Array
+
+
+class Span(NamedTuple):
+    """A stretch of the axis, shaded through all panels: from, to (SI), in words."""
+
+    lower: float
+    upper: float
+    words: str
+
+
+class Level(NamedTuple):
+    """A value (SI) marked across a panel, in words; those without go unnamed."""
+
+    value: float
+    words: str
+
+
+class Panel(NamedTuple):
+    """What is drawn in one picture of a chart.
+
+    Attributes
+    ----------
+    title : str
+        What it shows.
+    names : tuple of str
+        Curves, bands and regions of one unit.
+    right : tuple of str
+        Further curves of another unit, against an axis on the right.
+    levels : tuple of Level
+        Values to be marked.
+    """
+
+    title: str
+    names: tuple[str, ...]
+    right: tuple[str, ...] = ()
+    levels: tuple[Level, ...] = ()
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Curves, bands, marks and regions over one axis.
+
+    Attributes
+    ----------
+    axis : Axis
+        Time, frequency, speed, ...
+    at : float64[point]
+        Where on it the curves have their values, SI.
+    curves, bands, marks, regions, spans, panels : tuple
+        What there is, and how to draw it.
+    """
+
+    axis: Axis
+    at: Array
+    curves: tuple[Curve, ...] = ()
+    bands: tuple[Band, ...] = ()
+    marks: tuple[Mark, ...] = ()
+    regions: tuple[Region, ...] = ()
+    spans: tuple[Span, ...] = ()
+    panels: tuple[Panel, ...] = ()
+
+    def columns(self) -> Iterator[tuple[Axis, Array]]:
+        """Yield the axis, then curves and bands over its points, each with its unit."""
+        yield self.axis, self.at
+        for curve in self.curves:
+            if curve.at is None:
+                yield Axis(curve.name, curve.unit, curve.shown), curve.values
+        for band in self.bands:
+            yield Axis(f"{band.name}, lower", band.unit), band.lower
+            yield Axis(f"{band.name}, upper", band.unit), band.upper
+
+    def frame(self) -> pd.DataFrame:
+        """Return the curves and bands as a DataFrame over the axis, SI.
+
+        Returns
+        -------
+        DataFrame
+            `attrs["units"]` holds the units. Curves with points of their own are not
+            in it.
+        """
+        import pandas as pd
+
+        (axis, at), *others = self.columns()
+        index = pd.Index(at, name=axis.name)
+        frame = pd.DataFrame({a.name: v for a, v in others}, index=index)
+        frame.attrs["units"] = {
+            axis.name: axis.unit,
+            **{a.name: a.unit for a, _ in others},
+        }
+        return frame
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Rows: a catalogue of designs, a table of frequencies.
+
+    Attributes
+    ----------
+    heads : tuple of Axis
+        What each column holds.
+    values : tuple of array[row]
+        Column by column: numbers, SI, or words.
+    sentence : str
+        What a row is.
+    """
+
+    heads: tuple[Axis, ...]
+    values: tuple[NDArray[np.generic], ...]
+    sentence: str = ""
+
+    def columns(self) -> Iterator[tuple[Axis, NDArray[np.generic]]]:
+        """Yield each column with its head."""
+        yield from zip(self.heads, self.values, strict=True)
+
+    def frame(self) -> pd.DataFrame:
+        """Return the rows as a DataFrame, SI; `attrs["units"]` holds the units."""
+        import pandas as pd
+
+        frame = pd.DataFrame({head.name: values for head, values in self.columns()})
+        frame.attrs["units"] = {head.name: head.unit for head in self.heads}
+        return frame
+
+
+View = Chart | Listing

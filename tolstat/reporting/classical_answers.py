@@ -1,0 +1,83 @@
+"""The classical answers beside the simulated ones: slopes, worst case, worst trials."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from tolstat.reporting.drawn import Drawn
+from tolstat.reporting.findings import WorstTrialFindings, leading_of
+from tolstat.statistics.contributions import Contributions
+from tolstat.statistics.linear import (
+    Departure,
+    Linear,
+    departures,
+    root_sum_square,
+    scatter_of,
+)
+from tolstat.statistics.summary import Summary
+
+NAMED = 3  # contributors told of a worst trial
+
+
+class Classical(NamedTuple):
+    """The classical answers about one response; empty where it has no limit."""
+
+    linear: Linear | None
+    departures: tuple[Departure, ...]
+    worst_trials: tuple[WorstTrialFindings, ...]
+
+
+def classical_of(
+    drawn: Drawn,
+    summaries: Mapping[str, Summary],
+    contributions: Mapping[str, Contributions],
+) -> dict[str, Classical]:
+    """Put stored evidence into findings.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        The trials.
+    summaries : mapping of str to Summary
+        By response.
+    contributions : mapping of str to Contributions
+        Of what is looked at closely.
+
+    Returns
+    -------
+    dict of str to Classical
+        By response.
+    """
+    slopes = drawn.run.evidence.slopes
+    scatter = None
+    if slopes and len(drawn.trials) > 1:
+        varying = next(iter(slopes.values()))
+        scatter = scatter_of({name: drawn.values(name) for name in varying})
+    found = {}
+    for name, summary in summaries.items():
+        worst = _worst_trials(drawn, name, contributions.get(name))
+        if not scatter:
+            found[name] = Classical(None, (), worst)
+            continue
+        nominal = drawn.run.nominal_values[name]
+        linear = root_sum_square(nominal, slopes[name], scatter)
+        off = departures(linear, summary.quantiles)
+        found[name] = Classical(linear, tuple(off), worst)
+    return found
+
+
+def _worst_trials(
+    drawn: Drawn, name: str, contributions: Contributions | None
+) -> tuple[WorstTrialFindings, ...]:
+    """List the worst trials with what matters most of their deviations."""
+    run, leading = drawn.run, leading_of(contributions)[:NAMED]
+    return tuple(
+        WorstTrialFindings(
+            each.trial,
+            float(run.column(name)[each.trial]),
+            each.precise,
+            {n: float(run.column(n)[each.trial]) for n in leading},
+        )
+        for each in run.evidence.worst.get(name, ())
+    )

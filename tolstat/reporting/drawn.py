@@ -1,0 +1,72 @@
+"""The trials of a run that its statistics rest on."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.deviations.samplers.saltelli import OWN
+from tolstat.statistics.sample import Sample
+from tolstat.status import Status
+from tolstat.store.plan import Sampled
+from tolstat.store.run import Run
+
+Array = NDArray[np.float64]
+
+
+class Drawn(NamedTuple):
+    """Trials of a run whose machines were drawn.
+
+    Attributes
+    ----------
+    run : Run
+        All of it.
+    sampled : Sampled
+        How they were drawn.
+    trials : int64[n]
+        Numbers of the trials that statistics rest on: all, or the independent ones of
+        a run made for Sobol' indices.
+    sample : Sample
+        These trials.
+    """
+
+    run: Run
+    sampled: Sampled
+    trials: NDArray[np.int64]
+    sample: Sample
+
+    def values(self, name: str) -> Array:
+        """Return a response or contributor of these trials, SI."""
+        column: Array = self.run.column(name)
+        return column[self.trials] if self.grouped else column
+
+    def done(self, name: str) -> Array:
+        """Return a response or contributor of those that are done, SI."""
+        return self.values(name)[self.sample.done]
+
+    @property
+    def grouped(self) -> bool:
+        """Whether the run was made for Sobol' indices."""
+        return len(self.trials) < self.run.trials
+
+    def groups(self, response: str) -> tuple[Array, int]:
+        """Return float64[group, 2 + factor] of whole groups, and how many are not."""
+        group = self.sampled.group
+        every = self.run.column(response).reshape(-1, group)
+        status = self.run.status.reshape(-1, group)
+        whole = np.all(status == Status.DONE, axis=1)
+        return every[whole], int(np.count_nonzero(~whole))
+
+
+def drawn_trials(run: Run) -> Drawn | None:
+    """Return the trials of a run; None if its machines were chosen and not drawn."""
+    if run.sampled is None:
+        return None
+    trials = np.arange(run.trials)
+    group = run.sampled.group
+    if group > 1:
+        trials = trials[trials % group < OWN]
+    sample = Sample(run.status[trials], run.sampled.replicates)
+    return Drawn(run, run.sampled, trials, sample)

@@ -1,0 +1,289 @@
+"""Findings gathered from a run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.errors import PictureError, allowed_names
+from tolstat.reporting.classical_answers import classical_of
+from tolstat.reporting.contributing import contributions_of, indices_of
+from tolstat.reporting.drawn import Drawn, drawn_trials
+from tolstat.reporting.findings import (
+    Assumptions,
+    DeviationFindings,
+    DistributionFindings,
+    Findings,
+    IntegrationFindings,
+    Moves,
+    ResponseFindings,
+    TailFindings,
+    TrialsFindings,
+)
+from tolstat.reporting.summary_table import notes_of, summaries_of
+from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
+from tolstat.statistics.integration_error import integration_error
+from tolstat.statistics.shapes import NAMES, Shape, atom_of, best_shape
+from tolstat.statistics.statistic import quantiles_at, yields
+from tolstat.statistics.summary import Summary
+from tolstat.statistics.tails import Tail, upper_tail
+from tolstat.status import Status
+from tolstat.store.run import Run
+
+Array = NDArray[np.float64]
+
+RETURNS = (1_000, 10_000, 100_000, 1_000_000)  # machines of which one is beyond a level
+MOST_DRAWN = 8  # responses, where no limit says which ones matter
+
+
+def responses_of_interest(run: Run, chosen: Sequence[str] = ()) -> list[str]:
+    """Choose what is looked at closely.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    chosen : sequence of str
+        Names given by the user; else what has a limit, else the first eight responses.
+
+    Raises
+    ------
+    PictureError
+        If a name is not one of the run's responses.
+    """
+    known = [response.name for response in run.responses]
+    for name in chosen:
+        if name not in known:
+            raise PictureError(f"response {name}: {allowed_names(name, known)}")
+    return list(dict.fromkeys(chosen)) or list(run.limits) or known[:MOST_DRAWN]
+
+
+def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
+    """Return what a report rests on, and which responses it looks at closely.
+
+    Raises
+    ------
+    PictureError
+        If the machines were not drawn, no trial is done, or a response is unknown.
+    """
+    drawn = drawn_trials(run)
+    if drawn is None:
+        raise PictureError(
+            f"{run.path}: machines of a grid or a table were chosen and not drawn, and "
+            "have no statistics; `tolstat show --plot` draws them"
+        )
+    if not np.any(drawn.sample.done):
+        raise PictureError(f"{run.path}: no trial is done; there is nothing to report")
+    return drawn, responses_of_interest(run, chosen)
+
+
+def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
+    """Gather what a report says of a run; of its file alone, nothing is simulated.
+
+    Parameters
+    ----------
+    run : Run
+        Whose machines were drawn.
+    chosen : sequence of str
+        Responses to be looked at closely; see `responses_of_interest`.
+
+    Raises
+    ------
+    PictureError
+        If the machines were not drawn, no trial is done, or a response is unknown.
+    """
+    drawn, interest = reportable(run, chosen)
+    with ThreadPoolExecutor(1) as other:
+        # they take longest: beside all the rest, for NumPy keeps no other waiting
+        shares = other.submit(contributions_of, drawn, interest)
+        summaries = summaries_of(drawn)
+        errors = {
+            name: _integration_error(drawn, name, summaries[name]) for name in summaries
+        }
+        shapes = {name: _distribution(drawn.done(name), drawn) for name in interest}
+        tails = {
+            name: _tails(drawn.done(name), drawn, summaries[name]) for name in interest
+        }
+        contributions, members = shares.result()
+    classical = classical_of(drawn, summaries, contributions)
+    responses = {}
+    for response in run.responses:
+        name = response.name
+        found = ResponseFindings(
+            **vars(summaries[name]),
+            nominal=run.nominal_values[name],
+            symbol=response.symbol,
+            sentence=response.sentence,
+            source=response.source,
+            scale=run.scales[name],
+            integration_error=errors[name],
+            linear=classical[name].linear,
+            departures=classical[name].departures,
+            worst_cases=run.evidence.worst_cases.get(name, {}),
+            worst_trials=classical[name].worst_trials,
+        )
+        if name in interest:
+            found = replace(
+                found,
+                distribution=shapes[name],
+                tails=tails[name],
+                contributions=contributions.get(name),
+                members=members,
+                indices=indices_of(drawn, name) if drawn.grouped else None,
+            )
+        responses[name] = found
+    return Findings(
+        run.title,
+        run.path.name,
+        run.model,
+        _trials(drawn),
+        tuple(interest),
+        responses,
+        _assumptions(run),
+        {
+            **run.provenance,
+            "source_digest": run.source_digest,
+            "seed": drawn.sampled.seed,
+            "study": run.study.text,
+        },
+    )
+
+
+def _trials(drawn: Drawn) -> TrialsFindings:
+    run = drawn.run
+    ran = run.trials - run.counts[Status.NOT_RUN.word]
+    done = run.counts[Status.DONE.word]
+    return TrialsFindings(
+        run.trials,
+        ran,
+        done,
+        ran - done,
+        len(drawn.trials),
+        run.counts,
+        drawn.sample.failures,
+        run.sampling,
+        drawn.sampled.promise,
+        tuple(notes_of(run, drawn.sample)),
+    )
+
+
+def _distribution(done: Array, drawn: Drawn) -> DistributionFindings:
+    """Say what the response looks like: an atom, and the shape of the rest."""
+    atom = atom_of(done)
+    rest = atom.without(done) if atom else done
+    shape = Shape(NAMES[0], {}, refused=RANDOM_ONLY)
+    if not drawn.sample.replicates:
+        shape = best_shape(rest)
+    return DistributionFindings(atom, len(rest), shape)
+
+
+def tails_of(
+    done: Array, drawn: Drawn, limit: tuple[float, float] | None
+) -> dict[str, Tail]:
+    """Fit the tails that matter: beyond each end of a limit, else the upper one."""
+    lower, upper = limit or (-math.inf, math.inf)
+    found = {}
+    if drawn.sample.replicates:
+        refused = Tail(math.nan, 0, len(done), refused=RANDOM_ONLY)
+        return {"upper": refused}
+    if math.isfinite(upper) or not math.isfinite(lower):
+        found["upper"] = upper_tail(done)
+    if math.isfinite(lower):
+        found["lower"] = upper_tail(-done)
+    return found
+
+
+def _tails(done: Array, drawn: Drawn, of: Summary) -> dict[str, TailFindings]:
+    limit = of.limited.limit.permitted if of.limited else None
+    found = {}
+    for side, tail in tails_of(done, drawn, limit).items():
+        sign = 1 if side == "upper" else -1
+        levels: dict[int, Estimate] = {}
+        for machines in RETURNS:
+            # only beyond the trials themselves, and not too far
+            if not tail.refused and 1 / machines < tail.exceedances / tail.trials:
+                levels[machines] = _mirrored(tail.exceeded_by(1 / machines), sign)
+        beyond = None
+        if limit is not None and not tail.refused:
+            end = limit[1] if side == "upper" else -limit[0]
+            beyond = tail.share_beyond(end)
+        found[side] = TailFindings(
+            tail.refused,
+            sign * tail.threshold,
+            tail.exceedances,
+            tail.shape,
+            tail.scale,
+            tail.level,
+            levels,
+            beyond,
+        )
+    return found
+
+
+def _mirrored(found: Estimate, sign: int) -> Estimate:
+    if sign > 0:
+        return found
+    return Estimate(-found.value, -found.upper, -found.lower, found.reason)
+
+
+def _integration_error(
+    drawn: Drawn, name: str, of: Summary
+) -> IntegrationFindings | None:
+    """Say how far integration errors move the numbers of a response."""
+    run, audited = drawn.run, drawn.run.audited
+    if audited is None:
+        return None
+    ran = (audited.status == Status.DONE) & (run.status[audited.trials] == Status.DONE)
+    values = run.column(name)
+    precise = np.where(ran, audited.responses[name], np.nan)
+    error = integration_error(values, audited.trials, precise)
+    moves = None
+    if len(error.trials):
+        moves = _moves(drawn, error.removed(values)[drawn.trials], of)
+    return IntegrationFindings(
+        len(error.trials), error.failed, audited.settings, error.largest, moves
+    )
+
+
+def _moves(drawn: Drawn, better: Array, of: Summary) -> Moves:
+    sample = drawn.sample
+    done = better[sample.done]
+    sigma = float(done.std(ddof=1)) if len(done) > 1 else math.nan
+    quantiles = quantiles_at(better, sample, of.quantiles)
+    again = None
+    if of.limited:
+        again = yields(better, sample, of.limited.limit.permitted).beyond
+    return Moves(
+        of.mean.value - float(done.mean()),
+        of.sigma.value - sigma,
+        {share: of.quantiles[share].value - q.value for share, q in quantiles.items()},
+        of.limited.yields.beyond.value - again.value if of.limited and again else None,
+    )
+
+
+def _assumptions(run: Run) -> Assumptions:
+    """Say what the numbers hang on."""
+    correlation: Mapping[str, Mapping[str, float]] = run.study.table.get(
+        "correlation", {}
+    )
+    return Assumptions(
+        {
+            each.name: DeviationFindings(
+                run.assumed[each.name].words,
+                *run.assumed[each.name].tolerance,
+                run.scales[each.name],
+                each.sentence,
+            )
+            for each in run.contributors
+            if each.name in run.assumed
+        },
+        correlation,
+        run.settings,
+        run.assumptions,
+        run.evidence.missing,
+    )

@@ -1,0 +1,258 @@
+"""Everything a report says, as types: the page, JSON and CSV all print this. SI."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from tolstat.statistics.contributions import Contributions
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.linear import Departure, Linear
+from tolstat.statistics.shapes import Atom, Shape
+from tolstat.statistics.summary import Summary
+from tolstat.store.evidence import WorstCase
+from tolstat.store.plan import Chosen
+from tolstat.units.scale import Scale
+
+
+class TrialsFindings(NamedTuple):
+    """What became of the trials.
+
+    Attributes
+    ----------
+    asked, ran, done, failed : int
+        How many.
+    counted : int
+        Trials that the statistics rest on.
+    by_status : dict of str to int
+        By the word of each status.
+    failures : Estimate
+        Share that failed.
+    sampling, promise : str
+        How they were drawn, and what that allows to say.
+    notes : tuple of str
+        What must be known to read the numbers, failures first.
+    """
+
+    asked: int
+    ran: int
+    done: int
+    failed: int
+    counted: int
+    by_status: Mapping[str, int]
+    failures: Estimate
+    sampling: str
+    promise: str
+    notes: tuple[str, ...]
+
+
+class DistributionFindings(NamedTuple):
+    """What a response looks like.
+
+    Attributes
+    ----------
+    atom : Atom or None
+        The value that many machines share.
+    rest : int
+        Machines that have another.
+    shape : Shape
+        The named distribution that is nearest to these, or why none was fitted.
+    """
+
+    atom: Atom | None
+    rest: int
+    shape: Shape
+
+
+class TailFindings(NamedTuple):
+    """An extrapolated tail.
+
+    Attributes
+    ----------
+    refused : str
+        Why none was fitted; empty if one was.
+    threshold, shape, scale, level : float
+        Of the generalized Pareto distribution, and its test.
+    exceedances : int
+        Trials beyond the threshold.
+    exceeded_by : dict of int to Estimate
+        The value that one machine in so many exceeds.
+    beyond_limit : Estimate or None
+        Share beyond the limit; None without one on this side.
+    """
+
+    refused: str
+    threshold: float
+    exceedances: int
+    shape: float
+    scale: float
+    level: float
+    exceeded_by: Mapping[int, Estimate]
+    beyond_limit: Estimate | None
+
+
+class IndicesFindings(NamedTuple):
+    """Sobol' indices of a run made for them, from its whole groups of trials."""
+
+    groups: int
+    broken: int
+    first: Mapping[str, Estimate]
+    total: Mapping[str, Estimate]
+
+
+class Moves(NamedTuple):
+    """How far integration errors move the numbers of a response; NaN: not known."""
+
+    mean: float
+    sigma: float
+    quantiles: Mapping[float, float]
+    beyond: float | None
+
+
+class IntegrationFindings(NamedTuple):
+    """The second error bar.
+
+    Attributes
+    ----------
+    trials, failed : int
+        Evaluated again, and left out because they failed one of the two times.
+    settings : dict of str to float
+        What was tightened, and to what.
+    largest : float
+        Largest error.
+    moves : Moves or None
+        None where no trial tells.
+    """
+
+    trials: int
+    failed: int
+    settings: Mapping[str, float]
+    largest: float
+    moves: Moves | None
+
+
+class WorstTrialFindings(NamedTuple):
+    """One of the worst trials, with what matters most of its deviations."""
+
+    trial: int
+    value: float
+    precise: float
+    deviations: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class ResponseFindings(Summary):
+    """All that is said of a response, beyond its summary.
+
+    Attributes
+    ----------
+    nominal : float
+        Of the nominal machine; NaN if that failed.
+    symbol, sentence, source : str
+        As the machine declares it.
+    scale : Scale
+        How it is shown.
+    integration_error : IntegrationFindings or None
+        None where nothing was evaluated again.
+    linear : Linear or None
+        The linear answer; None without slopes.
+    departures : tuple of Departure
+        How far that is off.
+    worst_cases : dict of str to WorstCase
+        By side, of a limited response.
+    worst_trials : tuple of WorstTrialFindings
+        The worst first, of a limited response.
+    distribution, tails, contributions, indices
+        Of a response that is looked at closely.
+    members : dict of str to tuple of str
+        The contributors of each kind of part.
+    """
+
+    nominal: float
+    symbol: str
+    sentence: str
+    source: str
+    scale: Scale
+    integration_error: IntegrationFindings | None = None
+    linear: Linear | None = None
+    departures: tuple[Departure, ...] = ()
+    worst_cases: Mapping[str, WorstCase] = field(default_factory=dict)
+    worst_trials: tuple[WorstTrialFindings, ...] = ()
+    distribution: DistributionFindings | None = None
+    tails: Mapping[str, TailFindings] = field(default_factory=dict)
+    contributions: Contributions | None = None
+    members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    indices: IndicesFindings | None = None
+
+
+def leading_of(contributions: Contributions | None) -> list[str]:
+    """Name the contributors that matter to a response, the most important first."""
+    shares = contributions.first_order if contributions else {}
+    known = {n: e.value for n, e in shares.items() if not math.isnan(e.value)}
+    return sorted(known, key=lambda name: -known[name])
+
+
+class DeviationFindings(NamedTuple):
+    """What was assumed of a deviation: words, tolerance, how it is shown."""
+
+    words: str
+    lower: float
+    upper: float
+    scale: Scale
+    sentence: str
+
+
+class Assumptions(NamedTuple):
+    """What the numbers hang on.
+
+    Attributes
+    ----------
+    deviations : dict of str to DeviationFindings
+        By contributor that deviates.
+    correlation : dict
+        Rank correlations, as the study has them.
+    settings : dict of str to Chosen
+        As they are written.
+    of_the_model : tuple of str
+        What the machine's answers rest on.
+    missing : str
+        Why there are no slopes, worst cases and worst trials; empty if there are.
+    """
+
+    deviations: Mapping[str, DeviationFindings]
+    correlation: Mapping[str, Mapping[str, float]]
+    settings: Mapping[str, Chosen]
+    of_the_model: tuple[str, ...]
+    missing: str
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a report says of a run.
+
+    Attributes
+    ----------
+    title, run, model : str
+        What it is of.
+    trials : TrialsFindings
+        What became of them.
+    interest : tuple of str
+        Responses that are looked at closely.
+    responses : dict of str to ResponseFindings
+        All of them.
+    assumptions : Assumptions
+        What the numbers hang on.
+    provenance : dict
+        Versions, times, processor; the study as it was written.
+    """
+
+    title: str
+    run: str
+    model: str
+    trials: TrialsFindings
+    interest: tuple[str, ...]
+    responses: Mapping[str, ResponseFindings]
+    assumptions: Assumptions
+    provenance: Mapping[str, object]

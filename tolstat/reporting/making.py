@@ -1,0 +1,173 @@
+"""Pages made: the report of a run, the comparison of two, a view."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from tolstat.errors import PictureError, RunFileError
+from tolstat.model.view import Listing, View
+from tolstat.store.opening import open as open_run
+from tolstat.store.run import Run
+
+PICTURES = (".png", ".svg", ".pdf")
+
+
+def report(
+    run: Run | str | os.PathLike[str],
+    output: str | os.PathLike[str] | None = None,
+    responses: Sequence[str] = (),
+) -> Path:
+    """Write the statistical tolerance report of a run: one page of HTML.
+
+    Parameters
+    ----------
+    run : Run or path
+        Whose machines were drawn. The page is made of its file alone: nothing is
+        simulated, and the machine need not be at hand.
+    output : path, optional
+        The page; beside the run, ending in .html, if not given.
+    responses : sequence of str
+        What is looked at closely; what has a limit if none are given.
+
+    Returns
+    -------
+    Path
+        Of the page.
+
+    Raises
+    ------
+    PictureError
+        If the run has no statistics, or no such response.
+    RunFileError
+        If the run cannot be read, or the page cannot be written.
+    """
+    from tolstat.reporting.finding import findings_of
+    from tolstat.reporting.page import make_page, pictures_of
+
+    of = run if isinstance(run, Run) else open_run(run)
+    path = Path(output) if output is not None else of.path.with_suffix(".html")
+    check_folder(path)
+    found = findings_of(of, responses)
+    return write(path, make_page(of, found, pictures_of(of, found)))
+
+
+def compare(
+    first: Run | str | os.PathLike[str],
+    second: Run | str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    responses: Sequence[str] = (),
+) -> Path:
+    """Compare two runs of the same deviations, machine by machine, on a page.
+
+    Parameters
+    ----------
+    first, second : Run or path
+        The runs.
+    output : path
+        The page.
+    responses : sequence of str
+        What is looked at closely; what has a limit if none are given.
+
+    Raises
+    ------
+    RunFileError
+        If the deviations differ: it names the contributor and the trial.
+    """
+    from tolstat.reporting.comparison import compared, pair_of
+    from tolstat.reporting.comparison_page import make_comparison_page
+
+    pair = pair_of(
+        *(run if isinstance(run, Run) else open_run(run) for run in (first, second))
+    )
+    check_folder(Path(output))
+    return write(Path(output), make_comparison_page(pair, compared(pair, responses)))
+
+
+def save_view(view: View, path: Path, title: str, sentence: str = "") -> None:
+    """Write a view: as a picture, a table of numbers, or a page, by the file's ending.
+
+    Parameters
+    ----------
+    view : Chart or Listing
+        As a machine shows it.
+    path : Path
+        Ends in .png, .svg, .pdf, .csv or .html.
+    title, sentence : str
+        Which machine, and what is shown.
+
+    Raises
+    ------
+    PictureError
+        If the ending is another, or it cannot be written.
+    """
+    check_view_ending(path)
+    if path.suffix.lower() == ".csv":
+        from tolstat.reporting.view_table import as_csv
+
+        write(path, as_csv(view))
+    elif path.suffix.lower() == ".html":
+        write(path, view_page(view, title, sentence))
+    else:
+        from tolstat.reporting import picture
+        from tolstat.reporting.view_picture import draw_view
+
+        picture.write(draw_view(view, title), path)
+
+
+def view_page(view: View, title: str, sentence: str = "") -> str:
+    """Make a page of a view: a chart as a picture, a listing as a table."""
+    from tolstat.reporting.page import environment, style
+    from tolstat.reporting.page_picture import inline
+    from tolstat.reporting.view_picture import draw_view
+    from tolstat.reporting.view_table import view_rows
+
+    picture, heads, rows = None, list[str](), list[list[str]]()
+    if isinstance(view, Listing):
+        heads, rows = view_rows(view)
+    else:
+        picture = inline(draw_view(view, ""), sentence or title)
+    template = environment().get_template("view.html")
+    page: str = template.render(
+        title=title, sentence=sentence, style=style(), picture=picture, heads=heads,
+        rows=rows,
+    )  # fmt: skip
+    return page
+
+
+def check_view_ending(path: Path) -> None:
+    """Refuse a file that a view cannot be written to, before anything is simulated."""
+    endings = (*PICTURES, ".csv", ".html")
+    if path.suffix.lower() not in endings:
+        raise PictureError(
+            f"{path}: a view ends in {', '.join(endings[:-1])} or {endings[-1]}"
+        )
+    check_folder(path)
+
+
+def check_folder(path: Path) -> None:
+    """Refuse a file whose folder does not exist, before anything is done for it.
+
+    Raises
+    ------
+    RunFileError
+        If there is no such folder.
+    """
+    if not path.parent.is_dir():
+        raise RunFileError(f"{path} cannot be written: there is no such folder")
+
+
+def write(path: Path, text: str) -> Path:
+    """Write a text file.
+
+    Raises
+    ------
+    RunFileError
+        If it cannot be written.
+    """
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise RunFileError(f"{path} cannot be written: {error}") from error
+    return path

@@ -1,0 +1,92 @@
+"""Findings made plain: numbers, texts, lists and dicts, for JSON and CSV."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from tolstat.statistics.estimate import Estimate
+
+HEADS = ("path", "value", "lower", "upper", "reason")
+
+
+def share_words(share: float) -> str:
+    """Name a quantile: 0.00135 is "0.135 %"."""
+    return f"{100 * share:.10g} %"
+
+
+def key_words(key: object) -> str:
+    """Name one step on the way to a number: a quantile by its share."""
+    return share_words(key) if isinstance(key, float) else str(key)
+
+
+def plain(found: Any) -> Any:
+    """Return findings as plain data.
+
+    Parameters
+    ----------
+    found
+        Dataclasses, named tuples, mappings, sequences, numbers, texts.
+
+    Returns
+    -------
+    object
+        SI. An estimate is a dict of value, lower, upper (its 95 % interval; None where
+        there is none) and reason; NaN is None.
+    """
+    if dataclasses.is_dataclass(found) and not isinstance(found, type):
+        names = [field.name for field in dataclasses.fields(found)]
+        return {name: plain(getattr(found, name)) for name in names}
+    if hasattr(found, "_asdict"):
+        return {name: plain(value) for name, value in found._asdict().items()}
+    if isinstance(found, Mapping):
+        return {key_words(key): plain(value) for key, value in found.items()}
+    if isinstance(found, Sequence) and not isinstance(found, str):
+        return [plain(value) for value in found]
+    if isinstance(found, np.generic):
+        found = found.item()
+    return None if isinstance(found, float) and math.isnan(found) else found
+
+
+def as_json(found: Any) -> str:
+    """Write findings as JSON: what is infinite is the text "inf" or "-inf"."""
+    return json.dumps(_finite(plain(found)), indent=1, allow_nan=False) + "\n"
+
+
+def _finite(found: Any) -> Any:
+    if isinstance(found, dict):
+        return {key: _finite(value) for key, value in found.items()}
+    if isinstance(found, list):
+        return [_finite(value) for value in found]
+    if isinstance(found, float) and math.isinf(found):
+        return "inf" if found > 0 else "-inf"
+    return found
+
+
+def as_csv(found: Any) -> str:
+    """Write all numbers of findings as CSV: a row for each, with its interval, SI."""
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(HEADS)
+    writer.writerows(_rows(plain(found), ()))
+    return buffer.getvalue()
+
+
+def _rows(found: Any, path: tuple[str, ...]) -> Iterator[tuple[Any, ...]]:
+    if isinstance(found, dict) and tuple(found) == Estimate._fields:
+        yield "/".join(path), *found.values()
+    elif isinstance(found, dict):
+        for key, value in found.items():
+            yield from _rows(value, (*path, key))
+    elif isinstance(found, list):
+        for index, value in enumerate(found):
+            yield from _rows(value, (*path, str(index)))
+    else:
+        yield "/".join(path), found, None, None, ""

@@ -1,0 +1,183 @@
+"""What a response is owed to, how its estimate settles, how machines moved: drawn."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.ticker import NullLocator
+
+from tolstat.reporting.distribution_pictures import ends_of
+from tolstat.reporting.drawn import Drawn
+from tolstat.reporting.findings import IndicesFindings, ResponseFindings, leading_of
+from tolstat.reporting.page_picture import (
+    BEYOND,
+    INK,
+    MOST_POINTS,
+    WITHIN,
+    few_ticks,
+    inline,
+    legend_above,
+    page_figure,
+)
+from tolstat.reporting.picture import COLOURS
+from tolstat.reporting.plain import share_words
+from tolstat.statistics.contributions import Contributions
+from tolstat.statistics.convergence import running
+from tolstat.statistics.statistic import Statistic
+from tolstat.store.evidence import Sketch
+
+MOST_BARS = 10
+MISS = 0.025  # a quantile has an interval from log(MISS)/log(share) trials
+SCATTERED = 3  # contributors that a response is drawn over
+SETTLING = 4  # times as many, so that there is something to see
+
+
+def pareto(found: Contributions | IndicesFindings | None) -> Markup | None:
+    """Draw the shares of the variance, the largest first; None without any.
+
+    Parameters
+    ----------
+    found : Contributions or IndicesFindings
+        From the trials at hand, or made for them.
+    """
+    if isinstance(found, IndicesFindings):
+        first = found.first
+        rows = [("alone (first order)", first), ("with others (total)", found.total)]
+    else:
+        first = found.first_order if found else {}
+        rows = [("alone (first order)", first)]
+    known = {n: each.value for n, each in first.items() if not math.isnan(each.value)}
+    if not known:
+        return None
+    leading = sorted(known, key=lambda name: -known[name])[:MOST_BARS]
+    with page_figure(height=0.26 * len(leading) * len(rows) + 1.1) as figure:
+        axes = figure.subplots()
+        height = 0.36 if len(rows) > 1 else 0.7
+        for row, (label, shares) in enumerate(rows):
+            at = np.arange(len(leading)) + (0.4 * row if len(rows) > 1 else 0)
+            value = 100 * np.array([shares[name].value for name in leading])
+            sure = all(shares[name].sure for name in leading)
+            ends = [
+                [shares[n].lower for n in leading],
+                [shares[n].upper for n in leading],
+            ]
+            axes.barh(
+                at, value, height, color=COLOURS[row], label=label,
+                xerr=np.abs(100 * np.array(ends) - value) if sure else None,
+                error_kw={"ecolor": INK, "elinewidth": 0.8, "capsize": 2},
+            )  # fmt: skip
+        axes.set_yticks(np.arange(len(leading)), leading)
+        axes.invert_yaxis()
+        axes.set_xlabel("% of the variance")
+        axes.grid(visible=False, axis="y")
+        legend_above(axes)
+        words = ", ".join(f"{name} {100 * known[name]:.0f} %" for name in leading[:3])
+        return inline(figure, f"Contributions, the largest first: {words}")
+
+
+def convergence(drawn: Drawn, name: str, found: ResponseFindings) -> Markup:
+    """Draw how the outermost quantile that has long had an interval settles.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        The trials.
+    name : str
+        Of the response.
+    found : ResponseFindings
+        What is said of it.
+    """
+    sure = [
+        share
+        for share in (0.99865, 0.99, 0.95)
+        if len(drawn.trials) >= SETTLING * math.log(MISS) / math.log(share)
+    ]
+    share = sure[0] if sure else 0.5
+    values, scale = drawn.values(name), found.scale.factor
+    limit = found.limited.limit.permitted if found.limited else None
+    words = found.scale.label(share_words(share))
+    asked = [(Statistic(name, "quantile", share), scale, words)]
+    if limit:
+        asked.append((Statistic(name, "beyond"), 100.0, "beyond, %"))
+    with page_figure() as figure:
+        every = figure.subplots(len(asked), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, (statistic, times, label) in zip(every, asked, strict=True):
+            found_so = running(statistic, values, drawn.sample, limit)
+            axes.fill_between(
+                found_so.trials, times * found_so.lower, times * found_so.upper,
+                color=WITHIN, alpha=0.25, linewidth=0, label="95 % interval",
+            )  # fmt: skip
+            axes.plot(found_so.trials, times * found_so.value, color=WITHIN)
+            axes.set_ylabel(label)
+            axes.set_xscale("log")
+            axes.xaxis.set_minor_locator(NullLocator())
+            axes.xaxis.set_major_formatter("{x:g}")
+            few_ticks(axes, "y")
+        every[-1].set_xlabel("trials")
+        legend_above(every[0])
+        return inline(
+            figure, f"Running estimate of {name} with its interval, as trials are added"
+        )
+
+
+def scatter(drawn: Drawn, name: str, found: ResponseFindings) -> Markup | None:
+    """Draw the response over its three leading contributors; None without any.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        The trials.
+    name : str
+        Of the response.
+    found : ResponseFindings
+        What is said of it.
+    """
+    leading = leading_of(found.contributions)[:SCATTERED]
+    if not leading:
+        return None
+    response = found.scale.factor * drawn.done(name)
+    scales = drawn.run.scales
+    many = len(response) > MOST_POINTS
+    with page_figure(width=2.4 * len(leading) + 0.6, height=2.5) as figure:
+        every = figure.subplots(1, len(leading), sharey=True, squeeze=False)[0]
+        for axes, contributor in zip(every, leading, strict=True):
+            deviation = scales[contributor].factor * drawn.done(contributor)
+            axes.plot(
+                deviation, response, ".", color=WITHIN, markersize=2, alpha=0.35,
+                markeredgewidth=0, rasterized=many,
+            )  # fmt: skip
+            axes.set_xlabel(scales[contributor].label(contributor))
+            few_ticks(axes)
+            for end in ends_of(found):
+                axes.axhline(
+                    found.scale.factor * end, color=BEYOND, linestyle="--", linewidth=1
+                )
+        every[0].set_ylabel(found.scale.label(name))
+        return inline(
+            figure, f"{name} over its leading contributors: {', '.join(leading)}"
+        )
+
+
+def sketch(of: Sketch, trial: int) -> Markup:
+    """Draw a small picture of how a machine moved.
+
+    Parameters
+    ----------
+    of : Sketch
+        Its stored curves.
+    trial : int
+        Its number, for the words beside the picture.
+    """
+    with page_figure(width=1.9, height=0.55) as figure:
+        figure.set_layout_engine("none")
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        axes.set_axis_off()
+        for low, high in of.spans:
+            axes.axvspan(low, high, color=INK, alpha=0.06, linewidth=0)
+        for values, colour in zip(of.curves.values(), COLOURS, strict=False):
+            axes.plot(of.at, values, color=colour, linewidth=0.8)
+        words = ", ".join(of.curves)
+        over = of.axis.partition(",")[0]
+        return inline(figure, f"Trial {trial}: {words} over {over}")

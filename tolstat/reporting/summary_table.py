@@ -1,0 +1,191 @@
+"""The tables at the end of a run: responses, limits, and what they rest on."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.reporting.drawn import Drawn, drawn_trials
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.summary import Limited, Summary, summarize
+from tolstat.status import Status
+from tolstat.store.run import Run
+from tolstat.units.scale import PLAIN, Scale
+
+PRINTED = {0.5: "median", 0.05: "5 %", 0.95: "95 %", 0.99: "99 %"}
+EXTREMES = ("least", "in trial", "largest", "in trial")
+
+PER_CENT, AS_IS = Scale("1", "%"), Scale("1", PLAIN)
+
+# a text, or a number with the ends of its interval
+Cell = str | tuple[str, str, str]
+
+
+class SummaryTable(NamedTuple):
+    """Tables of text.
+
+    Attributes
+    ----------
+    title : str
+        What the run is.
+    heads : list of str
+        Columns of the table of responses.
+    rows : list of list of Cell
+        One for each response.
+    limit_heads : list of str
+        Columns of the table of limits.
+    limit_rows : list of list of Cell
+        One for each limit; empty without limits.
+    notes : list of str
+        What must be known to read them: failures first.
+    """
+
+    title: str
+    heads: list[str]
+    rows: list[list[Cell]]
+    limit_heads: list[str]
+    limit_rows: list[list[Cell]]
+    notes: list[str]
+
+
+def summaries_of(drawn: Drawn) -> dict[str, Summary]:
+    """Summarize every response of a run whose machines were drawn."""
+    run, found = drawn.run, {}
+    for response in run.responses:
+        name = response.name
+        limit = run.limits.get(name)
+        found[name] = summarize(drawn.values(name), drawn.sample, limit)
+    return found
+
+
+def summary_table(run: Run) -> SummaryTable:
+    """Summarize a run for the screen.
+
+    Parameters
+    ----------
+    run : Run
+        Complete or not.
+
+    Returns
+    -------
+    SummaryTable
+        In the units of the study. Of trials that were drawn quantiles and shares, each
+        with its 95 % interval; of a grid or a table, whose machines were chosen, the
+        extremes and where they are.
+    """
+    drawn = drawn_trials(run)
+    sample = drawn.sample if drawn else None
+    summaries = summaries_of(drawn) if drawn else {}
+    rows: list[list[Cell]] = []
+    limit_rows: list[list[Cell]] = []
+    for response in run.responses:
+        name, scale = response.name, run.scales[response.name]
+        row: list[Cell] = [name, scale.mark, scale.number(run.nominal_values[name])]
+        if name in summaries:
+            quantiles = summaries[name].quantiles
+            row += [estimate_in_words(quantiles[share], scale) for share in PRINTED]
+            if limited := summaries[name].limited:
+                limit_rows.append([name, *_judged(limited)])
+        else:
+            row += _extremes(run, name, scale)
+            if name in run.limits:
+                words = run.limits[name].words
+                limit_rows.append([name, words, _beyond(run, name)])
+        rows.append(row)
+    judged = ["limit", "demanded", "verdict", "% beyond", "Ppk"]
+    return SummaryTable(
+        f"{run.title}: {run.trials} trials of {run.model}",
+        ["response", "unit", "nominal", *(PRINTED.values() if sample else EXTREMES)],
+        rows,
+        ["response", *(judged if sample else ["limit", "machines beyond"])],
+        limit_rows,
+        notes_of(run, sample),
+    )
+
+
+def estimate_in_words(estimate: Estimate, scale: Scale) -> Cell:
+    """Write an estimate with its interval, or why it has none."""
+    value = scale.number(estimate.value)
+    if estimate.sure:
+        return value, scale.number(estimate.lower), scale.number(estimate.upper)
+    if estimate.reason.startswith("needs"):
+        return estimate.reason
+    return f"{value}: no interval"
+
+
+def _judged(limited: Limited) -> list[Cell]:
+    """Write what a limit asks for and what the machines say."""
+    verdict = limited.yields.verdict
+    if limited.yields.needed:
+        verdict += f": needs {limited.yields.needed}"
+    ppk = limited.percentiles.ppk
+    words: Cell = ppk.reason
+    if ppk.sure:
+        words = estimate_in_words(ppk, AS_IS)
+    return [
+        limited.limit.words,
+        f"{100 * limited.limit.demanded:g} %",
+        verdict,
+        estimate_in_words(limited.yields.beyond, PER_CENT),
+        words,
+    ]
+
+
+def _extremes(run: Run, name: str, scale: Scale) -> list[Cell]:
+    """Write the least and the largest value, each with its trial."""
+    done = np.flatnonzero(run.status == Status.DONE)
+    if not len(done):
+        return ["failed", "", "failed", ""]
+    values = run.column(name)[done]
+    cells: list[Cell] = []
+    for where in (values.argmin(), values.argmax()):
+        cells += [scale.number(float(values[where])), str(done[where])]
+    return cells
+
+
+def _beyond(run: Run, name: str) -> str:
+    """Count the machines beyond a limit, failed ones among them."""
+    lower, upper = run.limits[name].permitted
+    ended = run.trials - run.counts[Status.NOT_RUN.word]
+    with np.errstate(invalid="ignore"):
+        within = (run.column(name) >= lower) & (run.column(name) <= upper)
+    return f"{ended - np.count_nonzero(within)} of {ended}"
+
+
+def notes_of(run: Run, sample: Sample | None) -> list[str]:
+    """Say what must be known to read the numbers of a run: failures first."""
+    counts = run.counts
+    ended = run.trials - counts[Status.NOT_RUN.word]
+    failed = ended - counts[Status.DONE.word]
+    notes = []
+    if ended:
+        text = f"{failed} of {ended} trials failed"
+        if sample and (share := sample.failures).sure:
+            text += f" (95 % interval {PER_CENT.number(share.lower)}.."
+            text += f"{PER_CENT.number(share.upper)} %)"
+        if run.failures:
+            said = (f"{count} {word}" for word, count in run.failures.items())
+            text += ": " + ", ".join(said) + "; they count as beyond every limit"
+        notes.append(text)
+    if ended < run.trials:
+        notes.append(f"{run.trials - ended} of {run.trials} trials have not run")
+    nominal = run.nominal_values["status"]
+    if nominal != Status.DONE.word:
+        notes.append(f"the nominal machine: {nominal}")
+    notes += run.notes
+    if run.stopped:
+        reached = "reached" if run.stopped.reached else "not reached"
+        stages = ", ".join(map(str, run.stopped.stages))
+        rules = "; ".join(run.stopped.rules)
+        notes.append(f"{rules}: {reached}; looked at after {stages} trials")
+    if sample and not sample.replicates:
+        notes.append(
+            "with each number its 95 % interval: order statistics for quantiles, "
+            "Clopper-Pearson for shares; "
+            '"needs N": no interval exists with fewer trials'
+        )
+    elif run.sampled:
+        notes.append(f"with each number its 95 % interval: {run.sampled.promise}")
+    return notes

@@ -1,0 +1,184 @@
+"""A grid run as curves: a response over what was swept, one curve a machine."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.errors import PictureError, allowed_names
+from tolstat.store.run import Run
+from tolstat.units.scale import Scale
+
+Array = NDArray[np.float64]
+
+
+class Sweep(NamedTuple):
+    """One curve.
+
+    Attributes
+    ----------
+    label : str
+        What is the same along it: the other axes of the grid.
+    x, y : float64[point]
+        What was swept and the response, SI; NaN where a trial failed.
+    """
+
+    label: str
+    x: Array
+    y: Array
+
+
+def swept_axis(run: Run) -> str:
+    """Choose what goes along the axis: of what has numbers, what has most of them.
+
+    Raises
+    ------
+    PictureError
+        If the run is no grid, or has no axis of two numbers.
+    """
+    if not run.grid:
+        raise PictureError(
+            f'{run.path}: only a run with sampling = "grid" is shown as curves'
+        )
+    counts = {
+        name: len(np.unique(_values(run, name)))
+        for name in run.grid
+        if _values(run, name).dtype.kind == "f"
+    }
+    best = max(counts, key=lambda name: counts[name], default=None)
+    if best is None or counts[best] < 2:
+        raise PictureError(f"{run.path}: nothing in its grid has two numbers or more")
+    return best
+
+
+def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
+    """Cut a grid run into curves.
+
+    Parameters
+    ----------
+    run : Run
+        With sampling = "grid".
+    axis : str
+        What goes along each curve.
+    response : str
+        What is shown.
+
+    Returns
+    -------
+    list of Sweep
+        One for each combination of the other axes.
+
+    Raises
+    ------
+    PictureError
+        If the run has no such response.
+    """
+    names = [each.name for each in run.responses]
+    if response not in names:
+        raise PictureError(
+            f"no response '{response}'; {allowed_names(response, names)}"
+        )
+    others = [name for name in run.grid if name != axis]
+    x, y = _values(run, axis), run.column(response)
+    labels = np.array([_label(run, others, i) for i in range(run.trials)])
+    found = []
+    for label in dict.fromkeys(labels.tolist()):
+        rows = np.flatnonzero(labels == label)
+        rows = rows[np.argsort(x[rows], kind="stable")]
+        found.append(Sweep(label, x[rows], y[rows]))
+    return found
+
+
+def members(run: Run, name: str) -> list[str]:
+    """List the columns that an axis of the grid moved."""
+    known = [*run.swept, *(each.name for each in run.contributors)]
+    if name in known:
+        return [name]
+    return [each for each in known if each.rpartition("_")[0] == name]
+
+
+def axis_scale(run: Run, name: str) -> Scale:
+    """Return how an axis of the grid is shown."""
+    return run.scales[members(run, name)[0]]
+
+
+def _values(run: Run, name: str) -> NDArray[np.float64]:
+    return run.column(members(run, name)[0])
+
+
+def _label(run: Run, names: list[str], trial: int) -> str:
+    words = []
+    for name in names:
+        value = _values(run, name)[trial]
+        if isinstance(value, str):
+            words.append(f"{name} {value}")
+        else:
+            scale = axis_scale(run, name)
+            words.append(f"{name} {scale.factor * value:.6g} {scale.mark}".strip())
+    return ", ".join(words)
+
+
+class Comparison(NamedTuple):
+    """Known points beside a run, as text.
+
+    Attributes
+    ----------
+    title : str
+        Where the points come from.
+    heads : list of str
+        Columns.
+    rows : list of list of str
+        One for each point.
+    note : str
+        How the run's value was found.
+    """
+
+    title: str
+    heads: list[str]
+    rows: list[list[str]]
+    note: str
+
+
+def comparisons(run: Run) -> list[Comparison]:
+    """Compare a grid run with its reference, response by response.
+
+    Parameters
+    ----------
+    run : Run
+        With a reference, or not: then there is nothing to compare.
+
+    Returns
+    -------
+    list of Comparison
+        One for each response of the reference and each curve of the run.
+    """
+    if not run.reference:
+        return []
+    axis, *responses = run.reference.columns
+    at = run.reference.columns[axis]
+    along = axis_scale(run, axis)
+    found = []
+    for response in responses:
+        scale = run.scales[response]
+        known = run.reference.columns[response]
+        for sweep in sweeps(run, axis, response):
+            here = np.interp(at, sweep.x, sweep.y, left=np.nan, right=np.nan)
+            rows = [
+                [
+                    f"{along.factor * x:.6g}",
+                    scale.number(a),
+                    scale.number(b),
+                    scale.number(b - a),
+                ]
+                for x, a, b in zip(
+                    at.tolist(), known.tolist(), here.tolist(), strict=True
+                )
+            ]
+            heads = [along.label(axis), "reference", "run", "difference"]
+            title = f"{scale.label(response)}: {run.reference.label}"
+            title += f" ({sweep.label})" if sweep.label else ""
+            between = "" if np.isin(at, sweep.x).all() else "between points: linear"
+            found.append(Comparison(title, heads, rows, between))
+    return found

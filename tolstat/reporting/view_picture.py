@@ -1,0 +1,167 @@
+"""A view drawn: charts as panels one above the other, listings as a table."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from tolstat.errors import PictureError
+from tolstat.model.view import Band, Chart, Curve, Listing, Panel, Region, View
+from tolstat.reporting.picture import COLOURS, mark_level, styled
+from tolstat.reporting.view_table import view_rows
+from tolstat.units.scale import Scale, scale_of
+
+WINDOW = "#f2f2f2"
+MOST_ROWS = 60  # of a listing that is drawn
+Handles = list[Line2D | Patch]
+
+
+def draw_view(view: View, title: str) -> Figure:
+    """Draw what a machine shows.
+
+    Parameters
+    ----------
+    view : Chart or Listing
+        As a machine returns it.
+    title : str
+        Which machine.
+
+    Returns
+    -------
+    Figure
+        A page. Of a chart: spans are shaded, marks are dots on their curves, and the
+        legend says how high they are.
+
+    Raises
+    ------
+    PictureError
+        If a listing has more rows than a picture can hold.
+    """
+    with styled():
+        figure = _chart(view) if isinstance(view, Chart) else _listing(view)
+        figure.suptitle(title, x=0.01, ha="left", fontsize=11)
+    return figure
+
+
+def _chart(chart: Chart) -> Figure:
+    panels = chart.panels or _panels(chart)
+    figure = Figure(figsize=(8.0, max(1.75 * len(panels) + 0.8, 3.6)))
+    figure.set_layout_engine("constrained")
+    every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    along = along_of(chart)
+    for axes, panel in zip(every, panels, strict=True):
+        axes.set_title(panel.title or " ")  # the line that the legend stands on
+        for span in chart.spans:
+            ends = along.factor * span.lower, along.factor * span.upper
+            axes.axvspan(*ends, color=WINDOW, zorder=0)
+        handles = _draw(axes, chart, panel.names, 0, panel)
+        if panel.right:
+            right = axes.twinx()
+            right.grid(visible=False)
+            right.spines["right"].set_visible(True)
+            handles += _draw(right, chart, panel.right, len(panel.names), None)
+        # above the picture, on the line of its title, where it covers nothing
+        legend = axes.legend(
+            handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4,
+            borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
+        )  # fmt: skip
+        legend.set_in_layout(False)
+    words = "; ".join(dict.fromkeys(span.words for span in chart.spans if span.words))
+    label = along.label(chart.axis.name)
+    every[-1].set_xlabel(f"{label} (shaded: {words})" if words else label)
+    if chart.axis.logarithmic:
+        every[0].set_xscale("log")
+    if len(chart.at) > 1:
+        every[0].set_xlim(along.factor * chart.at[0], along.factor * chart.at[-1])
+    return figure
+
+
+def along_of(chart: Chart) -> Scale:
+    """Return how the axis of a chart is shown."""
+    size = float(np.nanmax(np.abs(chart.at))) if len(chart.at) else 0.0
+    return scale_of(chart.axis.unit, chart.axis.shown, size)
+
+
+def _panels(chart: Chart) -> tuple[Panel, ...]:
+    """Put what a chart has into a panel for each unit."""
+    units: dict[str, list[str]] = {}
+    drawn: list[Curve | Band | Region] = [*chart.curves, *chart.bands, *chart.regions]
+    for each in drawn:
+        units.setdefault(each.unit, []).append(each.name)
+    return tuple(Panel("", tuple(names)) for names in units.values())
+
+
+def _draw(
+    axes: Axes, chart: Chart, names: tuple[str, ...], first: int, panel: Panel | None
+) -> Handles:
+    """Draw curves, bands and regions of one unit; return what the legend shows."""
+    curves = [c for c in chart.curves if c.name in names]
+    bands = [b for b in chart.bands if b.name in names]
+    regions = [r for r in chart.regions if r.name in names]
+    scale = _scale(curves, [*bands, *regions])
+    axes.set_ylabel(scale.mark)
+    x, times = along_of(chart).factor, scale.factor
+    colours = dict(zip(names, COLOURS[first:] + COLOURS, strict=False))
+    handles: Handles = []
+    for region in regions:
+        (drawn,) = axes.fill(
+            x * region.at, times * region.values, color=colours[region.name], alpha=0.2,
+            linewidth=0, label=region.name,
+        )  # fmt: skip
+        handles.append(drawn)
+    for band in bands:
+        axes.fill_between(
+            x * chart.at, times * band.lower, times * band.upper, alpha=0.25,
+            color=colours[band.name], linewidth=0,
+        )  # fmt: skip
+        handles.append(Patch(color=colours[band.name], alpha=0.25, label=band.name))
+    for curve in curves:
+        at = chart.at if curve.at is None else curve.at
+        (line,) = axes.plot(x * at, times * curve.values, color=colours[curve.name])
+        words = curve.name.replace("_", " ")
+        for mark in chart.marks:
+            if mark.curve == curve.name:
+                axes.plot(
+                    x * mark.at, times * mark.value, "o", color=line.get_color(),
+                    markersize=4,
+                )  # fmt: skip
+                if mark.words:
+                    words += f": {mark.words} {scale.words(mark.value)}"
+        line.set_label(words)
+        handles.append(line)
+    for level in panel.levels if panel else ():
+        line = mark_level(axes, times * level.value, level.words)
+        handles += [line] if level.words else []
+    if curves and not any(np.ptp(curve.values) > 0 for curve in curves):
+        axes.set_ylim(-1, 1)  # nothing moves: no axis of rounding errors
+    return handles
+
+
+def _scale(curves: list[Curve], others: list[Band | Region]) -> Scale:
+    """Choose one unit for all that a panel shows, by the largest of it."""
+    first = curves[0] if curves else others[0]
+    sizes = [np.abs(curve.values) for curve in curves]
+    for each in others:
+        sizes += [np.abs(v) for v in each[2:] if isinstance(v, np.ndarray)]
+    finite = [float(np.nanmax(s)) for s in sizes if len(s) and np.isfinite(s).any()]
+    return scale_of(first.unit, getattr(first, "shown", ""), max(finite, default=0.0))
+
+
+def _listing(listing: Listing) -> Figure:
+    heads, rows = view_rows(listing)
+    if len(rows) > MOST_ROWS:
+        raise PictureError(
+            f"{len(rows)} rows are too many for a picture ({MOST_ROWS}); write them to "
+            "a .csv or an .html file"
+        )
+    figure = Figure(figsize=(1.2 + 1.1 * len(heads), 1.2 + 0.24 * len(rows)))
+    axes = figure.add_axes((0.02, 0.02, 0.96, 0.86))
+    axes.set_axis_off()
+    table = axes.table(rows, colLabels=heads, loc="upper left", cellLoc="right")
+    table.auto_set_font_size(False)
+    table.set_fontsize(8)
+    table.auto_set_column_width(list(range(len(heads))))
+    return figure

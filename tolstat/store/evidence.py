@@ -1,0 +1,188 @@
+"""What further simulations say of a run, and how it lies in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.store.attributes import texts, write_texts
+
+Array = NDArray[np.float64]
+Sketched = NDArray[np.float32]
+
+
+class WorstCase(NamedTuple):
+    """The worst corner of the tolerances that was found.
+
+    Attributes
+    ----------
+    value : float
+        Of the response, SI; NaN if every machine tried failed.
+    deviations : dict of str to float
+        The machine, SI.
+    tried, failed : int
+        Machines simulated for it, and how many of these failed.
+    """
+
+    value: float
+    deviations: Mapping[str, float]
+    tried: int
+    failed: int
+
+
+class Sketch(NamedTuple):
+    """Curves of one machine, as precise as a small picture needs.
+
+    Attributes
+    ----------
+    axis : str
+        What they run over, with its SI unit.
+    at : float32[point]
+        Where on it.
+    curves : dict of str to float32[point]
+        By name, SI.
+    spans : tuple of (float, float)
+        Stretches of the axis to be shaded.
+    """
+
+    axis: str
+    at: Sketched
+    curves: Mapping[str, Sketched]
+    spans: tuple[tuple[float, float], ...]
+
+
+class Worst(NamedTuple):
+    """One of the worst trials of a response.
+
+    Attributes
+    ----------
+    trial : int
+        Its number.
+    precise : float
+        The response, evaluated more precisely, SI; NaN where that failed or cannot be.
+    sketch : Sketch or None
+        How it moved; None for a machine that does not move.
+    """
+
+    trial: int
+    precise: float
+    sketch: Sketch | None = None
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What further simulations say.
+
+    Attributes
+    ----------
+    slopes : dict of str to dict of str to float
+        By response and contributor that deviates, at the nominal machine, SI.
+    worst_cases : dict of str to dict of str to WorstCase
+        By limited response and side: "least", "largest".
+    worst : dict of str to list of Worst
+        The worst ten trials of limited responses, the worst first.
+    missing : str
+        Why there is none of it; empty if there is.
+    """
+
+    slopes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    worst_cases: Mapping[str, Mapping[str, WorstCase]] = field(default_factory=dict)
+    worst: Mapping[str, list[Worst]] = field(default_factory=dict)
+    missing: str = ""
+
+
+def write_evidence(group: h5py.Group, evidence: Evidence) -> None:
+    """Store evidence.
+
+    Parameters
+    ----------
+    group : h5py.Group
+        Empty.
+    evidence : Evidence
+        What to store.
+    """
+    group.attrs["long_name"] = "what further simulations say: slopes, worst cases"
+    if evidence.missing:
+        group.attrs["missing"] = evidence.missing
+    if evidence.slopes:
+        names = list(next(iter(evidence.slopes.values())))
+        table = [[of[name] for name in names] for of in evidence.slopes.values()]
+        slopes = group.create_dataset("slopes", data=np.array(table, np.float64))
+        slopes.attrs["long_name"] = "slopes[response, contributor] at the nominal, SI"
+        write_texts(slopes, "responses", list(evidence.slopes))
+        write_texts(slopes, "contributors", names)
+    for response, sides in evidence.worst_cases.items():
+        for side, case in sides.items():
+            place = f"worst_cases/{response}/{side}"
+            corner = group.create_dataset(place, data=list(case.deviations.values()))
+            write_texts(corner, "contributors", list(case.deviations))
+            corner.attrs["value"] = case.value
+            corner.attrs["tried"], corner.attrs["failed"] = case.tried, case.failed
+    for response, worst in evidence.worst.items():
+        of = group.create_group(f"worst/{response}")
+        of["trial"] = np.array([each.trial for each in worst], np.int64)
+        of["precise"] = np.array([each.precise for each in worst], np.float64)
+        for each in worst:
+            if each.sketch:
+                _write_sketch(of, str(each.trial), each.sketch)
+
+
+def _write_sketch(group: h5py.Group, name: str, sketch: Sketch) -> None:
+    rows = np.stack([sketch.at, *sketch.curves.values()]).astype(np.float32)
+    drawn = group.create_dataset(
+        f"curves/{name}", data=rows, compression="gzip", shuffle=True
+    )
+    write_texts(drawn, "rows", [sketch.axis, *sketch.curves])
+    drawn.attrs["spans"] = np.array(sketch.spans, np.float64).reshape(-1, 2)
+
+
+def read_evidence(group: h5py.Group | None) -> Evidence:
+    """Return stored evidence; without any, why there is none."""
+    if group is None:
+        return Evidence(missing="the run did not come to its end")
+    slopes: dict[str, dict[str, float]] = {}
+    if "slopes" in group:
+        names = texts(group["slopes"], "contributors")
+        for response, row in zip(
+            texts(group["slopes"], "responses"), group["slopes"][...], strict=True
+        ):
+            slopes[response] = dict(zip(names, row.tolist(), strict=True))
+    cases = {
+        response: {side: _case(corner) for side, corner in sides.items()}
+        for response, sides in group.get("worst_cases", {}).items()
+    }
+    worst = {response: _worst(of) for response, of in group.get("worst", {}).items()}
+    return Evidence(slopes, cases, worst, group.attrs.get("missing", ""))
+
+
+def _case(corner: h5py.Dataset) -> WorstCase:
+    attrs = corner.attrs
+    machine = dict(
+        zip(texts(corner, "contributors"), corner[...].tolist(), strict=True)
+    )
+    return WorstCase(
+        float(attrs["value"]), machine, int(attrs["tried"]), int(attrs["failed"])
+    )
+
+
+def _worst(group: h5py.Group) -> list[Worst]:
+    curves = group.get("curves", {})
+    sketches = {int(name): _sketch(drawn) for name, drawn in curves.items()}
+    return [
+        Worst(trial, precise, sketches.get(trial))
+        for trial, precise in zip(
+            group["trial"][...].tolist(), group["precise"][...].tolist(), strict=True
+        )
+    ]
+
+
+def _sketch(drawn: h5py.Dataset) -> Sketch:
+    axis, *names = texts(drawn, "rows")
+    at, *values = drawn[...]
+    spans = tuple((low, high) for low, high in drawn.attrs["spans"].tolist())
+    return Sketch(axis, at, dict(zip(names, values, strict=True)), spans)

@@ -1,0 +1,223 @@
+"""What a run consists of: known before anything has run, and at its end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.model.description import Description
+from tolstat.statistics.limit import Limit
+from tolstat.store.evidence import Evidence
+
+Array = NDArray[np.float64]
+
+
+class Assumed(NamedTuple):
+    """What was assumed of a deviation.
+
+    Attributes
+    ----------
+    tolerance : tuple of float
+        Its ends, SI.
+    words : str
+        Its distribution.
+    batch : str
+        The batch whose parts are all as this one; empty for a part of its own.
+    """
+
+    tolerance: tuple[float, float]
+    words: str
+    batch: str
+
+
+class Chosen(NamedTuple):
+    """A setting: its value as written, what it is, and whether the study gave it."""
+
+    words: str
+    sentence: str
+    given: bool
+
+
+class Swept(NamedTuple):
+    """A setting that is not the same in all trials.
+
+    Attributes
+    ----------
+    values : float64[trial] or str[trial]
+        SI, or words.
+    unit, shown, sentence : str
+        SI unit, the unit in which it is written, and what it is.
+    """
+
+    values: NDArray[Any]
+    unit: str
+    shown: str
+    sentence: str
+
+
+class Sampled(NamedTuple):
+    """How the machines were drawn.
+
+    Attributes
+    ----------
+    seed : int
+        From which all random numbers come.
+    promise : str
+        What may be said about intervals.
+    replicates : int
+        Independent randomisations; 0 where every trial is independent.
+    group : int
+        Trials that belong together.
+    factors : tuple of str
+        What varies independently, in the order in which it is drawn.
+    """
+
+    seed: int
+    promise: str
+    replicates: int
+    group: int
+    factors: tuple[str, ...]
+
+
+class Reference(NamedTuple):
+    """Known points of a publication or a measurement.
+
+    Attributes
+    ----------
+    label : str
+        Where they come from.
+    columns : dict of str to float64[point]
+        The swept contributor or setting first, then responses, SI.
+    """
+
+    label: str
+    columns: Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All that is known of a run before anything has run.
+
+    Attributes
+    ----------
+    study_text : str
+        The study as it was written.
+    title, model, sampling : str
+        Of the study.
+    description : Description
+        Contributors and responses, in the order of the columns.
+    deviations : float64[trial, contributor]
+        All of them, drawn.
+    words : dict of int to str
+        The word of each status that a trial can have.
+    integrates : bool
+        Whether trials count steps.
+    source_digest : str
+        Of the source that decides the numbers.
+    sampled : Sampled or None
+        None where machines were chosen and not drawn.
+    settings : dict of str to Chosen
+        All of them.
+    limits : dict of str to Limit
+        By response.
+    assumed : dict of str to Assumed
+        By contributor that deviates.
+    shown : dict of str to str
+        The unit in which the study writes a contributor, response or swept setting.
+    grid : tuple of str
+        What a grid sweeps, the slowest first.
+    swept : dict of str to Swept
+        What a grid changes besides deviations.
+    reference : Reference or None
+        What is shown beside a grid.
+    notes, assumptions : tuple of str
+        What has to be known of the deviations, and of the machine's answers.
+    """
+
+    study_text: str
+    title: str
+    model: str
+    sampling: str
+    description: Description
+    deviations: Array
+    words: Mapping[int, str]
+    integrates: bool
+    source_digest: str
+    sampled: Sampled | None
+    settings: Mapping[str, Chosen]
+    limits: Mapping[str, Limit]
+    assumed: Mapping[str, Assumed]
+    shown: Mapping[str, str]
+    grid: tuple[str, ...] = ()
+    swept: Mapping[str, Swept] = field(default_factory=dict)
+    reference: Reference | None = None
+    notes: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Audited:
+    """Trials that were evaluated again, more precisely.
+
+    Attributes
+    ----------
+    trials : int64[n]
+        Their numbers, ascending.
+    settings : dict of str to float
+        What was tightened, and to what: rtol.
+    status : uint8[n]
+        How they ended then.
+    responses : dict of str to float64[n]
+        SI.
+    """
+
+    trials: NDArray[np.int64]
+    settings: Mapping[str, float]
+    status: NDArray[np.uint8]
+    responses: Mapping[str, Array]
+
+
+class Stopped(NamedTuple):
+    """What a stopping rule made of a run.
+
+    Attributes
+    ----------
+    rules : tuple of str
+        As they are written.
+    reached : bool
+        Whether all of them were.
+    stages : tuple of int
+        After how many trials they were looked at.
+    at_most : int
+        Trials after which it would have ended whatever was reached.
+    """
+
+    rules: tuple[str, ...]
+    reached: bool
+    stages: tuple[int, ...]
+    at_most: int
+
+
+class Ending(NamedTuple):
+    """What is known of a run at its end.
+
+    Attributes
+    ----------
+    trials : int
+        How many of the planned ones are kept; all of these have run.
+    stopped : Stopped or None
+        None without a stopping rule.
+    audited : Audited or None
+        None for a machine that cannot be evaluated more precisely.
+    evidence : Evidence
+        What further simulations say.
+    """
+
+    trials: int
+    stopped: Stopped | None
+    audited: Audited | None
+    evidence: Evidence
