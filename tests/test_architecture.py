@@ -32,6 +32,13 @@ def test_floors():
         ("model/late.py", "import tolstat.catalogue", "floors import only downward"),
         ("execution/drawn.py", "import matplotlib", "matplotlib and jinja2 only"),
         ("study/read.py", "import tolstat.store.run", "floors import only downward"),
+        ("reporting/again.py", "import tolstat.execution.workers", "floors import"),
+        ("reporting/known.py", "import tolstat.study.study", "a report is made of"),
+        ("model/file.py", "import h5py", "HDF5 only in store"),
+        ("study/unit.py", "import pint", "pint only in units"),
+        ("store/shown.py", "import rich", "the command line's libraries"),
+        ("store/checked.py", "import pydantic", "pydantic and TOML writing only"),
+        ("statistics/unit.py", "import tolstat.units.scale", "know no unit"),
     ],
 )
 def test_a_planted_import_is_caught(tmp_path, file, line, contract):

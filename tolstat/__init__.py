@@ -12,9 +12,22 @@ if TYPE_CHECKING:
     from tolstat.asking.view import view
     from tolstat.catalogue import names as models
     from tolstat.execution.execute import run
-    from tolstat.model.contract import History, Model, Outcome
+    from tolstat.model.contract import History, Model, Outcome, closer
     from tolstat.model.description import Contributor, Description, Response
     from tolstat.model.settings import column, setting
+    from tolstat.model.view import (
+        Axis,
+        Band,
+        Chart,
+        Curve,
+        Level,
+        Listing,
+        Mark,
+        Offer,
+        Panel,
+        Region,
+        Span,
+    )
     from tolstat.reporting.making import compare, report
     from tolstat.store.opening import open
     from tolstat.store.run import Run
@@ -22,6 +35,18 @@ if TYPE_CHECKING:
 
 # loaded when first used: `import tolstat` and `tolstat --help` stay quick
 _HOMES = {
+    "Axis": "tolstat.model.view",
+    "Band": "tolstat.model.view",
+    "Chart": "tolstat.model.view",
+    "Curve": "tolstat.model.view",
+    "Level": "tolstat.model.view",
+    "Listing": "tolstat.model.view",
+    "Mark": "tolstat.model.view",
+    "Offer": "tolstat.model.view",
+    "Panel": "tolstat.model.view",
+    "Region": "tolstat.model.view",
+    "Span": "tolstat.model.view",
+    "closer": "tolstat.model.contract",
     "Contributor": "tolstat.model.description",
     "Description": "tolstat.model.description",
     "History": "tolstat.model.contract",
@@ -45,9 +70,10 @@ _HOMES = {
 _ELSEWHERE = {"models": "names"}
 
 __all__ = [
-    "Contributor", "Description", "History", "Model", "Outcome", "Range", "Response",
-    "Run", "column", "compare", "evaluate", "models", "open", "replay", "report", "run",
-    "setting", "trajectory", "view",
+    "Axis", "Band", "Chart", "Contributor", "Curve", "Description", "History",
+    "Level", "Listing", "Mark", "Model", "Offer", "Outcome", "Panel", "Range",
+    "Region", "Response", "Run", "Span", "closer", "column", "compare", "evaluate",
+    "models", "open", "replay", "report", "run", "setting", "trajectory", "view",
 ]  # fmt: skip
 
 

@@ -17,13 +17,23 @@ MACHINES = {
     "stand": ("tolstat.machines.stand.machine", "Stand"),
 }
 GROUP = "tolstat.machines"  # entry points of installed packages
+ANY = "FILE.py:NAME"
 _given: dict[str, Model] = {}  # on the command line, for this process
+_places: dict[str, str] = {}  # where these came from
 
 
 def names() -> list[str]:
     """List the models by name."""
     installed = (point.name for point in entry_points(group=GROUP))
     return list(dict.fromkeys([*MACHINES, *installed, *_given]))
+
+
+def place_of(model: Model) -> str:
+    """Say what --machine needs to find a model again; empty if it is installed."""
+    installed = [point.name for point in entry_points(group=GROUP)]
+    if model.name in [*MACHINES, *installed]:
+        return ""
+    return _places.get(model.name, ANY)
 
 
 def find(model: str | Model) -> Model:
@@ -47,13 +57,17 @@ def find(model: str | Model) -> Model:
         module, kind = MACHINES[model]
         return check_model(getattr(importlib.import_module(module), kind))
     for point in entry_points(group=GROUP, name=model):
-        found = check_model(point.load())
+        try:
+            found = check_model(point.load())
+        except Exception as error:
+            message = f"{point.value} cannot be loaded: {type(error).__name__}: {error}"
+            raise ModelError(message) from error
         if found.name != model:
             raise ModelError(f"the entry point {point.value} is called '{found.name}'")
         return found
     raise ModelError(
-        f"no model is called '{model}'; {allowed_names(model, names())}; a machine of "
-        "your own is named on the command line: --machine FILE.py:NAME"
+        f"no model is called '{model}'. A machine of your own is named by --machine "
+        f"FILE.py:NAME (in Python: model=...); else {allowed_names(model, names())}"
     )
 
 
@@ -87,7 +101,7 @@ def load(place: str) -> Model:
     )  # what lies beside it, as Python does
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ModelError(
             f"{path} cannot be run: {type(error).__name__}: {error}"
         ) from error
@@ -102,5 +116,9 @@ def load(place: str) -> Model:
         ]
         raise ModelError(f"{path} has no {name}; {allowed_names(name, own)}")
     found = check_model(getattr(module, name))
-    _given[found.name] = found
+    if found.name in [*MACHINES, *(point.name for point in entry_points(group=GROUP))]:
+        raise ModelError(
+            f"{place}: '{found.name}' is the name of an installed model; choose another"
+        )
+    _given[found.name], _places[found.name] = found, place
     return found

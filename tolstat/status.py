@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+    from numpy.typing import NDArray
 
 
 class Status(IntEnum):
@@ -39,3 +45,23 @@ def words_of(failures: Sequence[str] = ()) -> dict[int, str]:
     """
     own = {FIRST_OWN + i: word for i, word in enumerate(failures)}
     return {**{int(status): status.word for status in Status}, **own}
+
+
+def status_words(
+    status: NDArray[np.integer[Any]], words: Mapping[int, str]
+) -> pd.Categorical[str]:
+    """Return the word of each status.
+
+    Parameters
+    ----------
+    status : int[trial]
+        Keys of `words`.
+    words : mapping of int to str
+        Of every status that a trial of the machine can have.
+    """
+    import numpy as np
+    import pandas as pd
+
+    places = np.zeros(256, np.int64)
+    places[list(words)] = np.arange(len(words))
+    return pd.Categorical.from_codes(places[status].tolist(), pd.Index(words.values()))

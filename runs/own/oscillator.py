@@ -8,14 +8,29 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat import Contributor, Description, History, Model, Outcome, Response, setting
-from tolstat.integrator.integrate import System, integrate
-from tolstat.integrator.signatures import rates_signature
-from tolstat.integrator.trials import Accuracy
-from tolstat.lanes.compiled import compiled
-from tolstat.lanes.rows import named, rows, write
-from tolstat.model.contract import closer
-from tolstat.model.view import Axis, Chart, Curve
+from tolstat import (
+    Axis,
+    Chart,
+    Contributor,
+    Curve,
+    Description,
+    History,
+    Model,
+    Outcome,
+    Response,
+    closer,
+    setting,
+)
+from tolstat.moving import (
+    Accuracy,
+    System,
+    compiled,
+    integrate,
+    named,
+    rates_signature,
+    rows,
+    write,
+)
 
 
 class State(NamedTuple):

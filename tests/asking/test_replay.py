@@ -52,6 +52,15 @@ def test_a_failed_trial_fails_again(toy, toy_study):
     assert replay(run, None, toy).differences == ()
 
 
+def test_a_trial_that_ends_otherwise_is_seen(toy, toy_study):
+    """Not a number both times, but for another reason."""
+    run = tolstat.run(toy_study, model=toy)
+    failed = int(np.flatnonzero(run.status != 1)[0])
+    with h5py.File(run.path, "r+") as file:
+        file["status"][failed] = 3
+    assert replay(tolstat.open(run.path), failed, toy).differences == ("status",)
+
+
 def test_there_is_no_such_trial(stored):
     with pytest.raises(ModelError, match="trials 0 to 19"):
         replay(stored, 20)

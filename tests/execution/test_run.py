@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tolstat
-from tolstat.errors import RunFileError
+from tolstat.errors import ModelError, RunFileError
 from tolstat.execution.workers import BlockSize, Workers
 from tolstat.model.checked import simulate
 from tolstat.status import Status
@@ -139,8 +139,10 @@ def test_what_fails_on_a_worker_is_raised(toy, toy_study):
                 raise ZeroDivisionError("broken model")
             return super().evaluate(deviations, settings)
 
-    with pytest.raises(ZeroDivisionError, match="broken model"):
+    with pytest.raises(ModelError, match=r"toy.*ZeroDivisionError: broken model") as e:
         tolstat.run(toy_study, model=Broken())
+    assert "(test_run.py, line" in str(e.value)
+    assert isinstance(e.value.__cause__, ZeroDivisionError)
     # the file is there and says that nothing has run
     run = tolstat.open(toy_study.with_suffix(".h5"))
     assert run.counts["not run"] == 1000

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
 import tolstat
-from tests.conftest import Toy
+from tests.conftest import ROOT, Toy
 from tests.model.rich import Rich
 from tolstat import Contributor, Description, Model, Outcome, Response, catalogue
 from tolstat.errors import ModelError, StudyError
@@ -70,8 +75,40 @@ def test_it_can_be_tightened_or_not(machine):
     assert tight is None or (type(tight) is type(settings) and tight != settings)
 
 
-def test_a_digest_of_its_own(machine):
-    assert len(machine.source_digest) == 16
+def test_a_digest_of_its_own_source_and_of_no_other_machine(tmp_path):
+    """A word in another machine must not orphan stored runs."""
+    shutil.copytree(ROOT / "tolstat", tmp_path / "tolstat")
+    shutil.copy(ROOT / "runs" / "own" / "stack.py", tmp_path)
+    other = tmp_path / "tolstat" / "machines" / "ring" / "machine.py"
+    other.parent.mkdir()
+    other.write_text("")
+
+    def digests():
+        code = (
+            "from tolstat import catalogue;"
+            "print(catalogue.find('stand').source_digest);"
+            "print(catalogue.load('stack.py:Stack').source_digest)"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True,
+            check=True, env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        )  # fmt: skip
+        return done.stdout.split()
+
+    def changed(path):
+        path.write_text(path.read_text() + "\n# a word\n")
+        return digests()
+
+    before = digests()
+    assert before[0] != before[1]
+    assert changed(other) == before
+    assert changed(tmp_path / "tolstat" / "reporting" / "page.py") == before
+    stand = changed(tmp_path / "tolstat" / "machines" / "stand" / "settings.py")
+    assert stand[0] != before[0] and stand[1] == before[1]
+    stack = changed(tmp_path / "stack.py")
+    assert stack[0] == stand[0] and stack[1] != stand[1]
+    engine = changed(tmp_path / "tolstat" / "integrator" / "step.py")
+    assert engine[0] != stack[0] and engine[1] != stack[1]
 
 
 class Liar(Model):
@@ -96,7 +133,7 @@ LIES = [
     (lambda n: Outcome(np.zeros((3, 2))), "18 x 2 numbers are expected, .* these are 3 x 2"),
     (lambda n: Outcome(np.zeros(n)), "18 x 2 numbers are expected"),
     (lambda n: Outcome(np.zeros((n, 3))), "these are 18 x 3"),
-    (lambda n: Outcome([["a", "b"]] * n), "responses are no numbers"),
+    (lambda n: Outcome([["a", "b"]] * n), "responses are no real numbers"),
     (lambda n: np.zeros((n, 2)), "returns ndarray, no Outcome"),
     (lambda n: None, "returns NoneType, no Outcome"),
     (lambda n: Outcome(np.full((n, 2), np.nan), np.ones(n)), "y is nan in a trial whose"),

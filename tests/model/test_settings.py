@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import tomllib
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 import tolstat
 from tests.model.rich import Rich
+from tolstat import Description
 from tolstat.errors import ModelError, StudyError
 from tolstat.model.settings import make, read, settings_of
 from tolstat.study.study import load
@@ -25,6 +30,10 @@ WRITTEN = {
     "load": [{"time": "20 ms", "moment": "1.5 kN m"}],
     "extra": {"C": "5 mm"},
 }
+
+
+LINKS_A = {name: {"nominal": "12 cm", "teeth": 20} for name in ("A1", "A2")}
+LINKS_B = {name: {"nominal": "13 cm", "teeth": 20} for name in ("A1", "A2")}
 
 
 def test_every_kind_is_read_in_its_unit():
@@ -49,12 +58,16 @@ def test_python_hands_over_si():
     assert again == read(Rich(), WRITTEN)
 
 
-def test_what_is_printed_can_be_typed_again():
+def test_settings_are_printed_as_a_study_has_them():
     declared = settings_of(Rich())
     for name in ("masses", "teeth", "formula", "hoop", "order", "law", "speeds"):
         kind, value = declared[name].kind, getattr(make(Rich()), name)
         words = kind.words(value)
         assert words and kind.allowed
+        if name in ("formula", "law", "speeds"):  # what is typed as a text
+            assert kind.read(words) == value
+        elif name in ("hoop", "order"):
+            assert kind.read(tomllib.loads(f"x = {words}")["x"]) == value
     assert declared["masses"].kind.words((2.0, 1.0)) == "[2 kg, 1 kg]"
     assert declared["speeds"].kind.words(make(Rich()).speeds) == "10..100 rad/s"
     assert declared["links"].kind.words({"A1": {"nominal": 0.1, "teeth": 9}}) == (
@@ -109,7 +122,7 @@ def test_a_wrong_setting_is_refused_by_its_name(settings, words):
     [
         ({"masses": "heavy"}, "number 1: a number is expected"),
         ({"speeds": (2, 1)}, "the lower end comes first"),
-        ({"speeds": 3}, "two finite numbers"),
+        ({"speeds": 3}, "two numbers are expected"),
         ({"links": {"B": {"nominal": 1.0, "teeth": 9}}}, "no link A1"),
     ],
 )
@@ -150,6 +163,59 @@ def test_a_list_or_a_table_can_be_swept(tmp_path):
     run = tolstat.run(study, model=Rich(), output=tmp_path / "grid.h5")
     assert set(run.column("masses")) == {"[2 kg, 1 kg]", "[3 kg, 1 kg]"}
     assert len(set(run.column("frequency_1"))) == 4
+    for index in range(4):
+        assert tolstat.replay(run, index, Rich()).differences == ()
     study["grid"]["masses"][1] = ["3 kg"]
     with pytest.raises(StudyError, match="change which contributors or responses"):
         load(study, model=Rich())
+
+
+class Doubled(Rich):
+    """A contributor bears the name of a setting: its nominal value."""
+
+    def describe(self, settings):
+        contributors, responses = super().describe(settings)
+        order = replace(contributors[0], name="order", unit="1")
+        return Description((order, *contributors[1:]), responses)
+
+    def evaluate(self, deviations, settings):
+        outcome = super().evaluate(deviations, settings)
+        return outcome._replace(responses=outcome.responses + settings.order)
+
+
+def test_a_setting_that_bears_the_name_of_a_contributor_can_be_swept(tmp_path):
+    study = {
+        "model": "rich", "sampling": "grid",
+        "grid": {"order": [1, 2, 5], "deviations": {"order": ["0 %", "0.001 %"]}},
+    }  # fmt: skip
+    run = tolstat.run(study, model=Doubled(), output=tmp_path / "doubled.h5")
+    assert run.grid == ("settings.order", "order") and run.trials == 6
+    assert list(run.frame().columns[:3]) == ["settings.order", "order", "A2"]
+    assert run.column("settings.order").tolist() == [1, 1, 2, 2, 5, 5]
+    np.testing.assert_allclose(np.diff(run.column("share")[::2]), [1.0, 3.0])
+    for index in range(6):
+        assert tolstat.replay(run, index, Doubled()).differences == ()
+    study["settings"] = {"order": 3}
+    with pytest.raises(StudyError, match=r"\[grid\] settings.order: stands in"):
+        load(study, model=Doubled())
+    study["grid"]["deviations"] = {"odrer": ["1 %"]}
+    with pytest.raises(StudyError, match="did you mean 'order'"):
+        load(study, model=Doubled())
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "kind"),
+    [
+        ("hoop", [True, False], "U"),
+        ("teeth", [[17, 28], [20, 31]], "U"),
+        ("links", [LINKS_A, LINKS_B], "U"),
+        ("order", [1, 2], "i"),
+        ("law", ["smooth", "sudden"], "U"),
+    ],
+)
+def test_whatever_is_swept_is_simulated_again(tmp_path, name, values, kind):
+    study = {"model": "rich", "sampling": "grid", "grid": {name: values}}
+    run = tolstat.run(study, model=Rich(), output=tmp_path / "swept.h5")
+    assert run.column(name).dtype.kind == kind and len(set(run.column(name))) == 2
+    for index in range(2):
+        assert tolstat.replay(run, index, Rich()).differences == ()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -62,6 +63,11 @@ def test_every_command(own, name):
     for each in found["responses"].values():
         assert each["linear"]["shares"]
     assert "--machine FILE.py:NAME" in call(own, "trial", f"{name}.h5", "7", code=2)
+    # the command beside a worst trial does what it says
+    (words, *_) = re.findall(r"<code>tolstat (trial [^<]*)</code>", page)
+    assert "bit for bit as stored" in call(own, *words.split())
+    assert ("--plot" in words) == (name == "oscillator")
+    assert page.count("over time") >= (10 if name == "oscillator" else 0)
 
 
 def test_the_worst_case_of_the_stack_is_the_sum_of_its_tolerances(own):

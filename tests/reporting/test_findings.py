@@ -12,7 +12,7 @@ from scipy import stats
 import tolstat
 from tests.conftest import Toy
 from tolstat.errors import PictureError
-from tolstat.reporting.finding import findings_of
+from tolstat.reporting.gather import findings_of
 from tolstat.reporting.plain import as_csv, as_json, plain
 from tolstat.statistics.contributions import contributions
 from tolstat.statistics.tails import upper_tail

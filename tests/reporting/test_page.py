@@ -22,7 +22,7 @@ from tolstat.reporting import (
 )
 from tolstat.reporting.comparison import compared, pair_of
 from tolstat.reporting.comparison_page import make_comparison_page
-from tolstat.reporting.finding import findings_of
+from tolstat.reporting.gather import findings_of
 from tolstat.reporting.page import make_page, pictures_of
 from tolstat.reporting.plain import plain
 from tolstat.store.evidence import Evidence

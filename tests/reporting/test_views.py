@@ -15,7 +15,7 @@ from tolstat import catalogue
 from tolstat.asking.view import view_of
 from tolstat.cli.main import main
 from tolstat.errors import ModelError, PictureError
-from tolstat.model.view import Axis, Chart, Curve, Listing, Panel
+from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Panel, Region
 from tolstat.reporting.making import save_view, view_page
 from tolstat.reporting.view_picture import draw_view
 from tolstat.reporting.view_table import as_csv, view_rows
@@ -130,10 +130,17 @@ class Lying(Rich):
 
     def view(self, name, deviations, settings):
         at = np.zeros(3)
+        line = Curve("a", "m", "", "", at)
         return {
             "nothing": None,
             "short": Chart(Axis("t", "s"), at, (Curve("a", "m", "", "", np.zeros(2)),)),
             "panel": Chart(Axis("t", "s"), at, panels=(Panel("one", ("b",)),)),
+            "own": Chart(
+                Axis("t", "s"), at, (Curve("a", "m", "", "", at[:2], np.zeros(4)),)
+            ),
+            "mark": Chart(Axis("t", "s"), at, (line,), marks=(Mark("b", 0.0, 0.0),)),
+            "twice": Chart(Axis("t", "s"), at, (line, line)),
+            "listing": Listing((Axis("n", "1"), Axis("m", "1")), (at,)),
         }[self.what]
 
 
@@ -143,6 +150,10 @@ class Lying(Rich):
         ("nothing", "a view is a Chart or a Listing, not NoneType"),
         ("short", "a has 2 values over 3 points"),
         ("panel", "panel 'one' shows b, which the view does not have"),
+        ("own", "a has 2 values over 4 points"),
+        ("mark", "a mark shows b, which the view does not have"),
+        ("twice", "a view has a twice"),
+        ("listing", "heads and columns of a view"),
     ],
 )
 def test_a_view_that_lies_is_refused(what, words):
@@ -180,3 +191,38 @@ def test_on_the_command_line(tmp_path, monkeypatch):
     assert wrong.exit_code == 2 and "did you mean 'spectrum'" in wrong.stderr
     wrong = runner.invoke(main, ["view", str(study), "spectrum", "-o", "x.gif"])
     assert wrong.exit_code == 2 and "a view ends in" in wrong.stderr
+
+
+def test_regions_and_curves_with_points_of_their_own_reach_every_table(spectrum):
+    heads, rows = view_rows(spectrum)
+    assert heads == ["curve", "frequency, Hz", "value", "unit"]
+    measured = [row for row in rows if row[0] == "measured"]
+    assert measured == [
+        ["measured", "5.000", "0.8000", "mm"], ["measured", "20.00", "0.2000", "mm"],
+    ]  # fmt: skip
+    assert sum(row[0] == "safe" for row in rows) == 4
+    assert {row[3] for row in rows} == {"mm", "deg"}
+    area = Chart(
+        Axis("i", "1", "1"),
+        np.zeros(0),
+        regions=(
+            Region("exists", "1", np.array([0.3, 0.7, 0.5]), np.array([1.0, 1.0, 2.0])),
+        ),
+    )
+    assert len(view_rows(area)[1]) == 3 and as_csv(area).count("exists") == 3
+    figure = draw_view(area, "existence")
+    assert figure.axes[0].get_xlim() == (0.3, 0.7)
+
+
+def test_a_scale_of_ratios_and_points_without_a_line():
+    at = np.linspace(1, 2, 3)
+    curves = (
+        Curve("gain", "1", "", "", 10.0**at, shown="1"),
+        Curve("seen", "1", "", "", 10.0**at, shown="1", points=True),
+    )
+    panel = Panel("Gain", ("gain", "seen"), logarithmic=True)
+    (axes,) = draw_view(Chart(Axis("t", "s"), at, curves, panels=(panel,)), "x").axes
+    assert axes.get_yscale() == "log"
+    line, points = axes.lines
+    assert line.get_linestyle() == "-" and points.get_linestyle() == "None"
+    assert points.get_marker() == "o"

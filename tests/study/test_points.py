@@ -57,6 +57,13 @@ def test_a_grid_is_the_product_of_its_axes(toy, study):
     )
 
 
+def test_signs_are_no_words(toy, study):
+    text = 'model = "toy"\nsampling = "grid"\n[grid]\nspeed = ["+1 rpm", ".5 rpm"]\n'
+    run = tolstat.run(study(text), model=toy)
+    assert run.column("speed").dtype.kind == "f"
+    assert run.scales["speed"].words(run.column("speed")[1]) == "0.5000 rpm"
+
+
 def test_no_block_reaches_into_the_next_settings(toy, study, tmp_path):
     asked, over = load(study(GRID), model=toy), []
     with Workers(2) as crew:

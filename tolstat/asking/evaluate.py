@@ -15,8 +15,7 @@ from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, simulate
 from tolstat.model.contract import Model
 from tolstat.model.description import Description
-from tolstat.model.frames import status_words
-from tolstat.status import words_of
+from tolstat.status import status_words, words_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -66,7 +65,6 @@ def evaluate(
     frame = pd.DataFrame(outcome.responses, columns=names)
     if isinstance(deviations, pd.DataFrame):
         frame.index = deviations.index
-    assert outcome.status is not None
     frame["status"] = status_words(outcome.status, words_of(machine.failures))
     if outcome.steps is not None:
         frame["steps"] = outcome.steps

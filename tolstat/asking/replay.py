@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -11,11 +12,13 @@ from tolstat import catalogue
 from tolstat.asking.trajectory import STEP
 from tolstat.errors import ModelError
 from tolstat.model.checked import history_of, simulate
-from tolstat.model.contract import Model, Outcome
-from tolstat.model.settings import read, setting_of
+from tolstat.model.contract import Answers, Model
+from tolstat.model.settings import as_typed, read, setting_of
 from tolstat.model.view import Chart
+from tolstat.store.opening import open as open_run
 from tolstat.store.provenance import processor
 from tolstat.store.run import Run
+from tolstat.study.points import setting_name
 
 
 class Replay(NamedTuple):
@@ -25,32 +28,34 @@ class Replay(NamedTuple):
     ----------
     deviations : dict of str to float
         By contributor, SI.
-    outcome : Outcome
+    outcome : Answers
         Of this trial.
     word : str
         How it ended.
     history : Chart or None
         How it moved; None for a model that does not move.
     differences : tuple of str
-        Responses that are not bit for bit as stored; also "status" and "steps".
+        What is not as stored: responses, bit for bit; "status", "steps".
     reason : str
         Why they may differ, if there is a reason.
     """
 
     deviations: dict[str, float]
-    outcome: Outcome
+    outcome: Answers
     word: str
     history: Chart | None
     differences: tuple[str, ...]
     reason: str
 
 
-def replay(run: Run, index: int | None, model: Model | None = None) -> Replay:
+def replay(
+    run: Run | str | os.PathLike[str], index: int | None, model: Model | None = None
+) -> Replay:
     """Simulate one machine of a run again and compare.
 
     Parameters
     ----------
-    run : Run
+    run : Run or path
         Stored.
     index : int or None
         Number of the trial, from 0; None for the nominal machine.
@@ -67,6 +72,7 @@ def replay(run: Run, index: int | None, model: Model | None = None) -> Replay:
     ModelError
         If there is no such trial.
     """
+    run = run if isinstance(run, Run) else open_run(run)
     if index is not None and not 0 <= index < run.trials:
         raise ModelError(
             f"trial {index}: {run.path} has the trials 0 to {run.trials - 1}"
@@ -84,7 +90,6 @@ def replay(run: Run, index: int | None, model: Model | None = None) -> Replay:
         chart, outcome = history_of(machine, row, settings, STEP)
     else:
         outcome = simulate(machine, row[None, :], settings)
-    assert outcome.status is not None
     return Replay(
         dict(zip(names, row.tolist(), strict=True)),
         outcome,
@@ -98,15 +103,18 @@ def replay(run: Run, index: int | None, model: Model | None = None) -> Replay:
 def _swept(run: Run, index: int, model: Model) -> dict[str, Any]:
     """Read what a grid changed for one trial."""
     changes: dict[str, Any] = {}
-    for name in run.swept:
-        value, kind = run.column(name)[index].item(), setting_of(model, name).kind
-        changes[name] = (
-            kind.read(value) if isinstance(value, str) else kind.checked(value)
-        )
+    for column in run.swept:
+        name = setting_name(column)
+        value, kind = run.column(column)[index].item(), setting_of(model, name).kind
+        if isinstance(value, str):
+            typed = run.study.table["grid"][name]
+            changes[name] = kind.read(next(t for t in typed if as_typed(t) == value))
+        else:
+            changes[name] = kind.checked(value)
     return changes
 
 
-def _differences(run: Run, index: int | None, outcome: Outcome) -> tuple[str, ...]:
+def _differences(run: Run, index: int | None, outcome: Answers) -> tuple[str, ...]:
     """Name what is not bit for bit as stored."""
     different = []
     for place, response in enumerate(run.responses):
@@ -116,6 +124,9 @@ def _differences(run: Run, index: int | None, outcome: Outcome) -> tuple[str, ..
         same = np.float64(found).tobytes() == np.float64(stored).tobytes()
         if not (same or (np.isnan(found) and np.isnan(stored))):
             different.append(name)
+    word = run.nominal_values["status"] if index is None else run.ended_as(index)
+    if run.words.get(int(outcome.status[0])) != word:
+        different.append("status")
     if outcome.steps is not None and run.steps is not None:
         steps = run.nominal_values["steps"] if index is None else run.steps[index]
         if outcome.steps[0] != steps:

@@ -67,6 +67,5 @@ def trajectory(
     names = [response.name for response in description.responses]
     values = outcome.responses[0].tolist()
     frame.attrs["responses"] = dict(zip(names, values, strict=True))
-    assert outcome.status is not None
     frame.attrs["status"] = words_of(machine.failures)[int(outcome.status[0])]
     return frame

@@ -107,7 +107,8 @@ def view_of(
             f"model '{model.name}' has no view {name}; {allowed_names(name, known)}"
         )
     if name == "history" and model.moves:
-        return history_of(model, first[0], settings, STEP).chart
+        chart, _ = history_of(model, first[0], settings, STEP)
+        return chart
     rows = first
     if study is not None and known[name].machines:
         rows = np.concatenate([first, study.deviations()[: known[name].machines]])

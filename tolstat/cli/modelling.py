@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from rich import box
-from rich.markup import escape
 from rich.table import Table
 
 from tolstat import catalogue
 from tolstat.cli.showing import screen
+from tolstat.errors import ModelError
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, offers
 from tolstat.model.contract import Model
@@ -19,7 +19,10 @@ def list_models() -> None:
     """Print the names and titles of all models."""
     table = Table("model", "title", box=box.SIMPLE_HEAD)
     for name in catalogue.names():
-        table.add_row(name, escape(catalogue.find(name).title))
+        try:
+            table.add_row(name, catalogue.find(name).title)
+        except ModelError as error:  # a package that is broken breaks no other
+            table.add_row(name, str(error))
     screen().print(table)
 
 
@@ -33,7 +36,7 @@ def show_model(name: str) -> None:
     """
     model = catalogue.find(name)
     console = screen()
-    console.print(f"{model.name}: {escape(model.title)}", style="bold")
+    console.print(f"{model.name}: {model.title}", style="bold")
     _print_settings(model)
     description = described(model, model_settings.make(model))
     _print_contributors(description.contributors)
@@ -41,10 +44,10 @@ def show_model(name: str) -> None:
     if offers(model):
         table = Table("view", "", box=box.SIMPLE_HEAD, title="views")
         for offer in offers(model).values():
-            table.add_row(offer.name, escape(offer.sentence))
+            table.add_row(offer.name, offer.sentence)
         console.print(table)
     for word in model.failures:
-        console.print(f"a trial may end as: {escape(word)}")
+        console.print(f"a trial may end as: {word}")
 
 
 def _print_contributors(contributors: tuple[Contributor, ...]) -> None:
@@ -53,7 +56,7 @@ def _print_contributors(contributors: tuple[Contributor, ...]) -> None:
     for part in contributors:
         unit = "relative" if part.unit == "1" else part.unit
         cells = (unit, part.symbol, part.sentence, _nominal(part), part.source)
-        table.add_row(part.name, *map(escape, cells))
+        table.add_row(part.name, *cells)
     screen().print(table)
 
 
@@ -63,7 +66,7 @@ def _print_responses(responses: tuple[Response, ...]) -> None:
     for each in responses:
         unit = each.shown if each.unit == "1" and each.shown else each.unit
         cells = (unit, each.symbol, each.sentence, each.source)
-        table.add_row(each.name, *map(escape, cells))
+        table.add_row(each.name, *cells)
     screen().print(table)
 
 
@@ -76,7 +79,7 @@ def _print_settings(model: Model) -> None:
     table = Table(*heads, box=box.SIMPLE_HEAD, title="settings")
     for each in declared.values():
         cells = (each.kind.words(each.default), each.kind.allowed, each.sentence)
-        table.add_row(each.name, *map(escape, cells))
+        table.add_row(each.name, *cells)
     screen().print(table)
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from rich import box
-from rich.markup import escape
 from rich.table import Table
 
 from tolstat.asking.replay import replay
@@ -15,7 +14,7 @@ from tolstat.asking.trajectory import STEP
 from tolstat.cli.showing import screen
 from tolstat.errors import ModelError, RunFileError
 from tolstat.model.checked import history_of, simulate
-from tolstat.model.contract import Outcome
+from tolstat.model.contract import Answers
 from tolstat.model.description import Contributor, Response
 from tolstat.model.view import View
 from tolstat.reporting.making import check_view_ending, save_view
@@ -53,7 +52,7 @@ def show_trial(path: Path, index: int | None, picture: Path | None) -> bool:
     name = "the nominal machine" if index is None else f"trial {index}"
     title = f"{run.title}: {name}"
     console = screen()
-    console.print(f"{escape(title)}: {_ended(found.word, found.outcome)}", style="bold")
+    console.print(f"{title}: {_ended(found.word, found.outcome)}", style="bold")
     for setting in run.swept if index is not None else ():
         value, scale = run.column(setting)[index].item(), run.scales[setting]
         console.print(
@@ -87,9 +86,8 @@ def show_nominal(path: Path, picture: Path | None) -> None:
         _draw(chart, title, picture)
     else:
         outcome = simulate(study.model, nominal[None, :], study.settings)
-    assert outcome.status is not None
     word = words_of(study.model.failures)[int(outcome.status[0])]
-    screen().print(f"{escape(title)}: {_ended(word, outcome)}", style="bold")
+    screen().print(f"{title}: {_ended(word, outcome)}", style="bold")
     scales = {
         each.name: scale_of(
             each.unit, study.shown.get(each.name) or each.shown, abs(float(value))
@@ -104,7 +102,7 @@ def _draw(view: View, title: str, picture: Path) -> None:
     screen().print(f"drawn in {picture}")
 
 
-def _ended(word: str, outcome: Outcome) -> str:
+def _ended(word: str, outcome: Answers) -> str:
     steps = f", {outcome.steps[0]} steps" if outcome.steps is not None else ""
     return f"{word}{steps}"
 
@@ -121,14 +119,14 @@ def _print_deviations(
     for each in contributors:
         if value := deviations[each.name]:
             words = scales[each.name].words(value)
-            table.add_row(each.name, words, escape(each.sentence))
+            table.add_row(each.name, words, each.sentence)
     if table.row_count:
         screen().print(table)
 
 
 def _print_responses(
     responses: tuple[Response, ...],
-    outcome: Outcome,
+    outcome: Answers,
     limits: Mapping[str, Limit],
     scales: Mapping[str, Scale],
 ) -> None:

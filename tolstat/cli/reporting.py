@@ -11,7 +11,7 @@ import click
 from tolstat.cli.interrupting import leave_on_interrupt
 from tolstat.cli.showing import screen
 from tolstat.reporting import making
-from tolstat.reporting.finding import findings_of
+from tolstat.reporting.gather import findings_of
 from tolstat.reporting.plain import as_csv, as_json
 from tolstat.store.opening import open as open_run
 

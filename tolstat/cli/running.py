@@ -51,9 +51,9 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
     force : bool
         Whether an existing run file may be replaced.
     """
-    screen = Console(stderr=True)
+    screen = Console(stderr=True, markup=False, highlight=False)
     bar = Bar(
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
         _Rate(),
@@ -71,13 +71,12 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
                 bar.reset(task, total=asked, description=path.stem)
             if doing in AFTERWARDS:
                 bar.update(task, description=AFTERWARDS[doing])
-            words = f"[red]{failed} failed" if failed else "0 failed"
-            bar.update(task, total=asked, completed=over, failed=words)
+            bar.update(task, total=asked, completed=over, failed=f"{failed} failed")
 
         done = execute(study, path, crew, force=force, progress=tell)
     if stop.is_set():
-        ended = done.trials - done.counts["not run"]
-        screen.print(f"stopped: {ended} of {done.trials} trials are stored in {path}")
+        stored = f"{done.ended} of {done.trials} trials are stored in {path}"
+        screen.print(f"stopped: {stored}")
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(INTERRUPTED)  # a compilation under way would hold up sys.exit

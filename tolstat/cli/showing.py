@@ -21,10 +21,11 @@ WIDE = 120
 
 def screen() -> Console:
     """Return the standard output."""
-    console = Console(highlight=False)
+    # no markup: titles, names and paths are anybody's
+    console = Console(highlight=False, markup=False)
     if console.is_terminal:
         return console
-    return Console(width=PIPED_WIDTH, highlight=False)
+    return Console(width=PIPED_WIDTH, highlight=False, markup=False)
 
 
 def print_summary(run: Run) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tolstat.deviations.streams import random_bits, unit_samples_of
 from tolstat.execution.workers import Workers
+from tolstat.model.checked import tightened
 from tolstat.store.plan import Audited
 from tolstat.study.points import Case
 from tolstat.study.study import Study
@@ -64,13 +65,12 @@ def audit(
     Interrupted
         If it was not to be finished.
     """
-    tight = study.model.tightened(study.settings)
+    tight = tightened(study.model, study.settings)
     if tight is None:
         return None
     trials = audited_trials(study.seed or 0, len(deviations))
     cases = _tightened(study, trials)
     found = workers.simulate_cases(study.model, cases, deviations[trials])
-    assert found.status is not None
     names = [response.name for response in study.description.responses]
     return Audited(
         trials,

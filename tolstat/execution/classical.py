@@ -61,17 +61,17 @@ class Target(NamedTuple):
         Its column.
     sign : int
         1 for the largest value, -1 for the least.
-    start : float64[contributor]
-        The machine to begin with.
+    starts : float64[start, contributor]
+        Machines of which the worst is begun with.
     """
 
     response: int
     sign: int
-    start: Array
+    starts: Array
 
 
 class Corner(NamedTuple):
-    """The worst machine found.
+    """The worst machine found; most often, not always, a corner of the tolerances.
 
     Attributes
     ----------
@@ -150,8 +150,8 @@ class _Search:
             for columns in factors
             for end in (lower, upper)
         ]
-        self.rows = target.start[None, :]
-        self.corner = Corner(np.nan, target.start, 0, 0)
+        self.rows = target.starts
+        self.corner = Corner(np.nan, target.starts[0], 0, 0)
         self.sweeping = False
         self.over = False
 

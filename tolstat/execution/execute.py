@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.errors import StudyError
+from tolstat.errors import ModelError, StudyError
 from tolstat.execution.audit import audit
-from tolstat.execution.gathering import gather
+from tolstat.execution.further import gather
 from tolstat.execution.planning import plan_of
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Interrupted, Workers
@@ -197,9 +197,13 @@ def _ending(
         reached = not _wanted(study, trials, trials.over)
         stopped = Stopped(study.until.rules, reached, tuple(stages), study.trials)
     audited, evidence = None, Evidence(missing="the run was stopped before it")
-    with suppress(Interrupted):
+    try:
         tell(Progress(trials.over, trials.failed, trials.over, "audit"))
         audited = audit(study, trials.deviations, workers)
         tell(Progress(trials.over, trials.failed, trials.over, "evidence"))
         evidence = gather(study, trials, workers)
+    except Interrupted:
+        pass
+    except ModelError as error:  # the trials are worth more than what follows them
+        evidence = Evidence(missing=str(error))
     return Ending(trials.over, stopped, audited, evidence)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat import catalogue
 from tolstat.deviations.distributions import THREE_SIGMA
 from tolstat.model.settings import settings_of
 from tolstat.status import words_of
 from tolstat.store.plan import Assumed, Chosen, Plan, Reference, Sampled, Swept
 from tolstat.study.deviations import Deviations
+from tolstat.study.points import setting_name
 from tolstat.study.study import Study
 
 
@@ -28,6 +30,7 @@ def plan_of(study: Study, deviations: NDArray[np.float64]) -> Plan:
         study_text=study.text,
         title=study.title,
         model=model.name,
+        machine=catalogue.place_of(model),
         sampling=study.sampling,
         description=study.description,
         deviations=deviations,
@@ -72,7 +75,12 @@ def _swept(study: Study) -> dict[str, Swept]:
     declared = settings_of(study.model)
     axes = {axis.name: axis for axis in points.swept}
     return {
-        name: Swept(values, axes[name].unit, axes[name].shown, declared[name].sentence)
+        name: Swept(
+            values,
+            axes[name].unit,
+            axes[name].shown,
+            declared[setting_name(name)].sentence,
+        )
         for name, values in (points.settings or {}).items()
     }
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.model.contract import Outcome
+from tolstat.model.contract import Answers
 from tolstat.model.description import Description
 from tolstat.status import Status
 
@@ -46,10 +46,9 @@ class Trials:
         answers = np.full((n, len(description.responses)), np.nan)
         return cls(description, deviations, np.zeros(n, np.uint8), answers)
 
-    def take(self, blocks: list[tuple[int, Outcome]]) -> None:
+    def take(self, blocks: list[tuple[int, Answers]]) -> None:
         """Keep finished blocks."""
         for first, outcome in blocks:
-            assert outcome.status is not None
             rows = slice(first, first + len(outcome.status))
             self.status[rows], self.responses[rows] = outcome.status, outcome.responses
             self.over += len(outcome.status)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.model.checked import simulate
-from tolstat.model.contract import Model, Outcome
+from tolstat.model.contract import Answers, Model
 from tolstat.study.points import Case
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ class Workers(AbstractContextManager["Workers"]):
 
     def blocks(
         self, model: Model, cases: Sequence[Case], deviations: Array
-    ) -> Iterator[list[tuple[int, Outcome]]]:
+    ) -> Iterator[list[tuple[int, Answers]]]:
         """Evaluate trials in blocks and yield what is finished, as it comes.
 
         Parameters
@@ -86,14 +86,14 @@ class Workers(AbstractContextManager["Workers"]):
 
         Yields
         ------
-        list of (int, Outcome)
+        list of (int, Answers)
             Blocks with the number of their first trial. Once stopping, running blocks
             are waited for, a second at most.
         """
         left = sum(case.stop - case.first for case in cases)
         size = BlockSize(self.number, self._fixed)
         todo = list(reversed(cases))
-        running: dict[Future[tuple[Outcome, float]], int] = {}
+        running: dict[Future[tuple[Answers, float]], int] = {}
         patience = math.inf
         try:
             while True:
@@ -129,7 +129,7 @@ class Workers(AbstractContextManager["Workers"]):
             for future in running:
                 future.cancel()
 
-    def simulate(self, model: Model, deviations: Array, settings: Any) -> Outcome:
+    def simulate(self, model: Model, deviations: Array, settings: Any) -> Answers:
         """Evaluate machines of the same settings, all of them.
 
         Parameters
@@ -152,7 +152,7 @@ class Workers(AbstractContextManager["Workers"]):
 
     def simulate_cases(
         self, model: Model, cases: Sequence[Case], deviations: Array
-    ) -> Outcome:
+    ) -> Answers:
         """Evaluate machines, each with its case's settings; see `simulate`."""
         found = [
             each for some in self.blocks(model, cases, deviations) for each in some
@@ -161,11 +161,9 @@ class Workers(AbstractContextManager["Workers"]):
         if sum(len(each.responses) for each in outcomes) < len(deviations):
             raise Interrupted
         steps = [each.steps for each in outcomes if each.steps is not None]
-        return Outcome(
+        return Answers(
             np.concatenate([each.responses for each in outcomes]),
-            np.concatenate(
-                [each.status for each in outcomes if each.status is not None]
-            ),
+            np.concatenate([each.status for each in outcomes]),
             np.concatenate(steps) if steps else None,
         )
 
@@ -219,7 +217,7 @@ class BlockSize:
         self._next = max(LEAST, int(min(wanted, GROWTH * max(trials, self._next))))
 
 
-def _timed(model: Model, deviations: Array, settings: Any) -> tuple[Outcome, float]:
+def _timed(model: Model, deviations: Array, settings: Any) -> tuple[Answers, float]:
     """Evaluate one block on a worker, and say how long it took, s."""
     began = time.perf_counter()
     return simulate(model, deviations, settings), time.perf_counter() - began

@@ -24,26 +24,26 @@ UNUSED_DAYS = 14.0
 
 
 @cache
-def source_digest(source: Path | None = None) -> str:
+def source_digest(*sources: Path) -> str:
     """Digest the source that decides the numbers of a machine's trials.
 
     Parameters
     ----------
-    source : Path, optional
-        The file of the machine, or of a function that is compiled; the engine alone
-        where there is none.
+    *sources : Path
+        Files of the machine, or of a function that is compiled; the engine alone where
+        there is none.
 
     Returns
     -------
     str
         The same for the same source, whatever the computer; stored in every run. It is
-        of the engine and of the package of that file, or of the file where it lies in
+        of the engine and of the package of each file, or of the file where it lies in
         no package.
     """
     digest = hashlib.sha256()
     engine = [path for floor in ENGINE for path in (PACKAGE / floor).rglob("*.py")]
     _add(digest, sorted([*engine, PACKAGE / "status.py"]), PACKAGE)
-    if source is not None:
+    for source in sources:
         _add(digest, _own(source), source.parent)
     return digest.hexdigest()[:16]
 

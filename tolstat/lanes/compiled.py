@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import shutil
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
 from numba import njit
+from numba.core.errors import NumbaError
 
 from tolstat.lanes.cache import cache_folder
 
@@ -50,7 +53,20 @@ def compiled(
         try:
             # global to every user of Numba in the process: put back at once
             numba.config.CACHE_DIR = folder or before
-            return njit(signature, cache=folder is not None, **options)(function)
+            try:
+                return njit(signature, cache=folder is not None, **options)(function)
+            except NumbaError:
+                raise
+            except Exception as error:  # what is kept there cannot be read
+                if folder is None:
+                    raise
+                warnings.warn(
+                    f"compiled code in {folder} is damaged ({error}): compiled anew",
+                    RuntimeWarning,
+                    stacklevel=2,
+                )
+                shutil.rmtree(folder, ignore_errors=True)
+                return njit(signature, cache=True, **options)(function)
         finally:
             numba.config.CACHE_DIR = before
 

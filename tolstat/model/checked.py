@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tolstat.errors import ModelError, UnitError
-from tolstat.model.contract import History, Model, Outcome
+from tolstat.errors import ModelError, TolstatError, UnitError
+from tolstat.model.contract import Answers, Model, Outcome
 from tolstat.model.description import Contributor, Description, Response
 from tolstat.model.view import Chart, Listing, Offer, View
 from tolstat.status import FIRST_OWN, Status, words_of
-from tolstat.units.conversion import to_si
+from tolstat.units.conversion import check_si, to_si
 
 Array = NDArray[np.float64]
 
@@ -43,14 +47,52 @@ def check_model(model: object) -> Model:
         )
     if not isinstance(getattr(model, "name", None), str) or not model.name:
         raise ModelError(f"{type(model).__name__}: a machine needs a name")
+    _check_words(model)
     for word in model.failures:
-        if not isinstance(word, str) or word in words_of().values():
+        if word in words_of().values():
             raise ModelError(
                 f"model '{model.name}': the failure {word!r} is no new word"
             )
     if len(model.failures) > MOST_FAILURES:
         raise ModelError(f"model '{model.name}': at most {MOST_FAILURES} failures")
     return model
+
+
+def _check_words(model: Model) -> None:
+    """Refuse sentences and failures that are no lists of texts."""
+    where = f"model '{model.name}'"
+    for what in ("failures", "assumptions"):
+        words = getattr(model, what)
+        if not isinstance(words, tuple | list) or not all(map(_printable, words)):
+            raise ModelError(
+                f'{where}: {what} is a tuple of texts, such as ("cuts air",), not '
+                f"{words!r}"
+            )
+        if len(set(words)) < len(words):
+            raise ModelError(f"{where}: {what} names something twice")
+    for offer in model.views:
+        if not isinstance(offer, Offer) or not _printable(offer.name):
+            raise ModelError(f"{where}: views is a tuple of Offer, not {offer!r}")
+
+
+def _printable(text: object) -> bool:
+    """Tell texts that can be stored and printed: no control characters."""
+    return isinstance(text, str) and text != "" and text.isprintable()
+
+
+@contextmanager
+def _asking(model: Model, what: str) -> Iterator[None]:
+    """Name the machine, the fault and its line, where the machine's own code fails."""
+    try:
+        yield
+    except TolstatError:
+        raise
+    except Exception as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        raise ModelError(
+            f"model '{model.name}': {what} fails: {type(error).__name__}: {error} "
+            f"({Path(last.filename).name}, line {last.lineno})"
+        ) from error
 
 
 def described(model: Model, settings: Any) -> Description:
@@ -69,9 +111,14 @@ def described(model: Model, settings: Any) -> Description:
         If a name cannot be typed, stands twice or is taken, a unit is unknown, or
         there is no response; naming the machine and the fault.
     """
-    contributors, responses = model.describe(settings)
-    found = Description(tuple(contributors), tuple(responses))
     where = f"model '{model.name}'"
+    try:
+        contributors, responses = model.describe(settings)
+        found = Description(tuple(contributors), tuple(responses))
+    except (TypeError, ValueError) as error:
+        raise ModelError(
+            f"{where}: describe returns no Description: {error}"
+        ) from error
     if not found.responses:
         raise ModelError(f"{where} has no response")
     names: set[str] = set()
@@ -79,7 +126,10 @@ def described(model: Model, settings: Any) -> Description:
         kind = "contributor" if isinstance(what, Contributor) else "response"
         if not isinstance(what, Contributor | Response):
             raise ModelError(f"{where}: {what!r} is neither contributor nor response")
-        if not what.name.isidentifier():
+        for text in (what.symbol, what.sentence, what.source, what.unit, what.shown):
+            if text != "" and not _printable(text):
+                raise ModelError(f"{where}: {what.name}: {text!r} is no text to print")
+        if not isinstance(what.name, str) or not what.name.isidentifier():
             raise ModelError(
                 f"{where}: the {kind} {what.name!r} cannot be typed; letters, digits "
                 "and _ are allowed, a letter first"
@@ -93,13 +143,14 @@ def described(model: Model, settings: Any) -> Description:
             raise ModelError(f"{where}: {what.name} stands twice")
         names.add(what.name)
         try:
+            check_si(what.unit)
             to_si(1.0, what.shown or what.unit, what.unit)
         except UnitError as error:
             raise ModelError(f"{where}: {kind} {what.name}: {error}") from None
     return found
 
 
-def simulate(model: Model, deviations: Array, settings: Any) -> Outcome:
+def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
     """Evaluate a machine, and check its answer.
 
     Parameters
@@ -113,7 +164,7 @@ def simulate(model: Model, deviations: Array, settings: Any) -> Outcome:
 
     Returns
     -------
-    Outcome
+    Answers
         With the status of every trial; the responses of failed ones are NaN.
 
     Raises
@@ -121,15 +172,18 @@ def simulate(model: Model, deviations: Array, settings: Any) -> Outcome:
     ModelError
         If shapes, statuses or numbers are not what the contract asks for.
     """
-    return complete(
-        model, model.evaluate(deviations, settings), len(deviations), settings
-    )
+    rows = deviations.view()
+    rows.flags.writeable = False  # what is stored is what was drawn
+    with _asking(model, "evaluate"):
+        outcome = model.evaluate(rows, settings)
+    return complete(model, outcome, len(deviations), settings)
 
 
-def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Outcome:
+def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answers:
     """Check an outcome of so many trials, and complete it; see `simulate`."""
     where = f"model '{model.name}'"
-    names = [each.name for each in model.describe(settings).responses]
+    with _asking(model, "describe"):
+        names = [each.name for each in model.describe(settings).responses]
     if not isinstance(outcome, Outcome):
         raise ModelError(
             f"{where}: evaluate returns {type(outcome).__name__}, no Outcome"
@@ -139,13 +193,13 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Outc
         np.isfinite(responses).all(axis=1), Status.DONE, Status.NOT_FINITE
     )
     if outcome.status is not None:
-        status = _shaped(where, "status", outcome.status, (trials,)).astype(np.int64)
+        status = _whole(where, "status", outcome.status, trials)
     steps = outcome.steps
     if model.integrates != (steps is not None):
         said = "counts no steps, but integrates" if model.integrates else "counts steps"
         raise ModelError(f"{where} {said}; `integrates` says whether it does")
     if steps is not None:
-        steps = _shaped(where, "steps", steps, (trials,)).astype(np.int64)
+        steps = _whole(where, "steps", steps, trials)
     for word, failed in outcome.failed.items():
         if word not in model.failures:
             raise ModelError(
@@ -165,24 +219,48 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Outc
             f"{where}: {names[response]} is {responses[trial, response]} in a trial "
             f"whose status is done ({trial} of the block of {trials})"
         )
-    return Outcome(np.where(done[:, None], responses, np.nan), status, steps)
+    return Answers(np.where(done[:, None], responses, np.nan), status, steps)
+
+
+def _whole(where: str, what: str, values: ArrayLike, trials: int) -> NDArray[np.int64]:
+    found = _shaped(where, what, values, (trials,))
+    if not (np.isfinite(found) & (found >= 0) & (found == np.round(found))).all():
+        raise ModelError(f"{where}: {what} are whole numbers from 0")
+    return found.astype(np.int64)
 
 
 def _shaped(where: str, what: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
     try:
-        found = np.asarray(values, dtype=np.float64)
+        given = np.asarray(values)
+        if given.dtype.kind not in "biuf":
+            raise TypeError
+        found = given.astype(np.float64)
     except (TypeError, ValueError):
-        raise ModelError(f"{where}: {what} are no numbers") from None
+        raise ModelError(f"{where}: {what} are no real numbers") from None
     if found.shape != shape:
+        hint = "; write y[:, None]" if found.shape == shape[:1] else ""
         wanted, there = (" x ".join(map(str, s)) or "one" for s in (shape, found.shape))
         raise ModelError(
             f"{where}: {what} of {wanted} numbers are expected, a row for each trial; "
-            f"these are {there}"
+            f"these are {there}" + hint
         )
     return found
 
 
-def history_of(model: Model, deviations: Array, settings: Any, step: float) -> History:
+def tightened(model: Model, settings: Any) -> Any | None:
+    """Return settings that evaluate more precisely, checked; None without any."""
+    with _asking(model, "tightened"):
+        tight = model.tightened(settings)
+    if tight is not None and (type(tight) is not type(settings) or tight == settings):
+        raise ModelError(
+            f"model '{model.name}': tightened returns other settings of its own kind"
+        )
+    return tight
+
+
+def history_of(
+    model: Model, deviations: Array, settings: Any, step: float
+) -> tuple[Chart, Answers]:
     """Tell how one machine of deviations[contributor] moved, and check its outcome.
 
     Parameters
@@ -203,9 +281,10 @@ def history_of(model: Model, deviations: Array, settings: Any, step: float) -> H
     """
     if not 0 < step < np.inf:
         raise ModelError(f"step = {step:g}: a time above 0 s is expected")
-    chart, outcome = model.history(deviations, settings, step)
+    with _asking(model, "history"):
+        chart, outcome = model.history(deviations, settings, step)
     _check_view(model, chart)
-    return History(chart, complete(model, outcome, 1, settings))
+    return chart, complete(model, outcome, 1, settings)
 
 
 def offers(model: Model) -> dict[str, Offer]:
@@ -218,7 +297,8 @@ def offers(model: Model) -> dict[str, Offer]:
 
 def shown(model: Model, name: str, deviations: Array, settings: Any) -> View:
     """Show a view other than the history, and check what it holds; see `Model.view`."""
-    view = model.view(name, deviations, settings)
+    with _asking(model, f"view {name}"):
+        view = model.view(name, deviations, settings)
     _check_view(model, view)
     return view
 
@@ -229,21 +309,44 @@ def _check_view(model: Model, view: object) -> None:
             f"model '{model.name}': a view is a Chart or a Listing, not "
             f"{type(view).__name__}"
         )
-    columns = list(view.columns())
-    for axis, values in columns:
-        if len(values) != len(columns[0][1]):
+    where = f"model '{model.name}'"
+    try:
+        parts = list(view.parts())
+    except ValueError as error:
+        raise ModelError(f"{where}: heads and columns of a view: {error}") from None
+    for name, at, values in parts:
+        for each in (at, values):
+            if not isinstance(each, np.ndarray) or each.ndim != 1:
+                raise ModelError(f"{where}: {name} is no array of one dimension")
+            if each.dtype.kind not in "iufU":
+                raise ModelError(f"{where}: {name} holds neither numbers nor texts")
+        if len(at) != len(values):
             raise ModelError(
-                f"model '{model.name}': {axis.name} has {len(values)} values over "
-                f"{len(columns[0][1])} points"
+                f"{where}: {name} has {len(values)} values over {len(at)} points"
             )
+    names = [name for name, _, _ in parts]
+    if twice := {name for name in names if names.count(name) > 1}:
+        raise ModelError(f"{where}: a view has {min(twice)} twice")
     if isinstance(view, Chart):
-        known = {curve.name for curve in view.curves}
-        known |= {band.name for band in view.bands}
+        curves = {curve.name for curve in view.curves}
+        asked = [(f"panel '{p.title}'", n) for p in view.panels for n in p.every]
+        asked += [("a mark", mark.curve) for mark in view.marks]
+        known = {*curves, *(b.name for b in view.bands)}
         known |= {region.name for region in view.regions}
+        units = {c.name: c.unit for c in view.curves}
+        units |= {b.name: b.unit for b in view.bands}
+        units |= {r.name: r.unit for r in view.regions}
         for panel in view.panels:
-            for each in (*panel.names, *panel.right):
-                if each not in known:
+            for side in (panel.names, panel.right):
+                if len({units.get(name) for name in side} - {None}) > 1:
                     raise ModelError(
-                        f"model '{model.name}': panel '{panel.title}' shows {each}, "
-                        "which the view does not have"
+                        f"{where}: panel '{panel.title}' mixes units on one axis: "
+                        f"{', '.join(side)}; put one of them to the right"
                     )
+        for what, name in asked:
+            if name not in (curves if what == "a mark" else known):
+                raise ModelError(
+                    f"{where}: {what} shows {name}, which the view does not have"
+                )
+    if not parts:
+        raise ModelError(f"{where}: a view shows nothing")

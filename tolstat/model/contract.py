@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
@@ -41,6 +42,24 @@ class Outcome(NamedTuple):
     status: NDArray[np.int64] | None = None
     steps: NDArray[np.int64] | None = None
     failed: Mapping[str, NDArray[np.bool_]] = NOTHING_FAILED
+
+
+class Answers(NamedTuple):
+    """A checked outcome.
+
+    Attributes
+    ----------
+    responses : float64[trial, response]
+        SI; NaN in failed trials.
+    status : int64[trial]
+        How each ended: one of `tolstat.status.words_of`.
+    steps : int64[trial] or None
+        None where nothing is integrated.
+    """
+
+    responses: Array
+    status: NDArray[np.int64]
+    steps: NDArray[np.int64] | None
 
 
 class History(NamedTuple):
@@ -133,11 +152,14 @@ class Model(ABC):
     @property
     def source_digest(self) -> str:
         """Digest of the source that decides its numbers: the engine and its own."""
-        try:
-            source = inspect.getsourcefile(type(self))
-        except TypeError:  # typed in, not in a file
-            source = None
-        return source_digest(Path(source) if source else None)
+        sources = []
+        for kind in type(self).__mro__:
+            if kind is Model:
+                break
+            with suppress(TypeError):  # typed in, not in a file
+                if found := inspect.getsourcefile(kind):
+                    sources.append(Path(found))
+        return source_digest(*sources)
 
     @property
     def moves(self) -> bool:

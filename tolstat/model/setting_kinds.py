@@ -11,6 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from tolstat.errors import ModelError, allowed_names
 from tolstat.units.grammar import Range, quantity, quantity_range
 
@@ -107,19 +109,17 @@ class Word:
 
     choices: tuple[str, ...]
 
-    def read(self, given: Any) -> str:
-        """Return the word."""
-        return self.checked(given)
-
     def checked(self, value: Any) -> str:
         """Return the word, if it is one of them."""
         if value not in self.choices:
             raise ModelError(allowed_names(str(value), self.choices))
         return str(value)
 
-    def words(self, value: str) -> str:
+    read = checked
+
+    def words(self, value: Any) -> str:
         """Write it as a study would."""
-        return value
+        return str(value)
 
     @property
     def allowed(self) -> str:
@@ -131,9 +131,7 @@ class Word:
 class Boolean:
     """True or false."""
 
-    def read(self, given: Any) -> bool:
-        """Return the truth value."""
-        return self.checked(given)
+    allowed = "true, false"
 
     def checked(self, value: Any) -> bool:
         """Return the truth value, if it is one."""
@@ -141,23 +139,18 @@ class Boolean:
             raise ModelError("true or false is expected, without quotes")
         return value
 
-    def words(self, value: bool) -> str:
+    read = checked
+
+    def words(self, value: Any) -> str:
         """Write it as a study would."""
         return str(value).lower()
-
-    @property
-    def allowed(self) -> str:
-        """What may be given."""
-        return "true, false"
 
 
 @dataclass(frozen=True)
 class Text:
     """Any text, such as a formula; the machine says what is wrong with it."""
 
-    def read(self, given: Any) -> str:
-        """Return the text."""
-        return self.checked(given)
+    allowed = "text"
 
     def checked(self, value: Any) -> str:
         """Return the text, if it is one."""
@@ -165,48 +158,45 @@ class Text:
             raise ModelError("a text is expected, in quotes")
         return value
 
-    def words(self, value: str) -> str:
-        """Write it as a study would."""
-        return value
+    read = checked
 
-    @property
-    def allowed(self) -> str:
-        """What may be given."""
-        return "text"
+    def words(self, value: Any) -> str:
+        """Write it as a study would."""
+        return str(value)
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A range, "850..1700 rpm"."""
+    """A range, "850..1700 rpm"; each of its ends is a number of that kind."""
 
-    unit: str = "1"
+    each: Number
 
     def read(self, given: Any) -> Range:
         """Read both ends."""
         if not isinstance(given, str):
-            raise ModelError(f'a range is expected, such as "1..2 {self.unit}"')
-        return quantity_range(given, self.unit)
+            example = f"1..2 {self.each.unit if self.each.unit != '1' else ''}".strip()
+            raise ModelError(f'a range is expected, such as "{example}"')
+        return self.checked(quantity_range(given, self.each.unit))
 
     def checked(self, value: Any) -> Range:
         """Return two ends in SI, the lower first."""
         ends = tuple(value) if isinstance(value, Sequence) else ()
-        if len(ends) != 2 or not all(
-            isinstance(end, int | float) and math.isfinite(end) for end in ends
-        ):
-            raise ModelError("two finite numbers are expected: lower and upper end")
-        if not ends[0] < ends[1]:
+        if len(ends) != 2:
+            raise ModelError("two numbers are expected: lower and upper end")
+        lower, upper = (self.each.checked(end) for end in ends)
+        if not lower < upper:
             raise ModelError("the lower end comes first")
-        return Range(float(ends[0]), float(ends[1]))
+        return Range(lower, upper)
 
-    def words(self, value: Range) -> str:
+    def words(self, value: Any) -> str:
         """Write it as a study would."""
-        unit = "" if self.unit == "1" else f" {self.unit}"
+        unit = "" if self.each.unit == "1" else f" {self.each.unit}"
         return f"{value.lower:.10g}..{value.upper:.10g}{unit}"
 
     @property
     def allowed(self) -> str:
         """What may be given."""
-        return f"range, {self.unit}"
+        return f"range of {self.each.allowed}"
 
 
 @dataclass(frozen=True)
@@ -234,6 +224,7 @@ class Numbers:
         return self._all(value, self.each.checked)
 
     def _all(self, given: Any, one: Any) -> tuple[Any, ...]:
+        given = given.tolist() if isinstance(given, np.ndarray) else given
         several = isinstance(given, Sequence) and not isinstance(given, str)
         items = list(given) if several else [given]
         if not self.least <= len(items) <= self.most:

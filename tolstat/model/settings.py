@@ -19,6 +19,7 @@ from tolstat.model.setting_kinds import (
     Text,
     Word,
 )
+from tolstat.units.conversion import check_si
 from tolstat.units.grammar import Range
 
 
@@ -82,6 +83,7 @@ def setting(
         Of a table or a list of rows; see `column`.
     """
     kind: Kind
+    check_si(unit or "1")
     if columns is not None:
         kind = Rows(dict(columns), named=isinstance(default, Mapping))
     elif isinstance(default, bool):
@@ -91,12 +93,16 @@ def setting(
     elif isinstance(default, str):
         kind = Text()
     elif isinstance(default, Range):
-        kind = Interval(unit or "1")
+        whole = isinstance(default.lower, int) and isinstance(default.upper, int)
+        kind = Interval(Number(unit or "1", above, at_least, at_most, whole=whole))
     else:
-        first = default[0] if isinstance(default, tuple) else default
+        first = (*default, 0.0)[0] if isinstance(default, tuple) else default
         whole = isinstance(first, int)
         number = Number(unit, above, at_least, at_most, dict(presets or {}), whole)
-        kind = Numbers(number, *count) if isinstance(default, tuple) else number
+        least = 0 if default == () else count[0]
+        kind = (
+            Numbers(number, least, count[1]) if isinstance(default, tuple) else number
+        )
     metadata = {"sentence": sentence, "kind": kind}
     if isinstance(default, dict):
         return dataclasses.field(default_factory=lambda: default, metadata=metadata)
@@ -124,10 +130,26 @@ def column(sentence: str, *, unit: str = "", like: Any = 0.0, **bounds: Any) -> 
 def settings_of(model: Model) -> dict[str, Setting]:
     """Return the declared settings of a machine, by name."""
     found = {}
+    if not dataclasses.is_dataclass(model.settings):
+        raise ModelError(
+            f"model '{model.name}': its settings are a frozen dataclass, not "
+            f"{model.settings!r}"
+        )
     for field in dataclasses.fields(model.settings):
         made = field.default_factory
         default = field.default if made is dataclasses.MISSING else made()
         declared = field.metadata
+        if "kind" not in declared:
+            raise ModelError(
+                f"model '{model.name}': the setting {field.name} is not declared; "
+                f'write {field.name}: ... = tolstat.setting(default, "what it is")'
+            )
+        try:
+            default = declared["kind"].checked(default)
+        except ModelError as error:
+            raise ModelError(
+                f"model '{model.name}': the default of {field.name}: {error}"
+            ) from None
         found[field.name] = Setting(
             field.name, default, declared["sentence"], declared["kind"]
         )
@@ -183,7 +205,10 @@ def make(model: Model, given: Mapping[str, Any] | None = None) -> Any:
             values[name] = setting_of(model, name).kind.checked(value)
         except ModelError as error:
             raise ModelError(f"setting {name} = {value!r}: {error}") from None
-    return model.settings(**values)
+    try:
+        return model.settings(**values)
+    except (TypeError, ValueError) as error:  # what does not fit each other
+        raise ModelError(f"{error}") from error
 
 
 def read(model: Model, given: Mapping[str, Any]) -> Any:
@@ -201,8 +226,7 @@ def read(model: Model, given: Mapping[str, Any]) -> Any:
     ModelError, UnitError
         If a name or a value is wrong.
     """
-    values = {n: setting_of(model, n).kind.read(v) for n, v in given.items()}
-    return model.settings(**values)
+    return make(model, {n: setting_of(model, n).kind.read(v) for n, v in given.items()})
 
 
 def as_typed(value: Any) -> str:

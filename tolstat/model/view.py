@@ -68,6 +68,8 @@ class Curve(NamedTuple):
         Where on the axis, SI; the chart's own points if None.
     shown : str
         Unit in which it is shown; by its size if empty.
+    points : bool
+        Whether it is drawn as points, such as what was measured, and not as a line.
     """
 
     name: str
@@ -77,6 +79,7 @@ class Curve(NamedTuple):
     values: Array
     at: Array | None = None
     shown: str = ""
+    points: bool = False
 
 
 class Band(NamedTuple):
@@ -162,12 +165,20 @@ class Panel(NamedTuple):
         Further curves of another unit, against an axis on the right.
     levels : tuple of Level
         Values to be marked.
+    logarithmic : bool
+        Whether equal heights are equal ratios.
     """
 
     title: str
     names: tuple[str, ...]
     right: tuple[str, ...] = ()
     levels: tuple[Level, ...] = ()
+    logarithmic: bool = False
+
+    @property
+    def every(self) -> tuple[str, ...]:
+        """All that it shows."""
+        return (*self.names, *self.right)
 
 
 @dataclass(frozen=True)
@@ -193,6 +204,18 @@ class Chart:
     spans: tuple[Span, ...] = ()
     panels: tuple[Panel, ...] = ()
 
+    @property
+    def pictures(self) -> tuple[Panel, ...]:
+        """Its panels; one for each unit where it has none."""
+        units: dict[str, list[str]] = {}
+        for curve in self.curves:
+            units.setdefault(curve.unit, []).append(curve.name)
+        for band in self.bands:
+            units.setdefault(band.unit, []).append(band.name)
+        for region in self.regions:
+            units.setdefault(region.unit, []).append(region.name)
+        return self.panels or tuple(Panel("", tuple(names)) for names in units.values())
+
     def columns(self) -> Iterator[tuple[Axis, Array]]:
         """Yield the axis, then curves and bands over its points, each with its unit."""
         yield self.axis, self.at
@@ -202,6 +225,16 @@ class Chart:
         for band in self.bands:
             yield Axis(f"{band.name}, lower", band.unit), band.lower
             yield Axis(f"{band.name}, upper", band.unit), band.upper
+
+    def parts(self) -> Iterator[tuple[str, Array, Array]]:
+        """Yield all curves, bands and regions: name, where on the axis, values, SI."""
+        for curve in self.curves:
+            yield curve.name, self.at if curve.at is None else curve.at, curve.values
+        for band in self.bands:
+            yield f"{band.name}, lower", self.at, band.lower
+            yield f"{band.name}, upper", self.at, band.upper
+        for region in self.regions:
+            yield region.name, region.at, region.values
 
     def frame(self) -> pd.DataFrame:
         """Return the curves and bands as a DataFrame over the axis, SI.
@@ -245,6 +278,13 @@ class Listing:
     def columns(self) -> Iterator[tuple[Axis, NDArray[np.generic]]]:
         """Yield each column with its head."""
         yield from zip(self.heads, self.values, strict=True)
+
+    def parts(
+        self,
+    ) -> Iterator[tuple[str, NDArray[np.generic], NDArray[np.generic]]]:
+        """Yield each column over the first: name, the first, values."""
+        for head, values in self.columns():
+            yield head.name, self.values[0], values
 
     def frame(self) -> pd.DataFrame:
         """Return the rows as a DataFrame, SI; `attrs["units"]` holds the units."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tolstat.errors import PictureError, RunFileError
 from tolstat.reporting.drawn import Drawn, drawn_trials
-from tolstat.reporting.finding import responses_of_interest
+from tolstat.reporting.gather import responses_of_interest
 from tolstat.reporting.plain import share_words
 from tolstat.reporting.summary_table import (
     PER_CENT,

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from tolstat.reporting.drawn import Drawn
-from tolstat.reporting.finding import tails_of
 from tolstat.reporting.findings import ResponseFindings
+from tolstat.reporting.gather import tails_of
 from tolstat.reporting.page_picture import (
     BEYOND,
     INK,

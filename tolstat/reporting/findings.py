@@ -22,8 +22,10 @@ class TrialsFindings(NamedTuple):
 
     Attributes
     ----------
-    asked, ran, done, failed : int
+    asked, ran : int
         How many.
+    done, failed : int
+        Of those that the statistics rest on.
     counted : int
         Trials that the statistics rest on.
     by_status : dict of str to int
@@ -117,7 +119,7 @@ class IntegrationFindings(NamedTuple):
     Attributes
     ----------
     trials, failed : int
-        Evaluated again, and left out because they failed one of the two times.
+        Evaluated again, and how many of them failed one of the two times.
     settings : dict of str to float
         What was tightened, and to what.
     largest : float
@@ -236,6 +238,8 @@ class Findings:
     ----------
     title, run, model : str
         What it is of.
+    machine : str
+        FILE.py:NAME of a machine of one's own; empty for an installed one.
     trials : TrialsFindings
         What became of them.
     interest : tuple of str
@@ -251,6 +255,7 @@ class Findings:
     title: str
     run: str
     model: str
+    machine: str
     trials: TrialsFindings
     interest: tuple[str, ...]
     responses: Mapping[str, ResponseFindings]

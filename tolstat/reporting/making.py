@@ -43,7 +43,7 @@ def report(
     RunFileError
         If the run cannot be read, or the page cannot be written.
     """
-    from tolstat.reporting.finding import findings_of
+    from tolstat.reporting.gather import findings_of
     from tolstat.reporting.page import make_page, pictures_of
 
     of = run if isinstance(run, Run) else open_run(run)

@@ -147,6 +147,7 @@ def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
         parameter_scale=_parameter_scale,
         parameter_suffix=_parameter_suffix,
         named=NAMED,
+        exact=run.sampled is not None and not run.sampled.replicates,
         scales=run.scales,
         done_key="done",
         pictures=drawn,

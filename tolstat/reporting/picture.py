@@ -31,6 +31,7 @@ STYLE: dict[Any, Any] = {
     "grid.linewidth": 0.6,
     "lines.linewidth": 1.2,
     "legend.frameon": False,
+    "text.parse_math": False,  # titles and names are anybody's
     "legend.fontsize": 9,
     "svg.hashsalt": "tolstat",  # the same picture is the same file
 }

@@ -25,11 +25,11 @@ from tolstat.reporting.picture import COLOURS
 from tolstat.reporting.plain import share_words
 from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.convergence import running
+from tolstat.statistics.quantiles import trials_needed
 from tolstat.statistics.statistic import Statistic
 from tolstat.store.evidence import Sketch
 
 MOST_BARS = 10
-MISS = 0.025  # a quantile has an interval from log(MISS)/log(share) trials
 SCATTERED = 3  # contributors that a response is drawn over
 SETTLING = 4  # times as many, so that there is something to see
 
@@ -92,7 +92,7 @@ def convergence(drawn: Drawn, name: str, found: ResponseFindings) -> Markup:
     sure = [
         share
         for share in (0.99865, 0.99, 0.95)
-        if len(drawn.trials) >= SETTLING * math.log(MISS) / math.log(share)
+        if len(drawn.trials) >= SETTLING * trials_needed(share)
     ]
     share = sure[0] if sure else 0.5
     values, scale = drawn.values(name), found.scale.factor

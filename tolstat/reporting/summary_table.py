@@ -148,20 +148,19 @@ def _extremes(run: Run, name: str, scale: Scale) -> list[Cell]:
 def _beyond(run: Run, name: str) -> str:
     """Count the machines beyond a limit, failed ones among them."""
     lower, upper = run.limits[name].permitted
-    ended = run.trials - run.counts[Status.NOT_RUN.word]
     with np.errstate(invalid="ignore"):
         within = (run.column(name) >= lower) & (run.column(name) <= upper)
-    return f"{ended - np.count_nonzero(within)} of {ended}"
+    return f"{run.ended - np.count_nonzero(within)} of {run.ended}"
 
 
 def notes_of(run: Run, sample: Sample | None) -> list[str]:
     """Say what must be known to read the numbers of a run: failures first."""
-    counts = run.counts
-    ended = run.trials - counts[Status.NOT_RUN.word]
-    failed = ended - counts[Status.DONE.word]
     notes = []
-    if ended:
-        text = f"{failed} of {ended} trials failed"
+    if run.ended:
+        text = f"{run.failed} of {run.ended} trials failed"
+        if sample and len(sample.status) < run.trials:
+            ran = int(np.count_nonzero(sample.ran))
+            text += f", {sample.failed} of the {ran} that statistics rest on"
         if sample and (share := sample.failures).sure:
             text += f" (95 % interval {PER_CENT.number(share.lower)}.."
             text += f"{PER_CENT.number(share.upper)} %)"
@@ -169,8 +168,9 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
             said = (f"{count} {word}" for word, count in run.failures.items())
             text += ": " + ", ".join(said) + "; they count as beyond every limit"
         notes.append(text)
-    if ended < run.trials:
-        notes.append(f"{run.trials - ended} of {run.trials} trials have not run")
+    if run.ended < run.trials:
+        left = run.trials - run.ended
+        notes.append(f"{left} of {run.trials} trials have not run")
     nominal = run.nominal_values["status"]
     if nominal != Status.DONE.word:
         notes.append(f"the nominal machine: {nominal}")

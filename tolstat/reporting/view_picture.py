@@ -12,7 +12,7 @@ from tolstat.errors import PictureError
 from tolstat.model.view import Band, Chart, Curve, Listing, Panel, Region, View
 from tolstat.reporting.picture import COLOURS, mark_level, styled
 from tolstat.reporting.view_table import view_rows
-from tolstat.units.scale import Scale, scale_of
+from tolstat.units.scale import PLAIN, Scale, scale_of
 
 WINDOW = "#f2f2f2"
 MOST_ROWS = 60  # of a listing that is drawn
@@ -47,7 +47,7 @@ def draw_view(view: View, title: str) -> Figure:
 
 
 def _chart(chart: Chart) -> Figure:
-    panels = chart.panels or _panels(chart)
+    panels = chart.pictures
     figure = Figure(figsize=(8.0, max(1.75 * len(panels) + 0.8, 3.6)))
     figure.set_layout_engine("constrained")
     every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
@@ -69,29 +69,25 @@ def _chart(chart: Chart) -> Figure:
             borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
         )  # fmt: skip
         legend.set_in_layout(False)
+        if panel.logarithmic:
+            axes.set_yscale("log")
     words = "; ".join(dict.fromkeys(span.words for span in chart.spans if span.words))
     label = along.label(chart.axis.name)
     every[-1].set_xlabel(f"{label} (shaded: {words})" if words else label)
     if chart.axis.logarithmic:
         every[0].set_xscale("log")
-    if len(chart.at) > 1:
-        every[0].set_xlim(along.factor * chart.at[0], along.factor * chart.at[-1])
+    places = np.concatenate([at for _, at, _ in chart.parts()] or [chart.at])
+    places = places[np.isfinite(places)]
+    if len(places) and places.min() < places.max():
+        every[0].set_xlim(along.factor * places.min(), along.factor * places.max())
     return figure
 
 
 def along_of(chart: Chart) -> Scale:
     """Return how the axis of a chart is shown."""
     size = float(np.nanmax(np.abs(chart.at))) if len(chart.at) else 0.0
-    return scale_of(chart.axis.unit, chart.axis.shown, size)
-
-
-def _panels(chart: Chart) -> tuple[Panel, ...]:
-    """Put what a chart has into a panel for each unit."""
-    units: dict[str, list[str]] = {}
-    drawn: list[Curve | Band | Region] = [*chart.curves, *chart.bands, *chart.regions]
-    for each in drawn:
-        units.setdefault(each.unit, []).append(each.name)
-    return tuple(Panel("", tuple(names)) for names in units.values())
+    shown = chart.axis.shown or (PLAIN if chart.axis.unit == "1" else "")
+    return scale_of(chart.axis.unit, shown, size)
 
 
 def _draw(
@@ -120,7 +116,10 @@ def _draw(
         handles.append(Patch(color=colours[band.name], alpha=0.25, label=band.name))
     for curve in curves:
         at = chart.at if curve.at is None else curve.at
-        (line,) = axes.plot(x * at, times * curve.values, color=colours[curve.name])
+        look = "o" if curve.points else "-"
+        (line,) = axes.plot(
+            x * at, times * curve.values, look, color=colours[curve.name], markersize=4
+        )
         words = curve.name.replace("_", " ")
         for mark in chart.marks:
             if mark.curve == curve.name:
@@ -147,7 +146,8 @@ def _scale(curves: list[Curve], others: list[Band | Region]) -> Scale:
     for each in others:
         sizes += [np.abs(v) for v in each[2:] if isinstance(v, np.ndarray)]
     finite = [float(np.nanmax(s)) for s in sizes if len(s) and np.isfinite(s).any()]
-    return scale_of(first.unit, getattr(first, "shown", ""), max(finite, default=0.0))
+    shown = getattr(first, "shown", "") or (PLAIN if first.unit == "1" else "")
+    return scale_of(first.unit, shown, max(finite, default=0.0))
 
 
 def _listing(listing: Listing) -> Figure:

@@ -9,25 +9,60 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.model.view import Axis, View
-from tolstat.units.scale import COUNT, Scale, scale_of
+from tolstat.model.view import Axis, Band, Chart, Curve, Region, View
+from tolstat.units.scale import COUNT, PLAIN, Scale, scale_of
 
 
 def _scaled(
     view: View,
 ) -> Iterator[tuple[str, Scale | None, NDArray[np.generic]]]:
     """Yield each column with how it is shown; None for words."""
-    for axis, values in view.columns():
+    if isinstance(view, Chart) and (view.regions or any(_own(view))):
+        yield from _long(view)
+        return
+    columns = list(view.columns())
+    for axis, values in columns:
         if values.dtype.kind not in "fiu":
             yield axis.name, None, values
             continue
-        yield axis.name, _scale(axis, values), values
+        # a curve and the edges of its band, in one unit
+        alike = [v for a, v in columns[1:] if a.unit == axis.unit]
+        chart = isinstance(view, Chart) and axis is not columns[0][0]
+        size = np.concatenate(alike) if chart else values
+        yield axis.name, _scale(axis, size), values
+
+
+def _own(chart: Chart) -> list[bool]:
+    """Tell which curves have points of their own."""
+    return [curve.at is not None for curve in chart.curves]
+
+
+def _long(
+    chart: Chart,
+) -> Iterator[tuple[str, Scale | None, NDArray[np.generic]]]:
+    """Yield what shares no points as rows of name, place, value, unit."""
+    scales = {}
+    drawn: list[Curve | Band | Region] = [*chart.curves, *chart.bands, *chart.regions]
+    for each in drawn:
+        shown = getattr(each, "shown", "") or (PLAIN if each.unit == "1" else "")
+        for part in (each.name, f"{each.name}, lower", f"{each.name}, upper"):
+            scales[part] = scale_of(each.unit, shown)
+    names, places, values, units = [], [], [], []
+    for name, at, there in chart.parts():
+        names += [name] * len(at)
+        places.append(at)
+        values.append(scales[name].factor * there)
+        units += [scales[name].mark] * len(at)
+    along = np.concatenate(places)
+    yield "curve", None, np.array(names)
+    yield chart.axis.name, _scale(chart.axis, along), along
+    yield "value", Scale("1", PLAIN), np.concatenate(values)
+    yield "unit", None, np.array(units)
 
 
 def _scale(axis: Axis, values: NDArray[np.generic]) -> Scale:
-    shown = axis.shown or (
-        COUNT if values.dtype.kind in "iu" and axis.unit == "1" else ""
-    )
+    ratio = COUNT if values.dtype.kind in "iu" else PLAIN
+    shown = axis.shown or (ratio if axis.unit == "1" else "")
     finite = np.abs(values[np.isfinite(values)])
     return scale_of(axis.unit, shown, float(finite.max()) if len(finite) else 0.0)
 
@@ -38,7 +73,7 @@ def view_rows(view: View) -> tuple[list[str], list[list[str]]]:
     Parameters
     ----------
     view : Chart or Listing
-        Curves with points of their own are left out.
+        Of a chart whose curves share no points a row is one point of one curve.
 
     Returns
     -------

@@ -106,7 +106,7 @@ class Departure(NamedTuple):
         Its distance from the simulated value, over that value's distance from the
         median; negative: it promises too much.
     fails : bool
-        Outside the interval, by more than a twentieth.
+        Clearly outside the interval, and off by more than a twentieth.
     """
 
     share: float
@@ -144,7 +144,9 @@ def departures(linear: Linear, quantiles: Mapping[float, Estimate]) -> list[Depa
         relative = off / spread if spread > 0 else math.copysign(math.inf, off)
         if off == 0:
             relative = 0.0
-        outside = not simulated.lower <= value <= simulated.upper
+        # clearly: by more than half the interval beyond its nearer end
+        far = (simulated.upper - simulated.lower) / 2
+        outside = not simulated.lower - far <= value <= simulated.upper + far
         fails = outside and abs(relative) > MATTERS
         found.append(Departure(share, value, relative, fails))
     return found

@@ -19,6 +19,7 @@ NAMES = ("normal", "lognormal", "weibull", "gumbel")
 LEAST = 50  # trials from which a distribution is fitted
 LEAST_ATOM = 0.005  # share of the trials with one and the same value that is an atom
 NEAR = 1e-4  # of the range of 99.5 % of the trials: so near is as good as the same
+LEAST_ALIKE = 5  # trials that make one by being near; two neighbours are chance
 LEAST_NEAR = 0.1  # share of the trials so near to each other that is an atom
 DOUBTFUL = 0.05  # level below which a fit is rejected
 
@@ -114,7 +115,7 @@ def atom_of(values: Array) -> Atom | None:
         ends = np.searchsorted(ordered, ordered + width, side="right")
         counts = ends - np.arange(n)
         most = int(counts.argmax())
-        if counts[most] >= LEAST_NEAR * n:
+        if counts[most] >= max(LEAST_ALIKE, LEAST_NEAR * n):
             return _atom(ordered, most, int(counts[most]))
     return None
 

@@ -93,7 +93,12 @@ def summarize(
     done = np.sort(values[sample.done])
     if len(done) == 0:
         quantiles = dict.fromkeys(QUANTILES, NONE_DONE)
-        return Summary(NONE_DONE, NONE_DONE, math.nan, math.nan, quantiles, None)
+        no_ratio = Performance(NONE_DONE, NONE_DONE)
+        limited = None
+        if limit is not None and sample.failed:  # each of them beyond it
+            judged = yields(values, sample, limit.permitted, limit.demanded)
+            limited = Limited(limit, judged, no_ratio, no_ratio)
+        return Summary(NONE_DONE, NONE_DONE, math.nan, math.nan, quantiles, limited)
     limited = None
     if limit is not None:
         ends = limit.permitted

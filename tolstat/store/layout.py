@@ -183,6 +183,7 @@ def write_facts(file: h5py.File, plan: Plan, stopped: Stopped | None) -> None:
     attrs["format"], attrs["study"] = FORMAT, plan.study_text
     attrs["title"], attrs["model"] = plan.title, plan.model
     attrs["sampling"], attrs["source_digest"] = plan.sampling, plan.source_digest
+    attrs["machine"] = plan.machine
     contributors, responses = plan.description
     # the order of the columns: HDF5 lists names by alphabet
     write_texts(file, "contributors", [each.name for each in contributors])

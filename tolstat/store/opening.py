@@ -71,14 +71,14 @@ def open(path: str | os.PathLike[str]) -> Run:
             return _read(path, file)
     except OSError as error:
         raise RunFileError(f"{path} cannot be read as HDF5: {error}") from error
-    except (KeyError, ValueError, TypeError) as error:
+    except (KeyError, ValueError, TypeError, RuntimeError, AttributeError) as error:
         raise RunFileError(f"{path} is no whole run: {error}") from error
 
 
 def _check_format(path: Path, file: h5py.File) -> None:
     if "study" not in file.attrs or "format" not in file.attrs:
         raise RunFileError(f"{path} is an HDF5 file, but not a run of tolstat")
-    if file.attrs["format"] != FORMAT:
+    if str(file.attrs["format"]) != str(FORMAT):
         version = file.attrs.get("version_tolstat", "of its time")
         raise RunFileError(
             f"{path} has format {file.attrs['format']}, this tolstat reads format "
@@ -91,6 +91,9 @@ def _read(path: Path, file: h5py.File) -> Run:
     text = str(attrs["study"])
     datasets = {n: item for n, item in file.items() if isinstance(item, h5py.Dataset)}
     swept = {n: d for n, d in datasets.items() if d.attrs.get("role") == SWEPT}
+    lengths = {len(item) for item in datasets.values()}
+    if len(lengths) > 1:
+        raise ValueError(f"its columns are of different lengths: {sorted(lengths)}")
     contributors = tuple(_contributor(file[n]) for n in texts(file, "contributors"))
     responses = tuple(_response(file[n]) for n in texts(file, "responses"))
     words = dict(
@@ -101,6 +104,7 @@ def _read(path: Path, file: h5py.File) -> Run:
         StudyText(text, tomllib.loads(text)),
         str(attrs["title"]),
         str(attrs["model"]),
+        str(attrs["machine"]),
         str(attrs["sampling"]),
         contributors,
         responses,

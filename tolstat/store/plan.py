@@ -108,6 +108,8 @@ class Plan:
         The study as it was written.
     title, model, sampling : str
         Of the study.
+    machine : str
+        FILE.py:NAME of a machine of one's own; empty for an installed one.
     description : Description
         Contributors and responses, in the order of the columns.
     deviations : float64[trial, contributor]
@@ -141,6 +143,7 @@ class Plan:
     study_text: str
     title: str
     model: str
+    machine: str
     sampling: str
     description: Description
     deviations: Array

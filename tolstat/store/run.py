@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tolstat.model.description import Contributor, Response
 from tolstat.statistics.limit import Limit
-from tolstat.status import Status
+from tolstat.status import Status, status_words
 from tolstat.store.evidence import Evidence
 from tolstat.store.layout import STATUS, STEPS
 from tolstat.store.plan import Assumed, Audited, Chosen, Reference, Sampled, Stopped
@@ -51,6 +51,8 @@ class Run:
         What was asked.
     title, model, sampling : str
         Of the study.
+    machine : str
+        FILE.py:NAME of a machine of one's own; empty for an installed one.
     contributors, responses : tuple
         The columns, in order, with units and sentences.
     nominal_values : dict
@@ -89,6 +91,7 @@ class Run:
     study: StudyText
     title: str
     model: str
+    machine: str
     sampling: str
     contributors: tuple[Contributor, ...]
     responses: tuple[Response, ...]
@@ -126,6 +129,20 @@ class Run:
         """Number of trials of each status, by its word."""
         counted = np.bincount(self.status, minlength=256)
         return {word: int(counted[code]) for code, word in self.words.items()}
+
+    def ended_as(self, trial: int) -> str:
+        """Return the word of how a trial ended."""
+        return self.words[int(self.status[trial])]
+
+    @property
+    def ended(self) -> int:
+        """Number of trials that have run."""
+        return self.trials - self.counts[Status.NOT_RUN.word]
+
+    @property
+    def failed(self) -> int:
+        """Number of those that failed."""
+        return self.ended - self.counts[Status.DONE.word]
 
     @property
     def failures(self) -> dict[str, int]:
@@ -184,8 +201,6 @@ class Run:
         """
         import pandas as pd
 
-        from tolstat.model.frames import status_words
-
         columns: dict[str, Any] = {name: self._columns[name] for name in self.units}
         columns[STATUS] = status_words(self.status, self.words)
         if self.steps is not None:
@@ -197,11 +212,9 @@ class Run:
 
     def __repr__(self) -> str:
         """Say in a line what it is."""
-        failed = sum(self.failures.values())
-        ended = self.trials - self.counts[Status.NOT_RUN.word]
         return (
-            f"<tolstat run {str(self.path)!r}: {self.title!r}, {ended} of "
-            f"{self.trials} trials of {self.model}, {failed} failed>"
+            f"<tolstat run {str(self.path)!r}: {self.title!r}, {self.ended} of "
+            f"{self.trials} trials of {self.model}, {self.failed} failed>"
         )
 
     def _repr_html_(self) -> str:

@@ -11,7 +11,8 @@ import h5py
 import numpy as np
 
 from tolstat.errors import RunFileError
-from tolstat.model.contract import Outcome
+from tolstat.model.contract import Answers
+from tolstat.store.aside import aside_of, check_replaceable, check_room
 from tolstat.store.evidence import write_evidence
 from tolstat.store.layout import (
     EVIDENCE,
@@ -27,7 +28,7 @@ from tolstat.store.provenance import now, provenance
 
 SAFE_EVERY = 2.0  # s, between two times at which data are made safe from a power cut
 
-Blocks = list[tuple[int, Outcome]]
+Blocks = list[tuple[int, Answers]]
 
 
 class RunWriter(AbstractContextManager["RunWriter"]):
@@ -49,7 +50,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     """
 
     def __init__(self, path: Path, plan: Plan, *, force: bool = False) -> None:
-        self.path = path
+        self.path = path = path.resolve()  # a link stays one
         self.plan = plan
         self._columns = [each.name for each in plan.description.responses]
         if plan.integrates:
@@ -57,33 +58,39 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._began, self._safe = time.perf_counter(), time.monotonic()
         self._facts = {**provenance(), "started_at": now()}
         self._unsafe: Blocks = []
-        if path.exists() and not force:
-            raise RunFileError(
-                f"{path} exists already; give --force (force=True) to replace it, or "
-                "-o (output=) for another name"
-            )
         with suppress(OSError):
             path.parent.mkdir(parents=True, exist_ok=True)
+        check_replaceable(path, force=force)
         self._file = self._replaced(None)
 
     def _replaced(self, ending: Ending | None) -> h5py.File:
         """Write the file aside and rename it: under its own name a file is whole."""
-        aside = self.path.with_name(self.path.name + ".part")
+        trials = ending.trials if ending else len(self.plan.deviations)
+        check_room(self.path.parent, self._bytes(trials))
+        aside = aside_of(self.path)
         try:
-            with h5py.File(aside, "w") as file:
+            with h5py.File(aside, "x") as file:
                 if ending is None:
-                    self._write_plan(file, len(self.plan.deviations), None)
+                    self._write_plan(file, trials, None)
                 else:
-                    self._write_plan(file, ending.trials, ending.stopped)
+                    self._write_plan(file, trials, ending.stopped)
                     self._write_ending(file, ending)
                 file.flush()
                 os.fsync(file.id.get_vfd_handle())
             os.replace(aside, self.path)
             return h5py.File(self.path, "r+")
-        except OSError as error:
+        except (OSError, RuntimeError, ValueError) as error:
             with suppress(OSError):
                 aside.unlink()
-            raise RunFileError(f"{self.path} cannot be written: {error}") from error
+            stored = "; its trials are stored, without evidence" if ending else ""
+            message = f"{self.path} cannot be written: {error}{stored}"
+            raise RunFileError(message) from error
+
+    def _bytes(self, trials: int) -> int:
+        """Estimate how large the file becomes."""
+        contributors, responses = self.plan.description
+        row = 8 * (len(contributors) + len(responses) + 3)
+        return trials * row + 4096 * (len(contributors) + len(responses) + 64)
 
     def _write_plan(
         self, file: h5py.File, trials: int, stopped: Stopped | None
@@ -106,19 +113,19 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             lay_out_audit(file, ending.audited, self.plan)
         write_evidence(file.create_group(EVIDENCE), ending.evidence)
 
-    def write_nominal(self, outcome: Outcome) -> None:
+    def write_nominal(self, outcome: Answers) -> None:
         """Store the machine without deviations.
 
         Parameters
         ----------
-        outcome : Outcome
+        outcome : Answers
             Of one trial.
         """
         nominal = self._file[NOMINAL]
         for name, values in self._filled(outcome):
             nominal[name][...] = values[0]
         self._file.flush()
-        nominal[STATUS][...] = _status(outcome)[0]
+        nominal[STATUS][...] = outcome.status[0]
         self._file.flush()
 
     def write_blocks(self, blocks: Blocks) -> None:
@@ -126,12 +133,12 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
         Parameters
         ----------
-        blocks : list of (int, Outcome)
+        blocks : list of (int, Answers)
             Each with the number of its first trial. Their status follows within two
             seconds, or when the file is closed.
         """
         for first, outcome in blocks:
-            trials = slice(first, first + len(_status(outcome)))
+            trials = slice(first, first + len(outcome.status))
             for name, values in self._filled(outcome):
                 self._file[name][trials] = values
         self._unsafe += blocks
@@ -141,7 +148,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _make_safe(self) -> None:
         self._sync()
         for first, outcome in self._unsafe:
-            status = _status(outcome)
+            status = outcome.status
             self._file[STATUS][first : first + len(status)] = status
         self._file.flush()
         self._unsafe, self._safe = [], time.monotonic()
@@ -164,7 +171,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._file = self._replaced(ending)
         before.close()
 
-    def _filled(self, outcome: Outcome) -> list[tuple[str, np.ndarray]]:
+    def _filled(self, outcome: Answers) -> list[tuple[str, np.ndarray]]:
         columns = [*outcome.responses.T]
         if outcome.steps is not None:
             columns.append(outcome.steps)
@@ -192,12 +199,6 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def __exit__(self, *_: object) -> None:
         """Close the file."""
         self.close()
-
-
-def _status(outcome: Outcome) -> np.ndarray:
-    """Return the status that every checked outcome has."""
-    assert outcome.status is not None
-    return outcome.status
 
 
 def _count(word: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -81,6 +82,10 @@ def read(source: Path | Mapping[str, Any], problems: Problems) -> tuple[str, Doc
         If the file cannot be read or its keys are wrong.
     """
     text, table = _of_file(source) if isinstance(source, Path) else _of_mapping(source)
+    if "\0" in json.dumps(table, default=str, ensure_ascii=False) or "\\u0000" in (
+        json.dumps(table, default=str)
+    ):
+        raise StudyError(f"{problems.source}: a text holds the character NUL; leave it")
     try:
         return text, Document.model_validate(table)
     except ValidationError as error:

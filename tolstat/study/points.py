@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -25,6 +25,8 @@ from tolstat.units.conversion import to_si
 from tolstat.units.grammar import quantity, unit_of
 
 MOST_TRIALS = 10_000_000
+DEVIATIONS = "deviations"  # in [grid]: the table of what is meant as a deviation
+TAKEN = "settings."  # before the column of a setting that bears a contributor's name
 EXAMPLE = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
 
 
@@ -120,9 +122,9 @@ def read_grid(
     """
     axes: list[Swept] = []
     before = len(problems.found)
-    for name, values in given.items():
+    for name, values, deviation in _axes(given):
         with problems.noting(f"[grid] {name}", values):
-            axes.append(_axis(name, values, model, description))
+            axes.append(_axis(name, values, deviation, model, description))
             taken = [m for axis in axes[:-1] for m in axis.members]
             if double := [m for m in axes[-1].members if m in taken]:
                 raise ModelError(f"{double[0]} stands there already; give it once")
@@ -160,33 +162,57 @@ def _product(
     each = trials // math.prod(len(axis.values) for axis in chosen)
     cases = []
     for i, values in enumerate(product(*(axis.values for axis in chosen))):
-        changes = dict(zip((axis.name for axis in chosen), values, strict=True))
-        case = Case(i * each, (i + 1) * each, replace(settings, **changes))
-        if described(model, case.settings) != description:
-            problems.add(
-                "[grid]", None,
-                f"{', '.join(changes)}: these settings change which contributors or "
-                "responses the model has; make a study of each",
-            )  # fmt: skip
-            return None
-        cases.append(case)
+        moved = (setting_name(axis.name) for axis in chosen)
+        changes = dict(zip(moved, values, strict=True))
+        with problems.noting("[grid]", None):
+            case = Case(i * each, (i + 1) * each, replace(settings, **changes))
+            if _columns(described(model, case.settings)) != _columns(description):
+                raise ModelError(
+                    f"{', '.join(changes)}: these settings change which contributors "
+                    "or responses the model has; make a study of each"
+                )
+            cases.append(case)
+            continue
+        return None
     shown = {m: axis.shown for axis in axes for m in axis.members or (axis.name,)}
     return Points(deviations, tuple(cases), shown, tuple(axes), columns)
 
 
-def _axis(name: str, given: Any, model: Model, description: Description) -> Swept:
-    """Read the values of one contributor or setting."""
+def _columns(description: Description) -> list[tuple[str, str]]:
+    """Return names and units: sizes and sentences may follow the settings."""
+    return [(each.name, each.unit) for some in description for each in some]
+
+
+def setting_name(column: str) -> str:
+    """Return the name of a swept setting, of the column that holds its values."""
+    return column.removeprefix(TAKEN)
+
+
+def _axes(given: Mapping[str, Any]) -> Iterator[tuple[str, Any, bool]]:
+    """Yield name and values of each axis, and whether it can only be a deviation."""
+    for name, values in given.items():
+        if name == DEVIATIONS and isinstance(values, dict) and "from" not in values:
+            for each, of_it in values.items():
+                yield each, of_it, True
+        else:
+            yield name, values, False
+
+
+def _axis(
+    name: str, given: Any, deviation: bool, model: Model, description: Description
+) -> Swept:
+    """Read the values of one setting or contributor; a setting goes first."""
     units = {each.name: each.unit for each in description.contributors}
     known = settings_of(model)
+    if name in known and not deviation:
+        return _setting_axis(name, given, model, taken=name in units)
     try:
         members = tuple(expand(name, list(units)))
     except ModelError:
-        if name not in known:
-            raise ModelError(
-                "neither a contributor nor a setting; "
-                f"{allowed_names(name, [*units, *known])}"
-            ) from None
-        return _setting_axis(name, given, model)
+        names = [*units, *(() if deviation else known)]
+        raise ModelError(
+            f"neither a contributor nor a setting; {allowed_names(name, names)}"
+        ) from None
     unit = units[members[0]]
     if isinstance(given, dict):
         return Swept(name, members, _steps(given, unit), None, unit, _written(given))
@@ -194,9 +220,9 @@ def _axis(name: str, given: Any, model: Model, description: Description) -> Swep
     return Swept(name, members, values, None, unit, unit_of(str(given[0])))
 
 
-def _setting_axis(name: str, given: Any, model: Model) -> Swept:
-    """Read the values of one setting."""
-    kind = setting_of(model, name).kind
+def _setting_axis(name: str, given: Any, model: Model, *, taken: bool) -> Swept:
+    """Read the values of one setting; its name may be that of a contributor."""
+    column, kind = TAKEN + name if taken else name, setting_of(model, name).kind
     unit = (kind.unit if isinstance(kind, Number) else "") or "1"
     if isinstance(given, dict):
         if not isinstance(kind, Number):
@@ -204,14 +230,12 @@ def _setting_axis(name: str, given: Any, model: Model) -> Swept:
                 f"a list of values is expected; it is no number: {EXAMPLE}"
             )
         values = [kind.checked(value) for value in _steps(given, unit)]
-        return Swept(name, (), values, None, unit, _written(given))
+        return Swept(column, (), values, None, unit, _written(given))
     values = [kind.read(value) for value in _listed(given)]
-    if all(isinstance(v, int | float) and not isinstance(v, bool) for v in values) and (
-        not any(isinstance(v, str) and not v[:1].isdigit() for v in given)
-    ):
+    if isinstance(kind, Number) and not any(each in kind.presets for each in given):
         shown = unit_of(given[0]) if isinstance(given[0], str) else ""
-        return Swept(name, (), values, None, unit, shown)
-    return Swept(name, (), values, [as_typed(value) for value in given], unit, "")
+        return Swept(column, (), values, None, unit, shown)
+    return Swept(column, (), values, [as_typed(value) for value in given], unit, "")
 
 
 def _listed(given: Any) -> list[Any]:

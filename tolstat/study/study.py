@@ -24,7 +24,7 @@ from tolstat.statistics.limit import Limit
 from tolstat.study.deviations import Deviations, read_deviations
 from tolstat.study.document import Document, read
 from tolstat.study.limit import read_limit
-from tolstat.study.points import Case, Points, read_grid, read_table
+from tolstat.study.points import Case, Points, read_grid, read_table, setting_name
 from tolstat.study.problems import Problems
 from tolstat.study.reference import read_reference
 from tolstat.study.sampling import check_sampling, check_trials, sampler_of
@@ -220,13 +220,22 @@ def load(
         points,
         reference,
         limits,
-        {
-            **(points.shown if points else {}),
-            **deviating.shown,
-            **(until.shown if until else {}),
-            **limited_in,
-        },
+        _shown(
+            description,
+            {
+                **(points.shown if points else {}),
+                **deviating.shown,
+                **(until.shown if until else {}),
+                **limited_in,
+            },
+        ),
     )
+
+
+def _shown(description: Description, written: dict[str, str]) -> dict[str, str]:
+    """Leave out bare numbers of what is declared as a count or a plain ratio."""
+    own = {each.name for some in description for each in some if each.shown}
+    return {n: unit for n, unit in written.items() if not (unit == "1" and n in own)}
 
 
 def _check_instead(
@@ -245,6 +254,7 @@ def _check_instead(
 
 def _machine(document: Document, model: Model | None, problems: Problems) -> Model:
     if model is not None:
+        model = catalogue.find(model)
         if model.name != document.model:
             message = f"the model given is called '{model.name}'"
             problems.add("model", document.model, message)
@@ -290,10 +300,12 @@ def _points(
         if not document.grid:
             problems.add("[grid]", None, "missing; name what is swept, and its values")
             return None
-        swept = [name for name in document.grid if name in document.settings]
-        for name in swept:
-            problems.add(f"[grid] {name}", None, "stands in [settings] already")
-        return read_grid(document.grid, model, settings, description, problems)
+        points = read_grid(document.grid, model, settings, description, problems)
+        for axis in points.swept if points else ():
+            if not axis.members and setting_name(axis.name) in document.settings:
+                message = "stands in [settings] already"
+                problems.add(f"[grid] {axis.name}", None, message)
+        return points
     if document.sampling == "table" and document.table:
         with problems.noting("table", document.table):
             return read_table(folder / document.table, settings, description)

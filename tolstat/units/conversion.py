@@ -105,6 +105,18 @@ def from_si(value: float, unit: str, shown: str) -> float:
     return value * (_measure(unit)[0] / _measure(shown)[0])
 
 
+def check_si(unit: str) -> None:
+    """Refuse a unit that is none of SI: numbers inside tolstat are SI.
+
+    Raises
+    ------
+    UnitError
+        If it is unknown, or a multiple such as mm.
+    """
+    if _measure(unit)[0] != 1.0 or unit == "count":
+        raise UnitError(f"'{unit}' is no SI unit; declare that, and shown=\"{unit}\"")
+
+
 def units_like(unit: str) -> list[str]:
     """List the known names of the same kind as a unit."""
     kind = _measure(unit)[1]

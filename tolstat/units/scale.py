@@ -16,11 +16,11 @@ SIZES = {
     "1": (("%", 0.0),),
     "m": (("m", 100.0), ("mm", 1e-4), ("um", 1e-7), ("nm", 0.0)),
     "rad": (("rad", 10.0), ("mrad", 1e-5), ("urad", 0.0)),
-    "N": (("MN", 1e7), ("kN", 10.0), ("N", 1e-2), ("mN", 1e-5), ("uN", 0.0)),
+    "N": (("MN", 1e7), ("kN", 10.0), ("N", 0.1), ("mN", 1e-4), ("uN", 0.0)),
     "J": (
-        ("MJ", 1e7), ("kJ", 10.0), ("J", 1e-2), ("mJ", 1e-5), ("uJ", 1e-8), ("nJ", 0.0),
+        ("MJ", 1e7), ("kJ", 10.0), ("J", 0.1), ("mJ", 1e-4), ("uJ", 1e-7), ("nJ", 0.0),
     ),
-    "W": (("MW", 1e7), ("kW", 10.0), ("W", 1e-2), ("mW", 1e-5), ("uW", 0.0)),
+    "W": (("MW", 1e7), ("kW", 10.0), ("W", 0.1), ("mW", 1e-4), ("uW", 0.0)),
     "N m": (("MN m", 1e7), ("kN m", 10.0), ("N m", 1e-2), ("mN m", 0.0)),
     "Pa": (("GPa", 1e10), ("MPa", 1e4), ("kPa", 10.0), ("Pa", 0.0)),
     "Hz": (("kHz", 1e5), ("Hz", 1e-2), ("mHz", 0.0)),
@@ -57,9 +57,9 @@ class Scale(NamedTuple):
 
     def number(self, value: float) -> str:
         """Write an SI number in the unit shown, without it."""
-        shown = from_si(value, self.unit, self.shown)
-        if self.shown == COUNT and shown == round(shown):
-            return f"{round(shown)}"
+        shown = float(from_si(value, self.unit, self.shown))
+        if self.shown == COUNT and shown.is_integer():
+            return f"{shown:.0f}"
         return four_figures(shown)
 
     def words(self, value: float) -> str:
@@ -69,15 +69,6 @@ class Scale(NamedTuple):
     def label(self, name: str) -> str:
         """Name a quantity with its unit, for an axis or a head."""
         return f"{name}, {self.mark}" if self.mark else name
-
-    def limit(self, limit: tuple[float, float]) -> str:
-        """Write a limit, SI, as a study file has it."""
-        lower, upper = (f"{self.factor * end:.10g}" for end in limit)
-        if math.isinf(limit[0]):
-            return f"<= {upper} {self.mark}".strip()
-        if math.isinf(limit[1]):
-            return f">= {lower} {self.mark}".strip()
-        return f"{lower}..{upper} {self.mark}".strip()
 
 
 def four_figures(value: float) -> str:
@@ -92,7 +83,7 @@ def four_figures(value: float) -> str:
         return "failed"
     if value == 0:
         return "0"
-    if not 1e-3 <= abs(value) < 1e6:
+    if not 1e-3 <= abs(value) <= 1e6:
         return f"{value:.{FIGURES - 2}e}"
     digits = max(0, FIGURES - 1 - math.floor(math.log10(abs(value))))
     return f"{value:.{digits}f}"

@@ -13,10 +13,10 @@ from tolstat.asking.replay import replay
 from tolstat.execution.audit import audited_trials
 from tolstat.execution.classical import Target, slopes, worst_corners
 from tolstat.execution.execute import execute
-from tolstat.execution.gathering import worst_trials
+from tolstat.execution.further import worst_trials
 from tolstat.execution.workers import Workers
 from tolstat.model.contract import closer
-from tolstat.reporting.finding import findings_of
+from tolstat.reporting.gather import findings_of
 from tolstat.status import Status
 from tolstat.study.study import load
 
@@ -122,8 +122,8 @@ class Bumpy(Model):
 def test_the_worst_corner_is_found_from_the_worst_trial():
     lower, upper = np.full(3, -1.0), np.full(3, 1.0)
     targets = [
-        Target(0, 1, np.array([-0.3, -0.2, 0.1])),
-        Target(0, -1, np.array([0.3, -0.2, 0.0])),
+        Target(0, 1, np.array([[-0.3, -0.2, 0.1]])),
+        Target(0, -1, np.array([[0.3, -0.2, 0.0]])),
     ]
     with Workers() as crew:
         most, least = worst_corners(
@@ -137,7 +137,7 @@ def test_the_worst_corner_is_found_from_the_worst_trial():
 
 def test_parts_of_a_batch_stay_alike_in_the_worst_case():
     lower, upper = np.full(3, -1.0), np.full(3, 1.0)
-    target = Target(0, -1, np.array([0.1, 0.1, 0.0]))
+    target = Target(0, -1, np.array([[0.1, 0.1, 0.0]]))
     with Workers() as crew:
         (found,) = worst_corners(
             Bumpy(), RoughSettings(), lower, upper, [[0, 1], [2]], [target], crew
@@ -174,6 +174,15 @@ def test_the_worst_case_of_a_linear_stack(tmp_path):
     assert largest.failed == 0 and largest.tried > 4
     slopes = evidence.slopes["gap"]
     assert slopes == pytest.approx({"part_1": 3 * rough, "part_2": -rough}, rel=1e-9)
+
+
+def test_no_trial_within_the_tolerances_is_worse_than_the_worst_case(rough):
+    lower, upper = np.array([(-3e-4, 3e-4), (-1e-4, 5e-4)]).T
+    parts = np.column_stack([rough.column("part_1"), rough.column("part_2")])
+    inside = ((parts >= lower) & (parts <= upper)).all(axis=1) & (rough.status == 1)
+    gap = rough.column("gap")[inside]
+    cases = rough.evidence.worst_cases["gap"]
+    assert cases["largest"].value >= gap.max() and cases["least"].value <= gap.min()
 
 
 def test_a_corner_that_fails_is_counted(rough):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -12,7 +13,7 @@ from tolstat.execution.classical import Target, slopes, worst_corners
 from tolstat.execution.planning import assumed_of
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Workers
-from tolstat.model.checked import history_of
+from tolstat.model.checked import history_of, tightened
 from tolstat.model.view import Chart
 from tolstat.statistics.limit import Limit
 from tolstat.status import Status
@@ -50,9 +51,10 @@ def gather(study: Study, trials: Trials, workers: Workers) -> Evidence:
     if study.sampler is None:
         return Evidence(missing="no deviations were drawn")
     zones = _zones(study)
+    slopes = _slopes(study, zones, workers)
     return Evidence(
-        _slopes(study, zones, workers),
-        _worst_cases(study, trials, zones, workers),
+        slopes,
+        _worst_cases(study, trials, zones, slopes, workers),
         _worst(study, trials, workers),
     )
 
@@ -68,7 +70,7 @@ def _zones(study: Study) -> dict[str, tuple[float, float]]:
 
 
 def _slopes(
-    study: Study, zones: dict[str, tuple[float, float]], workers: Workers
+    study: Study, zones: Mapping[str, tuple[float, float]], workers: Workers
 ) -> dict[str, dict[str, float]]:
     """Differentiate every response at the nominal machine."""
     contributors, responses = study.description
@@ -91,13 +93,15 @@ def _slopes(
 def _worst_cases(
     study: Study,
     trials: Trials,
-    zones: dict[str, tuple[float, float]],
+    zones: Mapping[str, tuple[float, float]],
+    slopes: Mapping[str, Mapping[str, float]],
     workers: Workers,
 ) -> dict[str, dict[str, WorstCase]]:
-    """Search the worst corners of the tolerances, for each end of each limit."""
+    """Search the worst machines within the tolerances, for each end of each limit."""
     names = [contributor.name for contributor in study.description.contributors]
     responses = [response.name for response in study.description.responses]
-    lower, upper = np.array([zones.get(name, (0.0, 0.0)) for name in names]).T
+    ends = np.array([zones.get(name, (0.0, 0.0)) for name in names])
+    lower, upper = ends.reshape(-1, 2).T
     batches = study.deviating.dependence.batches
     factors: dict[str, list[int]] = {}
     for column, name in enumerate(names):
@@ -115,11 +119,12 @@ def _worst_cases(
         return {}
     targets = []
     for name, sign in asked:
-        # from the trial nearest to it, moved into the tolerances
-        values = sign * trials.response(name)
-        values[trials.status != Status.DONE] = -np.inf
-        start = np.clip(trials.deviations[values.argmax()], lower, upper)
-        targets.append(Target(responses.index(name), sign, start))
+        slope = np.array([slopes[name].get(each, 0.0) for each in names])
+        steepest = _steepest(sign * slope, lower, upper, factors.values())
+        starts = _worst_starts(sign * trials.response(name), trials, lower, upper)
+        targets.append(
+            Target(responses.index(name), sign, np.stack([*starts, steepest]))
+        )
     corners = worst_corners(
         study.model, study.settings, lower, upper, list(factors.values()), targets,
         workers,
@@ -131,6 +136,30 @@ def _worst_cases(
         case = WorstCase(corner.value, machine, corner.tried, corner.failed)
         found.setdefault(name, {})[side] = case
     return found
+
+
+def _worst_starts(
+    badness: Array, trials: Trials, lower: Array, upper: Array
+) -> list[Array]:
+    """Return the worst trial moved into the tolerances, and the worst within them."""
+    done = np.where(trials.status == Status.DONE, badness, -np.inf)
+    starts = [np.clip(trials.deviations[done.argmax()], lower, upper)]
+    within = ((trials.deviations >= lower) & (trials.deviations <= upper)).all(axis=1)
+    inside = np.where(within, done, -np.inf)
+    if inside.max() > -np.inf:
+        starts.append(trials.deviations[inside.argmax()])
+    return starts
+
+
+def _steepest(
+    slope: Array, lower: Array, upper: Array, factors: Iterable[Sequence[int]]
+) -> Array:
+    """Return the corner that slopes at the nominal machine point to."""
+    corner = lower.copy()
+    for columns in map(list, factors):
+        if np.nansum(slope[columns] * (upper - lower)[columns]) > 0:
+            corner[columns] = upper[columns]
+    return corner
 
 
 def worst_trials(values: Array, status: NDArray[np.uint8], limit: Limit) -> list[int]:
@@ -168,7 +197,7 @@ def _worst(study: Study, trials: Trials, workers: Workers) -> dict[str, list[Wor
         return {name: [] for name in chosen}
     rows = trials.deviations[every]
     again = np.full((len(every), trials.responses.shape[1]), np.nan)
-    tight = study.model.tightened(study.settings)
+    tight = tightened(study.model, study.settings)
     if tight is not None:
         again = workers.simulate(study.model, rows, tight).responses
     charts: dict[int, Chart] = {}
@@ -189,14 +218,16 @@ def _worst(study: Study, trials: Trials, workers: Workers) -> dict[str, list[Wor
 
 
 def _chart(model: Any, settings: Any, deviations: Array) -> Chart:
-    return history_of(model, deviations, settings, SKETCHED).chart
+    chart, _ = history_of(model, deviations, settings, SKETCHED)
+    return chart
 
 
 def _sketch(chart: Chart | None, response: str) -> Sketch | None:
     """Keep of a history what a small picture shows: the panel of the response."""
-    if chart is None or not chart.panels:
+    if chart is None or not chart.pictures:
         return None
-    panel = next((p for p in chart.panels if response in p.names), chart.panels[0])
+    pictures = chart.pictures
+    panel = next((p for p in pictures if response in p.names), pictures[0])
     own = (c for c in chart.curves if c.name in panel.names and c.at is None)
     curves = {curve.name: curve.values for curve in own}
     return Sketch(

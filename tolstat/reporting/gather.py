@@ -57,6 +57,7 @@ def responses_of_interest(run: Run, chosen: Sequence[str] = ()) -> list[str]:
         If a name is not one of the run's responses.
     """
     known = [response.name for response in run.responses]
+    chosen = [chosen] if isinstance(chosen, str) else chosen
     for name in chosen:
         if name not in known:
             raise PictureError(f"response {name}: {allowed_names(name, known)}")
@@ -141,6 +142,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
         run.title,
         run.path.name,
         run.model,
+        run.machine,
         _trials(drawn),
         tuple(interest),
         responses,
@@ -156,13 +158,11 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
 
 def _trials(drawn: Drawn) -> TrialsFindings:
     run = drawn.run
-    ran = run.trials - run.counts[Status.NOT_RUN.word]
-    done = run.counts[Status.DONE.word]
     return TrialsFindings(
         run.trials,
-        ran,
-        done,
-        ran - done,
+        run.ended,
+        int(np.count_nonzero(drawn.sample.done)),
+        drawn.sample.failed,
         len(drawn.trials),
         run.counts,
         drawn.sample.failures,
@@ -246,7 +246,7 @@ def _integration_error(
     if len(error.trials):
         moves = _moves(drawn, error.removed(values)[drawn.trials], of)
     return IntegrationFindings(
-        len(error.trials), error.failed, audited.settings, error.largest, moves
+        len(audited.trials), error.failed, audited.settings, error.largest, moves
     )
 
 
