@@ -34,7 +34,7 @@ for runs, label, color in (
     left.hist(
         runs["rod_force_1"] / 1e3, bins, label=label, color=color, alpha=0.6, log=True
     )
-limit = limits["rod_force_1"][1] / 1e3
+limit = limits["rod_force_1"].upper / 1e3
 left.axvline(limit, color="black", linewidth=1, linestyle="--")
 left.text(limit + 0.5, 30, f"limit {limit:g} kN", rotation=90, va="center")
 left.axvline(as_built.nominal["rod_force_1"] / 1e3, color="black", linewidth=1)
@@ -48,8 +48,10 @@ rods = frame["rod_length_1"] - frame["rod_length_2"]
 cranks = frame["crank_radius_1"] - frame["crank_radius_2"]
 difference = 1e3 * (rods.abs() + cranks.abs())
 right.plot(difference, 100 * frame["extra_loss"], ".", color=AS_BUILT, markersize=4)
-right.axhline(100 * limits["extra_loss"][1], color="black", linewidth=1, linestyle="--")
-right.text(0.05, 100 * limits["extra_loss"][1] + 0.12, "limit 3 %")
+right.axhline(
+    100 * limits["extra_loss"].upper, color="black", linewidth=1, linestyle="--"
+)
+right.text(0.05, 100 * limits["extra_loss"].upper + 0.12, "limit 3 %")
 right.set(
     xlabel="difference of rods and cranks, |l1 - l2| + |r1 - r2|, mm",
     ylabel="drive energy lost at the guides, %",
