@@ -1,6 +1,6 @@
 """How often intervals cover what they claim: written to tests/coverage/table.csv.
 
-    python -m tests.coverage.measure          # 4000 studies each; 10 minutes
+    python -m tests.coverage.measure          # 1.5 hours of processor time
 
 Exact intervals may miss too seldom, but not too often; approximate ones are offered
 only where they cover at least 93 % on every problem. "offered" is the share of studies
