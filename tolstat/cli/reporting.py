@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,8 @@ def report_run(
     responses : sequence of str
         What is looked at closely; what has a limit if none are given.
     """
+    # the process ends with the page: what is left over needs no collecting
+    gc.disable()
     run = open_run(path)
     with leave_on_interrupt():
         if form == "html":

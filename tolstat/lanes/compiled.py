@@ -48,7 +48,9 @@ def compiled(
     def decorate(function: Function) -> Any:
         if signature is None:
             return njit(**options)(function)
-        folder = cache_folder(Path(function.__code__.co_filename), function.__module__)
+        source = Path(function.__code__.co_filename)
+        typed_in = not source.is_file()  # at a prompt: there is nothing to go by
+        folder = None if typed_in else cache_folder(source, function.__module__)
         before = numba.config.CACHE_DIR
         try:
             # global to every user of Numba in the process: put back at once

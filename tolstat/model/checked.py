@@ -183,7 +183,8 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
     """Check an outcome of so many trials, and complete it; see `simulate`."""
     where = f"model '{model.name}'"
     with _asking(model, "describe"):
-        names = [each.name for each in model.describe(settings).responses]
+        _, described_now = model.describe(settings)
+        names = [each.name for each in described_now]
     if not isinstance(outcome, Outcome):
         raise ModelError(
             f"{where}: evaluate returns {type(outcome).__name__}, no Outcome"

@@ -15,6 +15,7 @@ from tolstat.reporting import response_pictures as pictures
 from tolstat.reporting.drawn import drawn_trials
 from tolstat.reporting.findings import Findings, ResponseFindings, leading_of
 from tolstat.reporting.plain import key_words, share_words
+from tolstat.reporting.sketch import sketch
 from tolstat.reporting.summary_table import AS_IS, PER_CENT
 from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.estimate import Estimate
@@ -189,7 +190,7 @@ def pictures_of(run: Run, found: Findings) -> Pictures:
 def _sketches(run: Run, found: Findings) -> dict[tuple[str, int], Markup]:
     """Draw the worst trials of what is looked at closely."""
     return {
-        (name, worst.trial): pictures.sketch(worst.sketch, worst.trial)
+        (name, worst.trial): sketch(worst.sketch, worst.trial)
         for name in found.interest
         for worst in run.evidence.worst.get(name, ())
         if worst.sketch

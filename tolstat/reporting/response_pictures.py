@@ -1,4 +1,4 @@
-"""What a response is owed to, how its estimate settles, how machines moved: drawn."""
+"""What a response is owed to, and how its estimate settles, drawn."""
 
 from __future__ import annotations
 
@@ -27,7 +27,6 @@ from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.convergence import running
 from tolstat.statistics.quantiles import trials_needed
 from tolstat.statistics.statistic import Statistic
-from tolstat.store.evidence import Sketch
 
 MOST_BARS = 10
 SCATTERED = 3  # contributors that a response is drawn over
@@ -140,8 +139,12 @@ def scatter(drawn: Drawn, name: str, found: ResponseFindings) -> Markup | None:
     response = found.scale.factor * drawn.done(name)
     scales = drawn.run.scales
     many = len(response) > MOST_POINTS
-    with page_figure(width=2.4 * len(leading) + 0.6, height=2.5) as figure:
-        every = figure.subplots(1, len(leading), sharey=True, squeeze=False)[0]
+    with page_figure(width=2.4 * SCATTERED + 0.6, height=2.5) as figure:
+        # always as wide: the page gives it the same room, however few there are
+        every = figure.subplots(1, SCATTERED, sharey=True, squeeze=False)[0]
+        for axes in every[len(leading) :]:
+            axes.set_axis_off()
+        every = every[: len(leading)]
         for axes, contributor in zip(every, leading, strict=True):
             deviation = scales[contributor].factor * drawn.done(contributor)
             axes.plot(
@@ -158,26 +161,3 @@ def scatter(drawn: Drawn, name: str, found: ResponseFindings) -> Markup | None:
         return inline(
             figure, f"{name} over its leading contributors: {', '.join(leading)}"
         )
-
-
-def sketch(of: Sketch, trial: int) -> Markup:
-    """Draw a small picture of how a machine moved.
-
-    Parameters
-    ----------
-    of : Sketch
-        Its stored curves.
-    trial : int
-        Its number, for the words beside the picture.
-    """
-    with page_figure(width=1.9, height=0.55) as figure:
-        figure.set_layout_engine("none")
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        axes.set_axis_off()
-        for low, high in of.spans:
-            axes.axvspan(low, high, color=INK, alpha=0.06, linewidth=0)
-        for values, colour in zip(of.curves.values(), COLOURS, strict=False):
-            axes.plot(of.at, values, color=colour, linewidth=0.8)
-        words = ", ".join(of.curves)
-        over = of.axis.partition(",")[0]
-        return inline(figure, f"Trial {trial}: {words} over {over}")

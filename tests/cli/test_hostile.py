@@ -1,0 +1,109 @@
+"""Titles, names and packages that mean mischief, on the command line."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import ROOT
+
+TOLSTAT = Path(sys.executable).with_name("tolstat")
+STACK = "stack.py:Stack"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name in ("stack.py", "stack.toml"):
+        text = (ROOT / "runs" / "own" / name).read_text()
+        (tmp_path / name).write_text(text.replace("20000", "500"))
+    return tmp_path
+
+
+def call(folder, *words, code=0, **environment):
+    done = subprocess.run(
+        [TOLSTAT, *words], cwd=folder, capture_output=True, text=True, check=False,
+        env={**os.environ, **environment},
+    )  # fmt: skip
+    assert done.returncode == code and "Traceback" not in done.stderr, done.stderr
+    return done.stdout + done.stderr
+
+
+def test_markup_stays_text(folder):
+    study = folder / "stack.toml"
+    title = "a[/nope] [bold]b $\\\\frac{a$"
+    study.write_text(study.read_text().replace("Gap in a housing", title))
+    shown = call(folder, "run", "stack.toml", "--machine", STACK, "-o", "o[red]ut.h5")
+    assert "a[/nope] [bold]b" in shown and "o[red]ut.h5" in shown
+    call(folder, "show", "o[red]ut.h5")
+    call(folder, "report", "o[red]ut.h5")
+
+
+def test_a_machine_file_that_ends_the_process(folder):
+    (folder / "quits.py").write_text("import sys\nsys.exit(0)\n")
+    said = call(folder, "run", "stack.toml", "--machine", "quits.py:Stack", code=2)
+    assert "quits.py cannot be run: SystemExit: 0" in said
+
+
+def test_a_name_that_is_taken(folder):
+    text = (folder / "stack.py").read_text().replace('"stack"', '"stand"')
+    (folder / "stack.py").write_text(text)
+    said = call(folder, "show", "stand", "--machine", STACK, code=2)
+    assert "'stand' is the name of an installed model" in said
+
+
+def test_a_package_that_is_broken_breaks_no_other(folder):
+    info = folder / "broken-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n"
+    )
+    (info / "entry_points.txt").write_text("[tolstat.machines]\nbroken = nothing:X\n")
+    shown = call(folder, "models", PYTHONPATH=str(folder))
+    assert "stand" in shown and "ModuleNotFoundError" in shown
+    said = call(folder, "show", "broken", code=2, PYTHONPATH=str(folder))
+    assert "nothing:X cannot be loaded: ModuleNotFoundError" in said
+
+
+def test_an_error_in_a_machine_is_a_line_with_its_place(folder):
+    text = (folder / "stack.py").read_text()
+    (folder / "stack.py").write_text(text.replace("gap < 0", "gop < 0"))
+    said = call(folder, "run", "stack.toml", "--machine", STACK, code=2)
+    assert (
+        "evaluate fails: NameError: name 'gop' is not defined (stack.py, line" in said
+    )
+
+
+def test_damaged_compiled_code_is_compiled_anew(folder):
+    """Python's own words for it would blame the machine."""
+    code = (
+        "import sys, warnings\n"
+        "from tolstat.lanes.compiled import compiled\n"
+        "import small\n"
+        "print(small.add(1.0, 2.0))\n"
+    )
+    (folder / "small.py").write_text(
+        "from numba import types\n"
+        "from tolstat.lanes.compiled import compiled\n\n\n"
+        "@compiled(types.float64(types.float64, types.float64))\n"
+        "def add(a, b):\n    return a + b\n"
+    )
+    cache = folder / "cache"
+
+    def once():
+        return subprocess.run(
+            [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True,
+            env={**os.environ, "NUMBA_CACHE_DIR": str(cache)}, check=False,
+        )  # fmt: skip
+
+    assert once().stdout == "3.0\n"
+    kept = [path for path in cache.rglob("*") if path.suffix in (".nbi", ".nbc")]
+    assert kept
+    for path in kept:
+        path.write_bytes(b"garbage")
+    again = once()
+    assert again.stdout == "3.0\n" and "is damaged" in again.stderr
+    assert once().stderr == ""

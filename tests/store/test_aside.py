@@ -1,0 +1,159 @@
+"""What a run may write over, and that a disk without room is seen before."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+import tolstat
+from tests.conftest import Toy
+from tolstat.errors import ModelError, RunFileError, StudyError
+from tolstat.store.aside import aside_of, check_room
+
+STUDY = {
+    "model": "toy", "trials": 300, "seed": 1, "deviations": {"part": "+-1 mm"},
+    "limits": {"gap": "<= 2 mm"},
+}  # fmt: skip
+
+
+def test_only_a_run_is_replaced(toy, tmp_path):
+    for name, content in (("study.toml", "seed = 1"), ("notes.h5", "hello")):
+        path = tmp_path / name
+        path.write_text(content)
+        with pytest.raises(RunFileError, match="is no run; it is not replaced"):
+            tolstat.run(STUDY, model=toy, output=path, force=True)
+        assert path.read_text() == content
+    os.mkfifo(tmp_path / "fifo.h5")
+    with pytest.raises(RunFileError, match="is no run"):
+        tolstat.run(STUDY, model=toy, output=tmp_path / "fifo.h5", force=True)
+    run = tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
+    (tmp_path / "link.h5").symlink_to(run.path)
+    tolstat.run(STUDY, model=toy, seed=9, output=tmp_path / "link.h5", force=True)
+    assert (tmp_path / "link.h5").is_symlink()
+    assert tolstat.open(run.path).sampled.seed == 9
+
+
+def test_a_run_that_is_being_written_is_not_replaced(toy, tmp_path):
+    run = tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
+    code = (
+        "import h5py, sys; f = h5py.File(sys.argv[1], 'r+'); print('open', flush=True);"
+        "sys.stdin.read()"
+    )
+    other = subprocess.Popen(
+        [sys.executable, "-c", code, run.path],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        other.stdout.readline()
+        with pytest.raises(RunFileError, match="another run is writing it"):
+            tolstat.run(STUDY, model=toy, output=run.path, force=True)
+    finally:
+        other.communicate("")
+    tolstat.run(STUDY, model=toy, output=run.path, force=True)
+
+
+def test_what_a_killed_run_left_is_removed_and_nobody_elses(toy, tmp_path):
+    path = tmp_path / "run.h5"
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    dead, alive = (tmp_path / f"run.h5.{n}-0.part" for n in (gone.pid, os.getppid()))
+    precious = tmp_path / "run.h5.part"
+    for each in (dead, alive, precious):
+        each.write_text("x")
+    tolstat.run(STUDY, model=toy, output=path)
+    assert not dead.exists() and alive.exists() and precious.read_text() == "x"
+    assert aside_of(path) != aside_of(path)
+
+
+def test_no_room_is_said_before_anything_runs(toy, tmp_path, monkeypatch):
+    check_room(tmp_path, 1000)
+    with pytest.raises(RunFileError, match=r"the run needs 1000000000000\.0 MB, and"):
+        check_room(tmp_path, 10**18)
+    resource = pytest.importorskip("resource")
+    monkeypatch.setattr(resource, "getrlimit", lambda what: (1000, 1000))
+    with pytest.raises(RunFileError, match=r"needs \d\.\d MB, and 0\.0 MB are free"):
+        tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
+class Writing(Toy):
+    def evaluate(self, deviations, settings):
+        deviations *= 1000.0
+        return super().evaluate(deviations, settings)
+
+
+class Twice(Toy):
+    failures = ("x", "x")
+
+
+class Bare(Toy):
+    failures = "broken"
+
+
+class Sighing(Toy):
+    assumptions = ("a\0b",)
+
+
+@pytest.mark.parametrize(
+    ("machine", "words"),
+    [
+        (Writing, "evaluate fails: ValueError: .*read-only"),
+        (Twice, "failures names something twice"),
+        (Bare, "failures is a tuple of texts"),
+        (Sighing, "assumptions is a tuple of texts"),
+    ],
+)
+def test_machines_that_would_falsify_a_run_are_refused(machine, words, tmp_path):
+    with pytest.raises((ModelError, StudyError), match=words):
+        tolstat.run(STUDY, model=machine(), output=tmp_path / "run.h5")
+
+
+def test_a_class_is_as_good_as_its_object(tmp_path):
+    assert tolstat.run(STUDY, model=Toy, output=tmp_path / "run.h5").trials == 300
+
+
+def test_a_text_that_no_file_can_hold(toy, tmp_path):
+    with pytest.raises(StudyError, match="character NUL"):
+        tolstat.run({**STUDY, "title": "a\0b"}, model=toy, output=tmp_path / "a.h5")
+
+
+class Moody(Toy):
+    """Answers every trial, and then not even itself."""
+
+    def tightened(self, settings):
+        raise ZeroDivisionError("no more")
+
+
+def test_evidence_that_fails_leaves_the_trials(toy, tmp_path):
+    run = tolstat.run(STUDY, model=Moody(), output=tmp_path / "run.h5")
+    assert run.ended == 300 and np.isfinite(run.column("gap")).any()
+    assert "tightened fails: ZeroDivisionError: no more" in run.evidence.missing
+    page = tolstat.report(run).read_text()
+    assert "ZeroDivisionError: no more" in page
+
+
+def test_a_machine_without_contributors(tmp_path):
+    class Fixed(Toy):
+        def describe(self, settings):
+            return super().describe(settings)._replace(contributors=())
+
+        def evaluate(self, deviations, settings):
+            return tolstat.Outcome(np.ones((len(deviations), 2)))
+
+    study = {k: v for k, v in STUDY.items() if k != "deviations"}
+    run = tolstat.run(study, model=Fixed(), output=tmp_path / "run.h5")
+    assert run.ended == 300 and run.failed == 0
+
+
+def test_columns_of_other_lengths_are_no_run(toy, tmp_path):
+    run = tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
+    with h5py.File(run.path, "r+") as file:
+        del file["gap"]
+        file["gap"] = np.ones(3)
+    with pytest.raises(RunFileError, match="is no whole run"):
+        tolstat.open(run.path)
