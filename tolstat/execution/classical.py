@@ -13,6 +13,7 @@ from tolstat.model.contract import Model
 
 Array = NDArray[np.float64]
 
+Move = tuple[list[int], Array]  # columns, and the ends they are moved to
 STEP = 0.1  # of a usual deviation, to either side of the nominal machine
 MOST_SWEEPS = 8
 
@@ -150,6 +151,7 @@ class _Search:
             for columns in factors
             for end in (lower, upper)
         ]
+        self.tried: list[Move] = []
         self.rows = target.starts
         self.corner = Corner(np.nan, target.starts[0], 0, 0)
         self.sweeping = False
@@ -189,22 +191,25 @@ class _Search:
     def _sweep(self) -> None:
         """Ask for every single move."""
         machine = self.corner.deviations
-        rows = [_moved(machine, [move]) for move in self.moves]
-        self.rows, self.sweeping = np.array(rows), True
+        # what is at that end already is no move
+        self.tried = [(c, end) for c, end in self.moves if np.any(machine[c] != end)]
+        rows = [_moved(machine, [move]) for move in self.tried]
+        self.rows = np.array(rows).reshape(-1, len(machine))
+        self.sweeping, self.over = True, not rows
 
     def _ask_for_all(
         self, before: Array, badness: Array, worse: NDArray[np.bool_]
     ) -> None:
         """Ask for all moves at once that made it worse, of two ends the worse one."""
-        taken = []
-        for first in range(0, len(self.moves), 2):
-            pair = [i for i in (first, first + 1) if worse[i]]
-            if pair:
-                taken.append(self.moves[max(pair, key=lambda i: badness[i])])
-        self.rows, self.sweeping = _moved(before, taken)[None, :], False
+        taken: dict[int, Move] = {}  # by first column: one of both ends
+        for i in np.lexsort((-np.arange(len(badness)), badness)):
+            if worse[i]:
+                taken[self.tried[i][0][0]] = self.tried[i]
+        self.rows = _moved(before, list(taken.values()))[None, :]
+        self.sweeping = False
 
 
-def _moved(machine: Array, moves: Sequence[tuple[list[int], Array]]) -> Array:
+def _moved(machine: Array, moves: Sequence[Move]) -> Array:
     """Return a machine with some of its parts at an end of their tolerance."""
     found = machine.copy()
     for columns, ends in moves:
