@@ -24,14 +24,17 @@ _places: dict[str, str] = {}  # where these came from
 
 def names() -> list[str]:
     """List the models by name."""
-    installed = (point.name for point in entry_points(group=GROUP))
-    return list(dict.fromkeys([*MACHINES, *installed, *_given]))
+    return list(dict.fromkeys([*_installed(), *_given]))
+
+
+def _installed() -> list[str]:
+    """List our own models, and those of installed packages."""
+    return [*MACHINES, *(point.name for point in entry_points(group=GROUP))]
 
 
 def place_of(model: Model) -> str:
     """Say what --machine needs to find a model again; empty if it is installed."""
-    installed = [point.name for point in entry_points(group=GROUP)]
-    if model.name in [*MACHINES, *installed]:
+    if model.name in _installed():
         return ""
     return _places.get(model.name, ANY)
 
@@ -116,7 +119,7 @@ def load(place: str) -> Model:
         ]
         raise ModelError(f"{path} has no {name}; {allowed_names(name, own)}")
     found = check_model(getattr(module, name))
-    if found.name in [*MACHINES, *(point.name for point in entry_points(group=GROUP))]:
+    if found.name in _installed():
         raise ModelError(
             f"{place}: '{found.name}' is the name of an installed model; choose another"
         )

@@ -194,7 +194,8 @@ def _ending(
     """Evaluate what is wanted beyond the trials, all of which are over."""
     stopped = None
     if study.until:
-        reached = not _wanted(study, trials, trials.over)
+        # a rule that wanted more had its way, unless there were no more
+        reached = trials.over < study.trials or not _wanted(study, trials, trials.over)
         stopped = Stopped(study.until.rules, reached, tuple(stages), study.trials)
     audited, evidence = None, Evidence(missing="the run was stopped before it")
     try:

@@ -112,13 +112,9 @@ def described(model: Model, settings: Any) -> Description:
         there is no response; naming the machine and the fault.
     """
     where = f"model '{model.name}'"
-    try:
+    with _asking(model, "describe"):
         contributors, responses = model.describe(settings)
         found = Description(tuple(contributors), tuple(responses))
-    except (TypeError, ValueError) as error:
-        raise ModelError(
-            f"{where}: describe returns no Description: {error}"
-        ) from error
     if not found.responses:
         raise ModelError(f"{where} has no response")
     names: set[str] = set()

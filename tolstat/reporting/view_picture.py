@@ -11,8 +11,8 @@ from matplotlib.patches import Patch
 from tolstat.errors import PictureError
 from tolstat.model.view import Band, Chart, Curve, Listing, Panel, Region, View
 from tolstat.reporting.picture import COLOURS, mark_level, styled
-from tolstat.reporting.view_table import view_rows
-from tolstat.units.scale import PLAIN, Scale, scale_of
+from tolstat.reporting.view_table import view_rows, view_scale
+from tolstat.units.scale import Scale
 
 WINDOW = "#f2f2f2"
 MOST_ROWS = 60  # of a listing that is drawn
@@ -85,9 +85,7 @@ def _chart(chart: Chart) -> Figure:
 
 def along_of(chart: Chart) -> Scale:
     """Return how the axis of a chart is shown."""
-    size = float(np.nanmax(np.abs(chart.at))) if len(chart.at) else 0.0
-    shown = chart.axis.shown or (PLAIN if chart.axis.unit == "1" else "")
-    return scale_of(chart.axis.unit, shown, size)
+    return view_scale(chart.axis.unit, chart.axis.shown, chart.at)
 
 
 def _draw(
@@ -142,12 +140,10 @@ def _draw(
 def _scale(curves: list[Curve], others: list[Band | Region]) -> Scale:
     """Choose one unit for all that a panel shows, by the largest of it."""
     first = curves[0] if curves else others[0]
-    sizes = [np.abs(curve.values) for curve in curves]
+    values = [curve.values for curve in curves]
     for each in others:
-        sizes += [np.abs(v) for v in each[2:] if isinstance(v, np.ndarray)]
-    finite = [float(np.nanmax(s)) for s in sizes if len(s) and np.isfinite(s).any()]
-    shown = getattr(first, "shown", "") or (PLAIN if first.unit == "1" else "")
-    return scale_of(first.unit, shown, max(finite, default=0.0))
+        values += [v for v in each[2:] if isinstance(v, np.ndarray)]
+    return view_scale(first.unit, getattr(first, "shown", ""), *values)
 
 
 def _listing(listing: Listing) -> Figure:

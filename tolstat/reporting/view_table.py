@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.model.view import Axis, Band, Chart, Curve, Region, View
+from tolstat.model.view import Band, Chart, Curve, Region, View
 from tolstat.units.scale import COUNT, PLAIN, Scale, scale_of
 
 
@@ -28,8 +28,8 @@ def _scaled(
         # a curve and the edges of its band, in one unit
         alike = [v for a, v in columns[1:] if a.unit == axis.unit]
         chart = isinstance(view, Chart) and axis is not columns[0][0]
-        size = np.concatenate(alike) if chart else values
-        yield axis.name, _scale(axis, size), values
+        scale = view_scale(axis.unit, axis.shown, *(alike if chart else [values]))
+        yield axis.name, scale, values
 
 
 def _own(chart: Chart) -> list[bool]:
@@ -44,9 +44,9 @@ def _long(
     scales = {}
     drawn: list[Curve | Band | Region] = [*chart.curves, *chart.bands, *chart.regions]
     for each in drawn:
-        shown = getattr(each, "shown", "") or (PLAIN if each.unit == "1" else "")
+        scale = view_scale(each.unit, getattr(each, "shown", ""))
         for part in (each.name, f"{each.name}, lower", f"{each.name}, upper"):
-            scales[part] = scale_of(each.unit, shown)
+            scales[part] = scale
     names, places, values, units = [], [], [], []
     for name, at, there in chart.parts():
         names += [name] * len(at)
@@ -55,16 +55,27 @@ def _long(
         units += [scales[name].mark] * len(at)
     along = np.concatenate(places)
     yield "curve", None, np.array(names)
-    yield chart.axis.name, _scale(chart.axis, along), along
+    yield chart.axis.name, view_scale(chart.axis.unit, chart.axis.shown, along), along
     yield "value", Scale("1", PLAIN), np.concatenate(values)
     yield "unit", None, np.array(units)
 
 
-def _scale(axis: Axis, values: NDArray[np.generic]) -> Scale:
-    ratio = COUNT if values.dtype.kind in "iu" else PLAIN
-    shown = axis.shown or (ratio if axis.unit == "1" else "")
-    finite = np.abs(values[np.isfinite(values)])
-    return scale_of(axis.unit, shown, float(finite.max()) if len(finite) else 0.0)
+def view_scale(unit: str, shown: str, *values: NDArray[np.generic]) -> Scale:
+    """Choose how numbers of a view are shown: by the largest; a ratio as it is.
+
+    Parameters
+    ----------
+    unit, shown : str
+        SI unit, and the unit declared; empty where none is.
+    *values : array
+        All that is to be shown in one unit, SI.
+    """
+    if unit == "1" and not shown:
+        whole = all(each.dtype.kind in "iu" for each in values)
+        return Scale(unit, COUNT if whole and values else PLAIN)
+    finite = [np.abs(each[np.isfinite(each)]) for each in values]
+    sizes = [float(each.max()) for each in finite if len(each)]
+    return scale_of(unit, shown, max(sizes, default=0.0))
 
 
 def view_rows(view: View) -> tuple[list[str], list[list[str]]]:

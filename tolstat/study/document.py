@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -82,9 +81,7 @@ def read(source: Path | Mapping[str, Any], problems: Problems) -> tuple[str, Doc
         If the file cannot be read or its keys are wrong.
     """
     text, table = _of_file(source) if isinstance(source, Path) else _of_mapping(source)
-    if "\0" in json.dumps(table, default=str, ensure_ascii=False) or "\\u0000" in (
-        json.dumps(table, default=str)
-    ):
+    if any("\0" in text for text in _texts(table)):
         raise StudyError(f"{problems.source}: a text holds the character NUL; leave it")
     try:
         return text, Document.model_validate(table)
@@ -93,6 +90,19 @@ def read(source: Path | Mapping[str, Any], problems: Problems) -> tuple[str, Doc
             _note(each, table, problems)
         problems.raise_if_any()
         raise
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """Yield every text of a study, keys among them."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping):
+        for key, each in value.items():
+            yield key
+            yield from _texts(each)
+    elif isinstance(value, list):
+        for each in value:
+            yield from _texts(each)
 
 
 def _of_file(path: Path) -> tuple[str, dict[str, Any]]:

@@ -172,8 +172,8 @@ def _product(
                     "or responses the model has; make a study of each"
                 )
             cases.append(case)
-            continue
-        return None
+        if len(cases) == i:  # refused: the others would be for the same reason
+            return None
     shown = {m: axis.shown for axis in axes for m in axis.members or (axis.name,)}
     return Points(deviations, tuple(cases), shown, tuple(axes), columns)
 

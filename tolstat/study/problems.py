@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 from tolstat.errors import StudyError, TolstatError
+
+Found = TypeVar("Found")
 
 
 class Problems:
@@ -44,6 +46,19 @@ class Problems:
             yield
         except TolstatError as error:
             self.add(key, value, str(error))
+
+    def required(self, key: str, value: Any, asked: Callable[[], Found]) -> Found:
+        """Return what is asked for; where that is refused, nothing can go on.
+
+        Raises
+        ------
+        StudyError
+            With all problems noted so far.
+        """
+        with self.noting(key, value):
+            return asked()
+        self.raise_if_any()
+        raise AssertionError("a problem was noted")
 
     def raise_if_any(self) -> None:
         """Refuse the study if any problem was noted.

@@ -259,10 +259,9 @@ def _machine(document: Document, model: Model | None, problems: Problems) -> Mod
             message = f"the model given is called '{model.name}'"
             problems.add("model", document.model, message)
         return model
-    with problems.noting("model", document.model):
-        return catalogue.find(document.model)
-    problems.raise_if_any()
-    raise AssertionError("a problem was noted")
+    return problems.required(
+        "model", document.model, lambda: catalogue.find(document.model)
+    )
 
 
 def _settings(document: Document, model: Model, problems: Problems) -> Any:
@@ -271,20 +270,17 @@ def _settings(document: Document, model: Model, problems: Problems) -> Any:
         with problems.noting(f"[settings] {name}", given):
             declared = model_settings.setting_of(model, name)
             values[name] = declared.kind.read(given)
-    with problems.noting("[settings]", document.settings):
-        return model_settings.make(model, values)
-    problems.raise_if_any()
-    raise AssertionError("a problem was noted")
+    return problems.required(
+        "[settings]", document.settings, lambda: model_settings.make(model, values)
+    )
 
 
 def _description(
     document: Document, model: Model, settings: Any, problems: Problems
 ) -> Description:
     """Ask the machine what it is at these settings; some may not fit each other."""
-    with problems.noting("[settings]", document.settings or None):
-        return described(model, settings)
-    problems.raise_if_any()
-    raise AssertionError("a problem was noted")
+    given = document.settings or None
+    return problems.required("[settings]", given, lambda: described(model, settings))
 
 
 def _points(
