@@ -3,67 +3,93 @@
 from __future__ import annotations
 
 import numpy as np
-from numba.extending import overload, register_jitable
+from llvmlite import ir
+from numba.extending import intrinsic, overload, register_jitable
 
 from tolstat.lanes.elementary import multiply_add
-from tolstat.lanes.vector import vector
+from tolstat.lanes.vector import DOUBLES, WIDTH, mask, vector
 
 FARTHEST = 1e6
 TWO_OVER_PI = 0.6366197723675814
-# pi/2 in three parts of 53 bits
+# pi/2 in three parts of 53 bits, none below zero: they keep the sign of a zero
 PI_2_A = 1.5707963267948966
-PI_2_B = 6.123233995736766e-17
-PI_2_C = -1.4973849048591698e-33
+PI_2_B = 6.123233995736765e-17
+PI_2_C = 1.082856673921914e-32
+# 1.5 2^52: what is added to it ends as a whole number in the last bits
+WHOLE = 6755399441055744.0
 
 STRICT = {"fastmath": False}
+INTEGERS = ir.VectorType(ir.IntType(64), WIDTH)
+
+
+def _each(number):
+    return ir.Constant(INTEGERS, [number] * WIDTH)
+
+
+@intrinsic
+def _is_odd(typingctx, turns):
+    """Tell where the whole number in the last bits is odd."""
+
+    def codegen(context, builder, sig, args):
+        last = builder.and_(builder.bitcast(args[0], INTEGERS), _each(1))
+        return builder.icmp_unsigned("!=", last, _each(0))
+
+    return mask(vector), codegen
+
+
+@intrinsic
+def _signed_by(typingctx, x, turns):
+    """Change the sign of x where the second last bit of the turns is set."""
+
+    def codegen(context, builder, sig, args):
+        value, turns = (builder.bitcast(each, INTEGERS) for each in args)
+        sign = builder.and_(builder.shl(turns, _each(62)), _each(-(2**63)))
+        return builder.bitcast(builder.xor(value, sign), DOUBLES)
+
+    return vector(vector, vector), codegen
 
 
 @register_jitable(**STRICT)
 def _reduce(x):
-    """Write x = n pi/2 + r + rest with |r| <= pi/4; return r, rest, n mod 4.
+    """Write x = n pi/2 + r with |r| <= pi/4; return r, and n in the last bits.
 
-    x - n A is exact: it is a multiple of 2^-53 below 1. What n B adds is carried
-    along with its rounding errors, so nothing is lost near a multiple of pi/2.
+    x - n A is exact: it is a multiple of 2^-53 below 1. With n B it is rounded once, so
+    nothing is lost near a multiple of pi/2, and n C is below what that leaves.
 
     References
     ----------
     S. Boldo, M. Daumas, R.-C. Li, Formally verified argument reduction with a fused
     multiply-add, IEEE Trans. Comput. 58 (2009) 1139-1145.
     """
-    n = np.where(np.abs(x) <= FARTHEST, np.rint(x * TWO_OVER_PI), np.nan)
-    a = multiply_add(-n, PI_2_A, x)
-    b = n * PI_2_B
-    b_error = multiply_add(n, PI_2_B, -b)
-    r = a - b
-    rest = ((a - r) - b) - multiply_add(n, PI_2_C, b_error)
-    return r, rest, n - 4.0 * np.floor(0.25 * n)
+    near = np.where(np.abs(x) <= FARTHEST, x, np.nan)
+    turns = multiply_add(near, TWO_OVER_PI, WHOLE)
+    n = turns - WHOLE
+    r = multiply_add(-n, PI_2_B, multiply_add(-n, PI_2_A, x))
+    return multiply_add(-n, PI_2_C, r), turns
 
 
 @register_jitable(**STRICT)
-def _sin_near_zero(r, rest):
-    """Return sin(r + rest) for |r| <= pi/4; Chebyshev fit of 6 terms, error 2e-17."""
+def _sin_near_zero(r):
+    """Return sin r for |r| <= pi/4; Chebyshev fit of 6 terms, error 2e-17."""
     u = r * r
     p = multiply_add(u, 1.5918115263265747e-10, -2.5051131650235178e-08)
     p = multiply_add(u, p, 2.7557316101617874e-06)
     p = multiply_add(u, p, -0.00019841269836756774)
     p = multiply_add(u, p, 0.008333333333330948)
     p = multiply_add(u, p, -0.16666666666666666)
-    return r + multiply_add(r * u, p, rest * (1.0 - 0.5 * u))
+    return r * multiply_add(u, p, 1.0)
 
 
 @register_jitable(**STRICT)
-def _cos_near_zero(r, rest):
-    """Return cos(r + rest) for |r| <= pi/4; Chebyshev fit of 6 terms, error 2e-18."""
+def _cos_near_zero(r):
+    """Return cos r for |r| <= pi/4; Chebyshev fit of 6 terms, error 2e-18."""
     u = r * r
     p = multiply_add(u, -1.1382623647474462e-11, 2.087614614655861e-09)
     p = multiply_add(u, p, -2.7557317271145144e-07)
     p = multiply_add(u, p, 2.480158729876456e-05)
     p = multiply_add(u, p, -0.0013888888888887398)
     p = multiply_add(u, p, 0.041666666666666664)
-    half = 0.5 * u
-    leading = 1.0 - half
-    lost = (1.0 - leading) - half
-    return leading + multiply_add(u * u, p, lost - r * rest)
+    return multiply_add(u * u, p, multiply_add(u, -0.5, 1.0))
 
 
 @overload(np.sin, jit_options=STRICT)
@@ -73,11 +99,9 @@ def sin(x):
         return None
 
     def implementation(x):
-        r, rest, quadrant = _reduce(x)
-        odd = np.abs(quadrant - 2.0) == 1.0
-        value = np.where(odd, _cos_near_zero(r, rest), _sin_near_zero(r, rest))
-        value = np.where(quadrant >= 2.0, -value, value)
-        return np.where(x == 0.0, x, value)
+        r, turns = _reduce(x)
+        value = np.where(_is_odd(turns), _cos_near_zero(r), _sin_near_zero(r))
+        return _signed_by(value, turns)
 
     return implementation
 
@@ -89,9 +113,8 @@ def cos(x):
         return None
 
     def implementation(x):
-        r, rest, quadrant = _reduce(x)
-        odd = np.abs(quadrant - 2.0) == 1.0
-        value = np.where(odd, _sin_near_zero(r, rest), _cos_near_zero(r, rest))
-        return np.where(np.abs(quadrant - 1.5) < 1.0, -value, value)
+        r, turns = _reduce(x)
+        value = np.where(_is_odd(turns), _sin_near_zero(r), _cos_near_zero(r))
+        return _signed_by(value, turns + 1.0)
 
     return implementation
