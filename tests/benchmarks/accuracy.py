@@ -74,7 +74,7 @@ BOUNDS = {
     "loss_run": 5e-5,
     "jam": 2e-3,
     "peak mean": 2e-3,
-    "peak worst": 1.5e-2,
+    "peak worst": 3e-3,
     "residual": 1e-5,
 }
 

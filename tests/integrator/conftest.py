@@ -72,3 +72,30 @@ def oscillator_system():
 @pytest.fixture
 def blow_up_system():
     return System(blow_up, blow_up, np.array([1.0]))
+
+
+def rubbing_rates(t, y, p):
+    """A pushed pendulum with friction; p[2] of the lambda of its speed is named."""
+    angle, speed = y[0], y[1]
+    slip = p[1] * speed
+    friction = p[0] * np.arctan(slip)
+    relaxation = p[2] * p[0] * p[1] / (1.0 + slip * slip)
+    return speed, np.cos(3.0 * t) - np.sin(angle) - friction, relaxation
+
+
+rubbing_on_lanes = compiled()(rubbing_rates)
+
+
+@compiled(rates_signature)
+def rubbing(moment, y, p, out):
+    write(out, 0, rubbing_on_lanes(rows(moment)[0], rows(y), rows(p)))
+
+
+@pytest.fixture
+def damped_system():
+    return System(rubbing, rubbing, np.array([1.0, 1.0]), damped=(1,))
+
+
+@pytest.fixture
+def undamped_system():
+    return System(rubbing, rubbing, np.array([1.0, 1.0]), n_quadratures=1)

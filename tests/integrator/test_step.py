@@ -8,6 +8,7 @@ from scipy.integrate import RK45
 from scipy.integrate._ivp.rk import RkDenseOutput, rk_step
 
 from tests.integrator.conftest import pendulum, pendulum_rates
+from tolstat.integrator.damping import Damping
 from tolstat.integrator.signatures import rates_type, table, tables
 from tolstat.integrator.step import advance, error_of, halfway, interpolate
 from tolstat.lanes.compiled import compiled
@@ -21,10 +22,13 @@ from tolstat.lanes.vector import WIDTH
     )
 )  # fmt: skip
 def one_step(rates, moment, h, t_new, y, p, k, y_new, error, middle):
-    advance(rates, moment, rows(moment)[0], rows(h)[0], rows(t_new)[0], y, p, k, y_new)
+    none = np.zeros((0, WIDTH))
+    damping = Damping(np.zeros(0, np.int64), none, none, none, none)
+    t, h, t_new = rows(moment)[0], rows(h)[0], rows(t_new)[0]
+    advance(rates, moment, t, h, t_new, y, p, k, y_new, damping)
     for i in range(len(y)):
-        rows(error)[i] = error_of(rows(h)[0], k, i)
-    halfway(rows(h)[0], y, k, middle)
+        rows(error)[i] = error_of(h, k, i)
+    halfway(h, y, k, middle)
 
 
 @compiled(

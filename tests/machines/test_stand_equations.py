@@ -69,7 +69,7 @@ def scales(p, y):
     speed = 20.0
     powers = [mesh * N.r1 * speed] + [(rod + mesh) * speed] * 6
     loads = [rod, rod, shaft9, shaft12, mesh, mesh, mesh, mesh * N.r1, 1]
-    return np.stack(np.broadcast_arrays(*derivative, *powers, *loads, 1.0))
+    return np.stack(np.broadcast_arrays(*derivative, *powers, *loads, 1.0, rod))
 
 
 @pytest.mark.parametrize("variant", ["indeterminate", "equalized"])
@@ -82,7 +82,7 @@ def test_compiled_equations_are_the_numpy_ones(variant, drive):
     y = random_states(p, rng)
     moment = Moment(rng.uniform(0, 3.5, len(p.m)), np.zeros(len(p.m)))
     at = motion(moment, y, p)
-    expected = np.stack([*at.derivative, *at.powers, *at.loads, *at.jam])
+    expected = np.stack([*at.derivative, *at.powers, *at.loads, *at.jam, *at.damping])
     found = np.empty_like(expected)
     watched = np.empty((len(at.loads) + 1, len(p.m)))
     for first in range(0, len(p.m), WIDTH):
@@ -97,7 +97,32 @@ def test_compiled_equations_are_the_numpy_ones(variant, drive):
     assert np.all(np.isfinite(expected))
     off = np.abs(found - expected) / scales(p, y)
     assert off.max() < 1e-12, off.max(axis=1)
-    np.testing.assert_allclose(watched, found[-len(watched) :], rtol=1e-12, atol=1e-6)
+    loads = found[-1 - len(watched) : -1]
+    np.testing.assert_allclose(watched, loads, rtol=1e-12, atol=1e-6)
+
+
+def test_the_yaw_relaxes_as_the_equations_say():
+    """The damping is -d(alpha'')/d(alpha'), but for what the rods' dampers add."""
+    rng = np.random.default_rng(10)
+    _, p, _ = machines(400)
+    y = random_states(p, rng)
+    # from where friction holds to where it slips, inside the guides and at them
+    y = y._replace(alpha_=rng.choice([-1, 1], 400) * 10 ** rng.uniform(-9, -2, 400))
+    moment = Moment(np.full(400, 2.0), np.zeros(400))
+    eps = 1e-4 * np.maximum(np.abs(y.alpha_), 1e-6)
+
+    def turned(sign):
+        moved = y._replace(alpha_=y.alpha_ + sign * eps)
+        return motion(moment, moved, p).derivative.alpha_
+
+    numeric = -(turned(1) - turned(-1)) / (2 * eps)
+    (damping,) = motion(moment, y, p).damping
+    assert damping.max() > 1e4
+    N = NOMINAL
+    rods = np.max(p.H1 + p.H2) * (N.dl_s / 2) ** 2 / N.I_s
+    assert np.all(np.abs(numeric - damping) < 1e-3 * np.abs(damping) + 2 * rods)
+    equalized = machines(400, variant="equalized")[1]
+    assert np.all(motion(moment, y, equalized).damping[0] == 0)
 
 
 def test_power_of_every_force_adds_up_to_the_stored_energy():

@@ -24,12 +24,16 @@ class System:
         float64[row, lane]. `moment` has the rows time (s) and phase (number of the
         last mark passed, from 0). `rates` fills all rows of `out`: the derivatives of
         the states, the rates of the quadratures, the quantities whose peaks are
-        watched, those whose time above zero is. `watch` fills the watched ones alone,
-        from row 0.
+        watched, those whose time above zero is, the lambda (1/s) of each damped state.
+        `watch` fills the watched ones alone, from row 0.
     scale : float64[state]
         The size that each state's error is measured by.
     n_quadratures, n_extremes, n_above : int
         Numbers of those rows.
+    damped : tuple of int
+        The states that relax so fast that they alone would shorten the step: they are
+        damped in it. lambda is minus the derivative of a state's rate by the state
+        itself; one that is wrong costs steps, see `damping`.
     """
 
     rates: Callable[..., None]
@@ -38,6 +42,7 @@ class System:
     n_quadratures: int = 0
     n_extremes: int = 0
     n_above: int = 0
+    damped: tuple[int, ...] = ()
 
 
 def integrate(
@@ -94,7 +99,8 @@ def integrate(
     )
     solution = _empty(system, block)
     scale = np.ascontiguousarray(system.scale, float)
-    march(system.rates, system.watch, scale, block, solution)
+    damped = np.array(system.damped, np.int64)
+    march(system.rates, system.watch, scale, damped, block, solution)
     return solution
 
 

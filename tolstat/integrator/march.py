@@ -45,12 +45,15 @@ from tolstat.lanes.vector import WIDTH
 def _renew_rates(rates, moment, lanes):
     """Evaluate the first stage anew where a phase begins: the rates may jump there."""
     now, clock = rows(moment), rows(lanes.clock)
+    damping = lanes.damping
     now[TIME], now[PHASE] = clock[TIME], clock[PHASE]
     # the second stage is free between two steps
     rates(moment, lanes.y, lanes.p, lanes.k[1])
     for lane in range(WIDTH):
         if lanes.clock[EVENT, lane] == MARK_REACHED:
             lanes.k[0, :, lane] = lanes.k[1, :, lane]
+            for j in range(len(damping.states)):
+                damping.first[j, lane] = lanes.k[1, damping.states[j], lane]
         lanes.clock[EVENT, lane] = NOTHING
 
 
@@ -87,15 +90,18 @@ def _take_over(accepted, h, y_new, lanes):
         quadratures[i] = np.where(accepted, grown, quadratures[i])
     for i in range(len(K1)):
         K1[i] = np.where(accepted, K7[i], K1[i])
+    first, last = rows(lanes.damping.first), rows(lanes.damping.last)
+    for j in range(len(first)):
+        first[j] = np.where(accepted, last[j], first[j])
 
 
 @compiled(march_signature)
-def march(rates, watch, scale, block, solution):
+def march(rates, watch, scale, damped, block, solution):
     """Integrate every trial of a block.
 
     Parameters
     ----------
-    rates, watch, scale
+    rates, watch, scale, damped
         The equations; see `integrate.System`.
     block : Block
         What is asked.
@@ -107,7 +113,8 @@ def march(rates, watch, scale, block, solution):
     n_extremes, n_above = solution.greatest.shape[1], solution.above.shape[1]
     n_watched = n_extremes + n_above
 
-    lanes = idle_lanes(block, solution)
+    sharpness = 1.0 / scale
+    lanes = idle_lanes(damped, block, solution)
     moment = np.zeros((MOMENT_ROWS, WIDTH))
     y_new, y_middle = np.zeros((n, WIDTH)), np.zeros((n, WIDTH))
     watched_middle = np.zeros((n_watched, WIDTH))
@@ -119,8 +126,12 @@ def march(rates, watch, scale, block, solution):
         t = clock[TIME]
         h, t_new, landing = aim(t, clock[STEP], clock[TARGET])
         now[PHASE] = clock[PHASE]
-        advance(rates, moment, t, h, t_new, lanes.y, lanes.p, lanes.k, y_new)
-        error = worst_error(h, lanes.k, scale) * (1.0 / rtol)
+        advance(
+            rates, moment, t, h, t_new, lanes.y, lanes.p, lanes.k, y_new, lanes.damping
+        )
+        error = worst_error(h, lanes.k, sharpness) * (1.0 / rtol)
+        # early: its long chain of roots runs beside what follows
+        factor, clock[ROOT] = step_factor(error, clock[ROOT])
         running = clock[PHASE] >= 0.0
         accepted = (error <= 1.0) & running
 
@@ -136,7 +147,6 @@ def march(rates, watch, scale, block, solution):
             _take_samples(lanes, block, solution)
         _take_over(accepted, h, y_new, lanes)
 
-        factor, clock[ROOT] = step_factor(error, clock[ROOT])
         clock[TIME] = np.where(accepted, t_new, t)
         clock[STEP] = np.minimum(h * factor, max_step)
         clock[COUNT] = clock[COUNT] + np.where(running, 1.0, 0.0)

@@ -20,6 +20,7 @@ from tolstat.integrator.clock import (
     TIME,
 )
 from tolstat.integrator.control import FIRST_STEP
+from tolstat.integrator.damping import Damping
 from tolstat.integrator.trials import Lanes
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.vector import WIDTH
@@ -34,12 +35,12 @@ SMALLEST_STEP = 1e-14  # of the duration of the trial
 
 
 @compiled()
-def idle_lanes(block, solution):
+def idle_lanes(damped, block, solution):
     """Make lanes of which none has a trial."""
     n_states = block.start.shape[1]
     n_quadratures = solution.quadratures.shape[2]
     n_extremes, n_above = solution.greatest.shape[1], solution.above.shape[1]
-    n_rates = n_states + n_quadratures + n_extremes + n_above
+    n_rates = n_states + n_quadratures + n_extremes + n_above + len(damped)
     return Lanes(
         clock=np.zeros((CLOCK_ROWS, WIDTH)),
         y=np.zeros((n_states, WIDTH)),
@@ -49,6 +50,13 @@ def idle_lanes(block, solution):
         greatest=np.zeros((n_extremes, WIDTH)),
         least=np.zeros((n_extremes, WIDTH)),
         above=np.zeros((n_above, WIDTH)),
+        damping=Damping(
+            states=damped,
+            lambda_h=np.zeros((len(damped), WIDTH)),
+            share=np.zeros((len(damped), WIDTH)),
+            first=np.zeros((len(damped), WIDTH)),
+            last=np.zeros((len(damped), WIDTH)),
+        ),
         trial=np.full(WIDTH, -1),
         sample=np.zeros(WIDTH, dtype=np.int64),
     )

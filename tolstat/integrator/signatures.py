@@ -53,5 +53,7 @@ solution_type = _tuple_type(
     )
 )
 
-# (rates, watch, scale, block, solution)
-march_signature = types.void(rates_type, rates_type, numbers, block_type, solution_type)
+# (rates, watch, scale, damped, block, solution)
+march_signature = types.void(
+    rates_type, rates_type, numbers, integers, block_type, solution_type
+)

@@ -1,5 +1,8 @@
 """One step of Dormand-Prince 5(4), written out, for all lanes at once.
 
+Coordinates that a machine names are damped in it, see `damping`; without any, and where
+their lambda is zero, it is Dormand and Prince's to the last bit.
+
 Everywhere h is the step (s), a vector; y the states at its start, float64[state,
 lanes]; k its stages, float64[7, rate, lanes], of which K1 ... K7, as in the literature,
 are the rows. The derivatives of the states come first among the rates.
@@ -13,6 +16,7 @@ import numpy as np
 
 from tolstat.integrator import tableau
 from tolstat.integrator.clock import TIME
+from tolstat.integrator.damping import begin_damping, damp
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 
@@ -29,7 +33,7 @@ DENSE = np.array([[float(w) for w in row] for row in tableau.DENSE])
 
 
 @compiled(within=True)
-def advance(rates, moment, t, h, t_new, y, p, k, y_new):
+def advance(rates, moment, t, h, t_new, y, p, k, y_new, damping):
     """Take a step: fill the stages k[1] ... k[6] and the state after it.
 
     Parameters
@@ -44,41 +48,50 @@ def advance(rates, moment, t, h, t_new, y, p, k, y_new):
     y, p : float64[state, lanes], float64[parameter, lanes]
         States before the step, and parameters.
     k : float64[7, rate, lanes]
-        k[0] holds the rates at (t, y) and stays.
+        k[0] holds the rates at (t, y) and stays, but for the damped states'.
     y_new : float64[state, lanes]
         The states after the step; on the way those of each stage.
+    damping : Damping
+        Which states are damped, and their undamped rates at (t, y).
     """
     now, old, new = rows(moment), rows(y), rows(y_new)
     K1, K2, K3, K4 = rows(k[0]), rows(k[1]), rows(k[2]), rows(k[3])
     K5, K6 = rows(k[4]), rows(k[5])
     n = len(y)
+    begin_damping(h, k, damping)
     for i in range(n):
         new[i] = old[i] + h * (A21 * K1[i])
     now[TIME] = t + C2 * h
     rates(moment, y_new, p, k[1])
+    damp(1, k, damping)
     for i in range(n):
         new[i] = old[i] + h * (A31 * K1[i] + A32 * K2[i])
     now[TIME] = t + C3 * h
     rates(moment, y_new, p, k[2])
+    damp(2, k, damping)
     for i in range(n):
         new[i] = old[i] + h * (A41 * K1[i] + A42 * K2[i] + A43 * K3[i])
     now[TIME] = t + C4 * h
     rates(moment, y_new, p, k[3])
+    damp(3, k, damping)
     for i in range(n):
         new[i] = old[i] + h * (A51 * K1[i] + A52 * K2[i] + A53 * K3[i] + A54 * K4[i])
     now[TIME] = t + C5 * h
     rates(moment, y_new, p, k[4])
+    damp(4, k, damping)
     for i in range(n):
         new[i] = old[i] + h * (
             A61 * K1[i] + A62 * K2[i] + A63 * K3[i] + A64 * K4[i] + A65 * K5[i]
         )
     now[TIME] = t_new
     rates(moment, y_new, p, k[5])
+    damp(5, k, damping)
     for i in range(n):
         new[i] = old[i] + h * (
             B1 * K1[i] + B3 * K3[i] + B4 * K4[i] + B5 * K5[i] + B6 * K6[i]
         )
     rates(moment, y_new, p, k[6])
+    damp(6, k, damping)
 
 
 @compiled(within=True)
@@ -92,11 +105,14 @@ def error_of(h, k, i):
 
 
 @compiled(within=True)
-def worst_error(h, k, scale):
-    """Measure each lane's error estimate by the state whose scale it exceeds most."""
-    worst = np.abs(error_of(h, k, 0)) * (1.0 / scale[0])
-    for i in range(1, len(scale)):
-        worst = np.maximum(worst, np.abs(error_of(h, k, i)) * (1.0 / scale[i]))
+def worst_error(h, k, sharpness):
+    """Measure each lane's error estimate by the state whose scale it exceeds most.
+
+    `sharpness` is the reciprocal of each state's scale.
+    """
+    worst = np.abs(error_of(h, k, 0)) * sharpness[0]
+    for i in range(1, len(sharpness)):
+        worst = np.maximum(worst, np.abs(error_of(h, k, i)) * sharpness[i])
     return worst
 
 

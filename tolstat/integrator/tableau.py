@@ -1,4 +1,6 @@
-"""The constants of Dormand and Prince's 5(4) pair, as exact fractions.
+"""The constants of Dormand and Prince's 5(4) pair, and of its linear damping.
+
+All are exact fractions.
 
 References
 ----------
@@ -38,6 +40,38 @@ B_EMBEDDED = (
 )
 
 E = tuple(high - low for high, low in zip(B, B_EMBEDDED, strict=True))
+
+# Linear damping of one coordinate inside the step, see `damping`: with B = A + G, whose
+# diagonal is G_DIAGONAL, and gamma the row sums of G,
+#   b . gamma = 0                                  order 2, whatever lambda
+#   b A gamma = b G c = b G gamma = 0              order 3, whatever lambda
+#   b^ . gamma = 0                                 the error estimate's order 2
+#   1 - b B^-1 1 = 0                               the stiff limit
+# Solved, exactly, for the first entry of rows 5 and 7 and the first four of row 6; the
+# others are chosen so that no stage of u' = -lambda u exceeds its start, whatever h.
+G_DIAGONAL = F(3, 20)
+G = (
+    (),
+    (F(-1, 8),),
+    (F(17, 1000), F(-101, 500)),
+    (F(13, 1000), F(53, 500), F(-273, 1000)),
+    (F(10363, 40500), F(-28, 125), F(-77, 125), F(247, 500)),
+    (
+        F(155243566336576763, 436173208911000000),
+        F(-165302026237807739, 436173208911000000),
+        F(-522608058574401193, 872346417822000000),
+        F(101034886060123229, 174469283564400000),
+        F(19, 250),
+    ),
+    (
+        F(329, 18000),
+        F(-1, 500),
+        F(-27, 1000),
+        F(-3, 1000),
+        F(7, 500),
+        F(21, 500),
+    ),
+)
 
 # weight of stage i at the fraction theta of a step: sum over j of
 # DENSE[i][j] theta^(j+1), of order 4

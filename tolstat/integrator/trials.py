@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.integrator.damping import Damping
+
 Array = NDArray[np.float64]
 
 
@@ -63,5 +65,6 @@ class Lanes(NamedTuple):
     greatest: Array  # [extreme, lane]
     least: Array  # [extreme, lane]
     above: Array  # [quantity above zero, lane], s
+    damping: Damping
     trial: NDArray[np.int64]  # [lane]; -1: idle
     sample: NDArray[np.int64]  # [lane]: next sample to take

@@ -67,7 +67,7 @@ def _follow_times(taking, h, start, middle, end, above):
 
 @compiled(within=True)
 def follow(taking, h, watched_middle, lanes):
-    """Follow the watched quantities, the last of the rates, over a step.
+    """Follow the watched quantities over a step; among the rates the damping follows.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def follow(taking, h, watched_middle, lanes):
         Their peaks and times above zero are changed in place.
     """
     n_extremes, n_above = len(lanes.greatest), len(lanes.above)
-    first_above = lanes.k.shape[1] - n_above
+    first_above = lanes.k.shape[1] - len(lanes.damping.states) - n_above
     first_extreme = first_above - n_extremes
     _follow_extremes(
         taking,

@@ -23,12 +23,13 @@ N_STATES, N_POWERS, N_LOADS = (
 
 @compiled(rates_signature)
 def rates(moment, y, p, out):
-    """Fill derivatives, powers and loads."""
+    """Fill derivatives, powers, loads, and the damping of the yaw."""
     at = motion(named(Moment, moment), named(State, y), named(Parameters, p))
     write(out, 0, at.derivative)
     write(out, N_STATES, at.powers)
     write(out, N_STATES + N_POWERS, at.loads)
     write(out, N_STATES + N_POWERS + N_LOADS, at.jam)
+    write(out, N_STATES + N_POWERS + N_LOADS + 1, at.damping)
 
 
 @compiled(rates_signature)
@@ -46,4 +47,5 @@ SYSTEM = System(
     n_quadratures=N_POWERS,
     n_extremes=N_LOADS,
     n_above=1,
+    damped=(State._fields.index("alpha_"),),
 )

@@ -95,6 +95,7 @@ class Motion(NamedTuple):
     powers: Powers
     loads: Loads
     jam: tuple[Array]  # rad, yaw beyond the guides' clearance
+    damping: tuple[Array]  # 1/s, at which friction and guides hold the yaw rate
     stored: Array  # J, kinetic and elastic energy without the guide contact
 
 
@@ -217,6 +218,10 @@ def motion(moment: Moment, y: State, p: Parameters) -> Motion:
     x__ = p.per_m * (-Q1 * cos41 - Q2 * cos42 - F_fr1 - F_fr2 - F_roll)
     M_couple = free * couple * (dl_s / 2.0) * cos_alpha
     alpha__ = (M_couple - M_guide - M_spin) * (1.0 / I_s)
+    # -d alpha__/d alpha_ of the stiff terms, (6) and (9)
+    slip = beta5 * alpha_
+    sticking = p.mu_rot * pressure * (two_over_pi * beta5) / (1.0 + slip * slip)
+    relaxation = free * (sticking + H_s * gate) * (1.0 / I_s)
 
     lost = (
         p.H1 * d1_ * d1_ + p.H2 * d2_ * d2_ + Hc3 * turn_ * turn_
@@ -243,5 +248,6 @@ def motion(moment: Moment, y: State, p: Parameters) -> Motion:
             mesh_0=mesh0, mesh_1=mesh1, mesh_2=mesh2, drive_moment=M_drive, yaw=alpha,
         ),
         jam=(jam,),
+        damping=(relaxation,),
         stored=stored,
     )  # fmt: skip

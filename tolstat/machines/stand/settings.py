@@ -36,6 +36,6 @@ class Settings:
         presets={"geometry": None, "fig4": FIG4_CONTACT_YAW},
     )
     rtol: float = setting(
-        1e-4, "integration tolerance, relative to each state's scale", above=0.0
+        1e-3, "integration tolerance, relative to each state's scale", above=0.0
     )
     max_step: float = setting(1e-3, "longest integration step", unit="s", above=0.0)

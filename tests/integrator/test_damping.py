@@ -1,0 +1,141 @@
+"""Damping inside the step: its conditions, exactly; stability; order; the same bits."""
+
+from __future__ import annotations
+
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tests.integrator.conftest import rubbing_rates
+from tolstat.integrator import tableau
+from tolstat.integrator.integrate import integrate
+from tolstat.integrator.trials import Accuracy
+from tolstat.status import Status
+
+STAGES = range(7)
+# the first six stages make the step, the seventh its error estimate
+A = [[*row, *[F(0)] * (7 - len(row))] for row in tableau.A]
+G = [[*row, *[F(0)] * (7 - len(row))] for row in tableau.G]
+for stage in STAGES:
+    G[stage][stage] = tableau.G_DIAGONAL
+GAMMA = [sum(row, F(0)) for row in G]
+
+
+def dot(a, b):
+    return sum((x * y for x, y in zip(a, b, strict=True)), F(0))
+
+
+def times(matrix, vector):
+    return [dot(row, vector) for row in matrix]
+
+
+def test_order_conditions_hold_exactly():
+    b, b_embedded = tableau.B, tableau.B_EMBEDDED
+    assert dot(b, GAMMA) == 0
+    assert dot(b, times(A, GAMMA)) == 0
+    assert dot(b, times(G, tableau.C)) == 0
+    assert dot(b, times(G, GAMMA)) == 0
+    assert dot(b_embedded, GAMMA) == 0
+
+
+def test_the_stiff_limit_is_zero_exactly():
+    # (A + G) k = 1 by forward substitution, in the six stages that make the step
+    k: list[F] = []
+    for i in range(6):
+        known = sum((A[i][j] + G[i][j]) * k[j] for j in range(i))
+        k.append((1 - known) / G[i][i])
+    assert 1 - dot(tableau.B[:6], k) == 0
+
+
+def stages_of(z):
+    """Return U_1 ... U_7 of one step of u' = z u from 1, lambda h = -z."""
+    a, g = np.array(A, float), np.array(G, float)
+    stages, k = [], []
+    for i in STAGES:
+        stages.append(1.0 + sum((a[i, j] * k[j] for j in range(i)), 0.0 * z))
+        before = sum((g[i, j] * k[j] for j in range(i)), 0.0 * z)
+        k.append((z * stages[i] + z * before) / (1.0 - g[i, i] * z))
+    return np.array(stages)
+
+
+def test_no_stage_exceeds_its_start():
+    z = -np.concatenate([[0.0], np.geomspace(1e-6, 1e12, 4001)])
+    assert np.abs(stages_of(z)).max() <= 1.0
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 60, 75, 85, 89])
+def test_the_step_shrinks_on_rays(degrees):
+    ray = np.exp(1j * np.radians(180 - degrees))
+    z = np.geomspace(1e-3, 1e12, 4001) * ray
+    assert np.abs(stages_of(z)[6]).max() < 1.0
+
+
+def test_known_values_of_the_stability_function():
+    z = np.array([-1.0, -3.0, -10.0, -100.0])
+    np.testing.assert_allclose(
+        stages_of(z)[6], [0.3683, 0.061, 0.055, -0.015], atol=5e-4
+    )
+
+
+def moved(system, parameters, accuracy, end=4.0):
+    n = len(parameters)
+    start = np.tile([0.4, 0.0], (n, 1))
+    marks = np.tile([0.0, end], (n, 1))
+    return integrate(system, start, parameters, marks, accuracy)
+
+
+def exact(p, end=4.0):
+    return solve_ivp(
+        lambda t, y: rubbing_rates(t, y, p)[:2], (0, end), [0.4, 0.0],
+        method="Radau", rtol=1e-12, atol=1e-13,
+    ).y[:, -1]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("named", "order"), [(0.0, 5.0), (0.6, 3.0), (1.0, 3.0), (1.5, 3.0)]
+)
+def test_observed_order(damped_system, named, order):
+    """Order 3 with lambda right and wrong, order 5 without; a huge rtol fixes h."""
+    p = np.array([[2.0, 1.5, named]])
+    errors = [
+        np.abs(moved(damped_system, p, Accuracy(1e9, h)).states[0, 1] - exact(p[0]))
+        for h in (0.02, 0.01, 0.005)
+    ]
+    found = np.log2(np.max(errors[0]) / np.max(errors[2])) / 2
+    assert abs(found - order) < 0.35, found
+
+
+@pytest.mark.parametrize("named", [0.0, -1.0, np.nan, np.inf])
+def test_without_lambda_the_same_bits(damped_system, undamped_system, named):
+    """None, one that grows, one that is no number: the plain step."""
+    p = np.array([[2.0, 1.5, named], [0.3, 20.0, named]])
+    damped = moved(damped_system, p, Accuracy(1e-6, 0.1))
+    # not through the quadrature, which would be no number either
+    plain = moved(undamped_system, np.nan_to_num(p, posinf=0.0), Accuracy(1e-6, 0.1))
+    assert np.all(damped.status == Status.DONE)
+    np.testing.assert_array_equal(damped.states, plain.states)
+    np.testing.assert_array_equal(damped.steps, plain.steps)
+
+
+def test_friction_that_holds_costs_no_steps(damped_system):
+    """The pendulum sticks, slips and sticks again; Radau knows where it ends."""
+    stuck = np.array([[0.9, 1e5, 1.0], [0.7, 1e6, 1.0]])
+    accuracy = Accuracy(1e-7, 0.05)
+    damped = moved(damped_system, stuck, accuracy)
+    plain = moved(damped_system, stuck * [1.0, 1.0, 0.0], accuracy)
+    ends = np.array([exact(p) for p in stuck])
+    np.testing.assert_allclose(damped.states[:, 1], ends, atol=2e-7)
+    np.testing.assert_allclose(plain.states[:, 1], ends, atol=2e-7)
+    assert np.all(plain.steps > 10 * damped.steps), (plain.steps, damped.steps)
+
+
+def test_lanes_never_mix(damped_system):
+    """Damped trials, too, are the same to the last bit among any neighbours."""
+    rng = np.random.default_rng(4)
+    p = np.stack([rng.uniform(0.2, 1, 30), 10 ** rng.uniform(0, 5, 30), np.ones(30)], 1)
+    together = moved(damped_system, p, Accuracy(1e-5, 0.05))
+    for i in (0, 7, 29):
+        alone = moved(damped_system, p[i : i + 1], Accuracy(1e-5, 0.05))
+        np.testing.assert_array_equal(together.states[i], alone.states[0])

@@ -1,0 +1,80 @@
+"""Linear damping of stiff coordinates inside the step of Dormand and Prince.
+
+Why. An explicit step h is stable only to h lambda = 3.3, where lambda = -dF/du >= 0 is
+the rate at which a coordinate u, du/dt = F(t, y), relaxes. Friction that holds a part
+still has a lambda of some 1e4 1/s: hundreds of steps in which nothing happens.
+
+What. The stages of u alone are damped, every other coordinate's are as ever:
+
+    k_i = (F_i - h lambda (g_i1 k_1 + ... + g_i,i-1 k_i-1)) / (1 + g h lambda)
+
+with F_i the rate at the i-th stage and lambda that of the start of the step, from the
+machine, in closed form. It is a Rosenbrock W-method whose guess of the Jacobian is one
+entry of its diagonal: a wrong lambda costs steps, not order. With lambda = 0 the step
+is Dormand and Prince's to the last bit; with another it is of order 3, its error
+estimate of order 2. F_7 is the F_1 of the next step, damped anew with that step's h and
+lambda.
+
+Where it may fail. A lambda far below the true one, where h lambda is in the thousands:
+unstable, as explicit steps are; error control then shortens them. Stiffness that
+couples coordinates, a spring's, is not damped; nor is one with lambda < 0, which grows.
+
+References
+----------
+E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.7, Rosenbrock
+methods and W-methods; the coefficients and their conditions stand in `tableau`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.integrator import tableau
+from tolstat.lanes.compiled import compiled
+from tolstat.lanes.rows import rows
+
+DIAGONAL = float(tableau.G_DIAGONAL)
+G = np.array([[float(g) for g in row] + [0.0] * (7 - len(row)) for row in tableau.G])
+
+
+class Damping(NamedTuple):
+    """What of the damping is the same in all stages of a step, and F at its end."""
+
+    states: NDArray[np.int64]  # [damped]
+    lambda_h: NDArray[np.float64]  # [damped, lane]
+    share: NDArray[np.float64]  # [damped, lane], 1/(1 + g h lambda)
+    first: NDArray[np.float64]  # [damped, lane], F_1
+    last: NDArray[np.float64]  # [damped, lane], F_7
+
+
+@compiled(within=True)
+def begin_damping(h, k, damping):
+    """Take the lambda of the start of the step, the last of its rates; damp K1."""
+    K1, first = rows(k[0]), rows(damping.first)
+    lambda_h, share = rows(damping.lambda_h), rows(damping.share)
+    lambdas = len(K1) - len(damping.states)
+    for j in range(len(damping.states)):
+        rate = K1[lambdas + j]
+        # what grows, or is no number, is left to the plain step
+        rate = np.where((rate > 0.0) & np.isfinite(rate), rate, 0.0)
+        lambda_h[j] = h * rate
+        share[j] = 1.0 / (1.0 + DIAGONAL * (h * rate))
+        K1[damping.states[j]] = first[j] * share[j]
+
+
+@compiled(within=True)
+def damp(stage, k, damping):
+    """Damp the rates of a stage, counted from 0; the last keeps F_7."""
+    K = rows(k[stage])
+    lambda_h, share = rows(damping.lambda_h), rows(damping.share)
+    last = rows(damping.last)
+    for j in range(len(damping.states)):
+        i = damping.states[j]
+        before = G[stage, 0] * rows(k[0])[i]
+        for s in range(1, stage):
+            before = before + G[stage, s] * rows(k[s])[i]
+        last[j] = K[i]
+        K[i] = (K[i] - lambda_h[j] * before) * share[j]
