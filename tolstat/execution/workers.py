@@ -160,12 +160,7 @@ class Workers(AbstractContextManager["Workers"]):
         outcomes = [each for _, each in sorted(found, key=lambda block: block[0])]
         if sum(len(each.responses) for each in outcomes) < len(deviations):
             raise Interrupted
-        steps = [each.steps for each in outcomes if each.steps is not None]
-        return Answers(
-            np.concatenate([each.responses for each in outcomes]),
-            np.concatenate([each.status for each in outcomes]),
-            np.concatenate(steps) if steps else None,
-        )
+        return Answers.joined(outcomes)
 
     def map(self, function: Callable[[Any], Any], items: Sequence[Any]) -> list[Any]:
         """Call a function on each item.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -60,6 +60,16 @@ class Answers(NamedTuple):
     responses: Array
     status: NDArray[np.int64]
     steps: NDArray[np.int64] | None
+
+    @classmethod
+    def joined(cls, answers: Sequence[Answers]) -> Answers:
+        """Put answers one after the other."""
+        steps = [each.steps for each in answers if each.steps is not None]
+        return cls(
+            np.concatenate([each.responses for each in answers]),
+            np.concatenate([each.status for each in answers]),
+            np.concatenate(steps) if steps else None,
+        )
 
 
 class History(NamedTuple):

@@ -129,27 +129,26 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._file.flush()
 
     def write_blocks(self, blocks: Blocks) -> None:
-        """Store finished blocks: their data are on the disk before their status is.
+        """Store finished blocks, within two seconds or when the file is closed.
 
         Parameters
         ----------
         blocks : list of (int, Answers)
-            Each with the number of its first trial. Their status follows within two
-            seconds, or when the file is closed.
+            Each with the number of its first trial.
         """
-        for first, outcome in blocks:
-            trials = slice(first, first + len(outcome.status))
-            for name, values in self._filled(outcome):
-                self._file[name][trials] = values
         self._unsafe += blocks
         if time.monotonic() - self._safe > SAFE_EVERY:
             self._make_safe()
 
     def _make_safe(self) -> None:
+        """Store what waits: its data are on the disk before its status is."""
+        found = _in_a_row(self._unsafe)
+        for trials, outcome in found:
+            for name, values in self._filled(outcome):
+                self._file[name][trials] = values
         self._sync()
-        for first, outcome in self._unsafe:
-            status = outcome.status
-            self._file[STATUS][first : first + len(status)] = status
+        for trials, outcome in found:
+            self._file[STATUS][trials] = outcome.status
         self._file.flush()
         self._unsafe, self._safe = [], time.monotonic()
 
@@ -199,6 +198,19 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def __exit__(self, *_: object) -> None:
         """Close the file."""
         self.close()
+
+
+def _in_a_row(blocks: Blocks) -> list[tuple[slice, Answers]]:
+    """Join blocks that follow each other: each write costs more than its numbers."""
+    rows: list[tuple[int, list[Answers]]] = []
+    stop = -1
+    for first, outcome in sorted(blocks, key=lambda block: block[0]):
+        if first != stop:
+            rows.append((first, []))
+        rows[-1][1].append(outcome)
+        stop = first + len(outcome.status)
+    joined = [(first, Answers.joined(answers)) for first, answers in rows]
+    return [(slice(first, first + len(a.status)), a) for first, a in joined]
 
 
 def _count(word: str) -> str:
