@@ -11,6 +11,7 @@ from tests.integrator.conftest import pendulum, pendulum_rates
 from tolstat.integrator.damping import Damping
 from tolstat.integrator.signatures import rates_type, table, tables
 from tolstat.integrator.step import advance, error_of, halfway, interpolate
+from tolstat.integrator.trials import Step
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 from tolstat.lanes.vector import WIDTH
@@ -25,7 +26,7 @@ def one_step(rates, moment, h, t_new, y, p, k, y_new, error, middle):
     none = np.zeros((0, WIDTH))
     damping = Damping(np.zeros(0, np.int64), none, none, none, none)
     t, h, t_new = rows(moment)[0], rows(h)[0], rows(t_new)[0]
-    advance(rates, moment, t, h, t_new, y, p, k, y_new, damping)
+    advance(rates, t, h, t_new, y, p, Step(moment, k, middle, y_new, none, damping))
     for i in range(len(y)):
         rows(error)[i] = error_of(h, k, i)
     halfway(h, y, k, middle)

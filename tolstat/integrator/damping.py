@@ -36,8 +36,13 @@ from tolstat.integrator import tableau
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 
-DIAGONAL = float(tableau.G_DIAGONAL)
-G = np.array([[float(g) for g in row] + [0.0] * (7 - len(row)) for row in tableau.G])
+G = float(tableau.G_DIAGONAL)
+G21 = float(tableau.G[1][0])
+G31, G32 = (float(g) for g in tableau.G[2])
+G41, G42, G43 = (float(g) for g in tableau.G[3])
+G51, G52, G53, G54 = (float(g) for g in tableau.G[4])
+G61, G62, G63, G64, G65 = (float(g) for g in tableau.G[5])
+G71, G72, G73, G74, G75, G76 = (float(g) for g in tableau.G[6])
 
 
 class Damping(NamedTuple):
@@ -61,20 +66,16 @@ def begin_damping(h, k, damping):
         # what grows, or is no number, is left to the plain step
         rate = np.where((rate > 0.0) & np.isfinite(rate), rate, 0.0)
         lambda_h[j] = h * rate
-        share[j] = 1.0 / (1.0 + DIAGONAL * (h * rate))
+        share[j] = 1.0 / (1.0 + G * (h * rate))
         K1[damping.states[j]] = first[j] * share[j]
 
 
 @compiled(within=True)
-def damp(stage, k, damping):
-    """Damp the rates of a stage, counted from 0; the last keeps F_7."""
-    K = rows(k[stage])
+def damp(K, i, j, before, damping):
+    """Damp the i-th rate of a stage, the j-th that is; of the last stage F is kept.
+
+    `before` is what the stages before it give, weighed by their g.
+    """
     lambda_h, share = rows(damping.lambda_h), rows(damping.share)
-    last = rows(damping.last)
-    for j in range(len(damping.states)):
-        i = damping.states[j]
-        before = G[stage, 0] * rows(k[0])[i]
-        for s in range(1, stage):
-            before = before + G[stage, s] * rows(k[s])[i]
-        last[j] = K[i]
-        K[i] = (K[i] - lambda_h[j] * before) * share[j]
+    rows(damping.last)[j] = K[i]
+    K[i] = (K[i] - lambda_h[j] * before) * share[j]

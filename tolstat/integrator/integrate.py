@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.integrator.trials import Accuracy, Block, Solution
+from tolstat.integrator.trials import Accuracy, Block, Lanes, Solution, Step
 
 Array = NDArray[np.float64]
 
@@ -98,9 +98,10 @@ def integrate(
         ),
     )
     solution = _empty(system, block)
-    scale = np.ascontiguousarray(system.scale, float)
-    damped = np.array(system.damped, np.int64)
-    march(system.rates, system.watch, scale, damped, block, solution)
+    lanes = Lanes.idle(block, solution)
+    step = Step.of(lanes, system.damped)
+    per_scale = 1.0 / np.ascontiguousarray(system.scale, float)
+    march(system.rates, system.watch, per_scale, lanes, step, block, solution)
     return solution
 
 

@@ -1,15 +1,17 @@
-"""Which trial is in which lane: beginning, passing marks, ending."""
+"""Which trial is in which lane: beginning, passing marks, ending.
+
+Numbers are moved one by one, in loops: NumPy's assignments of slices would take the
+compiler half a minute, for checks of shapes that cannot fail.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from tolstat.integrator.clock import (
-    CLOCK_ROWS,
     COUNT,
     ERROR,
     EVENT,
-    FAILED,
     MARK_REACHED,
     NOTHING,
     PHASE,
@@ -20,12 +22,11 @@ from tolstat.integrator.clock import (
     TIME,
 )
 from tolstat.integrator.control import FIRST_STEP
-from tolstat.integrator.damping import Damping
-from tolstat.integrator.trials import Lanes
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.vector import WIDTH
 from tolstat.status import Status
 
+NOT_RUN = int(Status.NOT_RUN)
 DONE = int(Status.DONE)
 TOO_MANY_STEPS = int(Status.TOO_MANY_STEPS)
 STEP_TOO_SMALL = int(Status.STEP_TOO_SMALL)
@@ -35,31 +36,33 @@ SMALLEST_STEP = 1e-14  # of the duration of the trial
 
 
 @compiled()
-def idle_lanes(damped, block, solution):
-    """Make lanes of which none has a trial."""
-    n_states = block.start.shape[1]
-    n_quadratures = solution.quadratures.shape[2]
-    n_extremes, n_above = solution.greatest.shape[1], solution.above.shape[1]
-    n_rates = n_states + n_quadratures + n_extremes + n_above + len(damped)
-    return Lanes(
-        clock=np.zeros((CLOCK_ROWS, WIDTH)),
-        y=np.zeros((n_states, WIDTH)),
-        p=np.zeros((block.parameters.shape[1], WIDTH)),
-        k=np.zeros((7, n_rates, WIDTH)),
-        quadratures=np.zeros((n_quadratures, WIDTH)),
-        greatest=np.zeros((n_extremes, WIDTH)),
-        least=np.zeros((n_extremes, WIDTH)),
-        above=np.zeros((n_above, WIDTH)),
-        damping=Damping(
-            states=damped,
-            lambda_h=np.zeros((len(damped), WIDTH)),
-            share=np.zeros((len(damped), WIDTH)),
-            first=np.zeros((len(damped), WIDTH)),
-            last=np.zeros((len(damped), WIDTH)),
-        ),
-        trial=np.full(WIDTH, -1),
-        sample=np.zeros(WIDTH, dtype=np.int64),
-    )
+def _put_in(values, row, lanes, lane):
+    """Copy a row of a table into a lane."""
+    for i in range(len(lanes)):
+        lanes[i, lane] = values[row, i]
+
+
+@compiled()
+def _take_out(lanes, lane, values, row):
+    """Copy a lane into a row of a table."""
+    for i in range(len(lanes)):
+        values[row, i] = lanes[i, lane]
+
+
+@compiled()
+def _fill(lanes, lane, number):
+    """Set all of a lane to a number."""
+    for i in range(len(lanes)):
+        lanes[i, lane] = number
+
+
+@compiled()
+def _finite(values, row):
+    """Tell whether all of a row of a table are numbers."""
+    total = 0.0
+    for i in range(values.shape[1]):
+        total += values[row, i]
+    return np.isfinite(total)
 
 
 @compiled()
@@ -67,9 +70,9 @@ def _begin(lane, trial, lanes, block):
     """Put a trial into a lane, at its first mark."""
     lanes.trial[lane] = trial
     lanes.sample[lane] = 0
-    lanes.y[:, lane] = block.start[trial]
-    lanes.p[:, lane] = block.parameters[trial]
-    lanes.quadratures[:, lane] = 0.0
+    _put_in(block.start, trial, lanes.y, lane)
+    _put_in(block.parameters, trial, lanes.p, lane)
+    _fill(lanes.quadratures, lane, 0.0)
     clock = lanes.clock
     clock[TIME, lane] = clock[TARGET, lane] = block.marks[trial, 0]
     clock[PHASE, lane] = -1.0
@@ -77,6 +80,7 @@ def _begin(lane, trial, lanes, block):
         block.marks[trial, -1] - block.marks[trial, 0]
     )
     clock[COUNT, lane] = 0.0
+    clock[EVENT, lane] = MARK_REACHED
 
 
 @compiled()
@@ -93,12 +97,12 @@ def _pass_marks(lane, lanes, block, solution):
     while clock[PHASE, lane] < last and clock[TARGET, lane] <= clock[TIME, lane]:
         mark = int(clock[PHASE, lane]) + 1
         clock[PHASE, lane] = mark
-        solution.states[trial, mark] = lanes.y[:, lane]
-        solution.quadratures[trial, mark] = lanes.quadratures[:, lane]
+        _take_out(lanes.y, lane, solution.states[trial], mark)
+        _take_out(lanes.quadratures, lane, solution.quadratures[trial], mark)
         if mark == block.watch_from:
-            lanes.greatest[:, lane] = -np.inf
-            lanes.least[:, lane] = np.inf
-            lanes.above[:, lane] = 0.0
+            _fill(lanes.greatest, lane, -np.inf)
+            _fill(lanes.least, lane, np.inf)
+            _fill(lanes.above, lane, 0.0)
         if mark < last:
             clock[TARGET, lane] = block.marks[trial, mark + 1]
     length = clock[TARGET, lane] - clock[TIME, lane]
@@ -113,23 +117,40 @@ def _end(lane, status, lanes, solution):
     """Take a trial out of its lane; what it leaves unfinished stays not a number."""
     trial = lanes.trial[lane]
     if status == DONE:
-        solution.greatest[trial] = lanes.greatest[:, lane]
-        solution.least[trial] = lanes.least[:, lane]
-        solution.above[trial] = lanes.above[:, lane]
+        _take_out(lanes.greatest, lane, solution.greatest, trial)
+        _take_out(lanes.least, lane, solution.least, trial)
+        _take_out(lanes.above, lane, solution.above, trial)
         # what does not steer the step may have blown up unseen
-        total = (
-            np.sum(solution.quadratures[trial])
-            + np.sum(solution.greatest[trial])
-            + np.sum(solution.least[trial])
-            + np.sum(solution.above[trial])
-        )
-        if not np.isfinite(total):
+        quadratures = solution.quadratures[trial]
+        if not (
+            _finite(quadratures, len(quadratures) - 1)
+            and _finite(solution.greatest, trial)
+            and _finite(solution.least, trial)
+            and _finite(solution.above, trial)
+        ):
             status = NOT_FINITE
     solution.status[trial] = status
     solution.steps[trial] = int(lanes.clock[COUNT, lane])
     lanes.trial[lane] = -1
     lanes.clock[PHASE, lane] = -1.0
     lanes.clock[STEP, lane] = 0.0
+
+
+@compiled()
+def _status(lane, lanes, block, solution):
+    """Say how the trial of a lane ended; NOT_RUN while it is under way."""
+    clock = lanes.clock
+    if lanes.trial[lane] < 0:
+        return DONE
+    if clock[EVENT, lane] == MARK_REACHED:
+        return DONE if _pass_marks(lane, lanes, block, solution) else NOT_RUN
+    if clock[EVENT, lane] == NOTHING:
+        return NOT_RUN
+    if not np.isfinite(clock[ERROR, lane]):
+        return NOT_FINITE
+    if clock[STEP, lane] < clock[SMALLEST, lane]:
+        return STEP_TOO_SMALL
+    return TOO_MANY_STEPS
 
 
 @compiled()
@@ -143,25 +164,16 @@ def sort_out(n_begun, lanes, block, solution):
     """
     n_busy = 0
     for lane in range(WIDTH):
-        event = lanes.clock[EVENT, lane]
-        if lanes.trial[lane] >= 0 and event == MARK_REACHED:
-            if _pass_marks(lane, lanes, block, solution):
-                _end(lane, DONE, lanes, solution)
-        elif lanes.trial[lane] >= 0 and event == FAILED:
-            if not np.isfinite(lanes.clock[ERROR, lane]):
-                _end(lane, NOT_FINITE, lanes, solution)
-            elif lanes.clock[STEP, lane] < lanes.clock[SMALLEST, lane]:
-                _end(lane, STEP_TOO_SMALL, lanes, solution)
-            else:
-                _end(lane, TOO_MANY_STEPS, lanes, solution)
-        while lanes.trial[lane] < 0 and n_begun < len(block.start):
+        status = _status(lane, lanes, block, solution)
+        while status != NOT_RUN:
+            if lanes.trial[lane] >= 0:
+                _end(lane, status, lanes, solution)
+            if n_begun == len(block.start):
+                lanes.clock[EVENT, lane] = NOTHING
+                break
             _begin(lane, n_begun, lanes, block)
             n_begun += 1
-            lanes.clock[EVENT, lane] = MARK_REACHED
-            if _pass_marks(lane, lanes, block, solution):
-                _end(lane, DONE, lanes, solution)
+            status = _status(lane, lanes, block, solution)
         if lanes.trial[lane] >= 0:
             n_busy += 1
-        else:
-            lanes.clock[EVENT, lane] = NOTHING
     return n_begun, n_busy

@@ -10,7 +10,8 @@ from typing import Any
 
 from numba import types
 
-from tolstat.integrator.trials import Accuracy, Block, Solution
+from tolstat.integrator.damping import Damping
+from tolstat.integrator.trials import Accuracy, Block, Lanes, Solution, Step
 
 numbers = types.float64[::1]
 table = types.float64[:, ::1]
@@ -53,7 +54,31 @@ solution_type = _tuple_type(
     )
 )
 
-# (rates, watch, scale, damped, block, solution)
+lanes_type = _tuple_type(
+    Lanes(
+        clock=table,
+        y=table,
+        p=table,
+        quadratures=table,
+        greatest=table,
+        least=table,
+        above=table,
+        trial=integers,
+        sample=integers,
+    )
+)
+step_type = _tuple_type(
+    Step(
+        moment=table,
+        k=tables,
+        middle=table,
+        end=table,
+        watched_middle=table,
+        damping=_tuple_type(Damping(integers, table, table, table, table)),
+    )
+)
+
+# (rates, watch, per_scale, lanes, step, block, solution)
 march_signature = types.void(
-    rates_type, rates_type, numbers, integers, block_type, solution_type
+    rates_type, rates_type, numbers, lanes_type, step_type, block_type, solution_type
 )

@@ -66,7 +66,7 @@ def _follow_times(taking, h, start, middle, end, above):
 
 
 @compiled(within=True)
-def follow(taking, h, watched_middle, lanes):
+def follow(taking, h, lanes, step):
     """Follow the watched quantities over a step; among the rates the damping follows.
 
     Parameters
@@ -75,27 +75,27 @@ def follow(taking, h, watched_middle, lanes):
         The lanes that are to be followed.
     h : vector
         The step, s.
-    watched_middle : float64[watched, lanes]
-        In the middle of the step.
     lanes : Lanes
         Their peaks and times above zero are changed in place.
+    step : Step
+        With the rates at both ends, and what is watched in the middle.
     """
     n_extremes, n_above = len(lanes.greatest), len(lanes.above)
-    first_above = lanes.k.shape[1] - len(lanes.damping.states) - n_above
+    first_above = step.k.shape[1] - len(step.damping.states) - n_above
     first_extreme = first_above - n_extremes
     _follow_extremes(
         taking,
-        lanes.k[0, first_extreme:],
-        watched_middle,
-        lanes.k[6, first_extreme:],
+        step.k[0, first_extreme:],
+        step.watched_middle,
+        step.k[6, first_extreme:],
         lanes.greatest,
         lanes.least,
     )
     _follow_times(
         taking,
         h,
-        lanes.k[0, first_above:],
-        watched_middle[n_extremes:],
-        lanes.k[6, first_above:],
+        step.k[0, first_above:],
+        step.watched_middle[n_extremes:],
+        step.k[6, first_above:],
         lanes.above,
     )

@@ -47,7 +47,10 @@ def compiled(
 
     def decorate(function: Function) -> Any:
         if signature is None:
-            return njit(**options)(function)
+            # no way in from Python, whose unpacking of arguments is most of the code
+            return njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(
+                function
+            )
         source = Path(function.__code__.co_filename)
         typed_in = not source.is_file()  # at a prompt: there is nothing to go by
         folder = None if typed_in else cache_folder(source, function.__module__)
