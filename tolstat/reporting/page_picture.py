@@ -7,13 +7,13 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import count
-from typing import Any, Literal
+from typing import Any
 
 import matplotlib as mpl
 from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import AutoLocator, MaxNLocator
+from matplotlib.ticker import AutoLocator, FixedLocator, MaxNLocator
 
 from tolstat.reporting.picture import COLOURS, LIMIT, styled
 
@@ -55,12 +55,15 @@ def page_figure(width: float = WIDTH, height: float = HEIGHT) -> Iterator[Figure
         yield figure
 
 
-def few_ticks(axes: Axes, which: Literal["both", "x", "y"] = "both") -> None:
-    """Leave four or five ticks: a picture this small needs no more, and each costs."""
-    for axis, name in ((axes.xaxis, "x"), (axes.yaxis, "y")):
-        automatic = isinstance(axis.get_major_locator(), AutoLocator)
-        if which in ("both", name) and automatic:
+def few_ticks(axes: Axes) -> None:
+    """Leave four or five ticks, all in the picture: each costs, one beyond it too."""
+    for axis in (axes.xaxis, axes.yaxis):
+        if isinstance(axis.get_major_locator(), FixedLocator):
+            continue
+        if isinstance(axis.get_major_locator(), AutoLocator):
             axis.set_major_locator(MaxNLocator(5))
+        low, high = axis.get_view_interval()
+        axis.set_ticks([at for at in axis.get_majorticklocs() if low <= at <= high])
 
 
 def legend_above(axes: Axes, columns: int = 3) -> None:

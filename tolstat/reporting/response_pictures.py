@@ -113,7 +113,7 @@ def convergence(drawn: Drawn, name: str, found: ResponseFindings) -> Markup:
             axes.set_xscale("log")
             axes.xaxis.set_minor_locator(NullLocator())
             axes.xaxis.set_major_formatter("{x:g}")
-            few_ticks(axes, "y")
+            few_ticks(axes)
         every[-1].set_xlabel("trials")
         legend_above(every[0])
         return inline(
@@ -152,11 +152,11 @@ def scatter(drawn: Drawn, name: str, found: ResponseFindings) -> Markup | None:
                 markeredgewidth=0, rasterized=many,
             )  # fmt: skip
             axes.set_xlabel(scales[contributor].label(contributor))
-            few_ticks(axes)
             for end in ends_of(found):
                 axes.axhline(
                     found.scale.factor * end, color=BEYOND, linestyle="--", linewidth=1
                 )
+            few_ticks(axes)
         every[0].set_ylabel(found.scale.label(name))
         return inline(
             figure, f"{name} over its leading contributors: {', '.join(leading)}"
