@@ -64,7 +64,8 @@ def _outline(curve: NDArray[np.float32]) -> list[int]:
     if len(curve) <= MOST_POINTS:
         return list(range(len(curve)))
     found: list[int] = []
+    known = np.nan_to_num(curve)
     for stretch in np.array_split(np.arange(len(curve)), MOST_POINTS // 2):
-        known = np.nan_to_num(curve[stretch])
-        found += sorted({int(stretch[known.argmin()]), int(stretch[known.argmax()])})
+        of = known[stretch]
+        found += sorted({int(stretch[of.argmin()]), int(stretch[of.argmax()])})
     return found
