@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.tail_fit import (
@@ -163,14 +162,11 @@ def _region(y: Array, fit: Pareto, n: int) -> tuple[Array, Array, Array]:
     shape, scale = (a.ravel() for a in np.meshgrid(shapes, scales))
     possible = 1 + shape * y[-1] / scale > 1e-9
     shape, scale = shape[possible], scale[possible]
-    # both sums of the likelihood are smooth functions of shape over scale
     theta = shape / scale
-    knots = np.linspace(theta.min(), theta.max(), 120)
-    logs = np.array([np.log1p(t * y).sum() for t in knots])
-    zero = np.abs(knots) * y[-1] < 1e-6
-    over = np.where(zero, y.sum(), logs / np.where(zero, 1.0, knots))
-    S, R = CubicSpline(knots, logs)(theta), CubicSpline(knots, over)(theta)
-    likelihood = -k * np.log(scale) - S - R / scale
+    logs = np.log1p(np.outer(theta, y)).sum(axis=1)
+    zero = np.abs(theta) * y[-1] < 1e-6
+    over = np.where(zero, y.sum(), logs / np.where(zero, 1.0, theta))
+    likelihood = -k * np.log(scale) - logs - over / scale
     found = -k * math.log(fit.scale) - float(
         np.log1p(fit.shape / fit.scale * y).sum()
         * (1 + 1 / (fit.shape if abs(fit.shape) > 1e-9 else 1e-9))
