@@ -10,7 +10,6 @@ from typing import Any
 import click
 
 from tolstat.cli.interrupting import leave_on_interrupt
-from tolstat.cli.showing import screen
 from tolstat.reporting import making
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.plain import as_csv, as_json
@@ -40,7 +39,7 @@ def report_run(
     with leave_on_interrupt():
         if form == "html":
             made = making.report(run, output, responses)
-            screen().print(f"report in {made}")
+            click.echo(f"report in {made}")
         else:
             deliver(findings_of(run, responses), output, form)
 
