@@ -8,10 +8,9 @@ from scipy.integrate import RK45
 from scipy.integrate._ivp.rk import RkDenseOutput, rk_step
 
 from tests.integrator.conftest import pendulum, pendulum_rates
-from tolstat.integrator.damping import Damping
 from tolstat.integrator.signatures import rates_type, table, tables
 from tolstat.integrator.step import advance, error_of, halfway, interpolate
-from tolstat.integrator.trials import Step
+from tolstat.integrator.trials import Damping, Step
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 from tolstat.lanes.vector import WIDTH

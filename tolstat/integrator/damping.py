@@ -27,10 +27,7 @@ methods and W-methods; the coefficients and their conditions stand in `tableau`.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.integrator import tableau
 from tolstat.lanes.compiled import compiled
@@ -43,16 +40,6 @@ G41, G42, G43 = (float(g) for g in tableau.G[3])
 G51, G52, G53, G54 = (float(g) for g in tableau.G[4])
 G61, G62, G63, G64, G65 = (float(g) for g in tableau.G[5])
 G71, G72, G73, G74, G75, G76 = (float(g) for g in tableau.G[6])
-
-
-class Damping(NamedTuple):
-    """What of the damping is the same in all stages of a step, and F at its end."""
-
-    states: NDArray[np.int64]  # [damped]
-    lambda_h: NDArray[np.float64]  # [damped, lane]
-    share: NDArray[np.float64]  # [damped, lane], 1/(1 + g h lambda)
-    first: NDArray[np.float64]  # [damped, lane], F_1
-    last: NDArray[np.float64]  # [damped, lane], F_7
 
 
 @compiled(within=True)

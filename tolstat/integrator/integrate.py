@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.integrator.trials import Accuracy, Block, Lanes, Solution, Step
+from tolstat.integrator.trials import Accuracy, Block, Solution
 
 Array = NDArray[np.float64]
 
@@ -84,6 +84,7 @@ def integrate(
     """
     # the compiler is loaded, and compiles, when something is first integrated
     from tolstat.integrator.march import march
+    from tolstat.integrator.occupancy import idle_lanes, room_for_steps
 
     block = Block(
         start=np.ascontiguousarray(start, float),
@@ -98,8 +99,8 @@ def integrate(
         ),
     )
     solution = _empty(system, block)
-    lanes = Lanes.idle(block, solution)
-    step = Step.of(lanes, system.damped)
+    lanes = idle_lanes(block, solution)
+    step = room_for_steps(lanes, system.damped)
     per_scale = 1.0 / np.ascontiguousarray(system.scale, float)
     march(system.rates, system.watch, per_scale, lanes, step, block, solution)
     return solution

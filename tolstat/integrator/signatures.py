@@ -10,8 +10,7 @@ from typing import Any
 
 from numba import types
 
-from tolstat.integrator.damping import Damping
-from tolstat.integrator.trials import Accuracy, Block, Lanes, Solution, Step
+from tolstat.integrator.trials import Accuracy, Block, Damping, Lanes, Solution, Step
 
 numbers = types.float64[::1]
 table = types.float64[:, ::1]

@@ -153,8 +153,8 @@ def error_of(h, k, i):
 @compiled(within=True)
 def worst_error(h, k, per_scale):
     """Measure each lane's error estimate by the state whose scale it exceeds most."""
-    worst = np.abs(error_of(h, k, 0)) * per_scale[0]
-    for i in range(1, len(per_scale)):
+    worst = 0.0 * h
+    for i in range(len(per_scale)):
         worst = np.maximum(worst, np.abs(error_of(h, k, i)) * per_scale[i])
     return worst
 

@@ -7,10 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.integrator.clock import CLOCK_ROWS, MOMENT_ROWS
-from tolstat.integrator.damping import Damping
-from tolstat.lanes.vector import WIDTH
-
 Array = NDArray[np.float64]
 
 
@@ -69,21 +65,15 @@ class Lanes(NamedTuple):
     trial: NDArray[np.int64]  # [lane]; -1: idle
     sample: NDArray[np.int64]  # [lane]: next sample to take
 
-    @classmethod
-    def idle(cls, block: Block, solution: Solution) -> Lanes:
-        """Make lanes of which none has a trial."""
-        n_extremes = solution.greatest.shape[1]
-        return cls(
-            clock=_lanes(CLOCK_ROWS),
-            y=_lanes(block.start.shape[1]),
-            p=_lanes(block.parameters.shape[1]),
-            quadratures=_lanes(solution.quadratures.shape[2]),
-            greatest=_lanes(n_extremes),
-            least=_lanes(n_extremes),
-            above=_lanes(solution.above.shape[1]),
-            trial=np.full(WIDTH, -1),
-            sample=np.zeros(WIDTH, np.int64),
-        )
+
+class Damping(NamedTuple):
+    """What all stages of a step have in common, and the rates at its ends."""
+
+    states: NDArray[np.int64]  # [damped]
+    lambda_h: Array  # [damped, lane]
+    share: Array  # [damped, lane], 1/(1 + g h lambda)
+    first: Array  # [damped, lane], F_1
+    last: Array  # [damped, lane], F_7
 
 
 class Step(NamedTuple):
@@ -95,23 +85,3 @@ class Step(NamedTuple):
     end: Array  # [state, lane]
     watched_middle: Array  # [watched, lane]
     damping: Damping
-
-    @classmethod
-    def of(cls, lanes: Lanes, damped: tuple[int, ...]) -> Step:
-        """Make room for the steps of some lanes; of their states some are damped."""
-        n_states, n_damped = len(lanes.y), len(damped)
-        n_watched = len(lanes.greatest) + len(lanes.above)
-        return cls(
-            moment=_lanes(MOMENT_ROWS),
-            k=_lanes(7, n_states + len(lanes.quadratures) + n_watched + n_damped),
-            middle=_lanes(n_states),
-            end=_lanes(n_states),
-            watched_middle=_lanes(n_watched),
-            damping=Damping(
-                np.array(damped, np.int64), *(_lanes(n_damped) for _ in range(4))
-            ),
-        )
-
-
-def _lanes(*rows: int) -> Array:
-    return np.zeros((*rows, WIDTH))

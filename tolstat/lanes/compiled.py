@@ -18,6 +18,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 # never "nnan" or "ninf": a trial that blows up must be seen
 FASTMATH = {"contract", "nsz", "arcp"}
+# LLVM's third level finds nothing more in equations, and takes a tenth longer
+LEVEL = type(numba.config.OPT)(2)
 
 
 def compiled(
@@ -54,10 +56,11 @@ def compiled(
         source = Path(function.__code__.co_filename)
         typed_in = not source.is_file()  # at a prompt: there is nothing to go by
         folder = None if typed_in else cache_folder(source, function.__module__)
-        before = numba.config.CACHE_DIR
+        before = numba.config.CACHE_DIR, numba.config.OPT
         try:
             # global to every user of Numba in the process: put back at once
-            numba.config.CACHE_DIR = folder or before
+            numba.config.CACHE_DIR = folder or before[0]
+            numba.config.OPT = LEVEL
             try:
                 return njit(signature, cache=folder is not None, **options)(function)
             except NumbaError:
@@ -73,6 +76,6 @@ def compiled(
                 shutil.rmtree(folder, ignore_errors=True)
                 return njit(signature, cache=True, **options)(function)
         finally:
-            numba.config.CACHE_DIR = before
+            numba.config.CACHE_DIR, numba.config.OPT = before
 
     return decorate
