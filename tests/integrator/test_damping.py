@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.integrator.conftest import rubbing_rates
+from tests.integrator.conftest import rubbing, rubbing_rates
+from tolstat.errors import ModelError
 from tolstat.integrator import tableau
-from tolstat.integrator.integrate import integrate
+from tolstat.integrator.integrate import System, integrate
 from tolstat.integrator.trials import Accuracy
 from tolstat.status import Status
 
@@ -139,3 +140,9 @@ def test_lanes_never_mix(damped_system):
     for i in (0, 7, 29):
         alone = moved(damped_system, p[i : i + 1], Accuracy(1e-5, 0.05))
         np.testing.assert_array_equal(together.states[i], alone.states[0])
+
+
+@pytest.mark.parametrize("damped", [(2,), (-1,), (0, 0), (0.5,)])
+def test_what_is_damped_is_a_state_and_stands_once(damped):
+    with pytest.raises(ModelError, match="0 to 1, and stands once"):
+        System(rubbing, rubbing, np.array([1.0, 1.0]), damped=damped)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.errors import ModelError
 from tolstat.integrator.trials import Accuracy, Block, Solution
 
 Array = NDArray[np.float64]
@@ -34,6 +35,11 @@ class System:
         The states that relax so fast that they alone would shorten the step: they are
         damped in it. lambda is minus the derivative of a state's rate by the state
         itself; one that is wrong costs steps, see `damping`.
+
+    Raises
+    ------
+    ModelError
+        If what is damped is no state, or named twice.
     """
 
     rates: Callable[..., None]
@@ -43,6 +49,15 @@ class System:
     n_extremes: int = 0
     n_above: int = 0
     damped: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what would be read beside the states."""
+        n = len(self.scale)
+        if len(set(self.damped) & set(range(n))) < len(self.damped):
+            raise ModelError(
+                f"System(damped={self.damped!r}): each is the number of a state, "
+                f"0 to {n - 1}, and stands once"
+            )
 
 
 def integrate(
