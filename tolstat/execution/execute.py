@@ -136,7 +136,14 @@ def execute(
     Run
         Complete, or as far as it came.
     """
-    tell = progress or (lambda progress: None)
+    _carry_out(study, path, workers, force, progress or (lambda progress: None))
+    return open_run(path)  # whose trials are read when those that ran are let go
+
+
+def _carry_out(
+    study: Study, path: Path, workers: Workers, force: bool, tell: Telling
+) -> None:
+    """Run a checked study into its file: plan, nominal machine, stages, ending."""
     trials = Trials.planned(study.description, study.deviations())
     plan = plan_of(study, trials.deviations)
     stages: list[int] = []
@@ -154,7 +161,6 @@ def execute(
                 raise Interrupted
             stages.append(stop)
         file.finish(_ending(study, trials.first(stages[-1]), stages, workers, tell))
-    return open_run(path)
 
 
 def _stages(study: Study, trials: Trials) -> Iterator[int]:
