@@ -6,13 +6,19 @@ from fractions import Fraction as F
 
 import numpy as np
 import pytest
+from numba import types
 from scipy.integrate import solve_ivp
 
 from tests.integrator.conftest import rubbing, rubbing_rates
 from tolstat.errors import ModelError
 from tolstat.integrator import tableau
 from tolstat.integrator.integrate import System, integrate
-from tolstat.integrator.trials import Accuracy
+from tolstat.integrator.signatures import rates_signature, rates_type, step_type, table
+from tolstat.integrator.step import advance, error_of
+from tolstat.integrator.trials import Accuracy, Damping, Step
+from tolstat.lanes.compiled import compiled
+from tolstat.lanes.rows import rows, write
+from tolstat.lanes.vector import WIDTH
 from tolstat.status import Status
 
 STAGES = range(7)
@@ -51,40 +57,91 @@ def test_the_stiff_limit_is_zero_exactly():
 
 
 def stages_of(z):
-    """Return U_1 ... U_7 of one step of u' = z u from 1, lambda h = -z."""
+    """Return U_1 ... U_7, k_1 ... k_7 of a step of u' = z u from 1, h lambda = -z."""
     a, g = np.array(A, float), np.array(G, float)
     stages, k = [], []
     for i in STAGES:
         stages.append(1.0 + sum((a[i, j] * k[j] for j in range(i)), 0.0 * z))
         before = sum((g[i, j] * k[j] for j in range(i)), 0.0 * z)
         k.append((z * stages[i] + z * before) / (1.0 - g[i, i] * z))
-    return np.array(stages)
+    return np.array(stages), np.array(k)
 
 
 def test_no_stage_exceeds_its_start():
     z = -np.concatenate([[0.0], np.geomspace(1e-6, 1e12, 4001)])
-    assert np.abs(stages_of(z)).max() <= 1.0
+    assert np.abs(stages_of(z)[0]).max() <= 1.0
 
 
 @pytest.mark.parametrize("degrees", [0, 30, 60, 75, 85, 89])
 def test_the_step_shrinks_on_rays(degrees):
     ray = np.exp(1j * np.radians(180 - degrees))
     z = np.geomspace(1e-3, 1e12, 4001) * ray
-    assert np.abs(stages_of(z)[6]).max() < 1.0
+    assert np.abs(stages_of(z)[0][6]).max() < 1.0
 
 
-def test_known_values_of_the_stability_function():
-    z = np.array([-1.0, -3.0, -10.0, -100.0])
-    np.testing.assert_allclose(
-        stages_of(z)[6], [0.3683, 0.061, 0.055, -0.015], atol=5e-4
-    )
+@compiled(types.void(rates_type, table, table, table, step_type, table))
+def one_step(rates, h, y, p, step, error):
+    advance(rates, rows(step.moment)[0], rows(h)[0], rows(h)[0], y, p, step)
+    rows(error)[0] = error_of(rows(h)[0], step.k, 0)
 
 
-def moved(system, parameters, accuracy, end=4.0):
+@compiled(rates_signature)
+def decay(moment, y, p, out):
+    """U' = p[1] - p u, -p[1] from the first mark on, and its lambda."""
+    Y, P = rows(y), rows(p)
+    push = np.where(rows(moment)[1] > 0.0, -P[1], P[1])
+    write(out, 0, (push - P[0] * Y[0], P[0]))
+
+
+def test_the_compiled_step_is_that_of_the_constants():
+    """U' = -lambda u from 1: every stage, the end, the error estimate."""
+    z = np.array([0.0, 0.01, 0.3, 1.0, 3.0, 10.0, 1e3, 1e6])
+    one, none = np.ones((1, WIDTH)), np.zeros((0, WIDTH))
+    k = np.zeros((7, 3, WIDTH))
+    k[0] = -z, z, -z
+    damping = Damping(np.array([0]), np.zeros((1, WIDTH)), np.zeros((1, WIDTH)))
+    step = Step(np.zeros((2, WIDTH)), k, none, np.zeros((1, WIDTH)), none, damping)
+    error = np.zeros((1, WIDTH))
+    one_step(decay, one, one.copy(), np.stack([z, 0 * z]), step, error)
+    stages, expected = stages_of(-z)
+    np.testing.assert_allclose(k[:, 0], expected, atol=1e-13, rtol=1e-11)
+    np.testing.assert_allclose(step.end[0], stages[6], atol=1e-13)
+    estimate = np.array(tableau.E, float) @ expected
+    np.testing.assert_allclose(error[0], estimate, atol=1e-13)
+
+
+@pytest.mark.parametrize("stiffness", [2.0, 50.0, 1e4])
+def test_a_rate_that_jumps_at_a_mark(stiffness):
+    system = System(decay, decay, np.array([1.0]), damped=(0,))
+    marks, push = np.array([[0.0, 0.5, 1.2]]), 3.0
+    p = np.array([[stiffness, push]])
+    found = integrate(system, np.array([[1.0]]), p, marks, Accuracy(1e-8, 0.1))
+    rest, u = push / stiffness, 1.0
+    for start, end in ((0.0, 0.5), (0.5, 1.2)):
+        u = rest + (u - rest) * np.exp(-stiffness * (end - start))
+        assert found.states[0, int(end > 0.5) + 1, 0] == pytest.approx(u, abs=1e-7)
+        rest = -rest
+
+
+def test_between_the_ends_a_damped_state_is_of_order_two(damped_system):
+    """And of order four without: what `damping` says of histories."""
+    for named, order in ((1.0, 2.0), (0.0, 4.0)):
+        p, end = np.array([[2.0, 1.5, named]]), 0.8
+        time = np.linspace(0.0, end, 38)
+        fine = moved(damped_system, p * [1, 1, 0], Accuracy(1e-12, 0.01), end, time)
+        errors = [
+            np.abs(moved(damped_system, p, Accuracy(1e9, h), end, time).history
+                   - fine.history)[0, :, 1].max()
+            for h in (0.04, 0.01)
+        ]  # fmt: skip
+        assert np.log2(errors[0] / errors[1]) / 2 > order - 0.3
+
+
+def moved(system, parameters, accuracy, end=4.0, samples=None):
     n = len(parameters)
     start = np.tile([0.4, 0.0], (n, 1))
     marks = np.tile([0.0, end], (n, 1))
-    return integrate(system, start, parameters, marks, accuracy)
+    return integrate(system, start, parameters, marks, accuracy, samples=samples)
 
 
 def exact(p, end=4.0):
@@ -142,7 +199,21 @@ def test_lanes_never_mix(damped_system):
         np.testing.assert_array_equal(together.states[i], alone.states[0])
 
 
-@pytest.mark.parametrize("damped", [(2,), (-1,), (0, 0), (0.5,)])
+@pytest.mark.parametrize("damped", [(2,), (-1,), (0, 0), (0.5,), 1, ("v",)])
 def test_what_is_damped_is_a_state_and_stands_once(damped):
-    with pytest.raises(ModelError, match="0 to 1, and stands once"):
+    with pytest.raises(ModelError, match="0 to 1, each once"):
         System(rubbing, rubbing, np.array([1.0, 1.0]), damped=damped)
+
+
+@pytest.mark.parametrize(
+    ("counts", "words"),
+    [
+        ({}, "rates fills 3 rows, declared are 2 .2 states.;"),
+        ({"damped": (1,), "n_above": 1}, "declared are 4 .2 states, 1 above, 1 damped"),
+    ],
+)
+def test_rows_that_are_not_declared_are_refused(counts, words):
+    """They would be written beside the stages."""
+    system = System(rubbing, rubbing, np.array([1.0, 1.0]), **counts)
+    with pytest.raises(ModelError, match=words):
+        moved(system, np.array([[0.3, 20.0, 1.0]]), Accuracy(1e-3, 0.1))

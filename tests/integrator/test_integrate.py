@@ -170,6 +170,17 @@ def test_samples_do_not_change_the_march(oscillator_system):
     assert np.all(np.isfinite(sampled.history))
 
 
+@pytest.mark.parametrize("trials", [1, 3, 8])
+def test_lanes_without_a_trial_leave_no_trace(trials):
+    """The rates of this system are numbers even where there is no machine."""
+    system = System(pendulum, pendulum, np.array([1.0, 1.0]))
+    start, p = np.tile([0.4, 0.0], (trials, 1)), np.ones((trials, 3))
+    marks, time = np.tile([0.0, 0.8], (trials, 1)), np.linspace(0.0, 0.8, 5)
+    found = integrate(system, start, p, marks, Accuracy(1e-6, 0.04), samples=time)
+    np.testing.assert_array_equal(found.history[:, 0], start)
+    np.testing.assert_allclose(found.history[:, -1], found.states[:, -1], rtol=1e-12)
+
+
 def test_time_dependence_enters_at_the_right_times():
     from scipy.integrate import solve_ivp
 

@@ -23,7 +23,7 @@ from tolstat.lanes.vector import WIDTH
 )  # fmt: skip
 def one_step(rates, moment, h, t_new, y, p, k, y_new, error, middle):
     none = np.zeros((0, WIDTH))
-    damping = Damping(np.zeros(0, np.int64), none, none, none, none)
+    damping = Damping(np.zeros(0, np.int64), none, none)
     t, h, t_new = rows(moment)[0], rows(h)[0], rows(t_new)[0]
     advance(rates, t, h, t_new, y, p, Step(moment, k, middle, y_new, none, damping))
     for i in range(len(y)):

@@ -82,7 +82,9 @@ def test_compiled_equations_are_the_numpy_ones(variant, drive):
     y = random_states(p, rng)
     moment = Moment(rng.uniform(0, 3.5, len(p.m)), np.zeros(len(p.m)))
     at = motion(moment, y, p)
-    expected = np.stack([*at.derivative, *at.powers, *at.loads, *at.jam, *at.damping])
+    expected = np.stack(
+        [*at.derivative, *at.powers, *at.loads, *at.jam, *at.relaxation]
+    )
     found = np.empty_like(expected)
     watched = np.empty((len(at.loads) + 1, len(p.m)))
     for first in range(0, len(p.m), WIDTH):
@@ -102,7 +104,7 @@ def test_compiled_equations_are_the_numpy_ones(variant, drive):
 
 
 def test_the_yaw_relaxes_as_the_equations_say():
-    """The damping is -d(alpha'')/d(alpha'), but for what the rods' dampers add."""
+    """The relaxation is -d(alpha'')/d(alpha'), but for what the rods' dampers add."""
     rng = np.random.default_rng(10)
     _, p, _ = machines(400)
     y = random_states(p, rng)
@@ -116,13 +118,13 @@ def test_the_yaw_relaxes_as_the_equations_say():
         return motion(moment, moved, p).derivative.alpha_
 
     numeric = -(turned(1) - turned(-1)) / (2 * eps)
-    (damping,) = motion(moment, y, p).damping
+    (damping,) = motion(moment, y, p).relaxation
     assert damping.max() > 1e4
     N = NOMINAL
     rods = np.max(p.H1 + p.H2) * (N.dl_s / 2) ** 2 / N.I_s
     assert np.all(np.abs(numeric - damping) < 1e-3 * np.abs(damping) + 2 * rods)
     equalized = machines(400, variant="equalized")[1]
-    assert np.all(motion(moment, y, equalized).damping[0] == 0)
+    assert np.all(motion(moment, y, equalized).relaxation[0] == 0)
 
 
 def test_power_of_every_force_adds_up_to_the_stored_energy():

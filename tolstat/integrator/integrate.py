@@ -6,12 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.errors import ModelError
-from tolstat.integrator.trials import Accuracy, Block, Solution
-
-Array = NDArray[np.float64]
+from tolstat.integrator.trials import Accuracy, Array, Block, Solution
 
 
 @dataclass(frozen=True)
@@ -34,12 +31,13 @@ class System:
     damped : tuple of int
         The states that relax so fast that they alone would shorten the step: they are
         damped in it. lambda is minus the derivative of a state's rate by the state
-        itself; one that is wrong costs steps, see `damping`.
+        itself; one that is ten times too great gives wrong answers, see `damping`.
 
     Raises
     ------
     ModelError
-        If what is damped is no state, or named twice.
+        If what is damped is no state, or named twice. `integrate` raises it where the
+        equations fill other rows than are declared here.
     """
 
     rates: Callable[..., None]
@@ -53,10 +51,11 @@ class System:
     def __post_init__(self) -> None:
         """Refuse what would be read beside the states."""
         n = len(self.scale)
-        if len(set(self.damped) & set(range(n))) < len(self.damped):
+        damped = self.damped if isinstance(self.damped, tuple) else ("",)
+        if len(set(damped) & set(range(n))) < len(damped):
             raise ModelError(
-                f"System(damped={self.damped!r}): each is the number of a state, "
-                f"0 to {n - 1}, and stands once"
+                f"System(damped={self.damped!r}): a tuple of numbers of states, "
+                f"0 to {n - 1}, each once"
             )
 
 
@@ -99,7 +98,12 @@ def integrate(
     """
     # the compiler is loaded, and compiles, when something is first integrated
     from tolstat.integrator.march import march
-    from tolstat.integrator.occupancy import idle_lanes, room_for_steps
+    from tolstat.integrator.rooms import (
+        check_rows,
+        idle_lanes,
+        room_for_steps,
+        unsolved,
+    )
 
     block = Block(
         start=np.ascontiguousarray(start, float),
@@ -113,25 +117,10 @@ def integrate(
             max_steps=int(accuracy.max_steps),
         ),
     )
-    solution = _empty(system, block)
+    solution = unsolved(system, block)
     lanes = idle_lanes(block, solution)
     step = room_for_steps(lanes, system.damped)
+    check_rows(system, lanes, step)
     per_scale = 1.0 / np.ascontiguousarray(system.scale, float)
     march(system.rates, system.watch, per_scale, lanes, step, block, solution)
     return solution
-
-
-def _empty(system: System, block: Block) -> Solution:
-    """Make room for what is to be found."""
-    n, n_states = block.start.shape
-    n_marks, n_samples = block.marks.shape[1], len(block.samples)
-    return Solution(
-        states=np.full((n, n_marks, n_states), np.nan),
-        quadratures=np.full((n, n_marks, system.n_quadratures), np.nan),
-        greatest=np.full((n, system.n_extremes), np.nan),
-        least=np.full((n, system.n_extremes), np.nan),
-        above=np.full((n, system.n_above), np.nan),
-        history=np.full((n, n_samples, n_states), np.nan),
-        status=np.zeros(n, dtype=np.int64),
-        steps=np.zeros(n, dtype=np.int64),
-    )

@@ -43,7 +43,8 @@ from tolstat.lanes.vector import WIDTH
 @compiled()
 def _renew_rates(rates, lanes, step):
     """Evaluate the first stage anew where a phase begins: the rates may jump there."""
-    now, clock, damping = rows(step.moment), rows(lanes.clock), step.damping
+    now, clock, damped = rows(step.moment), rows(lanes.clock), step.damping.states
+    undamped = step.k.shape[1] - len(damped)
     now[TIME], now[PHASE] = clock[TIME], clock[PHASE]
     # the second stage is free between two steps
     rates(step.moment, lanes.y, lanes.p, step.k[1])
@@ -51,8 +52,8 @@ def _renew_rates(rates, lanes, step):
         if lanes.clock[EVENT, lane] == MARK_REACHED:
             for i in range(step.k.shape[1]):
                 step.k[0, i, lane] = step.k[1, i, lane]
-            for j in range(len(damping.states)):
-                damping.first[j, lane] = step.k[1, damping.states[j], lane]
+            for j in range(len(damped)):
+                step.k[0, undamped + j, lane] = step.k[1, damped[j], lane]
         lanes.clock[EVENT, lane] = NOTHING
 
 
@@ -88,9 +89,6 @@ def _take_over(accepted, h, lanes, step):
         quadratures[i] = np.where(accepted, grown, quadratures[i])
     for i in range(len(K1)):
         K1[i] = np.where(accepted, K7[i], K1[i])
-    first, last = rows(step.damping.first), rows(step.damping.last)
-    for j in range(len(first)):
-        first[j] = np.where(accepted, last[j], first[j])
 
 
 @compiled(march_signature)

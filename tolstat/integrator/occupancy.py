@@ -9,12 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.integrator.clock import (
-    CLOCK_ROWS,
     COUNT,
     ERROR,
     EVENT,
     MARK_REACHED,
-    MOMENT_ROWS,
     NOTHING,
     PHASE,
     ROOT,
@@ -24,7 +22,6 @@ from tolstat.integrator.clock import (
     TIME,
 )
 from tolstat.integrator.control import FIRST_STEP
-from tolstat.integrator.trials import Array, Block, Damping, Lanes, Solution, Step
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.vector import WIDTH
 from tolstat.status import Status
@@ -36,42 +33,6 @@ STEP_TOO_SMALL = int(Status.STEP_TOO_SMALL)
 NOT_FINITE = int(Status.NOT_FINITE)
 
 SMALLEST_STEP = 1e-14  # of the duration of the trial
-
-
-def idle_lanes(block: Block, solution: Solution) -> Lanes:
-    """Make lanes of which none has a trial."""
-    n_extremes = solution.greatest.shape[1]
-    return Lanes(
-        clock=_lanes(CLOCK_ROWS),
-        y=_lanes(block.start.shape[1]),
-        p=_lanes(block.parameters.shape[1]),
-        quadratures=_lanes(solution.quadratures.shape[2]),
-        greatest=_lanes(n_extremes),
-        least=_lanes(n_extremes),
-        above=_lanes(solution.above.shape[1]),
-        trial=np.full(WIDTH, -1),
-        sample=np.zeros(WIDTH, np.int64),
-    )
-
-
-def room_for_steps(lanes: Lanes, damped: tuple[int, ...]) -> Step:
-    """Make room for the steps of some lanes; of their states some are damped."""
-    n_states, n_damped = len(lanes.y), len(damped)
-    n_watched = len(lanes.greatest) + len(lanes.above)
-    return Step(
-        moment=_lanes(MOMENT_ROWS),
-        k=_lanes(7, n_states + len(lanes.quadratures) + n_watched + n_damped),
-        middle=_lanes(n_states),
-        end=_lanes(n_states),
-        watched_middle=_lanes(n_watched),
-        damping=Damping(
-            np.array(damped, np.int64), *(_lanes(n_damped) for _ in range(4))
-        ),
-    )
-
-
-def _lanes(*rows: int) -> Array:
-    return np.zeros((*rows, WIDTH))
 
 
 @compiled()

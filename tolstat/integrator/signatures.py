@@ -73,7 +73,7 @@ step_type = _tuple_type(
         middle=table,
         end=table,
         watched_middle=table,
-        damping=_tuple_type(Damping(integers, table, table, table, table)),
+        damping=_tuple_type(Damping(states=integers, lambda_h=table, share=table)),
     )
 )
 

@@ -16,31 +16,7 @@ import numpy as np
 
 from tolstat.integrator import tableau
 from tolstat.integrator.clock import TIME
-from tolstat.integrator.damping import (
-    G21,
-    G31,
-    G32,
-    G41,
-    G42,
-    G43,
-    G51,
-    G52,
-    G53,
-    G54,
-    G61,
-    G62,
-    G63,
-    G64,
-    G65,
-    G71,
-    G72,
-    G73,
-    G74,
-    G75,
-    G76,
-    begin_damping,
-    damp,
-)
+from tolstat.integrator.damping import begin_damping, damp
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 
@@ -58,7 +34,7 @@ DENSE = np.array([[float(w) for w in row] for row in tableau.DENSE])
 
 @compiled(within=True)
 def advance(rates, t, h, t_new, y, p, step):
-    """Take a step: fill its stages K2 ... K7 and the state at its end.
+    """Take a step: fill its stages and the state at its end.
 
     Parameters
     ----------
@@ -70,79 +46,54 @@ def advance(rates, t, h, t_new, y, p, step):
     y, p : float64[state, lanes], float64[parameter, lanes]
         States before the step, and parameters.
     step : Step
-        The phase of its moment holds for all of the step. K1 holds the rates at (t, y),
-        and of the damped states `damping.first`. On the way `end` holds the states of
-        each stage.
+        The phase of its moment holds for all of the step. K1 holds the rates at (t, y);
+        where a state is damped, what it was undamped. On the way `end` holds the states
+        of each stage.
     """
     moment, y_new, k, damping = step.moment, step.end, step.k, step.damping
     now, old, new = rows(moment), rows(y), rows(y_new)
     K1, K2, K3, K4 = rows(k[0]), rows(k[1]), rows(k[2]), rows(k[3])
-    K5, K6, K7 = rows(k[4]), rows(k[5]), rows(k[6])
-    n, damped, n_damped = len(y), damping.states, len(damping.states)
+    K5, K6 = rows(k[4]), rows(k[5])
+    n = len(y)
     begin_damping(h, k, damping)
     for i in range(n):
         new[i] = old[i] + h * (A21 * K1[i])
     now[TIME] = t + C2 * h
     rates(moment, y_new, p, k[1])
-    for j in range(n_damped):
-        i = damped[j]
-        before = G21 * K1[i]
-        damp(K2, i, j, before, damping)
+    damp(1, k, damping)
     for i in range(n):
         new[i] = old[i] + h * (A31 * K1[i] + A32 * K2[i])
     now[TIME] = t + C3 * h
     rates(moment, y_new, p, k[2])
-    for j in range(n_damped):
-        i = damped[j]
-        before = G31 * K1[i] + G32 * K2[i]
-        damp(K3, i, j, before, damping)
+    damp(2, k, damping)
     for i in range(n):
         new[i] = old[i] + h * (A41 * K1[i] + A42 * K2[i] + A43 * K3[i])
     now[TIME] = t + C4 * h
     rates(moment, y_new, p, k[3])
-    for j in range(n_damped):
-        i = damped[j]
-        before = G41 * K1[i] + G42 * K2[i] + G43 * K3[i]
-        damp(K4, i, j, before, damping)
+    damp(3, k, damping)
     for i in range(n):
         new[i] = old[i] + h * (A51 * K1[i] + A52 * K2[i] + A53 * K3[i] + A54 * K4[i])
     now[TIME] = t + C5 * h
     rates(moment, y_new, p, k[4])
-    for j in range(n_damped):
-        i = damped[j]
-        before = G51 * K1[i] + G52 * K2[i] + G53 * K3[i] + G54 * K4[i]
-        damp(K5, i, j, before, damping)
+    damp(4, k, damping)
     for i in range(n):
         new[i] = old[i] + h * (
             A61 * K1[i] + A62 * K2[i] + A63 * K3[i] + A64 * K4[i] + A65 * K5[i]
         )
     now[TIME] = t_new
     rates(moment, y_new, p, k[5])
-    for j in range(n_damped):
-        i = damped[j]
-        before = G61 * K1[i] + G62 * K2[i] + G63 * K3[i] + G64 * K4[i] + G65 * K5[i]
-        damp(K6, i, j, before, damping)
+    damp(5, k, damping)
     for i in range(n):
         new[i] = old[i] + h * (
             B1 * K1[i] + B3 * K3[i] + B4 * K4[i] + B5 * K5[i] + B6 * K6[i]
         )
     rates(moment, y_new, p, k[6])
-    for j in range(n_damped):
-        i = damped[j]
-        before = (
-            G71 * K1[i]
-            + G72 * K2[i]
-            + G73 * K3[i]
-            + G74 * K4[i]
-            + G75 * K5[i]
-            + G76 * K6[i]
-        )
-        damp(K7, i, j, before, damping)
+    damp(6, k, damping)
 
 
 @compiled(within=True)
 def error_of(h, k, i):
-    """Estimate the error of the i-th state: order 5 minus order 4."""
+    """Estimate the error of the i-th state: the step less the embedded one."""
     K1, K3, K4, K5 = rows(k[0]), rows(k[2]), rows(k[3]), rows(k[4])
     K6, K7 = rows(k[5]), rows(k[6])
     return h * (

@@ -41,14 +41,14 @@ B_EMBEDDED = (
 
 E = tuple(high - low for high, low in zip(B, B_EMBEDDED, strict=True))
 
-# Linear damping of one coordinate inside the step, see `damping`: with B = A + G, whose
-# diagonal is G_DIAGONAL, and gamma the row sums of G,
+# Linear damping of one coordinate inside the step, see `damping`: with G_DIAGONAL on
+# the diagonal of G and gamma its row sums,
 #   b . gamma = 0                                  order 2, whatever lambda
 #   b A gamma = b G c = b G gamma = 0              order 3, whatever lambda
 #   b^ . gamma = 0                                 the error estimate's order 2
-#   1 - b B^-1 1 = 0                               the stiff limit
+#   1 - b (A + G)^-1 1 = 0                         the stiff limit, of stages 1 to 6
 # Solved, exactly, for the first entry of rows 5 and 7 and the first four of row 6; the
-# others are chosen so that no stage of u' = -lambda u exceeds its start, whatever h.
+# others are chosen so that no stage of u' = -lambda u, lambda real, exceeds its start.
 G_DIAGONAL = F(3, 20)
 G = (
     (),

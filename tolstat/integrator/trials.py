@@ -67,20 +67,18 @@ class Lanes(NamedTuple):
 
 
 class Damping(NamedTuple):
-    """What all stages of a step have in common, and the rates at its ends."""
+    """What the damping of all stages of a step has in common."""
 
     states: NDArray[np.int64]  # [damped]
-    lambda_h: Array  # [damped, lane]
+    lambda_h: Array  # [damped, lane], lambda times the step
     share: Array  # [damped, lane], 1/(1 + g h lambda)
-    first: Array  # [damped, lane], F_1
-    last: Array  # [damped, lane], F_7
 
 
 class Step(NamedTuple):
     """The step that is tried, in all lanes at once."""
 
     moment: Array  # [row of `clock`, lane], which the rates are asked for
-    k: Array  # [stage, rate, lane]
+    k: Array  # [stage, rate, lane]; last the rates that the damped states had undamped
     middle: Array  # [state, lane]
     end: Array  # [state, lane]
     watched_middle: Array  # [watched, lane]

@@ -67,7 +67,7 @@ def _follow_times(taking, h, start, middle, end, above):
 
 @compiled(within=True)
 def follow(taking, h, lanes, step):
-    """Follow the watched quantities over a step; among the rates the damping follows.
+    """Follow the watched quantities over a step.
 
     Parameters
     ----------
@@ -80,9 +80,9 @@ def follow(taking, h, lanes, step):
     step : Step
         With the rates at both ends, and what is watched in the middle.
     """
-    n_extremes, n_above = len(lanes.greatest), len(lanes.above)
-    first_above = step.k.shape[1] - len(step.damping.states) - n_above
-    first_extreme = first_above - n_extremes
+    n_extremes = len(lanes.greatest)
+    first_extreme = len(lanes.y) + len(lanes.quadratures)
+    first_above = first_extreme + n_extremes
     _follow_extremes(
         taking,
         step.k[0, first_extreme:],

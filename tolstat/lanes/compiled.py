@@ -18,7 +18,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 # never "nnan" or "ninf": a trial that blows up must be seen
 FASTMATH = {"contract", "nsz", "arcp"}
-# LLVM's third level finds nothing more in equations, and takes a tenth longer
+# LLVM's third level finds nothing more in equations, and takes a tenth longer; the
+# number is one of Numba's own kind
 LEVEL = type(numba.config.OPT)(2)
 
 
@@ -60,7 +61,7 @@ def compiled(
         try:
             # global to every user of Numba in the process: put back at once
             numba.config.CACHE_DIR = folder or before[0]
-            numba.config.OPT = LEVEL
+            numba.config.OPT = min(LEVEL, before[1])
             try:
                 return njit(signature, cache=folder is not None, **options)(function)
             except NumbaError:

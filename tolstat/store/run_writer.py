@@ -129,7 +129,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._file.flush()
 
     def write_blocks(self, blocks: Blocks) -> None:
-        """Store finished blocks, within two seconds or when the file is closed.
+        """Keep finished blocks; each two seconds, and at the end, what waits is stored.
 
         Parameters
         ----------

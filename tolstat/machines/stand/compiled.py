@@ -23,13 +23,13 @@ N_STATES, N_POWERS, N_LOADS = (
 
 @compiled(rates_signature)
 def rates(moment, y, p, out):
-    """Fill derivatives, powers, loads, and the damping of the yaw."""
+    """Fill derivatives, powers, loads, and the yaw's relaxation."""
     at = motion(named(Moment, moment), named(State, y), named(Parameters, p))
     write(out, 0, at.derivative)
     write(out, N_STATES, at.powers)
     write(out, N_STATES + N_POWERS, at.loads)
     write(out, N_STATES + N_POWERS + N_LOADS, at.jam)
-    write(out, N_STATES + N_POWERS + N_LOADS + 1, at.damping)
+    write(out, N_STATES + N_POWERS + N_LOADS + 1, at.relaxation)
 
 
 @compiled(rates_signature)

@@ -95,7 +95,7 @@ class Motion(NamedTuple):
     powers: Powers
     loads: Loads
     jam: tuple[Array]  # rad, yaw beyond the guides' clearance
-    damping: tuple[Array]  # 1/s, at which friction and guides hold the yaw rate
+    relaxation: tuple[Array]  # 1/s, at which friction and guides hold the yaw rate
     stored: Array  # J, kinetic and elastic energy without the guide contact
 
 
@@ -248,6 +248,6 @@ def motion(moment: Moment, y: State, p: Parameters) -> Motion:
             mesh_0=mesh0, mesh_1=mesh1, mesh_2=mesh2, drive_moment=M_drive, yaw=alpha,
         ),
         jam=(jam,),
-        damping=(relaxation,),
+        relaxation=(relaxation,),
         stored=stored,
     )  # fmt: skip
