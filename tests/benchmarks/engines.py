@@ -1,234 +1,242 @@
-"""Trajectories per second and core: tolstat's engine against SciPy's and numbalsoda's.
+"""Trajectories per second and core: tolstat's engine against others.
 
-    pip install numbalsoda     # optional; needs a Fortran compiler
-    python -m tests.benchmarks.engines
+    pip install heyoka diffrax numbalsoda     # each is optional
+    python -m tests.benchmarks.engines --picture tests/benchmarks/engines.svg
 
-All integrate the same 64 machines of runs/khpt75.toml with the same compiled right-hand
-side. Each runs at the loosest tolerance of 1e-2, 1e-3, ... at which its energies meet
+All integrate the same 64 machines of runs/khpt75.toml by the same equations, on one
+core. Each runs at the loosest tolerance of 1e-2, 1e-3, ... at which its energies meet
 the accuracy bounds (each energy to 1e-4 of the drive energy, extra_loss and
-extra_loss_run to 5e-5). Five interleaved repeats; the median of the ratios counts.
+extra_loss_run to 5e-5); for the picture at two closer ones, too. Where 64 machines would
+take longer than 20 s the first eight are run: of fewer machines the worst error is
+smaller. Seconds are those of the processor, all threads together, without compilation:
+what else runs on the machine counts little. Up to five repeats, each beside one of
+tolstat's default settings; the median of the ratios counts.
 """
 
 from __future__ import annotations
 
-import statistics
+import argparse
+import json
+import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from pathlib import Path
+from statistics import median
+from typing import NamedTuple
 
 import numpy as np
-from numba import carray, cfunc, njit, types
-from numba.np.unsafe.ndarray import to_fixed_tuple
-from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 
-from tests.benchmarks.accuracy import ENERGIES, STUDY, Responses, machines
-from tolstat.machines.stand import motion as equations
-from tolstat.machines.stand import parameters
-from tolstat.machines.stand.declarations import CONTRIBUTORS
-from tolstat.machines.stand.machine import END, WINDOW, marks_of, start_of
-from tolstat.machines.stand.motion import SCALE, Moment, State
-from tolstat.machines.stand.parameters import Parameters
+from tests.benchmarks.accuracy import ENERGIES, STUDY, Responses
+from tests.benchmarks.accuracy import machines as drawn
+from tests.benchmarks.peers import (
+    PEERS,
+    Engine,
+    Machines,
+    scipy_engine,
+    tolstat,
+)
 from tolstat.study.study import load
 
-Array = NDArray[np.float64]
-Engine = Callable[[float], Responses]
-TRIALS, REPEATS = 64, 5
-N, Q = len(SCALE), len(ENERGIES)
-# what SciPy's engines measure the states by: elastic deflections and their speeds
-SIZES = State(3e-4, 3e-4, 1e-3, 1e-3, 3e-2, 3e-2, 1e-1, 1e-1)
-N_PARAMETERS = len(Parameters._fields)
-
-study = load(STUDY)
-deviations = machines(study, TRIALS)
-marks = marks_of(study.settings)
-named = {c.name: deviations[:, i] for i, c in enumerate(CONTRIBUTORS)}
-p = parameters.build(named, study.settings)
-table = np.stack(p, axis=1)
-start = np.hstack([start_of(p, study.settings), np.zeros((TRIALS, Q))])
-
-scalar_motion = njit(fastmath={"contract", "nsz", "arcp"}, error_model="numpy")(
-    equations.motion
-)
+TRIALS, FEW, REPEATS = 64, 8, 5
+SLOW = 20.0  # s, for all machines; beyond it there are few, and fewer repeats
+PLAIN = {
+    "model": "stand",
+    "trials": FEW,
+    "seed": 75,
+    "settings": {"contact_yaw": "fig4"},  # 5.8e-4 rad
+    "deviations": {"crank_difference": "+-1 mm"},  # normal
+}
 
 
-@njit(error_model="numpy")
-def right_hand_side(t, y, row, dy):
-    """Evaluate one machine in plain doubles: states, then energies."""
-    p = Parameters(*to_fixed_tuple(row, N_PARAMETERS))
-    at = scalar_motion(
-        Moment(t, 0.0),
-        State(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7]),
-        p,
-    )
-    i = 0
-    for value in at.derivative:
-        dy[i] = value
-        i += 1
-    for value in at.powers:
-        dy[i] = value
-        i += 1
+class Point(NamedTuple):
+    """An engine at a tolerance: how many machines, their worst error, how fast."""
 
-
-@njit(types.float64[::1](types.float64, types.float64[::1], types.float64[::1]))
-def for_scipy(t, y, row):
-    """Give SciPy its right-hand side."""
-    dy = np.empty(len(y))
-    right_hand_side(t, y, row, dy)
-    return dy
-
-
-@cfunc(
-    types.void(
-        types.float64, types.CPointer(types.double), types.CPointer(types.double),
-        types.CPointer(types.double),
-    )
-)  # fmt: skip
-def for_lsoda(t, y, dy, row):
-    """Give numbalsoda its right-hand side."""
-    right_hand_side(
-        t, carray(y, (N + Q,)), carray(row, (N_PARAMETERS,)),
-        carray(dy, (N + Q,)),
-    )  # fmt: skip
-
-
-def responses(energy: Array) -> Responses:
-    """Turn energies at the marks, float64[trial, mark, energy], into responses."""
-    window = energy[:, END] - energy[:, WINDOW]
-    found = {f"{e}_energy": window[:, i] for i, e in enumerate(ENERGIES)}
-    run = energy[:, END]
-    found["extra_loss"] = window[:, 2] / window[:, 0]
-    found["extra_loss_run"] = run[:, 2] / run[:, 0]
-    return found
+    rtol: float
+    n: int
+    error: float  # in units of its bound
+    rate: float  # trajectories a second
 
 
 def error(found: Responses, truth: Responses) -> float:
-    """Return the worst error in units of its bound."""
-    drive = truth["drive_energy"]
-    worst = [
-        np.max(np.abs(found[f"{e}_energy"] - truth[f"{e}_energy"]) / drive) / 1e-4
-        for e in ENERGIES
-    ]
-    for name in ("extra_loss", "extra_loss_run"):
-        worst.append(np.max(np.abs(found[name] - truth[name])) / 5e-5)
-    return float(max(worst))
+    """Return the worst error in units of its bound; NaN where a machine failed."""
+    n = len(found["extra_loss"])
+    bounds = {f"{e}_energy": 1e-4 * truth["drive_energy"][:n] for e in ENERGIES}
+    bounds["extra_loss"] = bounds["extra_loss_run"] = np.array(5e-5)
+    each = [np.abs(found[x] - truth[x][:n]) / bounds[x] for x in bounds]
+    return float(np.max([np.max(off) for off in each]))
 
 
-def tolstat(rtol: float) -> Responses:
-    """Run this engine, run-out, peaks and shares included."""
-    settings = replace(study.settings, rtol=rtol)
-    values = study.model.evaluate(deviations, settings).responses
-    names = [response.name for response in study.description.responses]
-    return dict(zip(names, values.T, strict=True))
+def seconds(
+    run: Callable[[], object], clock: Callable[[], float] = time.process_time
+) -> float:
+    """Time it."""
+    began = clock()
+    run()
+    return clock() - began
 
 
-def scipy_engine(method: str) -> Engine:
-    """Run one of SciPy's engines; energies get a scale that never steers its step."""
-    atol = np.array([*SIZES, *[1e30] * Q])
-
-    def run(rtol: float) -> Responses:
-        energy = np.empty((TRIALS, len(marks), Q))
-        for i in range(TRIALS):
-            found = solve_ivp(
-                for_scipy, (0, marks[-1]), start[i], method=method, t_eval=marks,
-                rtol=3e-14, atol=rtol * atol, max_step=1e-3, args=(table[i],),
-            )  # fmt: skip
-            energy[i] = found.y[N:].T
-        return responses(energy)
-
-    return run
+def measured(
+    engine: Engine, machines: Machines, truth: Responses, rtol: float
+) -> Point:
+    """Run an engine at a tolerance on few machines, on all if it is quick."""
+    for n in (FEW, len(machines)):
+        run = engine(machines.first(n), rtol)
+        began = time.process_time()
+        found = run()
+        took = time.process_time() - began
+        if took * len(machines) > SLOW * n:
+            break
+    return Point(rtol, n, error(found, truth), n / took)
 
 
-def numbalsoda_engine() -> Engine | None:
-    """Run numbalsoda's LSODA; it has one absolute tolerance for all states."""
-    try:
-        from numbalsoda import lsoda
-    except ImportError:
-        return None
-    address = for_lsoda.address
-
-    def run(rtol: float) -> Responses:
-        energy = np.empty((TRIALS, len(marks), Q))
-        for i in range(TRIALS):
-            states, success = lsoda(
-                address, start[i], marks, table[i], rtol=rtol, atol=rtol * 1e-3,
-                mxstep=10_000_000,
-            )  # fmt: skip
-            energy[i] = states[:, N:] if success else np.nan
-        return responses(energy)
-
-    return run
-
-
-def loosest(engine: Engine, truth: Responses) -> tuple[float, float]:
-    """Find the loosest tolerance that meets the bounds, and its error."""
+def ladder(
+    engine: Engine, machines: Machines, truth: Responses, closer: int
+) -> tuple[list[Point], Point]:
+    """Tighten until the bounds are met, and further; return all, and who met them."""
+    points: list[Point] = []
+    met: list[Point] = []
     for exponent in range(2, 12):
-        rtol = 10.0**-exponent
-        off = error(engine(rtol), truth)
-        if off <= 1.0:
-            return rtol, off
+        points.append(measured(engine, machines, truth, 10.0**-exponent))
+        met += [points[-1]] if met or points[-1].error <= 1.0 else []
+        if len(met) > closer:
+            return points, met[0]
     raise RuntimeError("no tolerance meets the bounds")
 
 
+def beside(engine: Engine, point: Point, machines: Machines) -> tuple[float, float]:
+    """Repeat beside tolstat's default; return the rate and how much slower it is."""
+    run = engine(machines.first(point.n), point.rtol)
+    own = tolstat(machines, machines.study.settings.rtol)
+    rates, ratios = [], []
+    for _ in range(REPEATS if point.n / point.rate < 5.0 else 2):
+        rates.append(point.n / seconds(run))
+        ratios.append(len(machines) / seconds(own) / rates[-1])
+    return median(rates), median(ratios)
+
+
+def table(machines: Machines, closer: int) -> dict[str, list[Point]]:
+    """Print the table; return every engine's points."""
+    truth = tolstat(machines, 1e-9, max_step=1e-4)()
+    print(f"{'engine':<18} {'rtol':>6} {'machines':>8} {'error/bound':>11}", end="")
+    print(f" {'traj/s':>8} {'tolstat is faster':>17}")
+    default = measured(tolstat, machines, truth, machines.study.settings.rtol)
+    print_line("tolstat, default", default, *beside(tolstat, default, machines))
+    lines = {}
+    makers: dict[str, Callable[[], Engine]] = {"tolstat": lambda: tolstat, **PEERS}
+    for name, maker in makers.items():
+        try:
+            engine = maker()
+            lines[name], point = ladder(engine, machines, truth, closer)
+            print_line(name, point, *beside(engine, point, machines))
+        except Exception as problem:  # one engine less, whatever it is
+            print(f"{name:<18} left out: {type(problem).__name__}: {problem}"[:88])
+    return lines
+
+
+def print_line(name: str, point: Point, rate: float, ratio: float) -> None:
+    """Print a line of the table."""
+    print(
+        f"{name:<18} {point.rtol:6.0e} {point.n:8d} {point.error:11.2f} {rate:8.1f} "
+        f"{ratio:17.1f}",
+        flush=True,
+    )
+
+
+def plain() -> None:
+    """Compare the default settings with SciPy's RK45 where one deviation is drawn."""
+    study = load(PLAIN)
+    machines = Machines(study, study.deviations())
+    truth = tolstat(machines, 1e-9, max_step=1e-4)()
+    peer = measured(scipy_engine("RK45"), machines, truth, 1e-4)
+    many = Machines(study, drawn(study, TRIALS))
+    # of 64 machines no lane is idle; the truth is that of eight
+    off = error(tolstat(machines, study.settings.rtol)(), truth)
+    rate = TRIALS / seconds(tolstat(many, study.settings.rtol))
+    print(
+        f"plain case: tolstat, default: {rate:.0f}/s, error/bound {off:.2f}; "
+        f"SciPy RK45, rtol 1e-4: {peer.rate:.2f}/s, {peer.error:.2f}; "
+        f"{rate / peer.rate:.0f} times"
+    )
+
+
+def two_workers(machines: Machines) -> None:
+    """Compare two threads with one, on eight blocks."""
+    run = tolstat(machines, machines.study.settings.rtol)
+
+    def blocks(workers: int) -> None:
+        with ThreadPoolExecutor(workers) as executor:
+            list(executor.map(lambda _: run(), range(8)))
+
+    wall = time.perf_counter
+    ratios = [
+        seconds(lambda: blocks(1), wall) / seconds(lambda: blocks(2), wall)
+        for _ in range(REPEATS)
+    ]
+    print(f"two workers: {median(ratios):.2f} times one")
+
+
+def million(trials: int) -> None:
+    """Run a study of many trials in a process of its own."""
+    command = [sys.executable, "-m", "tests.benchmarks.many", str(trials)]
+    told = json.loads(
+        subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout
+    )
+    times = 1e6 / trials
+    print(
+        f"{trials} trials, two workers: {told['seconds']:.1f} s, "
+        f"{trials / told['seconds']:.0f}/s, {told['memory'] / 1e6:.0f} MB of memory, "
+        f"{told['file'] / 1e6:.1f} MB of file; a million at that rate: "
+        f"{told['seconds'] * times / 60:.0f} min, {told['file'] * times / 1e6:.0f} MB"
+    )
+
+
+def draw(lines: dict[str, list[Point]], path: Path) -> None:
+    """Draw error over speed, a line an engine."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    from matplotlib import pyplot
+
+    options = {"svg.hashsalt": "tolstat", "svg.fonttype": "none", "font.size": 9}
+    with pyplot.rc_context(options):
+        figure, axes = pyplot.subplots(figsize=(7.5, 4.6), layout="constrained")
+        axes.axhspan(1.0, 1e9, color="0.93", zorder=0)
+        axes.axhline(1.0, color="0.4", linewidth=0.8)
+        for i, (name, points) in enumerate(lines.items()):
+            fit = [point for point in points if np.isfinite(point.error)]
+            x, y = [point.rate for point in fit], [point.error for point in fit]
+            style = {"color": f"C{i}", "marker": "os^vD<>PX"[i % 9], "markersize": 4.5}
+            axes.loglog(x, y, label=name, linewidth=2.5 if i == 0 else 1.2, **style)
+        worst = max(point.error for each in lines.values() for point in each)
+        axes.set_ylim(top=3 * worst)
+        axes.text(0.01, 1.15, "bound missed", transform=axes.get_yaxis_transform())
+        axes.set_xlabel("trajectories a second, one core")
+        axes.set_ylabel("worst error / its bound")
+        axes.grid(alpha=0.3)
+        figure.legend(loc="outside right upper", frameon=False)
+        figure.savefig(path, metadata={"Date": None})
+
+
 def main() -> None:
-    """Print the table."""
-    truth = tolstat_truth()
-    engines: dict[str, Engine] = {"tolstat": tolstat}
-    if peer := numbalsoda_engine():
-        engines["numbalsoda LSODA"] = peer
-    engines["SciPy LSODA"] = scipy_engine("LSODA")
-    engines["SciPy RK45"] = scipy_engine("RK45")
-    tolerances = {}
-    for name, engine in engines.items():
-        tolerances[name] = loosest(engine, truth)
-        print(f"{name}: rtol {tolerances[name][0]:.0e} is enough", flush=True)
-    default = study.settings.rtol
-    engines["tolstat, default"] = tolstat
-    tolerances["tolstat, default"] = default, error(tolstat(default), truth)
-    rates: dict[str, list[float]] = {name: [] for name in engines}
-    for _ in range(REPEATS):
-        for name, engine in engines.items():
-            began = time.perf_counter()
-            engine(tolerances[name][0])
-            rates[name].append(TRIALS / (time.perf_counter() - began))
-    print(f"{'engine':<18} {'rtol':>6} {'error/bound':>11} {'traj/s':>8} {'ratio':>7}")
-    for name in engines:
-        ratio = statistics.median(
-            a / b for a, b in zip(rates["tolstat"], rates[name], strict=True)
-        )
-        rtol, off = tolerances[name]
-        rate = statistics.median(rates[name])
-        print(f"{name:<18} {rtol:6.0e} {off:11.2f} {rate:8.1f} {ratio:7.1f}")
-    two_workers()
-
-
-def tolstat_truth() -> Responses:
-    """Return the responses at rtol 1e-9 and a step limit of 1e-4 s."""
-    settings = replace(study.settings, rtol=1e-9, max_step=1e-4)
-    values = study.model.evaluate(deviations, settings).responses
-    names = [response.name for response in study.description.responses]
-    return dict(zip(names, values.T, strict=True))
-
-
-def two_workers() -> None:
-    """Compare two threads with one, on blocks of 64."""
-    many = machines(study, 8 * TRIALS)
-    blocks = np.split(many, 8)
-
-    def evaluate(block: Array) -> None:
-        study.model.evaluate(block, study.settings)
-
-    ratios = []
-    for _ in range(REPEATS):
-        seconds = []
-        for workers in (1, 2):
-            with ThreadPoolExecutor(workers) as executor:
-                began = time.perf_counter()
-                list(executor.map(evaluate, blocks))
-                seconds.append(time.perf_counter() - began)
-        ratios.append(seconds[0] / seconds[1])
-    print(f"two workers: {statistics.median(ratios):.2f} times one")
+    """Print the lines, draw the picture."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--picture", type=Path, help="an .svg to write")
+    parser.add_argument("--million", type=int, default=20000, help="trials of that run")
+    asked = parser.parse_args()
+    study = load(STUDY)
+    machines = Machines(study, drawn(study, TRIALS))
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(cores)})  # every engine, threads of its own included
+    lines = table(machines, closer=2 if asked.picture else 0)
+    plain()
+    os.sched_setaffinity(0, cores)
+    two_workers(machines)
+    million(asked.million)
+    if asked.picture:
+        draw(lines, asked.picture)
 
 
 if __name__ == "__main__":
