@@ -6,11 +6,11 @@
 All integrate the same 64 machines of runs/khpt75.toml by the same equations, on one
 core. Each runs at the loosest tolerance of 1e-2, 1e-3, ... at which its energies meet
 the accuracy bounds (each energy to 1e-4 of the drive energy, extra_loss and
-extra_loss_run to 5e-5); for the picture at two closer ones, too. Where 64 machines would
-take longer than 20 s the first eight are run: of fewer machines the worst error is
-smaller. Seconds are those of the processor, all threads together, without compilation:
-what else runs on the machine counts little. Up to five repeats, each beside one of
-tolstat's default settings; the median of the ratios counts.
+extra_loss_run to 5e-5); for the picture at two closer ones, too. Where 64 machines
+would take longer than 20 s the first eight are run: of fewer machines the worst error
+is smaller. Seconds are those of the processor, all threads together, without
+compilation: what else runs on the machine counts little. Up to five repeats, each
+beside one of tolstat's default settings; the median of the ratios counts.
 """
 
 from __future__ import annotations
@@ -212,7 +212,8 @@ def draw(lines: dict[str, list[Point]], path: Path) -> None:
             axes.loglog(x, y, label=name, linewidth=2.5 if i == 0 else 1.2, **style)
         worst = max(point.error for each in lines.values() for point in each)
         axes.set_ylim(top=3 * worst)
-        axes.text(0.01, 1.15, "bound missed", transform=axes.get_yaxis_transform())
+        right = {"transform": axes.get_yaxis_transform(), "ha": "right"}
+        axes.text(0.99, 1.15, "bound missed", **right)
         axes.set_xlabel("trajectories a second, one core")
         axes.set_ylabel("worst error / its bound")
         axes.grid(alpha=0.3)

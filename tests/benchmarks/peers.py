@@ -183,14 +183,16 @@ def numbalsoda_engine() -> Engine:
 def heyoka_engine() -> Engine:
     """Make heyoka's Taylor series, one machine in each lane.
 
-    Its one tolerance is relative to the largest state, the angle of a wheel. In SCALE
-    it needs 1e-7; best found: SI, energies out of sight, the yaw in mrad. Its step does
-    not see the corners of |x|, min and max, written with its ramp relu.
+    Its one tolerance decides the order of the series and is relative to the largest
+    state. With the states in their scales it needs 1e-7; fastest found: SI, the yaw in
+    mrad, energies out of sight. |x|, min and max are written with its ramp `relu`; its
+    step does not see their corners.
     """
     import heyoka as hy
 
     lanes = hy.recommended_simd_size()
-    sizes = np.array([*State(*[1.0] * N)._replace(alpha=1e-3), *[1e12] * Q])  # type: ignore[arg-type]
+    sizes = np.array([1.0] * N + [1e12] * Q)
+    sizes[State._fields.index("alpha")] = 1e-3
     motion = in_terms_of(
         SimpleNamespace(
             sin=hy.sin, cos=hy.cos, sqrt=hy.sqrt, arctan=hy.atan,
@@ -203,8 +205,10 @@ def heyoka_engine() -> Engine:
     y = [v * size for v, size in zip(variables, sizes, strict=True)]
     p = Parameters(*(hy.par[i] for i in range(P)))
     at = motion(Moment(hy.time, 0.0), State(*y[:N]), p)
-    rates = [rate / s for rate, s in zip((*at.derivative, *at.powers), sizes)]  # noqa: B905
-    system = list(zip(variables, rates, strict=True))
+    rates = [*at.derivative, *at.powers]
+    system = [
+        (v, rate / size) for v, rate, size in zip(variables, rates, sizes, strict=True)
+    ]
 
     @cache
     def compiled(tolerance: float) -> Any:
