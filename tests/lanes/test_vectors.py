@@ -77,3 +77,12 @@ def test_reductions_and_length():
     x[0, WIDTH - 1] = -1.0
     assert reductions(x) == (True, False, True)
     assert reductions(-np.ones((2, WIDTH))) == (False, False, True)
+
+
+@compiled()
+def one_more(x):
+    return x + 1.0
+
+
+def test_what_an_author_compiles_can_be_called():
+    assert one_more(2.0) == 3.0

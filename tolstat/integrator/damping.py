@@ -48,9 +48,9 @@ def begin_damping(h, k, damping):
     lambda_h, share = rows(damping.lambda_h), rows(damping.share)
     undamped = len(K1) - n
     for j in range(n):
-        given = K1[undamped - n + j]
+        given = h * K1[undamped - n + j]
         # what grows, or is no number, is left to the plain step
-        lambda_h[j] = h * np.where((given > 0.0) & np.isfinite(h * given), given, 0.0)
+        lambda_h[j] = np.where((given > 0.0) & np.isfinite(given), given, 0.0)
         share[j] = 1.0 / (1.0 + DIAGONAL * lambda_h[j])
         K1[damping.states[j]] = K1[undamped + j] * share[j]
 

@@ -12,7 +12,7 @@ import numba
 from numba import njit
 from numba.core.errors import NumbaError
 
-from tolstat.lanes.cache import cache_folder
+from tolstat.lanes.cache import PACKAGE, cache_folder
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -49,12 +49,14 @@ def compiled(
     }
 
     def decorate(function: Function) -> Any:
+        source = Path(function.__code__.co_filename)
         if signature is None:
-            # no way in from Python, whose unpacking of arguments is most of the code
-            return njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(
+            # tolstat's own need no way in from Python: unpacking arguments is most of
+            # the code, and whoever called would crash
+            own = source.is_relative_to(PACKAGE)
+            return njit(no_cpython_wrapper=own, no_cfunc_wrapper=own, **options)(
                 function
             )
-        source = Path(function.__code__.co_filename)
         typed_in = not source.is_file()  # at a prompt: there is nothing to go by
         folder = None if typed_in else cache_folder(source, function.__module__)
         before = numba.config.CACHE_DIR, numba.config.OPT
