@@ -21,6 +21,7 @@ from tolstat.machines.stand.machine import (
     Stand,
     marks_of,
     responses_of,
+    simulated,
     start_of,
 )
 from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
@@ -288,3 +289,20 @@ def test_declarations_are_complete():
     assert len(set(NAMES)) == len(NAMES) == 31
     assert len(RESPONSES) == 24
     assert set(Loads._fields) >= {"yaw", "drive_moment"}
+
+
+def test_no_machine_jams_longer_than_all_the_time():
+    """Times summed step by step pass the window by 1e-13: a limit of 100 % counted."""
+    rows = [129, 256, 419, 730, 962]
+    table, _, settings = machines(max(rows) + 1)
+    jammed = Stand().evaluate(table[rows], settings).responses
+    share = jammed[:, [each.name for each in RESPONSES].index("jam_share")]
+    assert share.max() <= 1 and share.min() > 1 - 1e-9
+    _, p, settings = machines(1)
+    found = simulated(p, settings)
+    window = marks_of(settings)[END] - marks_of(settings)[WINDOW]
+    for above, known in ((window * (1 + 1e-13), 1.0), (np.nan, np.nan)):
+        changed = found._replace(above=np.full_like(found.above, above))
+        np.testing.assert_array_equal(
+            responses_of(changed, p, settings)["jam_share"], known
+        )
