@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
+from itertools import product
 
 import pytest
 
@@ -103,6 +105,52 @@ def test_classes_of_gears_by_hand():
     assert "2013" in iso1328.EDITION
 
 
+@pytest.mark.parametrize(
+    ("diameter", "module", "flank_class", "pitch"),
+    [
+        (2.5, 0.005, 3, 4.8),  # (2.5 + 2 + 5) / 2 = 4.75
+        (2.5, 0.02, 3, 8.0),  # (2.5 + 8 + 5) / 2 = 7.75
+        (1.0, 0.01, 1, 2.5),  # (1 + 4 + 5) / 4 = 2.5, no tie
+        (4.5, 0.01, 5, 14.0),  # 13.5
+        (0.1 + 0.2 + 1.7, 0.005, 3, 4.5),  # 4.5 of a diameter that has been computed
+        (4 * 0.625, 0.005, 3, 4.8),
+    ],
+)
+def test_ties_of_the_rounding_go_up(diameter, module, flank_class, pitch):
+    found = iso1328.single_pitch(diameter, module, flank_class)
+    assert found == pytest.approx(pitch * 1e-6, rel=1e-12)
+
+
+def by_the_rule(micrometres):
+    """Round an exact fraction as 5.2 says."""
+    step = Fraction(1 if micrometres > 10 else "1/2" if micrometres > 5 else "1/10")
+    return step * math.floor(micrometres / step + Fraction(1, 2))
+
+
+def test_every_value_that_is_a_fraction_is_rounded_exactly():
+    """Odd classes of gears; for the run-out those whose diameter is a square."""
+    ties = 0
+    modules = ("1/2", "1", "5/4", "5/2", "5", "12", "25")
+    for flank_class, module in product(range(1, 12, 2), map(Fraction, modules)):
+        of_class = Fraction(2) ** ((flank_class - 5) // 2)
+        for diameter in (*range(25, 10_001, 25), *(k * k for k in range(3, 101))):
+            if not 5 <= diameter / module <= 1000:
+                continue
+            lengths = float(diameter) / 1000, float(module) / 1000
+            f_p = (Fraction(diameter, 1000) + module * Fraction(2, 5) + 5) * of_class
+            known = by_the_rule(f_p)
+            ties += known - f_p in (Fraction(1, 2), Fraction(1, 4), Fraction(1, 20))
+            found = iso1328.single_pitch(*lengths, flank_class)
+            assert found == float(known / 10**6), (diameter, module)
+            if math.isqrt(diameter) ** 2 == diameter:
+                F_p = Fraction(diameter, 500) + Fraction("7/10") * module + 12
+                F_p += Fraction("11/20") * math.isqrt(diameter)
+                known = by_the_rule(F_p * of_class * Fraction("9/10"))
+                found = iso1328.run_out(*lengths, flank_class)
+                assert found == float(known / 10**6), (diameter, module)
+    assert ties > 100
+
+
 def test_each_class_is_a_root_of_two_wider():
     for flank_class in (6, 8, 10):
         wide = iso1328.run_out(1.092, 0.012, flank_class + 1)
@@ -122,7 +170,7 @@ def test_what_a_class_permits():
         (0.4, 0.005, 12, "classes 1 to 11"),
         (0.4, 0.005, 0, "classes 1 to 11"),
         (0.4, 0.1, 7, "0.5 to 70 mm"),
-        (0.05, 0.02, 7, "2.5 teeth"),
+        (0.05, 0.02, 7, "module 20 mm: a wheel of 50 mm would have 2.5 teeth"),
     ],
 )
 def test_gears_that_are_refused(diameter, module, flank_class, words):

@@ -11,7 +11,7 @@ nine tenths of the total cumulative pitch deviation).
 
 from __future__ import annotations
 
-import math
+from decimal import ROUND_HALF_UP, Context, Decimal
 
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import GradeError
@@ -20,27 +20,49 @@ EDITION = "ISO 1328-1:2013"
 CLASSES = range(1, 12)
 
 
-def _rounded(micrometres: float) -> float:
-    """Round as 5.2 says: to 1 um above 10 um, to 0.5 um above 5 um, else to 0.1 um."""
-    step = 1.0 if micrometres > 10 else 0.5 if micrometres > 5 else 0.1
-    return step * math.floor(micrometres / step + 0.5)
+# many values are exact ties, such as 4.75 um, which binary fractions miss
+_DECIMAL = Context(prec=40, rounding=ROUND_HALF_UP)
 
 
-def _checked(diameter: float, module: float, flank_class: int) -> tuple[float, float]:
+def _rounded(micrometres: Decimal) -> float:
+    """Round as 5.2 says: to 1 um above 10 um, to 0.5 um above 5 um, else to 0.1 um.
+
+    Ties go up. The result is in m.
+    """
+    step = Decimal("1" if micrometres > 10 else "0.5" if micrometres > 5 else "0.1")
+    steps = _DECIMAL.divide(micrometres, step).to_integral_value(ROUND_HALF_UP)
+    return float(steps * step * Decimal("1e-6"))
+
+
+def _millimetres(metres: float) -> Decimal:
+    """Return a length as a drawing has it: 12 figures, no more are meant."""
+    return (1000 * Decimal(f"{metres:.12g}")).normalize()
+
+
+def _checked(
+    diameter: float, module: float, flank_class: int
+) -> tuple[Decimal, Decimal]:
     """Return diameter and module, mm, if the standard covers them."""
-    d, m = 1e3 * diameter, 1e3 * module
+    d, m = _millimetres(diameter), _millimetres(module)
     if flank_class not in CLASSES:
         raise GradeError(f"class {flank_class}: {EDITION} has the classes 1 to 11")
-    if not 0.5 <= m <= 70:
-        raise GradeError(f"module {m:g} mm: {EDITION} covers 0.5 to 70 mm")
+    if not Decimal("0.5") <= m <= 70:
+        raise GradeError(f"module {m:f} mm: {EDITION} covers 0.5 to 70 mm")
     if not 5 <= d / m <= 1000:
         raise GradeError(
-            f"module {m:g} mm: a wheel of {d:g} mm would have {d / m:.1f} teeth; "
+            f"module {m:f} mm: a wheel of {d:f} mm would have {d / m:.1f} teeth; "
             f"{EDITION} covers 5 to 1000"
         )
     if not 5 <= d <= 15000:
-        raise GradeError(f"diameter {d:g} mm: {EDITION} covers 5 to 15000 mm")
+        raise GradeError(f"diameter {d:f} mm: {EDITION} covers 5 to 15000 mm")
     return d, m
+
+
+def _of_class(micrometres: Decimal, flank_class: int) -> Decimal:
+    """Turn a value of class 5 into that of another: the root of two for each class."""
+    twice, once = divmod(flank_class - 5, 2)
+    value = _DECIMAL.multiply(micrometres, _DECIMAL.power(Decimal(2), twice))
+    return _DECIMAL.multiply(value, _DECIMAL.sqrt(Decimal(2))) if once else value
 
 
 def single_pitch(diameter: float, module: float, flank_class: int) -> float:
@@ -64,17 +86,16 @@ def single_pitch(diameter: float, module: float, flank_class: int) -> float:
         If the standard does not cover them.
     """
     d, m = _checked(diameter, module, flank_class)
-    f_pT = (0.001 * d + 0.4 * m + 5) * math.sqrt(2) ** (flank_class - 5)
-    return 1e-6 * _rounded(f_pT)
+    f_pT = Decimal("0.001") * d + Decimal("0.4") * m + 5
+    return _rounded(_of_class(f_pT, flank_class))
 
 
 def run_out(diameter: float, module: float, flank_class: int) -> float:
     """Return the tolerance of the radial run-out, F_rT; arguments as `single_pitch`."""
     d, m = _checked(diameter, module, flank_class)
-    F_pT = (0.002 * d + 0.55 * math.sqrt(d) + 0.7 * m + 12) * math.sqrt(2) ** (
-        flank_class - 5
-    )
-    return 1e-6 * _rounded(0.9 * F_pT)
+    root = _DECIMAL.sqrt(d)
+    F_pT = Decimal("0.002") * d + Decimal("0.55") * root + Decimal("0.7") * m + 12
+    return _rounded(_of_class(Decimal("0.9") * F_pT, flank_class))
 
 
 def zone(error: str, diameter: float, module: float, flank_class: int) -> Tolerance:
