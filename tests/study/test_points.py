@@ -177,3 +177,48 @@ def test_measured_parts_are_told_of(tmp_path):
     plain = load("runs/khpt75-measured.toml", trials=200).deviations()[:, :2]
     possible = np.round(lengths - 2450, 2)
     assert set(np.round(plain.ravel() * 1e3, 2)) <= set(possible)
+
+
+def measured(folder, model, parts):
+    """A study of a machine that knows no nominal sizes."""
+    table = "\n".join(["part_1 [mm]", *parts.split()])
+    (folder / "parts.csv").write_text(table)
+    study = {
+        "model": "toy",
+        "trials": 8,
+        "seed": 1,
+        "sampling": "random",
+        "deviations": {
+            "part_1": {"data": str(folder / "parts.csv"), "column": "part_1"}
+        },
+    }
+    return load(study, model=model)
+
+
+def test_what_looks_like_sizes_is_asked_about(toy, tmp_path):
+    (note,) = measured(tmp_path, toy, "49.9 50.1 50.3").notes
+    assert "from 49.9 to 50.3 mm" in note and "give nominal" in note
+    for honest in ("0.1 0.2 0.3", "-0.1 0.1", "0.050 0.060", "0 0"):
+        assert "nominal" not in measured(tmp_path, toy, honest).notes[0]
+
+
+@pytest.mark.parametrize(
+    ("parts", "taken"),
+    [
+        ("-3 2 0.4", True),
+        ("1224 1224 -1224", True),  # half as large again, and nobody knows why
+        ("0.1 0.2 2450", True),  # a slip of the pen is no size
+        ("2449 2451 0", False),
+        ("-1226 -1226 -1226", False),
+    ],
+)
+def test_only_what_is_half_a_part_off_is_no_deviation(tmp_path, parts, taken):
+    (tmp_path / "rods.csv").write_text("\n".join(["length [mm]", *parts.split()]))
+    text = Path("runs/khpt75-measured.toml").read_text()
+    path = tmp_path / "rods.toml"
+    path.write_text(text.replace(', nominal = "2450 mm"', ""))
+    if taken:
+        assert load(path, trials=8).notes
+    else:
+        with pytest.raises(StudyError, match='nominal = "2450 mm"'):
+            load(path, trials=8)

@@ -242,9 +242,18 @@ WRONG = {
         '{ data = "rods.csv", column = "length", unit = "mm", fit = "weibull" }\n',
         ["rod_length", "fit = 'weibull'", "normal, lognormal"],
     ),
+    "sizes that are no deviations": (
+        HEAD + '[deviations]\nrod_length = { data = "rods.csv", column = "length" }\n',
+        ["rod_length", "from 2449.9 to 2450.2 mm", "is nominally 2450 mm", "half of that", 'nominal = "2450 mm"'],
+    ),
+    "sizes less a nominal size in another unit": (
+        HEAD + "[deviations]\nrod_length = "
+        '{ data = "rods.csv", column = "length", nominal = "2450 um" }\n',
+        ["column length less nominal = '2450 um' goes from 2447.45 to", 'nominal = "2450 mm"'],
+    ),
     "too few to fit": (
         HEAD + "[deviations]\nrod_length = "
-        '{ data = "rods.csv", column = "length", unit = "mm", fit = "normal" }\n',
+        '{ data = "rods.csv", column = "length", unit = "mm", nominal = "2450 mm", fit = "normal" }\n',
         ["rod_length", "3 parts are too few"],
     ),
     "key of measured parts": (

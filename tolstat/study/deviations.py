@@ -89,7 +89,7 @@ def read_deviations(
                     raise ModelError(f"{member} stands there already; give it once")
                 if "data" in keys:
                     found[member], note, written = read_parts(
-                        keys, known[member].unit, folder
+                        keys, known[member], folder
                     )
                     notes.append(f"{member}: {note}")
                 else:

@@ -6,15 +6,22 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.measured import DOUBTFUL, FITS, Fitted, Measured, fit
 from tolstat.errors import DataError, DistributionError, allowed_names
+from tolstat.model.description import Contributor
 from tolstat.study.csv_table import read_csv
 from tolstat.units.conversion import to_si
 from tolstat.units.grammar import quantity
+from tolstat.units.scale import Scale, scale_of
+
+Array = NDArray[np.float64]
 
 KEYS = ("data", "column", "unit", "nominal", "fit")
+PART_OF_SIZE = 0.5  # of its nominal size: as far off half of the parts cannot be
+FAR = 10  # times their spread off zero: measured values may well be sizes
 
 
 class Parts(NamedTuple):
@@ -35,7 +42,7 @@ class Parts(NamedTuple):
     written: str
 
 
-def read_parts(keys: dict[str, Any], unit: str, folder: Path) -> Parts:
+def read_parts(keys: dict[str, Any], contributor: Contributor, folder: Path) -> Parts:
     """Read measured parts from a CSV file.
 
     Parameters
@@ -44,8 +51,8 @@ def read_parts(keys: dict[str, Any], unit: str, folder: Path) -> Parts:
         `data` (the file), `column`; `unit`, if the head has none; `nominal` (a quantity
         to subtract, where the column holds sizes and not deviations); `fit` ("normal"
         or "lognormal").
-    unit : str
-        SI unit of the contributor.
+    contributor : Contributor
+        Whose deviations they are: its unit and nominal size.
     folder : Path
         Of the study.
 
@@ -57,7 +64,8 @@ def read_parts(keys: dict[str, Any], unit: str, folder: Path) -> Parts:
     Raises
     ------
     DataError, DistributionError, UnitError
-        If the file, a key or a number is wrong.
+        If the file, a key or a number is wrong, or the parts are sizes and not
+        deviations.
     """
     for key, value in keys.items():
         if key not in KEYS:
@@ -80,17 +88,65 @@ def read_parts(keys: dict[str, Any], unit: str, folder: Path) -> Parts:
             f"{written}"
         )
     numbers, written = table.column(keys["column"]), "" if written == "1" else written
-    values = [to_si(value, written, unit) for value in numbers]
-    nominal = quantity(keys["nominal"], unit) if "nominal" in keys else 0.0
+    values = [to_si(value, written, contributor.unit) for value in numbers]
+    nominal = 0.0
+    if "nominal" in keys:
+        nominal = quantity(keys["nominal"], contributor.unit)
     parts = np.sort(np.array(values) - nominal)
+    _refuse_sizes(parts, keys, contributor, written)
+    hint = "" if nominal else _hint_at_sizes(parts, contributor, written)
     what = f"{len(parts)} parts of {keys['data']} (SHA-256 {table.digest[:12]})"
     if kind is None:
-        return Parts(Measured(parts), f"{what}, each as likely as any other", written)
+        note = f"{what}, each as likely as any other"
+        return Parts(Measured(parts), note + hint, written)
     fitted: Fitted = fit(parts, kind)
     doubt = ": doubtful" if fitted.p_value < DOUBTFUL else ""
     return Parts(
         fitted,
         f"{kind} distribution fitted to {what}, Anderson-Darling p = "
-        f"{fitted.p_value:.3g}{doubt}",
+        f"{fitted.p_value:.3g}{doubt}{hint}",
         written,
     )
+
+
+def _refuse_sizes(
+    parts: Array, keys: dict[str, Any], contributor: Contributor, written: str
+) -> None:
+    """Refuse what cannot be deviations of a part of this nominal size.
+
+    Raises
+    ------
+    DistributionError
+        If every other part is off by half of its nominal size.
+    """
+    size = contributor.size
+    if not size or np.median(np.abs(parts)) < PART_OF_SIZE * size:
+        return
+    scale = scale_of(contributor.unit, written)
+    less = f" less nominal = '{keys['nominal']}'" if "nominal" in keys else ""
+    raise DistributionError(
+        f"column {keys['column']}{less} goes {_from_to(parts, scale)}, and "
+        f"{contributor.name} is nominally {scale.factor * size:g} {scale.mark}: "
+        "deviations of half of that and more, for every other part, are none; where "
+        "the column holds sizes give the nominal one, "
+        f'nominal = "{scale.factor * size:g} {scale.mark}", and it is taken off'
+    )
+
+
+def _hint_at_sizes(parts: Array, contributor: Contributor, written: str) -> str:
+    """Say that parts without a known nominal size look like sizes."""
+    off = np.abs(parts).min()
+    one_sided = parts[0] * parts[-1] > 0
+    if contributor.size or not one_sided or off < FAR * np.ptp(parts):
+        return ""
+    scale = scale_of(contributor.unit, written)
+    return (
+        f"; they go {_from_to(parts, scale)}, far off zero for their spread: if these "
+        "are sizes and not deviations, give nominal"
+    )
+
+
+def _from_to(parts: Array, scale: Scale) -> str:
+    """Say where parts lie; six figures tell sizes apart."""
+    least, largest = scale.factor * parts[0], scale.factor * parts[-1]
+    return f"from {least:.6g} to {largest:.6g} {scale.mark}".rstrip()
