@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -172,6 +173,9 @@ def test_measured_parts_are_told_of(tmp_path):
     assert "normal distribution fitted to 120 parts" in study.notes[0]
     assert study.notes[0].endswith("doubtful")  # two machines made them
     lengths = np.array([float(r.split(",")[1]) for r in rods.splitlines()[4:]])
+    mean, sigma = lengths.mean() - 2450, lengths.std(ddof=1)
+    fitted = f"mean {mean:.4g} mm, sigma {sigma:.4g} mm"
+    assert fitted in study.notes[0] and fitted in study.deviating.words["rod_length_1"]
     table = study.deviations()[:, 0]
     assert table.std() == pytest.approx(lengths.std() / 1e3, rel=0.2)
     plain = load("runs/khpt75-measured.toml", trials=200).deviations()[:, :2]
@@ -222,3 +226,18 @@ def test_only_what_is_half_a_part_off_is_no_deviation(tmp_path, parts, taken):
     else:
         with pytest.raises(StudyError, match='nominal = "2450 mm"'):
             load(path, trials=8)
+
+
+def test_a_lognormal_fit_tells_mean_and_sigma_of_the_deviations(toy, tmp_path):
+    rows = np.exp(np.random.default_rng(1).normal(np.log(0.2), 0.5, 4000))
+    folder, text = tmp_path, "\n".join(["part_1 [mm]", *(f"{row:.6f}" for row in rows)])
+    (folder / "parts.csv").write_text(text)
+    data = {"data": str(folder / "parts.csv"), "column": "part_1", "fit": "lognormal"}
+    study = {"model": "toy", "trials": 8, "seed": 1, "sampling": "random"}
+    words = load({**study, "deviations": {"part_1": data}}, model=toy).deviating.words
+    found = [
+        float(x)
+        for x in re.findall(r"(?:mean|sigma|median) ([\d.]+) mm", words["part_1"])
+    ]
+    assert found == pytest.approx([rows.mean(), rows.std(), np.median(rows)], rel=0.03)
+    assert "sigma of the natural logarithm 0.5" in words["part_1"]

@@ -87,8 +87,9 @@ def read_deviations(
             for member in members:
                 if member in found:
                     raise ModelError(f"{member} stands there already; give it once")
+                fitted = ""
                 if "data" in keys:
-                    found[member], note, written = read_parts(
+                    found[member], note, written, fitted = read_parts(
                         keys, known[member], folder
                     )
                     notes.append(f"{member}: {note}")
@@ -99,13 +100,13 @@ def read_deviations(
                     shown[member] = written
                 if batch:
                     batches[member] = batch
-                words[member] = _in_words(keys, batch)
+                words[member] = _in_words(keys, fitted, batch)
     pairs = _pairs(correlations, list(known), found, batches, problems)
     return Deviations(found, Dependence(batches, pairs), words, shown, tuple(notes))
 
 
-def _in_words(keys: Mapping[str, Any], batch: Batch | None) -> str:
-    """Say how a deviation is distributed: its kind, then its keys as written."""
+def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:
+    """Say how a deviation is distributed: its kind, its keys as written, its fit."""
     rest = dict(keys)
     if "data" in rest:
         kind = f"{rest.pop('fit')} fitted to" if "fit" in rest else "as measured in"
@@ -116,6 +117,8 @@ def _in_words(keys: Mapping[str, Any], batch: Batch | None) -> str:
     if kind == DEFAULT and not {"cp", "cpk"} & set(rest):
         rest["cp"] = 1
     words = [kind, *zone, *(f"{key} {value}" for key, value in rest.items())]
+    if fitted:
+        words.append(fitted)
     if batch:
         words.append(
             "all parts alike"

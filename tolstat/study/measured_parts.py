@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -35,11 +36,14 @@ class Parts(NamedTuple):
         What they are, for the summary of the run.
     written : str
         Unit in which they are given.
+    fitted : str
+        Mean and sigma of the fitted distribution, in that unit; empty without one.
     """
 
     distribution: Distribution
     note: str
     written: str
+    fitted: str = ""
 
 
 def read_parts(keys: dict[str, Any], contributor: Contributor, folder: Path) -> Parts:
@@ -101,11 +105,27 @@ def read_parts(keys: dict[str, Any], contributor: Contributor, folder: Path) -> 
         return Parts(Measured(parts), note + hint, written)
     fitted: Fitted = fit(parts, kind)
     doubt = ": doubtful" if fitted.p_value < DOUBTFUL else ""
+    words = _fitted_in_words(fitted, scale_of(contributor.unit, written))
     return Parts(
         fitted,
-        f"{kind} distribution fitted to {what}, Anderson-Darling p = "
+        f"{kind} distribution fitted to {what}, {words}, Anderson-Darling p = "
         f"{fitted.p_value:.3g}{doubt}{hint}",
         written,
+        words,
+    )
+
+
+def _fitted_in_words(fitted: Fitted, scale: Scale) -> str:
+    """Say mean and sigma of the deviations, not of their logarithms alone."""
+    if fitted.kind == "normal":
+        return f"mean {scale.words(fitted.mean)}, sigma {scale.words(fitted.sigma)}"
+    variance = fitted.sigma**2
+    mean = math.exp(fitted.mean + variance / 2)
+    sigma = mean * math.sqrt(math.expm1(variance))
+    return (
+        f"mean {scale.words(mean)}, sigma {scale.words(sigma)}, "
+        f"median {scale.words(math.exp(fitted.mean))}, "
+        f"sigma of the natural logarithm {fitted.sigma:.4g}"
     )
 
 
