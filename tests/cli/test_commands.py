@@ -136,6 +136,32 @@ def test_a_grid_is_shown_as_curves(tmp_path):
     assert "Fig. 4" in two and "crank_speed" in two
 
 
+def numbers_of(text):
+    """Every number that is printed, ends of intervals by themselves."""
+    plain = re.sub(r"\x1b\[[\d;]*m", "", text).replace("..", " ")
+    return set(re.findall(r"-?\d[\w.+-]*", plain)), plain
+
+
+@pytest.mark.parametrize("columns", [80, 60, 30])
+def test_a_narrow_terminal_loses_no_digit(small_study, monkeypatch, columns):
+    call("run", small_study)
+    run = small_study.with_suffix(".h5")
+    commands = (["show", run], ["trial", run, 5], ["show", "stand"])
+    wide = [numbers_of(call(*command).stdout)[0] for command in commands]
+    assert "368" in wide[0]  # trials that the 99 % quantile needs
+    # a terminal, as far as rich can tell
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", str(columns))
+    for command, known in zip(commands, wide, strict=True):
+        found, text = numbers_of(call(*command).stdout)
+        assert "…" not in text
+        assert found >= known, known - found
+        if command[1] == run and columns >= 60:
+            assert max(map(len, text.splitlines())) <= columns
+    if columns < 80:
+        assert "limits, continued" in numbers_of(call("show", run).stdout)[1]
+
+
 def test_sobol_trials_say_where_their_intervals_come_from(small_study):
     text = small_study.read_text().replace('sampling = "random"', 'sampling = "sobol"')
     small_study.write_text(text)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from rich import box
-from rich.table import Table
-
 from tolstat import catalogue
-from tolstat.cli.showing import screen
+from tolstat.cli.showing import print_words, screen, words_table
 from tolstat.errors import ModelError
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, offers
@@ -17,13 +14,13 @@ from tolstat.units.scale import scale_of
 
 def list_models() -> None:
     """Print the names and titles of all models."""
-    table = Table("model", "title", box=box.SIMPLE_HEAD)
+    table = words_table("", "model", "title")
     for name in catalogue.names():
         try:
             table.add_row(name, catalogue.find(name).title)
         except ModelError as error:  # a package that is broken breaks no other
             table.add_row(name, str(error))
-    screen().print(table)
+    print_words(table)
 
 
 def show_model(name: str) -> None:
@@ -42,32 +39,32 @@ def show_model(name: str) -> None:
     _print_contributors(description.contributors)
     _print_responses(description.responses)
     if offers(model):
-        table = Table("view", "", box=box.SIMPLE_HEAD, title="views")
+        table = words_table("views", "view", "")
         for offer in offers(model).values():
             table.add_row(offer.name, offer.sentence)
-        console.print(table)
+        print_words(table)
     for word in model.failures:
         console.print(f"a trial may end as: {word}")
 
 
 def _print_contributors(contributors: tuple[Contributor, ...]) -> None:
     heads = ("contributor", "unit", "symbol", "", "nominal", "equation")
-    table = Table(*heads, box=box.SIMPLE_HEAD, title="contributors: deviations")
+    table = words_table("contributors: deviations", *heads)
     for part in contributors:
         unit = "relative" if part.unit == "1" else part.unit
         cells = (unit, part.symbol, part.sentence, _nominal(part), part.source)
         table.add_row(part.name, *cells)
-    screen().print(table)
+    print_words(table)
 
 
 def _print_responses(responses: tuple[Response, ...]) -> None:
     heads = ("response", "unit", "symbol", "", "equation")
-    table = Table(*heads, box=box.SIMPLE_HEAD, title="responses")
+    table = words_table("responses", *heads)
     for each in responses:
         unit = each.shown if each.unit == "1" and each.shown else each.unit
         cells = (unit, each.symbol, each.sentence, each.source)
         table.add_row(each.name, *cells)
-    screen().print(table)
+    print_words(table)
 
 
 def _print_settings(model: Model) -> None:
@@ -76,11 +73,11 @@ def _print_settings(model: Model) -> None:
     if not declared:
         return
     heads = ("setting", "default", "allowed", "")
-    table = Table(*heads, box=box.SIMPLE_HEAD, title="settings")
+    table = words_table("settings", *heads)
     for each in declared.values():
         cells = (each.kind.words(each.default), each.kind.allowed, each.sentence)
         table.add_row(each.name, *cells)
-    screen().print(table)
+    print_words(table)
 
 
 def _nominal(part: Contributor) -> str:

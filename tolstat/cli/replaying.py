@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from rich import box
-from rich.table import Table
 
 from tolstat.asking.replay import replay
 from tolstat.asking.trajectory import STEP
-from tolstat.cli.showing import screen
+from tolstat.cli.showing import print_words, screen, words_table
 from tolstat.errors import ModelError, RunFileError
 from tolstat.model.checked import history_of, simulate
 from tolstat.model.contract import Answers
@@ -113,15 +111,14 @@ def _print_deviations(
     scales: Mapping[str, Scale],
 ) -> None:
     """Print what deviates."""
-    table = Table("contributor", box=box.SIMPLE_HEAD)
-    table.add_column("deviation", justify="right")
-    table.add_column("")
+    heads = ("contributor", "deviation", "")
+    table = words_table("", *heads, numbers=["deviation"])
     for each in contributors:
         if value := deviations[each.name]:
             words = scales[each.name].words(value)
             table.add_row(each.name, words, each.sentence)
     if table.row_count:
-        screen().print(table)
+        print_words(table)
 
 
 def _print_responses(
@@ -131,13 +128,11 @@ def _print_responses(
     scales: Mapping[str, Scale],
 ) -> None:
     """Print the responses, and which limits they pass."""
-    table = Table("response", box=box.SIMPLE_HEAD)
-    table.add_column("value", justify="right")
-    table.add_column("limit")
+    table = words_table("", "response", "value", "limit", numbers=["value"])
     for each, value in zip(responses, outcome.responses[0].tolist(), strict=True):
         words = ""
         if limit := limits.get(each.name):
             within = limit.lower <= value <= limit.upper
             words = limit.words + ("" if within else ": beyond")
         table.add_row(each.name, scales[each.name].words(value), words)
-    screen().print(table)
+    print_words(table)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich import box
@@ -17,15 +18,21 @@ from tolstat.store.run import Run
 PIPED_WIDTH = 120
 # from this width on an interval stands in one line
 WIDE = 120
+UNBOUNDED = 100_000
 
 
-def screen() -> Console:
-    """Return the standard output."""
+def screen(least: int = 0) -> Console:
+    """Return the standard output.
+
+    Parameters
+    ----------
+    least : int
+        Columns that it has at least: a terminal that has fewer wraps its lines.
+    """
     # no markup: titles, names and paths are anybody's
     console = Console(highlight=False, markup=False)
-    if console.is_terminal:
-        return console
-    return Console(width=PIPED_WIDTH, highlight=False, markup=False)
+    width = console.width if console.is_terminal else PIPED_WIDTH
+    return Console(width=max(width, least), highlight=False, markup=False)
 
 
 def print_summary(run: Run) -> None:
@@ -52,6 +59,9 @@ def print_table(
 ) -> None:
     """Print a table, words to the left and numbers to the right.
 
+    Nothing is ever cut: a number without its last digits is another number. Columns
+    that do not fit beside each other follow below, under the names of the rows.
+
     Parameters
     ----------
     title : str
@@ -63,13 +73,68 @@ def print_table(
     wide : bool
         Whether an interval stands in one line.
     """
-    table = Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for head in heads:
-        words = head in ("response", "unit", "limit")
-        table.add_column(head, justify="left" if words else "right", no_wrap=True)
-    for row in rows:
-        table.add_row(*(_in_lines(cell, wide) for cell in row))
-    screen().print(table)
+    lines = [[_in_lines(cell, wide) for cell in row] for row in rows]
+    named = 2 if heads[1:2] == ["unit"] else 1  # columns that say what a row is
+    names, left = list(range(named)), list(range(named, len(heads)))
+    room, shown = screen().width, title
+    while True:
+        count = max(len(left), 1)
+        table = _of_columns(heads, lines, names + left[:count])
+        while count > 1 and _width(table) > room:
+            count -= 1
+            table = _of_columns(heads, lines, names + left[:count])
+        table.title = shown
+        screen(least=_width(table)).print(table)
+        left, shown = left[count:], f"{title}, continued"
+        if not left:
+            return
+
+
+def _of_columns(heads: list[str], lines: list[list[str]], chosen: list[int]) -> Table:
+    """Make a table of some columns."""
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for i in chosen:
+        words = heads[i] in ("response", "unit", "limit")
+        table.add_column(heads[i], justify="left" if words else "right", no_wrap=True)
+    for line in lines:
+        table.add_row(*(line[i] for i in chosen))
+    return table
+
+
+def _width(table: Table) -> int:
+    """Return how wide a table is where nothing of it is cut."""
+    return Console(width=UNBOUNDED).measure(table).maximum
+
+
+def words_table(title: str, *heads: str, numbers: Sequence[str] = ()) -> Table:
+    """Return a table whose sentences wrap, and whose names and numbers do not.
+
+    Parameters
+    ----------
+    title : str
+        Above it; empty for none.
+    heads : str
+        Of the columns; the names stand in the first.
+    numbers : sequence of str
+        Those of them that hold numbers, to the right.
+    """
+    table = Table(title=title or None, box=box.SIMPLE_HEAD)
+    for i, head in enumerate(heads):
+        if head in numbers:
+            table.add_column(head, justify="right", no_wrap=True)
+        else:
+            table.add_column(head, no_wrap=i == 0, overflow="fold")
+    return table
+
+
+def print_words(table: Table) -> None:
+    """Print a table of `words_table`: no word or number of it is cut."""
+    for column in table.columns:
+        cells = [str(cell) for cell in column.cells]
+        words = cells if column.no_wrap else " ".join(cells).split()
+        column.min_width = max(map(len, words), default=0)
+    least = Console(width=UNBOUNDED).measure(table).minimum
+    screen(least=least).print(table)
 
 
 def _in_lines(cell: Cell, wide: bool) -> str:
@@ -89,16 +154,10 @@ def show_run(path: Path) -> None:
 
 def print_comparisons(run: Run) -> None:
     """Print what a grid run says beside its reference."""
-    console = screen()
     for title, heads, rows, note in comparisons(run):
-        table = Table(title=title, box=box.SIMPLE_HEAD)
-        for head in heads:
-            table.add_column(head, justify="right")
-        for row in rows:
-            table.add_row(*row)
-        console.print(table)
+        print_table(title, heads, [[*row] for row in rows], wide=True)
         if note:
-            console.print(note)
+            screen().print(note)
 
 
 def plot_runs(paths: list[Path], picture: Path, responses: tuple[str, ...]) -> None:
