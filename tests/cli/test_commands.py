@@ -136,6 +136,56 @@ def test_a_grid_is_shown_as_curves(tmp_path):
     assert "Fig. 4" in two and "crank_speed" in two
 
 
+@pytest.fixture
+def table_study(tmp_path):
+    """Five stands of a table; the third cannot be mounted."""
+    (tmp_path / "machines.csv").write_text(
+        "rod_length_1 [mm],crank_difference [mm]\n1.1,0\n-1,0.2\n9000,0\n0,3\n0,1\n"
+    )
+    path = tmp_path / "five.toml"
+    path.write_text(
+        'title = "five"\nmodel = "stand"\nsampling = "table"\n'
+        'table = "machines.csv"\n[deviations]\n'
+        'friction = { distribution = "constant", value = "5 %" }\n'
+        '[limits]\nrod_force = "<= 110 kN"\nextra_loss = "<= 3 %"\n'
+    )
+    return path
+
+
+def test_the_machines_of_a_table_are_listed(table_study):
+    assert call("run", table_study).exit_code == 0
+    run = table_study.with_suffix(".h5")
+    shown = call("show", run).stdout
+    listed = shown[shown.index("five: its machines") :].splitlines()
+    names = "rod_length_1 crank_difference extra_loss rod_force_1 rod_force_2"
+    assert listed[2].split() == names.split()
+    units = "trial mm mm % kN kN status beyond"
+    assert listed[3].split() == units.split()
+    rows = {line.split()[0]: line.split()[1:] for line in listed[5:10]}
+    assert list(rows) == ["0", "1", "2", "3", "4"]
+    assert rows["0"][:2] == ["1.100", "0"] and rows["0"][-1] == "done"
+    assert rows["3"][1] == "3.000" and rows["3"][-3:] == [
+        "done",
+        "extra_loss,",
+        "rod_force_1",
+    ]
+    assert rows["2"][2:] == ["failed"] * 3 + ["not", "finite"]
+    assert "in all of them friction 5.000 %" in shown
+    with h5py.File(run, "r+") as file:
+        file["status"][4] = 0
+    assert call("show", run).stdout.splitlines()[-3].split()[-2:] == ["not", "run"]
+
+
+def test_a_long_table_says_that_it_is_cut(table_study):
+    rows = "".join(f"{0.01 * i},0\n" for i in range(50))
+    machines = table_study.with_name("machines.csv")
+    machines.write_text("rod_length_1 [mm],crank_difference [mm]\n" + rows)
+    assert call("run", table_study).exit_code == 0
+    shown = " ".join(call("show", table_study.with_suffix(".h5")).stdout.split())
+    assert "the first 40 of 50 machines" in shown and ".frame()" in shown
+    assert " 39 0.3900 " in shown and " 40 0.4000 " not in shown
+
+
 def numbers_of(text):
     """Every number that is printed, ends of intervals by themselves."""
     plain = re.sub(r"\x1b\[[\d;]*m", "", text).replace("..", " ")

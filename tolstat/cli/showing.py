@@ -19,6 +19,7 @@ PIPED_WIDTH = 120
 # from this width on an interval stands in one line
 WIDE = 120
 UNBOUNDED = 100_000
+WORDS = ("response", "unit", "limit", "status", "beyond")  # columns that hold words
 
 
 def screen(least: int = 0) -> Console:
@@ -94,7 +95,7 @@ def _of_columns(heads: list[str], lines: list[list[str]], chosen: list[int]) -> 
     """Make a table of some columns."""
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for i in chosen:
-        words = heads[i] in ("response", "unit", "limit")
+        words = heads[i] in WORDS
         table.add_column(heads[i], justify="left" if words else "right", no_wrap=True)
     for line in lines:
         table.add_row(*(line[i] for i in chosen))
@@ -146,10 +147,21 @@ def _in_lines(cell: Cell, wide: bool) -> str:
 
 
 def show_run(path: Path) -> None:
-    """Print the summary of a stored run."""
+    """Print the summary of a stored run, and the machines of a table."""
     run = open_run(path)
     print_summary(run)
+    if run.sampling == "table":
+        _print_rows(run)
     print_comparisons(run)
+
+
+def _print_rows(run: Run) -> None:
+    from tolstat.reporting.table_rows import table_rows
+
+    found = table_rows(run)
+    print_table(found.title, found.heads, [[*row] for row in found.rows], wide=True)
+    for note in found.notes:
+        screen().print(note)
 
 
 def print_comparisons(run: Run) -> None:
