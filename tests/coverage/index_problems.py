@@ -9,6 +9,7 @@ from scipy.integrate import trapezoid
 from scipy.special import ndtri
 from scipy.stats import norm
 
+from tests.coverage.problems import SIZES
 from tolstat.statistics.contributions import contributions
 from tolstat.statistics.total_indices import sobol_indices
 
@@ -115,7 +116,12 @@ def design(problem, rng, n):
 
 
 def intervals(name, rng, n):
-    """Yield statistic, estimate and truth of one study."""
+    """Yield problem, statistic, estimate, truth and whether it is exact, of a study."""
+    for each, found, truth in _intervals(name, rng, n):
+        yield name, each, found, truth, False
+
+
+def _intervals(name, rng, n):
     problem = INDEX_PROBLEMS[name]
     k = len(problem.first)
     names = [f"x{i + 1}" for i in range(k)]
@@ -141,3 +147,7 @@ def intervals(name, rng, n):
         for each, truth in zip(names, ranks, strict=True):
             yield f"rank regression on {each}", hand.rank_regression[each], truth
         yield "rank regression explains", hand.explained, np.sum(ranks**2)
+
+
+STUDIES = 2000
+JOBS = [(name, size, intervals, STUDIES) for name in INDEX_PROBLEMS for size in SIZES]

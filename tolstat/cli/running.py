@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from pathlib import Path
@@ -37,6 +38,18 @@ class _Rate(TextColumn):
         return Text(f"{speed:.0f} trials/s" if speed else "", style="cyan")
 
 
+def _out_of_reach(study: Study, wanted: float) -> str:
+    """Say that a stopping rule asks for more trials than it may have."""
+    assert study.until
+    more = f"about {float(f'{wanted:.2g}'):,.0f} trials".replace(",", " ")
+    if math.isinf(wanted):
+        more = "more than it can tell yet"
+    return (
+        f"{'; '.join(study.until.rules)}: the first look asks for {more}; at_most = "
+        f"{study.trials} will hardly do"
+    )
+
+
 def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> None:
     """Run a study, show how it goes and print its summary.
 
@@ -66,7 +79,9 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         task = bar.add_task("compiling, if need be", total=None, failed="")
 
         def tell(progress: Progress) -> None:
-            over, failed, asked, doing = progress
+            over, failed, asked, doing, wanted = progress
+            if wanted:
+                bar.print(_out_of_reach(study, wanted))
             if bar.tasks[task].total is None:
                 bar.reset(task, total=asked, description=path.stem)
             if doing in AFTERWARDS:

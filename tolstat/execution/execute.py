@@ -17,7 +17,7 @@ from tolstat.execution.planning import plan_of
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Interrupted, Workers
 from tolstat.model.contract import Model
-from tolstat.statistics.precision import FIRST, next_stage
+from tolstat.statistics.precision import FIRST, next_stage, trials_wanted
 from tolstat.statistics.sample import Sample
 from tolstat.store.evidence import Evidence
 from tolstat.store.opening import open as open_run
@@ -37,12 +37,16 @@ class Progress(NamedTuple):
         Trials that are over, those of them that failed, and all of this stage.
     doing : str
         "trials", or what follows them: "audit", "evidence".
+    wanted : float
+        Trials that the stopping rule asks for after its first look, if these are more
+        than it may have; infinite where it cannot tell yet, else 0.
     """
 
     over: int
     failed: int
     asked: int
     doing: str = "trials"
+    wanted: float = 0.0
 
 
 Telling = Callable[[Progress], None]
@@ -151,7 +155,7 @@ def _carry_out(
         # alone and first: who finds code that is not compiled waits for it here
         nominal = np.zeros((1, len(study.description.contributors)))
         file.write_nominal(workers.simulate(study.model, nominal, study.settings))
-        for stop in _stages(study, trials):
+        for stop in _stages(study, trials, tell):
             cases = _between(study.cases, trials.over, stop)
             for blocks in workers.blocks(study.model, cases, trials.deviations):
                 file.write_blocks(blocks)
@@ -163,28 +167,30 @@ def _carry_out(
         file.finish(_ending(study, trials.first(stages[-1]), stages, workers, tell))
 
 
-def _stages(study: Study, trials: Trials) -> Iterator[int]:
+def _stages(study: Study, trials: Trials, tell: Telling) -> Iterator[int]:
     """Yield how many trials are to be over before anyone looks at them again."""
     stop = min(FIRST, study.trials) if study.until else study.trials
-    while True:
+    yield stop
+    while stop < study.trials and (wanted := _wanted(study, trials, stop)):
+        if wanted > study.trials and stop == FIRST:
+            tell(Progress(trials.over, trials.failed, stop, wanted=wanted))
+        stop = min(next_stage(stop, wanted), study.trials)
         yield stop
-        more = _wanted(study, trials, stop)
-        if not more or stop == study.trials:
-            return
-        stop = min(more, study.trials)
 
 
-def _wanted(study: Study, trials: Trials, over: int) -> int:
+def _wanted(study: Study, trials: Trials, over: int) -> float:
     """Say how many trials the stopping rule wants in all; 0 if there are enough."""
     if study.until is None:
-        return 0
+        return 0.0
     assert study.sampler  # checked with the study
-    names = [response.name for response in study.description.responses]
-    return next_stage(
+    responses = study.description.responses
+    names = [response.name for response in responses]
+    return trials_wanted(
         study.until.precisions,
         dict(zip(names, trials.responses[:over].T, strict=True)),
         Sample(trials.status[:over], study.sampler.replicates),
         {name: limit.permitted for name, limit in study.limits.items()},
+        {each.name: each.range for each in responses if each.range},
     )
 
 
@@ -200,9 +206,10 @@ def _ending(
     """Evaluate what is wanted beyond the trials, all of which are over."""
     stopped = None
     if study.until:
-        # a rule that wanted more had its way, unless there were no more
-        reached = trials.over < study.trials or not _wanted(study, trials, trials.over)
-        stopped = Stopped(study.until.rules, reached, tuple(stages), study.trials)
+        wanted = _wanted(study, trials, trials.over)
+        stopped = Stopped(
+            study.until.rules, not wanted, tuple(stages), study.trials, wanted
+        )
     audited, evidence = None, Evidence(missing="the run was stopped before it")
     try:
         tell(Progress(trials.over, trials.failed, trials.over, "audit"))

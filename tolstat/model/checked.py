@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -216,6 +217,15 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
             f"{where}: {names[response]} is {responses[trial, response]} in a trial "
             f"whose status is done ({trial} of the block of {trials})"
         )
+    for column, each in enumerate(described_now):
+        lower, upper = each.range or (-math.inf, math.inf)
+        values = responses[done, column]
+        beyond = values[(values < lower) | (values > upper)]
+        if len(beyond):
+            raise ModelError(
+                f"{where}: {each.name} is {beyond[0]:.17g} in a trial, and its range "
+                f"is declared as {lower:g} .. {upper:g}"
+            )
     return Answers(np.where(done[:, None], responses, np.nan), status, steps)
 
 

@@ -62,7 +62,16 @@ class Contributor:
 
 @dataclass(frozen=True)
 class Response:
-    """A number that a trial yields; attributes as of `Contributor`."""
+    """A number that a trial yields.
+
+    Attributes
+    ----------
+    name, unit, symbol, sentence, source, shown
+        As of `Contributor`.
+    range : tuple of float, optional
+        What it can never lie beyond, SI, because of what it is: a share lies between 0
+        and 1. An open end is infinite. Intervals of its mean rest on that.
+    """
 
     name: str
     unit: str
@@ -70,6 +79,7 @@ class Response:
     sentence: str = ""
     source: str = ""
     shown: str = ""
+    range: tuple[float, float] | None = None
 
 
 class Description(NamedTuple):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import PictureError, RunFileError
+from tolstat.model.description import Response
 from tolstat.reporting.drawn import Drawn, drawn_trials
 from tolstat.reporting.gather import responses_of_interest
 from tolstat.reporting.plain import share_words
@@ -237,7 +238,7 @@ def compared(pair: Pair, chosen: Sequence[str] = ()) -> Comparison:
             first.scales[name],
             before,
             after,
-            summarize(difference, pair.sample),
+            summarize(difference, pair.sample, ends=_range_of_difference(response)),
             _share(difference < 0, pair.sample),
             _share(difference > 0, pair.sample),
         )
@@ -261,6 +262,13 @@ def compared(pair: Pair, chosen: Sequence[str] = ()) -> Comparison:
         tuple(name for name in dict.fromkeys(wanted) if name in pair.responses),
         responses,
     )
+
+
+def _range_of_difference(response: Response) -> tuple[float, float] | None:
+    if response.range is None:
+        return None
+    width = response.range[1] - response.range[0]
+    return -width, width
 
 
 def _share(machines: NDArray[np.bool_], sample: Sample) -> Estimate:

@@ -12,7 +12,6 @@ from scipy.special import ndtri
 
 from tolstat.reporting.drawn import Drawn
 from tolstat.reporting.findings import ResponseFindings
-from tolstat.reporting.gather import tails_of
 from tolstat.reporting.page_picture import (
     BEYOND,
     INK,
@@ -29,7 +28,6 @@ Array = NDArray[np.float64]
 
 BINS = 60
 TICKS = (1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5)
-EXTRAPOLATED = 0.1  # of the trials' own 1 in n, as far as a tail is drawn
 DRAWN_POINTS = 600  # of a distribution function
 
 
@@ -148,25 +146,6 @@ def distribution(drawn: Drawn, name: str, found: ResponseFindings) -> Markup:
         )  # fmt: skip
         least = share[0]
         shown = [values[0], values[-1], *ends_of(found)]
-        limit = limit_of(found) if found.limited else None
-        label = "tail, extrapolated"
-        for side, tail in tails_of(values, drawn, limit).items():
-            if tail.refused:
-                continue
-            sign = 1 if side == "upper" else -1
-            least = EXTRAPOLATED / n
-            levels = np.geomspace(least, tail.exceedances / n, 40)
-            known = [tail.exceeded_by(float(level)) for level in levels]
-            at = -sign * ndtri(levels)
-            line = np.array([each.value for each in known])
-            ends = np.array([(each.lower, each.upper) for each in known])
-            shown.append(sign * line[0])
-            axes.fill_betweenx(
-                at, sign * scale * ends[:, 0], sign * scale * ends[:, 1], color=SECOND,
-                alpha=0.2, linewidth=0,
-            )  # fmt: skip
-            axes.plot(sign * scale * line, at, "--", color=SECOND, label=label)
-            label = "_unnamed"
         mark_limit(axes, found, scale)
         margin = 0.05 * (max(shown) - min(shown)) or 1.0
         axes.set_xlim(scale * (min(shown) - margin), scale * (max(shown) + margin))

@@ -32,6 +32,8 @@ class TrialsFindings(NamedTuple):
         By the word of each status.
     failures : Estimate
         Share that failed.
+    unseen : float
+        Share of the machines that may lie beyond all trials that are done.
     sampling, promise : str
         How they were drawn, and what that allows to say.
     notes : tuple of str
@@ -45,6 +47,7 @@ class TrialsFindings(NamedTuple):
     counted: int
     by_status: Mapping[str, int]
     failures: Estimate
+    unseen: float
     sampling: str
     promise: str
     notes: tuple[str, ...]
@@ -66,33 +69,6 @@ class DistributionFindings(NamedTuple):
     atom: Atom | None
     rest: int
     shape: Shape
-
-
-class TailFindings(NamedTuple):
-    """An extrapolated tail.
-
-    Attributes
-    ----------
-    refused : str
-        Why none was fitted; empty if one was.
-    threshold, shape, scale, level : float
-        Of the generalized Pareto distribution, and its test.
-    exceedances : int
-        Trials beyond the threshold.
-    exceeded_by : dict of int to Estimate
-        The value that one machine in so many exceeds.
-    beyond_limit : Estimate or None
-        Share beyond the limit; None without one on this side.
-    """
-
-    refused: str
-    threshold: float
-    exceedances: int
-    shape: float
-    scale: float
-    level: float
-    exceeded_by: Mapping[int, Estimate]
-    beyond_limit: Estimate | None
 
 
 class IndicesFindings(NamedTuple):
@@ -166,7 +142,7 @@ class ResponseFindings(Summary):
         By side, of a limited response.
     worst_trials : tuple of WorstTrialFindings
         The worst first, of a limited response.
-    distribution, tails, contributions, indices
+    distribution, contributions, indices
         Of a response that is looked at closely.
     members : dict of str to tuple of str
         The contributors of each kind of part.
@@ -183,7 +159,6 @@ class ResponseFindings(Summary):
     worst_cases: Mapping[str, WorstCase] = field(default_factory=dict)
     worst_trials: tuple[WorstTrialFindings, ...] = ()
     distribution: DistributionFindings | None = None
-    tails: Mapping[str, TailFindings] = field(default_factory=dict)
     contributions: Contributions | None = None
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     indices: IndicesFindings | None = None
@@ -230,6 +205,27 @@ class Assumptions(NamedTuple):
     missing: str
 
 
+class JointFindings(NamedTuple):
+    """All limits together.
+
+    Attributes
+    ----------
+    limits : int
+        How many there are.
+    within : Estimate
+        Share of the machines that are within all of them at once.
+    met : int
+        How many are said to be met.
+    wrongly : float
+        Greatest chance that one or more of all verdicts is wrongly "met".
+    """
+
+    limits: int
+    within: Estimate
+    met: int
+    wrongly: float
+
+
 @dataclass(frozen=True)
 class Findings:
     """What a report says of a run.
@@ -242,6 +238,8 @@ class Findings:
         FILE.py:NAME of a machine of one's own; empty for an installed one.
     trials : TrialsFindings
         What became of them.
+    joint : JointFindings or None
+        None without limits.
     interest : tuple of str
         Responses that are looked at closely.
     responses : dict of str to ResponseFindings
@@ -257,6 +255,7 @@ class Findings:
     model: str
     machine: str
     trials: TrialsFindings
+    joint: JointFindings | None
     interest: tuple[str, ...]
     responses: Mapping[str, ResponseFindings]
     assumptions: Assumptions

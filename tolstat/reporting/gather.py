@@ -20,24 +20,26 @@ from tolstat.reporting.findings import (
     DistributionFindings,
     Findings,
     IntegrationFindings,
+    JointFindings,
     Moves,
     ResponseFindings,
-    TailFindings,
     TrialsFindings,
 )
 from tolstat.reporting.summary_table import notes_of, summaries_of
-from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
+from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.integration_error import integration_error
+from tolstat.statistics.moments import unseen
+from tolstat.statistics.replicates import never_met
+from tolstat.statistics.sample import Sample
 from tolstat.statistics.shapes import NAMES, Shape, atom_of, best_shape
-from tolstat.statistics.statistic import quantiles_at, yields
+from tolstat.statistics.statistic import quantiles_at
 from tolstat.statistics.summary import Summary
-from tolstat.statistics.tails import Tail, upper_tail
+from tolstat.statistics.yields import CONFIDENCE, MET, joint_yield, yield_of
 from tolstat.status import Status
 from tolstat.store.run import Run
 
 Array = NDArray[np.float64]
 
-RETURNS = (1_000, 10_000, 100_000, 1_000_000)  # machines of which one is beyond a level
 MOST_DRAWN = 8  # responses, where no limit says which ones matter
 
 
@@ -107,9 +109,6 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
             name: _integration_error(drawn, name, summaries[name]) for name in summaries
         }
         shapes = {name: _distribution(drawn.done(name), drawn) for name in interest}
-        tails = {
-            name: _tails(drawn.done(name), drawn, summaries[name]) for name in interest
-        }
         contributions, members = shares.result()
     classical = classical_of(drawn, summaries, contributions)
     responses = {}
@@ -132,7 +131,6 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
             found = replace(
                 found,
                 distribution=shapes[name],
-                tails=tails[name],
                 contributions=contributions.get(name),
                 members=members,
                 indices=indices_of(drawn, name) if drawn.grouped else None,
@@ -144,6 +142,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
         run.model,
         run.machine,
         _trials(drawn),
+        _joint(drawn, summaries),
         tuple(interest),
         responses,
         _assumptions(run),
@@ -166,69 +165,46 @@ def _trials(drawn: Drawn) -> TrialsFindings:
         len(drawn.trials),
         run.counts,
         drawn.sample.failures,
+        _unseen(drawn.sample),
         run.sampling,
         drawn.sampled.promise,
         tuple(notes_of(run, drawn.sample)),
     )
 
 
+def _unseen(sample: Sample) -> float:
+    """Return the share of the machines that may lie beyond all trials."""
+    done = int(np.count_nonzero(sample.done))
+    if sample.replicates:
+        return never_met(done, sample.replicates)
+    return unseen(done)
+
+
+def _joint(drawn: Drawn, summaries: Mapping[str, Summary]) -> JointFindings | None:
+    """Say how many machines are within all limits at once."""
+    limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
+    if not limits:
+        return None
+    values = {name: drawn.values(name) for name in limits}
+    verdicts = [of.limited.yields.verdict for of in summaries.values() if of.limited]
+    return JointFindings(
+        len(limits),
+        joint_yield(values, drawn.sample, limits),
+        verdicts.count(MET),
+        min(len(limits) * (1 - CONFIDENCE) / 2, 1.0),
+    )
+
+
 def _distribution(done: Array, drawn: Drawn) -> DistributionFindings:
     """Say what the response looks like: an atom, and the shape of the rest."""
-    atom = atom_of(done)
+    sample = drawn.sample
+    replicate = sample.replicate[sample.done] if sample.replicates else None
+    atom = atom_of(done, replicate)
     rest = atom.without(done) if atom else done
     shape = Shape(NAMES[0], {}, refused=RANDOM_ONLY)
-    if not drawn.sample.replicates:
+    if not sample.replicates:
         shape = best_shape(rest)
     return DistributionFindings(atom, len(rest), shape)
-
-
-def tails_of(
-    done: Array, drawn: Drawn, limit: tuple[float, float] | None
-) -> dict[str, Tail]:
-    """Fit the tails that matter: beyond each end of a limit, else the upper one."""
-    lower, upper = limit or (-math.inf, math.inf)
-    found = {}
-    if drawn.sample.replicates:
-        refused = Tail(math.nan, 0, len(done), refused=RANDOM_ONLY)
-        return {"upper": refused}
-    if math.isfinite(upper) or not math.isfinite(lower):
-        found["upper"] = upper_tail(done)
-    if math.isfinite(lower):
-        found["lower"] = upper_tail(-done)
-    return found
-
-
-def _tails(done: Array, drawn: Drawn, of: Summary) -> dict[str, TailFindings]:
-    limit = of.limited.limit.permitted if of.limited else None
-    found = {}
-    for side, tail in tails_of(done, drawn, limit).items():
-        sign = 1 if side == "upper" else -1
-        levels: dict[int, Estimate] = {}
-        for machines in RETURNS:
-            # only beyond the trials themselves, and not too far
-            if not tail.refused and 1 / machines < tail.exceedances / tail.trials:
-                levels[machines] = _mirrored(tail.exceeded_by(1 / machines), sign)
-        beyond = None
-        if limit is not None and not tail.refused:
-            end = limit[1] if side == "upper" else -limit[0]
-            beyond = tail.share_beyond(end)
-        found[side] = TailFindings(
-            tail.refused,
-            sign * tail.threshold,
-            tail.exceedances,
-            tail.shape,
-            tail.scale,
-            tail.level,
-            levels,
-            beyond,
-        )
-    return found
-
-
-def _mirrored(found: Estimate, sign: int) -> Estimate:
-    if sign > 0:
-        return found
-    return Estimate(-found.value, -found.upper, -found.lower, found.reason)
 
 
 def _integration_error(
@@ -254,10 +230,9 @@ def _moves(drawn: Drawn, better: Array, of: Summary) -> Moves:
     sample = drawn.sample
     done = better[sample.done]
     sigma = float(done.std(ddof=1)) if len(done) > 1 else math.nan
-    quantiles = quantiles_at(better, sample, of.quantiles)
-    again = None
-    if of.limited:
-        again = yields(better, sample, of.limited.limit.permitted).beyond
+    limit = of.limited.limit.permitted if of.limited else None
+    quantiles = quantiles_at(better, sample, of.quantiles, limit)
+    again = yield_of(better, sample, limit).beyond if limit else None
     return Moves(
         of.mean.value - float(done.mean()),
         of.sigma.value - sigma,

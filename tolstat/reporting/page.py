@@ -141,6 +141,8 @@ def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
         limited=[name for name, each in found.responses.items() if each.limited],
         blame={name: _blame(name, each) for name, each in found.responses.items()},
         shares=QUANTILES,
+        ranged=[response.name for response in run.responses if response.range],
+        one_in=lambda share: math.floor(1 / share),
         share_words=share_words,
         thousands=lambda number: f"{number:,}".replace(",", " "),
         by_share={n: leading_of(r.contributions) for n, r in found.responses.items()},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -56,7 +57,8 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
     for response in run.responses:
         name = response.name
         limit = run.limits.get(name)
-        found[name] = summarize(drawn.values(name), drawn.sample, limit)
+        values, ends = drawn.values(name), response.range
+        found[name] = summarize(values, drawn.sample, limit, ends)
     return found
 
 
@@ -94,7 +96,7 @@ def summary_table(run: Run) -> SummaryTable:
                 words = run.limits[name].words
                 limit_rows.append([name, words, _beyond(run, name)])
         rows.append(row)
-    judged = ["limit", "demanded", "verdict", "% beyond", "Ppk"]
+    judged = ["limit", "demanded", "verdict", "% beyond", "as Ppk"]
     return SummaryTable(
         f"{run.title}: {run.trials} trials of {run.model}",
         ["response", "unit", "nominal", *(PRINTED.values() if sample else EXTREMES)],
@@ -119,17 +121,13 @@ def _judged(limited: Limited) -> list[Cell]:
     """Write what a limit asks for and what the machines say."""
     verdict = limited.yields.verdict
     if limited.yields.needed:
-        verdict += f": needs {limited.yields.needed}"
-    ppk = limited.percentiles.ppk
-    words: Cell = ppk.reason
-    if ppk.sure:
-        words = estimate_in_words(ppk, AS_IS)
+        verdict += f": {limited.yields.needed} decide"
     return [
         limited.limit.words,
-        f"{100 * limited.limit.demanded:g} %",
+        f"{100 * limited.limit.demanded:.10g} %",
         verdict,
         estimate_in_words(limited.yields.beyond, PER_CENT),
-        words,
+        estimate_in_words(limited.equivalent, AS_IS),
     ]
 
 
@@ -179,12 +177,16 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
         reached = "reached" if run.stopped.reached else "not reached"
         stages = ", ".join(map(str, run.stopped.stages))
         rules = "; ".join(run.stopped.rules)
-        notes.append(f"{rules}: {reached}; looked at after {stages} trials")
+        text = f"{rules}: {reached}; looked at after {stages} trials"
+        if math.isfinite(wanted := run.stopped.wanted) and wanted:
+            text += f"; the last look asks for about {wanted:.0f}"
+        notes.append(text)
     if sample and not sample.replicates:
         notes.append(
-            "with each number its 95 % interval: order statistics for quantiles, "
-            "Clopper-Pearson for shares; "
-            '"needs N": no interval exists with fewer trials'
+            "with each number its 95 % interval: order statistics for quantiles; of "
+            "shares beyond limits it holds however often one looks while trials are "
+            'added; "needs N": no interval exists with fewer trials; "N decide": with '
+            "a chance of 80 %; as Ppk: of a normal response with as many beyond"
         )
     elif run.sampled:
         notes.append(f"with each number its 95 % interval: {run.sampled.promise}")

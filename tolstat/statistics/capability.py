@@ -11,16 +11,18 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
-from tolstat.statistics.estimate import NONE_DONE, Estimate, untrustworthy
-from tolstat.statistics.moments import WIDER, moments, moments_are_trustworthy
-from tolstat.statistics.quantiles import quantiles
+from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.limit import Limit, ppk_of
+from tolstat.statistics.moments import Range
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.statistic import mean, quantiles_at, sigma
 
 Array = NDArray[np.float64]
-Limit = tuple[float, float]
 
 LOW, MIDDLE, HIGH = 0.00135, 0.5, 0.99865
+FAR = 100.0  # Ppk above which the spread is too small to be a measure
+ONE_END = Estimate(math.nan, reason="the limit has one end")
 
 
 class Performance(NamedTuple):
@@ -31,16 +33,18 @@ class Performance(NamedTuple):
 
 
 def by_percentiles(
-    values: Array, limit: Limit, confidence: float = 0.95
+    values: Array, sample: Sample, limit: Limit, confidence: float = 0.95
 ) -> Performance:
     """Estimate Pp and Ppk from percentiles: for responses of any shape.
 
     Parameters
     ----------
-    values : float64[n]
-        Independent, none NaN.
-    limit : tuple of float
-        Least and greatest permitted value; an open end is infinite.
+    values : float64[trial]
+        The response; NaN in trials that are not done.
+    sample : Sample
+        The trials.
+    limit : Limit
+        What is permitted.
     confidence : float
         Of the intervals.
 
@@ -48,39 +52,41 @@ def by_percentiles(
     -------
     Performance
         Pp = (U - L)/(X99.865 - X0.135), Ppk the lesser of (U - X50)/(X99.865 - X50) and
-        (X50 - L)/(X50 - X0.135). The intervals follow from exact ones of the
-        percentiles, each with its share of the error: conservative. They need 2 700 or
-        more trials.
+        (X50 - L)/(X50 - X0.135). The intervals follow from those of the percentiles,
+        each with its share of the error: conservative. Independent trials need 3544.
 
     References
     ----------
     ISO 22514-2:2017, method M4 (percentiles).
     """
-    lower, upper = limit
+    lower, upper = limit.permitted
     # up to three percentiles stand behind one number: share the error among them
     shared = 1 - (1 - confidence) / 3
-    low, middle, high = quantiles(values, (LOW, MIDDLE, HIGH), shared).values()
-    if len(values) == 0:
+    shares = (LOW, MIDDLE, HIGH)
+    found = quantiles_at(values, sample, shares, limit.permitted, shared)
+    low, middle, high = found.values()
+    if not sample.done.any():
         return Performance(NONE_DONE, NONE_DONE)
     ends = [(upper, high, 1), (lower, low, -1)]
     sides = [
         _side(end, middle, far, sign) for end, far, sign in ends if math.isfinite(end)
     ]
-    unsure = not all(side.sure for side in sides)
     ppk = Estimate(
         min(side.value for side in sides),
-        math.nan if unsure else min(side.lower for side in sides),
-        math.nan if unsure else min(side.upper for side in sides),
+        min(side.lower for side in sides),
+        min(side.upper for side in sides),
+        next((side.reason for side in sides if side.reason), ""),
     )
-    pp = Estimate(math.nan, reason="the limit has one end")
-    if math.isfinite(lower) and math.isfinite(upper):
+    pp = ONE_END
+    if limit.ends == 2:
         width = upper - lower
         pp = Estimate(
             _ratio(width, high.value - low.value),
             _ratio(width, high.upper - low.lower),
             _ratio(width, high.lower - low.upper),
+            next((side.reason for side in sides if side.reason), ""),
         )
-    return Performance(_explained(pp, high), _explained(ppk, high))
+    return Performance(_worth_saying(pp), _worth_saying(ppk))
 
 
 def _side(end: float, middle: Estimate, far: Estimate, sign: int) -> Estimate:
@@ -90,14 +96,18 @@ def _side(end: float, middle: Estimate, far: Estimate, sign: int) -> Estimate:
         return _ratio(sign * (end - m), sign * (f - m))
 
     value = ratio(middle.value, far.value)
+    if not (middle.sure and far.sure):
+        return Estimate(value, reason=far.reason or middle.reason)
+    if middle.lower == far.lower or middle.upper == far.upper:
+        return Estimate(math.nan, reason="the response does not spread")
+    if far.lower == far.upper:
+        return Estimate(math.nan, reason="the outermost machines share one value")
     # monotonous in either percentile: the extremes lie at the corners
     corners = [
         ratio(m, f)
         for m in (middle.lower, middle.upper)
         for f in (far.lower, far.upper)
     ]
-    if any(math.isnan(corner) for corner in corners):
-        return Estimate(value)
     return Estimate(value, min(corners), max(corners))
 
 
@@ -108,48 +118,90 @@ def _ratio(distance: float, spread: float) -> float:
     return distance / spread if spread != 0 else math.nan
 
 
-def _explained(estimate: Estimate, far: Estimate) -> Estimate:
-    """Say why an interval is missing."""
-    if estimate.sure or estimate.reason:
-        return estimate
-    reason = "the response does not spread" if far.sure else f"{far.reason} trials"
-    return estimate._replace(reason=reason)
+def _worth_saying(found: Estimate) -> Estimate:
+    """Say why there is no interval, or that the number is none."""
+    if found.value > FAR or (found.sure and found.lower > FAR):
+        return Estimate(math.nan, reason=f"over {FAR:g}: hardly any spread")
+    if found.reason or not found.sure:
+        return Estimate(found.value, reason=found.reason)
+    return found
 
 
-def by_moments(values: Array, limit: Limit, confidence: float = 0.95) -> Performance:
+def by_moments(
+    values: Array,
+    sample: Sample,
+    limit: Limit,
+    ends: Range | None = None,
+    confidence: float = 0.95,
+) -> Performance:
     """Estimate Pp and Ppk from mean and sigma, as for normal responses.
 
     Parameters
     ----------
-    values, limit, confidence
+    values, sample, limit, confidence
         As of `by_percentiles`.
+    ends : tuple of float, optional
+        Declared range of the response; an open end is infinite.
 
     Returns
     -------
     Performance
         Pp = (U - L)/6s, Ppk the lesser of (U - mean)/3s and (mean - L)/3s, with
-        intervals from the sample's own third and fourth moments where these are to be
-        trusted. What they say about the share beyond a limit holds for normal responses
-        alone.
+        intervals from those of mean and sigma, each with half the error. What they say
+        about the share beyond a limit holds for normal responses alone.
     """
-    lower, upper = limit
-    m = moments(values)
-    if not m.sigma > 0:
+    done = values[sample.done]
+    if not len(done):
+        return Performance(NONE_DONE, NONE_DONE)
+    half = 1 - (1 - confidence) / 2
+    middle = mean(values, sample, ends, half)
+    spread = sigma(values, sample, ends, half)
+    if not spread.value > 0:
         none = Estimate(math.nan, reason="the response does not spread")
         return Performance(none, none)
-    pp = Estimate(math.nan, reason="the limit has one end")
-    trusted = moments_are_trustworthy(m)
-    z = WIDER * float(stdtrit(max(m.n - 1, 1), 0.5 + confidence / 2))
-    if math.isfinite(lower) and math.isfinite(upper):
-        value = (upper - lower) / (6 * m.sigma)
-        half = z * math.sqrt((m.kurtosis + 2) / (4 * m.n))
-        pp = Estimate(value, value * math.exp(-half), value * math.exp(half))
-        pp = pp if trusted else untrustworthy(value, m.n)
-    # distances to the ends in sigmas; the skewness counts towards the end
-    above = (upper - m.mean) / m.sigma
-    below = (m.mean - lower) / m.sigma
-    d, skewness = (above, m.skewness) if above <= below else (below, -m.skewness)
-    variance = (1 + d * skewness + d * d * (m.kurtosis + 2) / 4) / m.n
-    half = z * math.sqrt(max(variance, 0.0)) / 3
-    ppk = Estimate(d / 3, d / 3 - half, d / 3 + half)
-    return Performance(pp, ppk if trusted else untrustworthy(d / 3, m.n))
+    reason = middle.reason or spread.reason
+    lower, upper = limit.permitted
+    ends_of_ppk = [
+        [
+            _ratio(sign * (end - m), 3 * s)
+            for m in (middle.value, middle.lower, middle.upper)
+            for s in (spread.value, spread.lower, spread.upper)
+        ]
+        for end, sign in ((upper, 1), (lower, -1))
+        if math.isfinite(end)
+    ]
+    ppk = Estimate(
+        min(of[0] for of in ends_of_ppk),
+        min(min(of) for of in ends_of_ppk),
+        min(max(of) for of in ends_of_ppk),
+        reason,
+    )
+    pp = ONE_END
+    if limit.ends == 2:
+        width = (upper - lower) / 6
+        pp = Estimate(
+            width / spread.value,
+            width / spread.upper,
+            _ratio(width, spread.lower),
+            reason,
+        )
+    return Performance(_worth_saying(pp), _worth_saying(ppk))
+
+
+def by_share(beyond: Estimate, limit: Limit) -> Estimate:
+    """Estimate the Ppk of a normal response that has as many machines beyond.
+
+    Parameters
+    ----------
+    beyond : Estimate
+        Share of the machines beyond the limit.
+    limit : Limit
+        What is permitted.
+    """
+
+    def of(share: float) -> float:
+        return ppk_of(share, limit.ends)
+
+    if not beyond.sure:
+        return Estimate(of(beyond.value), reason=beyond.reason)
+    return Estimate(of(beyond.value), of(beyond.upper), of(beyond.lower))

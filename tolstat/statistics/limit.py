@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
+
+from scipy.special import ndtr, ndtri
 
 DEMANDED = 0.9973  # yield that a limit asks for where the study says nothing
 
@@ -29,3 +32,44 @@ class Limit(NamedTuple):
     def permitted(self) -> tuple[float, float]:
         """Both ends."""
         return self.lower, self.upper
+
+    @property
+    def ends(self) -> int:
+        """How many there are."""
+        return sum(math.isfinite(end) for end in self.permitted)
+
+    @property
+    def worst(self) -> int:
+        """Where failed machines are counted: 1 above, -1 below, 0 unknown."""
+        return worst_side(self.permitted)
+
+    @property
+    def ppk(self) -> float:
+        """What is demanded, as the Ppk of a normal response."""
+        return ppk_of(1 - self.demanded, self.ends)
+
+
+def worst_side(permitted: tuple[float, float] | None) -> int:
+    """Tell on which side of all others a failed machine stands, by its limit."""
+    lower, upper = permitted or (-math.inf, math.inf)
+    return int(math.isfinite(upper)) - int(math.isfinite(lower))
+
+
+def yield_of_ppk(ppk: float, ends: int) -> float:
+    """Return the yield that a Ppk demands: a normal response with it at each end.
+
+    Parameters
+    ----------
+    ppk : float
+        Distance of the mean from the end over three sigmas.
+    ends : int
+        Of the limit.
+    """
+    return float(1 - ends * ndtr(-3 * ppk))
+
+
+def ppk_of(beyond: float, ends: int) -> float:
+    """Return the Ppk of a normal response that has a share beyond its limit."""
+    if beyond <= 0:
+        return math.inf
+    return float(-ndtri(min(beyond / ends, 1.0)) / 3)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.moments import Range
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.statistic import Statistic
 
@@ -49,13 +50,14 @@ class Precision(NamedTuple):
         return half / wanted if wanted > 0 else math.inf
 
 
-def next_stage(
+def trials_wanted(
     precisions: Sequence[Precision],
     responses: Mapping[str, Array],
     sample: Sample,
-    limits: Mapping[str, tuple[float, float]],
-) -> int:
-    """Say how many trials are needed in all.
+    limits: Mapping[str, Range],
+    ranges: Mapping[str, Range],
+) -> float:
+    """Say how many trials are needed in all, as far as those so far can tell.
 
     Parameters
     ----------
@@ -67,13 +69,39 @@ def next_stage(
         These trials.
     limits : mapping
         Least and greatest permitted value by response.
+    ranges : mapping
+        Declared range by response.
+
+    Returns
+    -------
+    float
+        0 when all is reached; else as many as the interval suggests, which shrinks with
+        the root of the trials, and a tenth more; infinite where there is none yet.
+    """
+    missing = 0.0
+    for each in precisions:
+        name = each.statistic.response
+        found = each.statistic.of(
+            responses[name], sample, limits.get(name), ranges.get(name)
+        )
+        missing = max(missing, each.missing(found))
+    return 0.0 if missing <= 1 else RESERVE * missing**2 * len(sample.status)
+
+
+def next_stage(trials: int, wanted: float) -> int:
+    """Say after how many trials to look again.
+
+    Parameters
+    ----------
+    trials : int
+        So far.
+    wanted : float
+        Of `trials_wanted`, not 0.
 
     Returns
     -------
     int
-        0 when all is reached; else the trials of the next look: as many as the interval
-        suggests, which shrinks with the root of the trials, and a tenth more; at most
-        eight times as many as now.
+        At most eight times as many as now.
 
     References
     ----------
@@ -81,13 +109,5 @@ def next_stage(
     the variance, Ann. Math. Stat. 16 (1945) 243-258: few looks, far apart, leave the
     last interval nearly what it claims; measured in tests/coverage.
     """
-    trials = len(sample.status)
-    missing = 0.0
-    for each in precisions:
-        name = each.statistic.response
-        found = each.statistic.of(responses[name], sample, limits.get(name))
-        missing = max(missing, each.missing(found))
-    if missing <= 1:
-        return 0
-    growth = min(RESERVE * missing**2, MOST_GROWTH)
-    return MULTIPLE * math.ceil(trials * growth / MULTIPLE)
+    most = min(wanted, MOST_GROWTH * trials)
+    return MULTIPLE * math.ceil(most / MULTIPLE)

@@ -41,11 +41,48 @@ def quantile(
 
 
 def quantiles(
-    values: NDArray[np.float64], shares: Iterable[float], confidence: float = 0.95
+    values: NDArray[np.float64],
+    shares: Iterable[float],
+    confidence: float = 0.95,
+    failed: int = 0,
+    worst: int = 0,
 ) -> dict[float, Estimate]:
-    """Estimate quantiles of a random sample by their shares, as `quantile` does."""
+    """Estimate quantiles of a random sample by their shares, as `quantile` does.
+
+    Parameters
+    ----------
+    values, confidence
+        As of `quantile`.
+    shares : iterable of float
+        Between 0 and 1.
+    failed : int
+        Trials that have no value.
+    worst : int
+        Where these are counted: 1 above all others, -1 below; 0: nobody knows, and the
+        interval holds wherever they belong, the value being that of the others.
+
+    Returns
+    -------
+    dict of float to Estimate
+        Of all machines, failed ones among them; none where a failed one may stand.
+    """
     ordered = np.sort(values)
-    return {share: _of_ordered(ordered, share, confidence) for share in shares}
+    if not failed:
+        return {share: _of_ordered(ordered, share, confidence) for share in shares}
+    missing = np.full(failed, math.inf)
+    above = np.concatenate([ordered, missing])
+    below = np.concatenate([-missing, ordered])
+    found = {}
+    for share in shares:
+        low = _of_ordered(above if worst > 0 else below, share, confidence)
+        high = _of_ordered(below if worst < 0 else above, share, confidence)
+        value = low.value if worst else median_unbiased(ordered, share)
+        found[share] = Estimate(value, low.lower, high.upper, low.reason or high.reason)
+        if not math.isfinite(low.lower + value + high.upper):
+            shown = value if math.isfinite(value) else math.nan
+            reason = found[share].reason or "failed trials reach there"
+            found[share] = Estimate(shown, reason=reason)
+    return found
 
 
 def _of_ordered(
@@ -78,7 +115,8 @@ def median_unbiased(ordered: NDArray[np.float64], share: float) -> float:
     below = int(place)
     above = min(below + 1, len(ordered) - 1)
     low, high = float(ordered[below]), float(ordered[above])
-    return low + (place - below) * (high - low)
+    # both may be infinite, where failed trials stand
+    return low if low == high else low + (place - below) * (high - low)
 
 
 def _binomial_quantile(probability: float, n: int, share: float) -> int:

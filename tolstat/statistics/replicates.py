@@ -1,4 +1,9 @@
-"""Intervals of samples whose trials depend on each other, from their replicates."""
+"""Intervals of samples whose trials depend on each other, from their replicates.
+
+The scatter between replicates tells how well the trials average what they have met. It
+does not tell of machines so rare that no replicate has met them: every interval reaches
+as far beyond it as these could move the number.
+"""
 
 from __future__ import annotations
 
@@ -7,62 +12,155 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
+from scipy.special import ndtr, stdtrit
 
 from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.following import CHANCE, GROWTH, MOST_TRIALS
+from tolstat.statistics.moments import ALIKE, REACH, Range, few_leave
+from tolstat.statistics.quantiles import median_unbiased
 
 Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
 LEAST_IN_EACH = 16
+LEAST_BEYOND = 30  # trials beyond a quantile that are to be expected
 WIDER = 1.1  # than Student's interval: replicates of skewed statistics are not normal
 
 
-def from_replicates(
-    statistic: Callable[[Array], float],
-    values: Array,
-    replicate: NDArray[np.int64],
-    confidence: float = 0.95,
-) -> Estimate:
-    """Estimate a statistic of Latin hypercube or Sobol' trials.
+def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
+    """Return the share of the machines that all replicates may have missed.
 
     Parameters
     ----------
-    statistic : callable
-        Of float64[n].
+    trials : int
+        Of all replicates.
+    replicates : int
+        Independent of each other.
+    confidence : float
+        Half the rest is the chance that a larger share is missed.
+
+    Returns
+    -------
+    float
+        By the one-sided inequality of Chebyshev for the number met in each replicate:
+        its variance is taken to be at most that of independent trials.
+
+    References
+    ----------
+    A. B. Owen, Monte Carlo variance of scrambled net quadrature, SIAM J. Numer. Anal.
+    34 (1997) 1884-1910: so it is, but for a factor n/(n - 1), of Latin hypercubes; of
+    scrambled nets a larger factor is possible. That the bound holds was measured.
+    """
+    met = ((1 - confidence) / 2) ** (-1 / replicates) - 1
+    return float(min(met * replicates / trials, 1.0))
+
+
+def mean_of_replicates(
+    values: Array,
+    replicate: Numbers,
+    ends: Range | None = None,
+    confidence: float = 0.95,
+) -> Estimate:
+    """Estimate the mean of Latin hypercube or Sobol' trials.
+
+    Parameters
+    ----------
     values : float64[trial]
         The response, none NaN.
     replicate : int64[trial]
         Number of the independent randomisation that each trial belongs to.
+    ends : tuple of float, optional
+        Declared range of the response, where an open end is infinite.
     confidence : float
         Of the interval.
 
     Returns
     -------
     Estimate
-        The statistic of all trials, with Student's interval, a tenth wider, from the
-        scatter of the same statistic between the replicates.
+        With Student's interval of the replicates' means, a tenth wider, and what the
+        share that was never met could add at the ends: declared ones, or twice the
+        trials' spread beyond them.
 
     References
     ----------
     A. B. Owen, Monte Carlo Theory, Methods and Examples, chapter 17: randomised
     quasi-Monte Carlo, replicates.
     """
-    if len(values) == 0:
-        return NONE_DONE
-    value = statistic(values)
-    groups = [values[replicate == number] for number in np.unique(replicate)]
-    if len(groups) < 2 or min(len(group) for group in groups) < LEAST_IN_EACH:
-        return Estimate(value, reason=f"no replicates of {LEAST_IN_EACH} trials")
-    each = np.array([statistic(group) for group in groups])
-    if np.ptp(each) == 0:
-        return Estimate(value, reason="alike in all replicates")
-    count = len(each)
-    z = float(stdtrit(count - 1, 0.5 + confidence / 2))
-    half = WIDER * z * float(each.std(ddof=1)) / math.sqrt(count)
-    return Estimate(value, value - half, value + half)
+    if reason := _missing(values, replicate):
+        value = float(values.mean()) if len(values) else math.nan
+        return Estimate(value, reason=reason)
+    value, least, largest = (float(f(values)) for f in (np.mean, np.min, np.max))
+    lower, upper = ends or (-math.inf, math.inf)
+    known = math.isfinite(lower) and math.isfinite(upper)
+    if least == largest and not known:
+        return Estimate(value, reason=ALIKE)
+    reach = REACH * (largest - least)
+    return _between(
+        np.bincount(replicate, values) / np.bincount(replicate),
+        value,
+        len(values),
+        lower if math.isfinite(lower) else least - reach,
+        upper if math.isfinite(upper) else largest + reach,
+        confidence,
+    )
+
+
+def _between(
+    each: Array,
+    value: float,
+    trials: int,
+    lower: float,
+    upper: float,
+    confidence: float,
+) -> Estimate:
+    """Give a mean its interval: from the replicates' means, and what they never met."""
+    half = _student(each, confidence)
+    rare = never_met(trials, len(each), confidence)
+    low, high = value - half, value + half
+    return Estimate(
+        value, low - rare * max(low - lower, 0.0), high + rare * max(upper - high, 0.0)
+    )
+
+
+def sigma_of_replicates(
+    values: Array,
+    replicate: Numbers,
+    ends: Range | None = None,
+    confidence: float = 0.95,
+) -> Estimate:
+    """Estimate the standard deviation of Latin hypercube or Sobol' trials.
+
+    Parameters
+    ----------
+    values, replicate, ends, confidence
+        As of `mean_of_replicates`.
+
+    Returns
+    -------
+    Estimate
+        With the interval of the mean of squares about the mean.
+    """
+    value = float(values.std(ddof=1)) if len(values) > 1 else math.nan
+    if reason := _missing(values, replicate) or few_leave(values, ends):
+        return Estimate(value, reason=reason)
+    centre = float(values.mean())
+    lower, upper = ends or (-math.inf, math.inf)
+    farthest = max(upper - centre, centre - lower)
+    if not math.isfinite(farthest):
+        farthest = (1 + REACH) * float(np.ptp(values))
+    squares = (0.0, farthest**2)
+    found = mean_of_replicates((values - centre) ** 2, replicate, squares, confidence)
+    if value == 0:
+        return Estimate(value, reason=ALIKE)
+    return Estimate(
+        value,
+        min(math.sqrt(max(found.lower, 0.0)), value),
+        max(math.sqrt(found.upper), value),
+    )
 
 
 def share_from_replicates(
-    machines: NDArray[np.bool_], replicate: NDArray[np.int64]
+    machines: NDArray[np.bool_], replicate: Numbers, confidence: float = 0.95
 ) -> Estimate:
     """Estimate a share of Latin hypercube or Sobol' trials.
 
@@ -70,13 +168,138 @@ def share_from_replicates(
     ----------
     machines : bool[trial]
         Which of them have the property.
-    replicate : int64[trial]
-        Number of the independent randomisation that each trial belongs to.
+    replicate, confidence
+        As of `mean_of_replicates`.
 
     Returns
     -------
     Estimate
-        With an interval kept within 0 and 1.
+        With an interval within 0 and 1; one that no trial has may be as large as what
+        was never met.
     """
-    found = from_replicates(np.mean, machines.astype(float), replicate)
-    return found._replace(lower=max(found.lower, 0.0), upper=min(found.upper, 1.0))
+    return mean_of_replicates(
+        machines.astype(np.float64), replicate, (0.0, 1.0), confidence
+    )
+
+
+def quantile_of_replicates(
+    values: Array, replicate: Numbers, share: float, confidence: float = 0.95
+) -> Estimate:
+    """Estimate a quantile of Latin hypercube or Sobol' trials.
+
+    Parameters
+    ----------
+    values : float64[trial]
+        None NaN; infinite where a failed trial stands.
+    replicate, confidence
+        As of `mean_of_replicates`.
+    share : float
+        Between 0 and 1.
+
+    Returns
+    -------
+    Estimate
+        The values that lie at the ends of the interval of the share below it; none
+        where fewer than thirty trials are to be expected beyond it.
+
+    References
+    ----------
+    R. S. Woodruff, Confidence intervals for medians and other position measures, J. Am.
+    Statist. Assoc. 47 (1952) 635-646.
+    """
+    ordered = np.sort(values)
+    value = median_unbiased(ordered, share) if len(values) else math.nan
+    if reason := _missing(values, replicate):
+        return Estimate(value, reason=reason)
+    n, sizes = len(values), np.bincount(replicate)
+    needed = math.ceil(LEAST_BEYOND / min(share, 1 - share))
+    if n < needed:
+        return Estimate(value, reason=f"needs {needed}")
+    in_order = replicate[np.argsort(values)]
+
+    def below(k: int) -> Estimate:
+        """Estimate the share of the machines up to the k-th of the trials."""
+        stop = int(np.searchsorted(ordered, ordered[k], side="right"))
+        each = np.bincount(in_order[:stop], minlength=len(sizes)) / sizes
+        return _between(each, stop / n, n, 0.0, 1.0, confidence)
+
+    low = _first(lambda k: below(k).upper >= share, n)
+    high = _first(lambda k: below(k).lower >= share, n)
+    if low == 0 or high == n:
+        return Estimate(value, reason="it may lie beyond the trials")
+    lower, upper = float(ordered[low - 1]), float(ordered[high])
+    if not math.isfinite(lower + upper):
+        return Estimate(
+            value if math.isfinite(value) else math.nan,
+            reason="failed trials reach there",
+        )
+    return Estimate(value, min(lower, value), max(upper, value))
+
+
+def replicates_that_decide(
+    machines: NDArray[np.bool_], replicate: Numbers, demanded: float
+) -> int:
+    """Return how many trials will tell whether a share is as large as is demanded.
+
+    Parameters
+    ----------
+    machines, replicate
+        As of `share_from_replicates`.
+    demanded : float
+        Between 0 and 1.
+
+    Returns
+    -------
+    int
+        The least number, of those a quarter apart, that decides with a chance of 80 %
+        if the replicates scatter less as the root of the trials grows; 0 if that is
+        beyond 1e9, or nothing can be told yet.
+    """
+    values = machines.astype(np.float64)
+    if _missing(values, replicate):
+        return 0
+    share, n = float(values.mean()), len(values)
+    each = np.bincount(replicate, values) / np.bincount(replicate)
+    half = _student(each, 0.95)
+    error = float(each.std(ddof=1)) / math.sqrt(len(each))
+    rare = never_met(n, len(each))
+    trials = n
+    while (trials := math.ceil(GROWTH * trials)) <= MOST_TRIALS:
+        part = n / trials
+        wide, beyond = half * math.sqrt(part), rare * part
+        # what is estimated then differs from what is now, and from the truth
+        scatter = max(error * math.sqrt(1 + part), 1e-12)
+        met = ndtr((share - wide - beyond * share - demanded) / scatter)
+        missed = ndtr((demanded - share - wide - beyond * (1 - share)) / scatter)
+        if met + missed >= CHANCE:
+            return trials
+    return 0
+
+
+def _count(replicate: Numbers) -> int:
+    return int(replicate.max()) + 1
+
+
+def _missing(values: Array, replicate: Numbers) -> str:
+    """Say why there is no interval; empty if there is one."""
+    if not len(values):
+        return NONE_DONE.reason
+    sizes = np.bincount(replicate)
+    if len(sizes) < 2 or sizes.min() < LEAST_IN_EACH:
+        return f"no replicates of {LEAST_IN_EACH} trials"
+    return ""
+
+
+def _student(each: Array, confidence: float) -> float:
+    """Return half the interval of the replicates' means."""
+    z = float(stdtrit(len(each) - 1, 0.5 + confidence / 2))
+    return WIDER * z * float(each.std(ddof=1)) / math.sqrt(len(each))
+
+
+def _first(holds: Callable[[int], bool], n: int) -> int:
+    """Return the least of 0 .. n-1 from which something holds; n if it never does."""
+    low, high = -1, n
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high

@@ -62,7 +62,7 @@ class Sample(NamedTuple):
         trials = int(np.count_nonzero(self.ran))
         if trials == 0:
             return Estimate(math.nan, reason="no trial has run")
-        if self.replicates and self.failed:
+        if self.replicates:
             failed = ~self.done[self.ran]
             return share_from_replicates(failed, self.replicate[self.ran])
         return proportion(self.failed, trials)

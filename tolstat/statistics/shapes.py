@@ -12,6 +12,7 @@ from scipy.special import log_ndtr
 from tolstat.statistics.anderson_darling import a_squared, level_in, log_of_the_rest
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.proportions import proportion
+from tolstat.statistics.replicates import share_from_replicates
 
 Array = NDArray[np.float64]
 
@@ -85,13 +86,15 @@ class Atom(NamedTuple):
         return values[(values < self.least) | (values > self.largest)]
 
 
-def atom_of(values: Array) -> Atom | None:
+def atom_of(values: Array, replicate: NDArray[np.int64] | None = None) -> Atom | None:
     """Find the value that more machines share than chance allows.
 
     Parameters
     ----------
     values : float64[n]
-        Independent, none NaN.
+        None NaN.
+    replicate : int64[n], optional
+        Number of the randomisation that each belongs to; independent without it.
 
     Returns
     -------
@@ -107,7 +110,8 @@ def atom_of(values: Array) -> Atom | None:
     _, starts, counts = np.unique(ordered, return_index=True, return_counts=True)
     most = int(counts.argmax())
     if counts[most] >= max(2, LEAST_ATOM * n):
-        return _atom(ordered, int(starts[most]), int(counts[most]))
+        first = int(starts[most])
+        return _atom(values, replicate, ordered[first : first + counts[most]])
     for side in (0.995, 0.005):
         width = NEAR * abs(
             np.quantile(ordered, side) - ordered[0 if side > 0.5 else -1]
@@ -116,14 +120,19 @@ def atom_of(values: Array) -> Atom | None:
         counts = ends - np.arange(n)
         most = int(counts.argmax())
         if counts[most] >= max(LEAST_ALIKE, LEAST_NEAR * n):
-            return _atom(ordered, most, int(counts[most]))
+            return _atom(values, replicate, ordered[most : most + counts[most]])
     return None
 
 
-def _atom(ordered: Array, first: int, count: int) -> Atom:
-    inside = ordered[first : first + count]
-    share = proportion(count, len(ordered))
-    return Atom(float(inside[count // 2]), float(inside[0]), float(inside[-1]), share)
+def _atom(values: Array, replicate: NDArray[np.int64] | None, alike: Array) -> Atom:
+    """Describe those of the values that are alike; ascending."""
+    middle, least, largest = (float(alike[i]) for i in (len(alike) // 2, 0, -1))
+    if replicate is None:
+        share = proportion(len(alike), len(values))
+    else:
+        machines = (values >= least) & (values <= largest)
+        share = share_from_replicates(machines, replicate)
+    return Atom(middle, least, largest, share)
 
 
 def fit_shape(values: Array, name: str) -> Shape:

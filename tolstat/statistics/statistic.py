@@ -9,46 +9,28 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.statistics.estimate import NONE_DONE, Estimate, untrustworthy
-from tolstat.statistics.limit import DEMANDED
-from tolstat.statistics.moments import (
-    mean_of,
-    moments,
-    moments_are_trustworthy,
-    sigma_of,
+from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.limit import worst_side
+from tolstat.statistics.moments import Range, mean_of, sigma_of
+from tolstat.statistics.quantiles import median_unbiased, quantiles
+from tolstat.statistics.replicates import (
+    mean_of_replicates,
+    quantile_of_replicates,
+    sigma_of_replicates,
 )
-from tolstat.statistics.quantiles import quantiles
-from tolstat.statistics.replicates import from_replicates
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.yields import Yield, yield_of, yield_of_replicates
+from tolstat.statistics.yields import yield_of
 
 Array = NDArray[np.float64]
 
 
-def mean(values: Array, sample: Sample) -> Estimate:
-    """Estimate the mean of float64[trial] over the trials that are done."""
-    done = values[sample.done]
-    if sample.replicates:
-        return from_replicates(np.mean, done, sample.replicate[sample.done])
-    return mean_of(done) if len(done) else NONE_DONE
-
-
-def sigma(values: Array, sample: Sample) -> Estimate:
-    """Estimate the standard deviation over the trials that are done."""
-    done = values[sample.done]
-    if sample.replicates:
-
-        def of(x: Array) -> float:
-            return float(np.std(x, ddof=1))
-
-        if not moments_are_trustworthy(moments(done)):
-            return untrustworthy(of(done) if len(done) > 1 else math.nan, len(done))
-        return from_replicates(of, done, sample.replicate[sample.done])
-    return sigma_of(done) if len(done) else NONE_DONE
-
-
-def quantile_at(values: Array, sample: Sample, share: float) -> Estimate:
-    """Estimate the value that a share of the machines that are done stays below.
+def mean(
+    values: Array,
+    sample: Sample,
+    ends: Range | None = None,
+    confidence: float = 0.95,
+) -> Estimate:
+    """Estimate the mean over the trials that are done.
 
     Parameters
     ----------
@@ -56,46 +38,38 @@ def quantile_at(values: Array, sample: Sample, share: float) -> Estimate:
         The response; NaN in trials that are not done.
     sample : Sample
         The trials.
-    share : float
-        Between 0 and 1.
+    ends : tuple of float, optional
+        Declared range of the response; an open end is infinite.
+    confidence : float
+        Of the interval.
     """
-    return quantiles_at(values, sample, [share])[share]
+    done, replicate = values[sample.done], sample.replicate[sample.done]
+    if sample.replicates:
+        return mean_of_replicates(done, replicate, ends, confidence)
+    return mean_of(done, ends, confidence)
+
+
+def sigma(
+    values: Array,
+    sample: Sample,
+    ends: Range | None = None,
+    confidence: float = 0.95,
+) -> Estimate:
+    """Estimate the standard deviation over the trials that are done, as `mean` does."""
+    done, replicate = values[sample.done], sample.replicate[sample.done]
+    if sample.replicates:
+        return sigma_of_replicates(done, replicate, ends, confidence)
+    return sigma_of(done, ends, confidence)
 
 
 def quantiles_at(
-    values: Array, sample: Sample, shares: Iterable[float]
-) -> dict[float, Estimate]:
-    """Estimate quantiles by their shares, as `quantile_at` does."""
-    done = values[sample.done]
-    if not len(done):
-        return dict.fromkeys(shares, NONE_DONE)
-    if sample.replicates:
-        return {s: _quantile_of_replicates(done, sample, s) for s in shares}
-    return quantiles(done, shares)
-
-
-def _quantile_of_replicates(done: Array, sample: Sample, share: float) -> Estimate:
-    replicate = sample.replicate[sample.done]
-
-    def of(x: Array) -> float:
-        return float(np.quantile(x, share, method="median_unbiased"))
-
-    found = from_replicates(of, done, replicate)
-    smallest = int(np.bincount(replicate).min())
-    # a replicate that never reaches so far says nothing of it
-    if smallest * min(share, 1 - share) < 1:
-        needed = math.ceil(1 / min(share, 1 - share)) * sample.replicates
-        return Estimate(found.value, reason=f"needs {needed}")
-    return found
-
-
-def yields(
     values: Array,
     sample: Sample,
-    limit: tuple[float, float],
-    demanded: float = DEMANDED,
-) -> Yield:
-    """Estimate shares within and beyond a limit, failed trials counted against.
+    shares: Iterable[float],
+    limit: tuple[float, float] | None = None,
+    confidence: float = 0.95,
+) -> dict[float, Estimate]:
+    """Estimate the values that shares of the machines stay below.
 
     Parameters
     ----------
@@ -103,17 +77,37 @@ def yields(
         The response; NaN in trials that are not done.
     sample : Sample
         The trials.
-    limit : tuple of float
-        Least and greatest permitted value.
-    demanded : float
-        Share of machines that is to be within.
+    shares : iterable of float
+        Between 0 and 1.
+    limit : tuple of float, optional
+        Permitted values. A failed trial stands beyond the end of a limit that has one;
+        else nobody knows where, and the interval holds wherever it is.
+    confidence : float
+        Of the intervals.
     """
-    if sample.replicates:
-        ran = sample.ran
-        return yield_of_replicates(
-            values[ran], sample.done[ran], sample.replicate[ran], limit, demanded
-        )
-    return yield_of(values[sample.done], sample.failed, limit, demanded)
+    done = values[sample.done]
+    if not len(done):
+        return dict.fromkeys(shares, NONE_DONE)
+    worst = worst_side(limit)
+    if not sample.replicates:
+        return quantiles(done, shares, confidence, sample.failed, worst)
+    replicate = sample.replicate[sample.ran]
+
+    def of(share: float, side: float) -> Estimate:
+        """Estimate it with failed trials on one side of all others."""
+        placed = np.where(sample.done, values, side)[sample.ran]
+        return quantile_of_replicates(placed, replicate, share, confidence)
+
+    if worst or not sample.failed:
+        return {share: of(share, math.inf * (worst or 1)) for share in shares}
+    found, ordered = {}, np.sort(done)
+    for share in shares:
+        low, high = of(share, -math.inf), of(share, math.inf)
+        value, reason = median_unbiased(ordered, share), low.reason or high.reason
+        found[share] = Estimate(value, low.lower, high.upper, reason)
+        if reason:
+            found[share] = Estimate(value, reason=reason)
+    return found
 
 
 class Statistic(NamedTuple):
@@ -134,7 +128,11 @@ class Statistic(NamedTuple):
     share: float = math.nan
 
     def of(
-        self, values: Array, sample: Sample, limit: tuple[float, float] | None = None
+        self,
+        values: Array,
+        sample: Sample,
+        limit: tuple[float, float] | None = None,
+        ends: Range | None = None,
     ) -> Estimate:
         """Estimate it.
 
@@ -146,10 +144,12 @@ class Statistic(NamedTuple):
             The trials.
         limit : tuple of float, optional
             Least and greatest permitted value, for "beyond".
+        ends : tuple of float, optional
+            Declared range of the response.
         """
         if self.kind == "quantile":
-            return quantile_at(values, sample, self.share)
+            return quantiles_at(values, sample, [self.share], limit)[self.share]
         if self.kind == "beyond":
             assert limit is not None  # checked with the study
-            return yields(values, sample, limit).beyond
-        return (mean if self.kind == "mean" else sigma)(values, sample)
+            return yield_of(values, sample, limit).beyond
+        return (mean if self.kind == "mean" else sigma)(values, sample, ends)

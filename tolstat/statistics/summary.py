@@ -9,17 +9,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.statistics.capability import Performance, by_moments, by_percentiles
-from tolstat.statistics.estimate import NONE_DONE, RANDOM_ONLY, Estimate
-from tolstat.statistics.limit import Limit
-from tolstat.statistics.sample import Sample
-from tolstat.statistics.statistic import (
-    mean,
-    quantiles_at,
-    sigma,
-    yields,
+from tolstat.statistics.capability import (
+    Performance,
+    by_moments,
+    by_percentiles,
+    by_share,
 )
-from tolstat.statistics.yields import Yield
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limit import Limit
+from tolstat.statistics.moments import Range
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.statistic import mean, quantiles_at, sigma
+from tolstat.statistics.yields import Yield, yield_of
 
 Array = NDArray[np.float64]
 
@@ -35,12 +36,18 @@ class Limited(NamedTuple):
         What is permitted, and of how many machines it is asked.
     yields : Yield
         Shares and verdict.
+    demanded_ppk : float
+        What is demanded, as the Ppk of a normal response.
+    equivalent : Estimate
+        Ppk of a normal response with as many machines beyond.
     percentiles, moments : Performance
         Pp and Ppk, either way.
     """
 
     limit: Limit
     yields: Yield
+    demanded_ppk: float
+    equivalent: Estimate
     percentiles: Performance
     moments: Performance
 
@@ -73,6 +80,7 @@ def summarize(
     values: Array,
     sample: Sample,
     limit: Limit | None = None,
+    ends: Range | None = None,
 ) -> Summary:
     """Summarize a response.
 
@@ -84,35 +92,31 @@ def summarize(
         The trials.
     limit : Limit, optional
         What is permitted.
+    ends : tuple of float, optional
+        Declared range of the response; an open end is infinite.
 
     Returns
     -------
     Summary
         Every number with its 95 % interval, or why it has none.
     """
-    done = np.sort(values[sample.done])
-    if len(done) == 0:
-        quantiles = dict.fromkeys(QUANTILES, NONE_DONE)
-        no_ratio = Performance(NONE_DONE, NONE_DONE)
-        limited = None
-        if limit is not None and sample.failed:  # each of them beyond it
-            judged = yields(values, sample, limit.permitted, limit.demanded)
-            limited = Limited(limit, judged, no_ratio, no_ratio)
-        return Summary(NONE_DONE, NONE_DONE, math.nan, math.nan, quantiles, limited)
+    done = values[sample.done]
     limited = None
-    if limit is not None:
-        ends = limit.permitted
-        found = yields(values, sample, ends, limit.demanded)
-        performance = by_percentiles(done, ends), by_moments(done, ends)
-        if sample.replicates:
-            none = Estimate(math.nan, reason=RANDOM_ONLY)
-            performance = Performance(none, none), Performance(none, none)
-        limited = Limited(limit, found, *performance)
+    if limit is not None and sample.ran.any():
+        judged = yield_of(values, sample, limit.permitted, limit.demanded)
+        limited = Limited(
+            limit,
+            judged,
+            limit.ppk,
+            by_share(judged.beyond, limit),
+            by_percentiles(values, sample, limit),
+            by_moments(values, sample, limit, ends),
+        )
     return Summary(
-        mean(values, sample),
-        sigma(values, sample),
-        float(done[0]),
-        float(done[-1]),
-        quantiles_at(values, sample, QUANTILES),
+        mean(values, sample, ends),
+        sigma(values, sample, ends),
+        float(done.min()) if len(done) else math.nan,
+        float(done.max()) if len(done) else math.nan,
+        quantiles_at(values, sample, QUANTILES, limit.permitted if limit else None),
         limited,
     )

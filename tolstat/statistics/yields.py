@@ -1,18 +1,27 @@
-"""Share of machines within a limit, when some trials failed."""
+"""The share of machines within a limit, when some trials failed, and its verdict."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.following import followed, trials_that_decide
 from tolstat.statistics.limit import DEMANDED
-from tolstat.statistics.proportions import proportion
-from tolstat.statistics.replicates import share_from_replicates
+from tolstat.statistics.replicates import (
+    replicates_that_decide,
+    share_from_replicates,
+)
+from tolstat.statistics.sample import Sample
+
+Array = NDArray[np.float64]
+Ends = tuple[float, float]
 
 MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
+CONFIDENCE = 0.95
 
 
 class Yield(NamedTuple):
@@ -28,7 +37,8 @@ class Yield(NamedTuple):
         "met" when the whole interval of the yield lies at or above what is demanded,
         "not met" when it lies below, else "undecided"; failed trials count against.
     needed : int
-        Trials that would decide an undecided one, if the share stays; 0 otherwise.
+        Trials that decide an undecided one with a chance of 80 %; 0 otherwise, and
+        where that is beyond 1e9.
     """
 
     beyond: Estimate
@@ -39,19 +49,16 @@ class Yield(NamedTuple):
 
 
 def yield_of(
-    values: NDArray[np.float64],
-    failed: int,
-    limit: tuple[float, float],
-    demanded: float = DEMANDED,
+    values: Array, sample: Sample, limit: Ends, demanded: float = DEMANDED
 ) -> Yield:
     """Estimate the yield of a limit.
 
     Parameters
     ----------
-    values : float64[n]
-        The response in the trials that are done, independent.
-    failed : int
-        Trials that failed.
+    values : float64[trial]
+        The response; NaN in trials that are not done.
+    sample : Sample
+        The trials.
     limit : tuple of float
         Least and greatest permitted value.
     demanded : float
@@ -60,72 +67,68 @@ def yield_of(
     Returns
     -------
     Yield
-        With exact binomial intervals (Clopper and Pearson).
+        Of independent trials with intervals that hold however often one looks while
+        trials are added, so that following a verdict until it falls errs no oftener;
+        else from the scatter between replicates.
     """
-    within = int(np.count_nonzero(_within(values, limit)))
-    trials = len(values) + failed
-    bad = proportion(trials - within, trials)
-    least = proportion(within, trials)
-    most = proportion(within + failed, trials)
-    verdict, needed = _verdict(least, demanded), 0
-    if verdict == UNDECIDED:
-        needed = _needed(within / trials, trials, demanded)
-    return Yield(bad, least, most, verdict, needed)
+    return judged(_within(values, sample, limit), sample, demanded)
 
 
-def yield_of_replicates(
-    values: NDArray[np.float64],
-    done: NDArray[np.bool_],
-    replicate: NDArray[np.int64],
-    limit: tuple[float, float],
-    demanded: float = DEMANDED,
-) -> Yield:
-    """Estimate the yield of a limit from trials that depend on each other.
+def joint_yield(
+    responses: Mapping[str, Array], sample: Sample, limits: Mapping[str, Ends]
+) -> Estimate:
+    """Estimate the share of machines that are within all limits at once.
 
     Parameters
     ----------
-    values : float64[n]
-        The response in all trials that ran.
-    done : bool[n]
-        Which of them did not fail.
-    replicate : int64[n]
-        Number of the randomisation that each belongs to.
-    limit, demanded
-        As of `yield_of`.
-
-    Returns
-    -------
-    Yield
-        With intervals from the scatter between replicates, kept within 0 and 1.
+    responses : mapping of str to float64[trial]
+        By name.
+    sample : Sample
+        The trials; failed ones are within none.
+    limits : mapping of str to tuple of float
+        Least and greatest permitted value of each limited response; at least one.
     """
-    good = done & _within(values, limit)
-
-    least = share_from_replicates(good, replicate)
-    verdict = _verdict(least, demanded) if least.sure else UNDECIDED
-    beyond = share_from_replicates(~good, replicate)
-    most = share_from_replicates(good | ~done, replicate)
-    return Yield(beyond, least, most, verdict, 0)
+    good = np.all(
+        [_within(responses[name], sample, limit) for name, limit in limits.items()],
+        axis=0,
+    )
+    return judged(good, sample, DEMANDED).least
 
 
-def _within(
-    values: NDArray[np.float64], limit: tuple[float, float]
-) -> NDArray[np.bool_]:
-    lower, upper = limit
-    inside: NDArray[np.bool_] = (values >= lower) & (values <= upper)
-    return inside
+def judged(good: NDArray[np.bool_], sample: Sample, demanded: float) -> Yield:
+    """Judge which machines are good.
 
+    Parameters
+    ----------
+    good : bool[trial]
+        Of trials that are done.
+    sample, demanded
+        As of `yield_of`.
+    """
+    ran, done = sample.ran, sample.done
+    good, missing = good[ran], ~done[ran]
 
-def _verdict(least: Estimate, demanded: float) -> str:
+    def share(machines: NDArray[np.bool_]) -> Estimate:
+        if sample.replicates:
+            return share_from_replicates(machines, sample.replicate[ran])
+        return followed(int(machines.sum()), len(machines), CONFIDENCE)
+
+    least, verdict = share(good), UNDECIDED
     if least.lower >= demanded:
-        return MET
-    return NOT_MET if least.upper < demanded else UNDECIDED
+        verdict = MET
+    elif least.upper < demanded:
+        verdict = NOT_MET
+    needed = 0
+    if verdict == UNDECIDED and sample.replicates:
+        needed = replicates_that_decide(good, sample.replicate[ran], demanded)
+    elif verdict == UNDECIDED:
+        beyond, trials = int(np.count_nonzero(~good)), len(good)
+        needed = trials_that_decide(beyond, trials, 1 - demanded, CONFIDENCE)
+    return Yield(share(~good), least, share(good | missing), verdict, needed)
 
 
-def _needed(share: float, trials: int, demanded: float) -> int:
-    """Return the least doubling of the trials that would decide; 0 if none would."""
-    for doubling in range(1, 21):
-        more: int = trials * 2**doubling
-        found = proportion(round(share * more), more)
-        if found.lower >= demanded or found.upper < demanded:
-            return more
-    return 0
+def _within(values: Array, sample: Sample, limit: Ends) -> NDArray[np.bool_]:
+    lower, upper = limit
+    with np.errstate(invalid="ignore"):
+        inside: NDArray[np.bool_] = (values >= lower) & (values <= upper)
+    return inside & sample.done

@@ -35,6 +35,7 @@ SHOWN = "shown"  # the unit in which the study writes it, or the machine declare
 LIMIT = "limit"  # least and greatest permitted value, SI
 WRITTEN = "limit_as_written"
 DEMANDED = "demanded_yield"  # share of machines within
+RANGE = "valid_range"  # what a response can never lie beyond; as netCDF has it
 TOLERANCE = "tolerance"  # its ends, SI
 ASSUMED = "assumed"  # its distribution, in words
 BATCH = "batch"  # whose parts are all alike
@@ -133,6 +134,8 @@ def _describe(dataset: h5py.Dataset, what: Contributor | Response, plan: Plan) -
     attrs["long_name"], attrs["source"] = what.sentence, what.source
     if shown := plan.shown.get(what.name) or what.shown:
         attrs[SHOWN] = shown
+    if isinstance(what, Response) and what.range:
+        attrs[RANGE] = what.range
     if isinstance(what, Contributor) and what.part:
         attrs[PART] = what.part
 
@@ -199,4 +202,4 @@ def write_facts(file: h5py.File, plan: Plan, stopped: Stopped | None) -> None:
     if stopped:
         write_texts(file, "until", stopped.rules)
         attrs["until_reached"], attrs["until_stages"] = stopped.reached, stopped.stages
-        attrs["at_most"] = stopped.at_most
+        attrs["at_most"], attrs["until_wanted"] = stopped.at_most, stopped.wanted

@@ -27,6 +27,7 @@ from tolstat.store.layout import (
     LIMIT,
     NOMINAL,
     PART,
+    RANGE,
     REFERENCE,
     SETTINGS,
     SHOWN,
@@ -154,7 +155,8 @@ def _contributor(dataset: h5py.Dataset) -> Contributor:
 
 
 def _response(dataset: h5py.Dataset) -> Response:
-    return Response(*_described(dataset), shown=_shown(dataset))
+    ends = tuple(dataset.attrs[RANGE].tolist()) if RANGE in dataset.attrs else None
+    return Response(*_described(dataset), shown=_shown(dataset), range=ends)
 
 
 def _shown(dataset: h5py.Dataset) -> str:
@@ -202,7 +204,8 @@ def _stopped(file: h5py.File) -> Stopped:
     attrs = file.attrs
     stages = tuple(attrs["until_stages"].tolist())
     reached, at_most = bool(attrs["until_reached"]), int(attrs["at_most"])
-    return Stopped(texts(file, "until"), reached, stages, at_most)
+    wanted = float(attrs.get("until_wanted", 0.0))
+    return Stopped(texts(file, "until"), reached, stages, at_most, wanted)
 
 
 def _audited(group: h5py.Group, responses: tuple[Response, ...]) -> Audited:

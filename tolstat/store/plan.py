@@ -197,12 +197,16 @@ class Stopped(NamedTuple):
         After how many trials they were looked at.
     at_most : int
         Trials after which it would have ended whatever was reached.
+    wanted : float
+        Trials that the last look asked for: 0 if all was reached, infinite where there
+        was no interval yet.
     """
 
     rules: tuple[str, ...]
     reached: bool
     stages: tuple[int, ...]
     at_most: int
+    wanted: float = 0.0
 
 
 class Ending(NamedTuple):

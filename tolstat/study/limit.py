@@ -5,8 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from tolstat.errors import UnitError, allowed_names
-from tolstat.statistics.limit import DEMANDED, Limit
+from tolstat.statistics.limit import DEMANDED, Limit, yield_of_ppk
 from tolstat.units.grammar import limit, quantity
+
+DEMANDS = ("yield", "ppk", "ppm")
+EXAMPLES = {"ppk": "1.33", "ppm": "100"}
+RANGES = {"ppk": ("0", "2.7"), "ppm": ("0", "1 000 000")}
 
 
 def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
@@ -15,7 +19,9 @@ def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
     Parameters
     ----------
     given : str or dict
-        "<= 3 %", or { limit = "<= 3 %", yield = "99 %" }.
+        "<= 3 %", or with what is demanded, { limit = "<= 3 %", yield = "99 %" }: a
+        yield, the greatest share beyond per million (`ppm = 100`), or the Ppk of a
+        normal response with as many beyond each end (`ppk = 1.33`).
     unit : str
         SI unit of the response.
 
@@ -30,18 +36,37 @@ def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
         If a key or a quantity is wrong.
     """
     keys = {"limit": given} if isinstance(given, str) else given
-    for key, value in keys.items():
-        if key not in ("limit", "yield"):
-            allowed = allowed_names(key, ("limit", "yield"))
+    for key in keys:
+        if key not in ("limit", *DEMANDS):
+            allowed = allowed_names(key, ("limit", *DEMANDS))
             raise UnitError(f"a limit has no key {key}; {allowed}")
-        if not isinstance(value, str):
-            raise UnitError(f'{key}: a text is expected, such as "<= 3 %" or "99 %"')
-    if "limit" not in keys:
-        raise UnitError("the key limit is missing")
-    demanded = quantity(keys["yield"], "1") if "yield" in keys else DEMANDED
-    if not 0 < demanded < 1:
-        raise UnitError(
-            f"yield = {100 * demanded:g} %: between 0 and 100 % is expected"
-        )
+    if not isinstance(keys.get("limit"), str):
+        raise UnitError('limit: a text is expected, such as "<= 3 %"')
     lower, upper = limit(keys["limit"], unit)
-    return Limit(lower, upper, demanded, keys["limit"].strip())
+    found = Limit(lower, upper, words=keys["limit"].strip())
+    return found._replace(demanded=_demanded(keys, found.ends))
+
+
+def _demanded(keys: dict[str, Any], ends: int) -> float:
+    """Read which share of the machines is to be within."""
+    given = [key for key in DEMANDS if key in keys]
+    if not given:
+        return DEMANDED
+    if len(given) > 1:
+        raise UnitError(f"{' and '.join(given)} say the same twice; give one of them")
+    (key,) = given
+    value = keys[key]
+    if key == "yield":
+        if not isinstance(value, str):
+            raise UnitError('yield: a text is expected, such as "99 %"')
+        demanded = quantity(value, "1")
+        if not 0 < demanded < 1:
+            raise UnitError(f"yield = {value}: between 0 and 100 % is expected")
+        return demanded
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise UnitError(f"{key}: a number is expected, such as {key} = {EXAMPLES[key]}")
+    demanded = 1 - value / 1e6 if key == "ppm" else yield_of_ppk(value, ends)
+    if not (value > 0 and 0 < demanded < 1):
+        least, most = RANGES[key]
+        raise UnitError(f"{key} = {value:g}: between {least} and {most} is expected")
+    return demanded

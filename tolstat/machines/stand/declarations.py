@@ -9,6 +9,7 @@ from tolstat.model.description import Contributor, Description, Gear, Response
 
 _C = Contributor
 _R = Response
+SHARE = (0.0, 1.0)
 _WHEEL, _PINION = 2 * NOMINAL.r3, 2 * NOMINAL.r2
 
 PARTS = {
@@ -59,8 +60,8 @@ CONTRIBUTORS = tuple(
 )
 
 RESPONSES = (
-    _R("extra_loss", "1", "Delta E", "share of the drive energy lost to guide friction", "Fig. 4"),
-    _R("extra_loss_run", "1", "Delta E", "the same from standstill to the end", "Fig. 4"),
+    _R("extra_loss", "1", "Delta E", "share of the drive energy lost to guide friction", "Fig. 4", range=SHARE),
+    _R("extra_loss_run", "1", "Delta E", "the same from standstill to the end", "Fig. 4", range=SHARE),
     _R("drive_energy", "J", "W", "work of the drive on gear 13", "(1), (2)"),
     _R("slide_energy", "J", "W_fr1", "lost to friction under the weight", "(7)"),
     _R("guide_energy", "J", "W_fr2", "lost to friction at the side guides", "(7)"),
@@ -82,7 +83,7 @@ RESPONSES = (
     _R("mesh_force_2", "N", "F2", "peak elastic force in mesh 11-8", "(2)"),
     _R("drive_moment", "N m", "M13", "peak moment on gear 13, dissipation included", "(2)"),
     _R("yaw", "rad", "alpha", "peak yaw of the carriage", "(2)"),
-    _R("jam_share", "1", "tau", "share of time in contact with the side guides", "(6)"),
+    _R("jam_share", "1", "tau", "share of time in contact with the side guides", "(6)", range=SHARE),
 )  # fmt: skip
 
 DESCRIPTION = Description(CONTRIBUTORS, RESPONSES)

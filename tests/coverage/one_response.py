@@ -1,0 +1,175 @@
+"""Intervals of one response: independent trials, replicates, stopping rules."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from tests.coverage.problems import PROBLEMS, SIZES, limit_of, simulated
+from tolstat.deviations.samplers.latin import REPLICATES, Latin
+from tolstat.deviations.samplers.sobol import Sobol
+from tolstat.statistics.capability import by_moments, by_percentiles, by_share
+from tolstat.statistics.following import followed, trials_that_decide
+from tolstat.statistics.limit import Limit, ppk_of
+from tolstat.statistics.precision import FIRST, Precision, next_stage, trials_wanted
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.shapes import atom_of
+from tolstat.statistics.statistic import Statistic, mean, quantiles_at, sigma
+from tolstat.statistics.summary import QUANTILES
+from tolstat.statistics.yields import yield_of
+from tolstat.status import Status
+
+SIMULATED = (
+    "khpt75, rod_force_1", "khpt75, rod_force_2", "khpt75, extra_loss",
+    "rods +-0.9 mm, extra_loss", "rods +-0.9 mm, jam_share",
+)  # fmt: skip
+EVERY = (*PROBLEMS, *SIMULATED)
+FAILED = 0.004  # share of the machines that fail: those of the largest response
+MEANT = {True: "of a share", False: "within reach"}
+
+
+def problem_of(name):
+    """Return a problem, simulated once where no formula says what it is."""
+    return PROBLEMS[name] if name in PROBLEMS else simulated()[name]
+
+
+@cache
+def truths(name):
+    """Return the true value of each statistic, and the limit that some refer to."""
+    problem = problem_of(name)
+    end = limit_of(problem)
+    limit = Limit(-np.inf, end)
+    found = {f"quantile {share:g}": problem.quantile(share) for share in QUANTILES}
+    beyond = float(1 - problem.cdf(end))
+    middle, far = problem.quantile(0.5), problem.quantile(0.99865)
+    found["share beyond"] = beyond
+    found["Ppk by share"] = ppk_of(beyond, 1)
+    found["Ppk by percentiles"] = (end - middle) / (far - middle) if far > middle else 0
+    found["mean"], found["sigma"] = problem.mean, problem.sigma
+    found["Ppk by moments"] = (end - problem.mean) / (3 * problem.sigma)
+    return found, limit
+
+
+def estimates(values, sample, problem, limit):
+    """Estimate all of them, as a report does."""
+    found = {
+        f"quantile {share:g}": each
+        for share, each in quantiles_at(
+            values, sample, QUANTILES, limit.permitted
+        ).items()
+    }
+    beyond = yield_of(values, sample, limit.permitted).beyond
+    found["share beyond"], found["Ppk by share"] = beyond, by_share(beyond, limit)
+    found["Ppk by percentiles"] = by_percentiles(values, sample, limit).ppk
+    found["mean"] = mean(values, sample, problem.ends)
+    found["sigma"] = sigma(values, sample, problem.ends)
+    found["Ppk by moments"] = by_moments(values, sample, limit, problem.ends).ppk
+    return found
+
+
+def exactly(statistic):
+    """Tell whether an interval is exact: it holds whatever the response is like."""
+    return statistic.startswith(("quantile", "share", "Ppk by share", "Ppk by perc"))
+
+
+def intervals(name, rng, size):
+    """Yield problem, statistic, estimate, truth and whether it is exact, of a study."""
+    problem, (known, limit) = problem_of(name), truths(name)
+    x = problem.draw(rng, size)
+    sample = Sample(np.full(size, Status.DONE))
+    for each, found in estimates(x, sample, problem, limit).items():
+        exact = exactly(each) or (problem.ends is not None and each == "mean")
+        words = f"{each} {MEANT[problem.ends is not None]}" if each in MOMENTS else each
+        yield name, words, found, known[each], exact
+    atom = atom_of(x) if problem.cdf(0.0) - problem.cdf(-1e-9) > 0.5 else None
+    if atom and atom.largest == 0.0:
+        yield name, "share of an atom", atom.share, problem.cdf(0.0), True
+
+
+MOMENTS = ("mean", "sigma", "Ppk by moments")
+
+
+def failing(name, rng, size):
+    """Yield quantiles where the machines of the largest response fail."""
+    problem, (known, limit) = problem_of(name), truths(name)
+    x = problem.draw(rng, size)
+    status = np.full(size, Status.DONE)
+    status[x > problem.quantile(1 - FAILED)] = Status.NOT_FINITE
+    sample = Sample(status)
+    x[status != Status.DONE] = np.nan
+    for words, permitted in (("of a limit", limit.permitted), ("of no limit", None)):
+        for share, found in quantiles_at(x, sample, QUANTILES, permitted).items():
+            each = f"quantile {share:g}"
+            yield name, f"{each}, some fail, {words}", found, known[each], True
+
+
+PRECISE = {
+    "quantile 0.95 until +-5 %": Statistic("y", "quantile", 0.95),
+    "mean until +-20 %": Statistic("y", "mean"),
+}
+MOST = 65_536  # trials that a rule may have
+
+
+def stopped(name, rng, size):
+    """Yield the intervals with which stopping rules end that are reached."""
+    problem = problem_of(name)
+    ranges = {"y": problem.ends} if problem.ends else {}
+    for words, statistic in PRECISE.items():
+        within = float(words.split("+-")[1].split()[0]) / 100
+        rule, x = Precision(statistic, within, True), np.empty(0)
+        over, wanted = size, 1.0
+        while wanted and len(x) < MOST:
+            x = np.concatenate([x, problem.draw(rng, over - len(x))])
+            sample = Sample(np.full(len(x), Status.DONE))
+            wanted = trials_wanted([rule], {"y": x}, sample, {}, ranges)
+            over = min(next_stage(len(x), wanted), MOST) if wanted else over
+        found = statistic.of(x, sample, ends=problem.ends)
+        if wanted:  # it was not reached, and says so
+            found = found._replace(lower=np.nan, upper=np.nan)
+        truth = problem.quantile(0.95) if "quantile" in words else problem.mean
+        yield name, words, found, truth, False
+
+
+DEMANDED = 0.0027  # share beyond, at the very bar of the verdict
+FOLLOWED = 10**6  # trials after which nobody looks any more
+
+
+def followed_verdict(_, rng, size):
+    """Yield the last interval of a verdict that was followed until it fell."""
+    n, count = size, rng.binomial(size, DEMANDED)
+    while True:
+        found = followed(count, n)
+        if not found.lower <= DEMANDED <= found.upper or n > FOLLOWED:
+            break
+        more = trials_that_decide(count, n, DEMANDED, 0.95) or 10 * FOLLOWED
+        more = min(more, 2 * FOLLOWED)
+        count, n = count + rng.binomial(more - n, DEMANDED), more
+    yield "at the bar", "share beyond, followed until decided", found, DEMANDED, True
+
+
+def replicated(_, rng, size):
+    """Yield intervals of Latin hypercube and Sobol' trials, for all problems."""
+    streams = {"a": 0, "b": 1, "c": 2}
+    sample = Sample(np.full(size, Status.DONE), REPLICATES)
+    for sampler in (Latin(), Sobol()):
+        u = sampler.unit_samples(int(rng.integers(2**62)), streams, size)
+        u = ndtr(ndtri(u).sum(axis=1) / np.sqrt(3))
+        for name in EVERY:
+            problem, (known, limit) = problem_of(name), truths(name)
+            y = problem.inverse(u)
+            for each, found in estimates(y, sample, problem, limit).items():
+                words = f"{each}, {type(sampler).__name__.lower()}"
+                yield name, words, found, known[each], False
+
+
+STUDIES = 2000
+JOBS = (
+    [(name, size, intervals, STUDIES) for name in EVERY for size in SIZES]
+    + [(n, size, failing, STUDIES) for n in ("normal", "lognormal") for size in SIZES]
+    + [(name, FIRST, stopped, STUDIES) for name in EVERY]
+    + [("at the bar", size, followed_verdict, STUDIES) for size in (200, 1000)]
+    + [("replicates", FIRST, replicated, STUDIES)]
+    + [("replicates", 10_000, replicated, STUDIES // 4)]
+)
