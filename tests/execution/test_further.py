@@ -10,10 +10,10 @@ import pytest
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
 from tolstat.asking.replay import replay
-from tolstat.execution.audit import audited_trials
+from tolstat.execution.choosing import random_trials
 from tolstat.execution.classical import Target, slopes, worst_corners
 from tolstat.execution.execute import execute
-from tolstat.execution.further import worst_trials
+from tolstat.execution.picking import worst_trials
 from tolstat.execution.workers import Workers
 from tolstat.model.contract import closer
 from tolstat.reporting.gather import findings_of
@@ -68,19 +68,22 @@ def rough(tmp_path):
 
 
 def test_one_trial_of_each_hundred_is_audited(rough):
-    chosen = rough.audited.trials
+    again = rough.audited.trials
+    chosen = again[rough.audited.at_random]
     np.testing.assert_array_equal(chosen // 100, np.arange(30))
     assert len(set((chosen % 100).tolist())) > 15
-    np.testing.assert_array_equal(audited_trials(2, 7000)[:30], chosen)
+    np.testing.assert_array_equal(random_trials(2, 7000)[:30], chosen)
     assert rough.audited.settings["rtol"] == pytest.approx(1e-6)
-    known = rough.column("gap")[chosen] / (1 + 1e-4) * (1 + 1e-7)
+    known = rough.column("gap")[again] / (1 + 1e-4) * (1 + 1e-7)
     np.testing.assert_allclose(rough.audited.responses["gap"], known, rtol=1e-12)
 
 
 def test_integration_error_moves_the_numbers_by_what_it_is(rough):
     found = findings_of(rough).responses["gap"]
     error = found.integration_error
-    assert error.trials == 30 and error.settings["rtol"] == pytest.approx(1e-6)
+    assert error.at_random.trials == 30 and error.settings["rtol"] == pytest.approx(
+        1e-6
+    )
     per = 1e-4 - 1e-7
     assert error.moves.mean == pytest.approx(per * found.mean.value, rel=0.02)
     assert error.moves.quantiles[0.95] == pytest.approx(

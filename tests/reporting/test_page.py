@@ -195,6 +195,7 @@ def test_the_page_has_its_parts_in_order(report):
     one = report.text[report.text.index('<h2 id="extra_loss"') :]
     places = [one.index(part) for part in parts]
     assert places == sorted(places)
+    assert "with 95 % certainty at most" in one and "bounds no other's" in one
     assert "no probability" in one and "linear thinking fails" in one
     for words in ("tolstat trial mill.h5", "smooth functions", "normal, +-1.2 mm"):
         assert words in report.text

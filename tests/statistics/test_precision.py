@@ -74,10 +74,11 @@ def test_errors_are_taken_off_the_trials_like_them():
     values = np.array([0.0, 0.0, 10.0, 11.0, 20.0, np.nan])
     trials = np.array([1, 2, 4, 5])
     precise = np.array([0.0, 9.9, 20.4, 3.0])
-    found = integration_error(values, trials, precise)
+    every = np.ones(4, bool)
+    found = integration_error(values, trials, precise, every)
     assert found.failed == 1 and found.largest == pytest.approx(0.4)
     np.testing.assert_allclose(
         found.removed(values), [0.0, 0.0, 9.9, 10.9, 20.4, np.nan]
     )
-    none = integration_error(values, trials[:0], precise[:0])
+    none = integration_error(values, trials[:0], precise[:0], every[:0])
     assert np.isnan(none.largest) and np.isnan(none.removed(values)).all()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+
 import h5py
 import numpy as np
 import pytest
@@ -26,9 +28,13 @@ def test_in_plain_h5py(run):
     with h5py.File(run.path) as file:
         audit = file["audit"]
         trials = audit["trial"][:]
-        assert list(trials // 100) == [0, 1, 2] and audit.attrs[
-            "rtol"
-        ] == pytest.approx(1e-6)
+        assert audit.attrs["rtol"] == pytest.approx(1e-6)
+        at_random = trials[audit["chosen-at-random"][:] == 1]
+        assert list(at_random // 100) == [0, 1, 2]
+        largest = np.argmax(file["rod_force_1"][:])
+        by_force = audit["chosen-by/rod_force_1"]
+        assert by_force[:][trials == largest] == by_force.attrs["flag_masks"][2]
+        assert by_force.attrs["flag_meanings"].split()[2] == "spread"
         assert (audit["status"][:] == 1).all()
         difference = audit["rod_force_1"][:] - file["rod_force_1"][:][trials]
         assert 0 < np.abs(difference).max() < 1e-2 * 1e5
@@ -45,7 +51,7 @@ def test_in_plain_h5py(run):
 def test_as_a_run_has_it(run):
     assert (
         run.audited.settings == {"rtol": pytest.approx(1e-6)}
-        and len(run.audited.trials) == 3
+        and np.count_nonzero(run.audited.at_random) == 3
     )
     assert set(run.audited.responses) == {each.name for each in run.responses}
     assert run.assumed["rod_length_2"].batch == "rod_length"
@@ -54,6 +60,16 @@ def test_as_a_run_has_it(run):
     }  # fmt: skip
     parts = {each.name: each.part for each in run.contributors}
     assert parts["runout_phase_7"] == "gears" and parts["guide_clearance"] == ""
+
+
+def test_before_trials_were_chosen_on_purpose_all_were_random(run, tmp_path):
+    old = tmp_path / "old.h5"
+    shutil.copy(run.path, old)
+    with h5py.File(old, "r+") as file:
+        del file["audit/chosen-at-random"], file["audit/chosen-by"]
+    found = tolstat.open(old).audited
+    assert found.at_random.all() and found.chosen_by == {}
+    np.testing.assert_array_equal(found.trials, run.audited.trials)
 
 
 def test_a_run_that_was_stopped_has_no_audit_yet(tmp_path):

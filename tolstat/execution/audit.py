@@ -1,4 +1,4 @@
-"""A hundredth of the trials again, evaluated much more precisely."""
+"""Some trials again, evaluated much more precisely."""
 
 from __future__ import annotations
 
@@ -8,50 +8,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations.streams import random_bits, unit_samples_of
+from tolstat.execution.choosing import (
+    Choice,
+    choose,
+    choose_in_reach,
+    random_trials,
+)
+from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Workers
 from tolstat.model.checked import tightened
-from tolstat.store.plan import Audited
+from tolstat.store.audited import Audited, joined
 from tolstat.study.points import Case
 from tolstat.study.study import Study
 
-EVERY = 100  # trials of which one is evaluated again
 
+def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
+    """Evaluate some trials more precisely.
 
-def audited_trials(seed: int, trials: int) -> NDArray[np.int64]:
-    """Choose one trial at random of each hundred.
-
-    Parameters
-    ----------
-    seed : int
-        Of the study.
-    trials : int
-        Of the run.
-
-    Returns
-    -------
-    int64[n]
-        Ascending; asking for more trials leaves those of whole hundreds as they were.
-    """
-    first = np.arange(0, trials, EVERY)
-    u = unit_samples_of(random_bits(seed, "audit", len(first)))
-    found: NDArray[np.int64] = first + (u * np.minimum(EVERY, trials - first)).astype(
-        np.int64
-    )
-    return found
-
-
-def audit(
-    study: Study, deviations: NDArray[np.float64], workers: Workers
-) -> Audited | None:
-    """Evaluate a hundredth of the trials more precisely.
+    First those of `choose`; then, once it is known how large errors are, what they may
+    carry across a limit, so that the share of machines beyond can be trusted.
 
     Parameters
     ----------
     study : Study
         Checked.
-    deviations : float64[trial, contributor]
-        Of the trials that ran, SI.
+    trials : Trials
+        All of which are over.
     workers : Workers
         Who evaluate.
 
@@ -68,16 +50,47 @@ def audit(
     tight = tightened(study.model, study.settings)
     if tight is None:
         return None
-    trials = audited_trials(study.seed or 0, len(deviations))
-    cases = _tightened(study, trials)
-    found = workers.simulate_cases(study.model, cases, deviations[trials])
+    numbers = tightening(study.settings, tight)
+    if study.sampler is None:
+        # machines of a grid or a table were chosen by the user: nothing is rare there
+        chosen = random_trials(study.seed or 0, len(trials.deviations))
+        choice = Choice(chosen, np.ones(len(chosen), bool), {})
+        return _audited(study, trials, choice, numbers, workers)
+    choice = choose(trials, study.limits, study.seed or 0)
+    found = _audited(study, trials, choice, numbers, workers)
+    errors = {name: _largest_error(trials, found, name) for name in study.limits}
+    more = choose_in_reach(trials, study.limits, choice, errors)
+    if not len(more.trials):
+        return found
+    return joined(found, _audited(study, trials, more, numbers, workers))
+
+
+def _audited(
+    study: Study,
+    trials: Trials,
+    choice: Choice,
+    numbers: dict[str, float],
+    workers: Workers,
+) -> Audited:
+    """Evaluate chosen trials more precisely."""
+    chosen, at_random, chosen_by = choice
+    cases = _tightened(study, chosen)
+    found = workers.simulate_cases(study.model, cases, trials.deviations[chosen])
     names = [response.name for response in study.description.responses]
     return Audited(
-        trials,
-        tightening(study.settings, tight),
+        chosen,
+        numbers,
         found.status.astype(np.uint8),
         dict(zip(names, found.responses.T, strict=True)),
+        at_random,
+        chosen_by,
     )
+
+
+def _largest_error(trials: Trials, audited: Audited, name: str) -> float:
+    errors = np.abs(trials.response(name)[audited.trials] - audited.responses[name])
+    known = errors[np.isfinite(errors)]
+    return float(known.max()) if len(known) else np.nan
 
 
 def tightening(settings: Any, tight: Any) -> dict[str, float]:

@@ -213,9 +213,9 @@ def _ending(
     audited, evidence = None, Evidence(missing="the run was stopped before it")
     try:
         tell(Progress(trials.over, trials.failed, trials.over, "audit"))
-        audited = audit(study, trials.deviations, workers)
+        audited = audit(study, trials, workers)
         tell(Progress(trials.over, trials.failed, trials.over, "evidence"))
-        evidence = gather(study, trials, workers)
+        evidence = gather(study, trials, audited, workers)
     except Interrupted:
         pass
     except ModelError as error:  # the trials are worth more than what follows them

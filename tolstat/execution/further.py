@@ -10,23 +10,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.execution.classical import Target, slopes, worst_corners
+from tolstat.execution.picking import margins, worst_trials
 from tolstat.execution.planning import assumed_of
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Workers
-from tolstat.model.checked import history_of, tightened
+from tolstat.model.checked import history_of
 from tolstat.model.view import Chart
-from tolstat.statistics.limit import Limit
 from tolstat.status import Status
+from tolstat.store.audited import Audited
 from tolstat.store.evidence import Evidence, Sketch, Worst, WorstCase
 from tolstat.study.study import Study
 
 Array = NDArray[np.float64]
 
-WORST = 10  # trials of each limited response
 SKETCHED = 1e-3  # s, between two points of a small picture
 
 
-def gather(study: Study, trials: Trials, workers: Workers) -> Evidence:
+def gather(
+    study: Study, trials: Trials, audited: Audited | None, workers: Workers
+) -> Evidence:
     """Evaluate what the report of a run wants to know beyond its trials.
 
     Parameters
@@ -35,6 +37,8 @@ def gather(study: Study, trials: Trials, workers: Workers) -> Evidence:
         Of the run.
     trials : Trials
         All of which are over.
+    audited : Audited or None
+        Trials evaluated more precisely, the worst ones among them.
     workers : Workers
         Who evaluate.
 
@@ -55,7 +59,7 @@ def gather(study: Study, trials: Trials, workers: Workers) -> Evidence:
     return Evidence(
         slopes,
         _worst_cases(study, trials, zones, slopes, workers),
-        _worst(study, trials, workers),
+        _worst(study, trials, audited, workers),
     )
 
 
@@ -162,54 +166,28 @@ def _steepest(
     return corner
 
 
-def worst_trials(values: Array, status: NDArray[np.uint8], limit: Limit) -> list[int]:
-    """Return the ten trials nearest to, or farthest beyond, a limit; the worst first.
-
-    Parameters
-    ----------
-    values : float64[trial]
-        The response, SI.
-    status : uint8[trial]
-        How the trials ended.
-    limit : Limit
-        Of the response.
-    """
-    margin = _margin(values, limit)
-    margin[status != Status.DONE] = np.inf
-    order: list[int] = np.argsort(margin, kind="stable")[:WORST].tolist()
-    return [trial for trial in order if margin[trial] < np.inf]
-
-
-def _margin(values: Array, limit: Limit) -> Array:
-    """Return how far values lie within a limit."""
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.minimum(limit.upper - values, values - limit.lower))
-
-
-def _worst(study: Study, trials: Trials, workers: Workers) -> dict[str, list[Worst]]:
-    """Evaluate the worst trials again, more precisely, and tell how they moved."""
+def _worst(
+    study: Study, trials: Trials, audited: Audited | None, workers: Workers
+) -> dict[str, list[Worst]]:
+    """Tell of the worst trials how they moved, and what they are more precisely."""
     chosen = {
         name: worst_trials(trials.response(name), trials.status, limit)
         for name, limit in study.limits.items()
     }
     every = sorted({trial for some in chosen.values() for trial in some})
-    if not every:
-        return {name: [] for name in chosen}
-    rows = trials.deviations[every]
-    again = np.full((len(every), trials.responses.shape[1]), np.nan)
-    tight = tightened(study.model, study.settings)
-    if tight is not None:
-        again = workers.simulate(study.model, rows, tight).responses
     charts: dict[int, Chart] = {}
-    if study.model.moves:
+    if study.model.moves and every:
         seen = partial(_chart, study.model, study.settings)
-        charts = dict(zip(every, workers.map(seen, list(rows)), strict=True))
-    names = [response.name for response in study.description.responses]
+        rows = list(trials.deviations[every])
+        charts = dict(zip(every, workers.map(seen, rows), strict=True))
     found = {}
     for name, some in chosen.items():
-        precise = again[[every.index(trial) for trial in some], names.index(name)]
+        precise = np.full(len(some), np.nan)
+        if audited is not None:
+            places = np.searchsorted(audited.trials, some)
+            precise = audited.responses[name][places]
         known = np.where(np.isnan(precise), trials.response(name)[some], precise)
-        order = np.argsort(_margin(known, study.limits[name]), kind="stable")
+        order = np.argsort(margins(known, study.limits[name]), kind="stable")
         found[name] = [
             Worst(some[i], float(precise[i]), _sketch(charts.get(some[i]), name))
             for i in order

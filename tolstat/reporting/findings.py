@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from tolstat.statistics.changing_sides import Sides
 from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.linear import Departure, Linear
@@ -89,6 +90,13 @@ class Moves(NamedTuple):
     beyond: float | None
 
 
+class AuditedFindings(NamedTuple):
+    """Trials evaluated again for one reason, done both times; their largest error."""
+
+    trials: int
+    largest: float
+
+
 class IntegrationFindings(NamedTuple):
     """The second error bar.
 
@@ -99,16 +107,30 @@ class IntegrationFindings(NamedTuple):
     settings : dict of str to float
         What was tightened, and to what.
     largest : float
-        Largest error.
+        Largest error of all of these: seen, and no bound on that of any other trial.
+    at_random : AuditedFindings
+        Those that were chosen at random.
+    above : float
+        Share of the machines whose error is above the largest of these, at most, with
+        95 % certainty; NaN where trials depend on each other.
+    chosen : dict of str to AuditedFindings
+        Those that were chosen for this response: "near" its limit, the "worst", and
+        "spread" over its range. A trial may be among several.
     moves : Moves or None
         None where no trial tells.
+    sides : Sides or None
+        Trials that change sides of the limit; None without one.
     """
 
     trials: int
     failed: int
     settings: Mapping[str, float]
     largest: float
+    at_random: AuditedFindings
+    above: float
+    chosen: Mapping[str, AuditedFindings]
     moves: Moves | None
+    sides: Sides | None
 
 
 class WorstTrialFindings(NamedTuple):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -19,23 +18,19 @@ from tolstat.reporting.findings import (
     DeviationFindings,
     DistributionFindings,
     Findings,
-    IntegrationFindings,
     JointFindings,
-    Moves,
     ResponseFindings,
     TrialsFindings,
 )
+from tolstat.reporting.integration import integration_of
 from tolstat.reporting.summary_table import notes_of, summaries_of
 from tolstat.statistics.estimate import RANDOM_ONLY
-from tolstat.statistics.integration_error import integration_error
 from tolstat.statistics.moments import unseen
 from tolstat.statistics.replicates import never_met
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.shapes import NAMES, Shape, atom_of, best_shape
-from tolstat.statistics.statistic import quantiles_at
 from tolstat.statistics.summary import Summary
-from tolstat.statistics.yields import CONFIDENCE, MET, joint_yield, yield_of
-from tolstat.status import Status
+from tolstat.statistics.yields import CONFIDENCE, MET, joint_yield
 from tolstat.store.run import Run
 
 Array = NDArray[np.float64]
@@ -106,7 +101,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
         shares = other.submit(contributions_of, drawn, interest)
         summaries = summaries_of(drawn)
         errors = {
-            name: _integration_error(drawn, name, summaries[name]) for name in summaries
+            name: integration_of(drawn, name, summaries[name]) for name in summaries
         }
         shapes = {name: _distribution(drawn.done(name), drawn) for name in interest}
         contributions, members = shares.result()
@@ -205,40 +200,6 @@ def _distribution(done: Array, drawn: Drawn) -> DistributionFindings:
     if not sample.replicates:
         shape = best_shape(rest)
     return DistributionFindings(atom, len(rest), shape)
-
-
-def _integration_error(
-    drawn: Drawn, name: str, of: Summary
-) -> IntegrationFindings | None:
-    """Say how far integration errors move the numbers of a response."""
-    run, audited = drawn.run, drawn.run.audited
-    if audited is None:
-        return None
-    ran = (audited.status == Status.DONE) & (run.status[audited.trials] == Status.DONE)
-    values = run.column(name)
-    precise = np.where(ran, audited.responses[name], np.nan)
-    error = integration_error(values, audited.trials, precise)
-    moves = None
-    if len(error.trials):
-        moves = _moves(drawn, error.removed(values)[drawn.trials], of)
-    return IntegrationFindings(
-        len(audited.trials), error.failed, audited.settings, error.largest, moves
-    )
-
-
-def _moves(drawn: Drawn, better: Array, of: Summary) -> Moves:
-    sample = drawn.sample
-    done = better[sample.done]
-    sigma = float(done.std(ddof=1)) if len(done) > 1 else math.nan
-    limit = of.limited.limit.permitted if of.limited else None
-    quantiles = quantiles_at(better, sample, of.quantiles, limit)
-    again = yield_of(better, sample, limit).beyond if limit else None
-    return Moves(
-        of.mean.value - float(done.mean()),
-        of.sigma.value - sigma,
-        {share: of.quantiles[share].value - q.value for share, q in quantiles.items()},
-        of.limited.yields.beyond.value - again.value if of.limited and again else None,
-    )
 
 
 def _assumptions(run: Run) -> Assumptions:

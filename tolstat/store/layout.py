@@ -22,7 +22,7 @@ import numpy as np
 
 from tolstat.model.description import Contributor, Response
 from tolstat.store.attributes import write_texts
-from tolstat.store.plan import Audited, Chosen, Plan, Stopped
+from tolstat.store.plan import Chosen, Plan, Stopped
 
 FORMAT = 2
 TRIAL, STATUS, STEPS = "trial", "status", "steps"
@@ -165,19 +165,6 @@ def _lay_out_settings(group: h5py.Group, settings: Mapping[str, Chosen]) -> None
         group[name] = chosen.words
         group[name].attrs["long_name"] = chosen.sentence
         group[name].attrs["given"] = chosen.given
-
-
-def lay_out_audit(file: h5py.File, audited: Audited, plan: Plan) -> None:
-    """Store trials that were evaluated again."""
-    group = file.create_group(AUDIT)
-    group.attrs["long_name"] = "trials evaluated again, more precisely"
-    for name, value in audited.settings.items():
-        group.attrs[name] = value
-    write_texts(group, "tightened", list(audited.settings))
-    group[TRIAL], group[STATUS] = audited.trials, audited.status
-    for response in plan.description.responses:
-        group[response.name] = audited.responses[response.name]
-        group[response.name].attrs["units"] = response.unit
 
 
 def write_facts(file: h5py.File, plan: Plan, stopped: Stopped | None) -> None:

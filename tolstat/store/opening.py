@@ -15,6 +15,7 @@ from tolstat.errors import RunFileError
 from tolstat.model.description import Contributor, Response
 from tolstat.statistics.limit import Limit
 from tolstat.store.attributes import plain, texts
+from tolstat.store.audited import read_audited
 from tolstat.store.evidence import read_evidence
 from tolstat.store.layout import (
     ASSUMED,
@@ -35,11 +36,10 @@ from tolstat.store.layout import (
     STEPS,
     SWEPT,
     TOLERANCE,
-    TRIAL,
     WORDS,
     WRITTEN,
 )
-from tolstat.store.plan import Assumed, Audited, Chosen, Reference, Sampled, Stopped
+from tolstat.store.plan import Assumed, Chosen, Reference, Sampled, Stopped
 from tolstat.store.run import Run, StudyText
 
 
@@ -125,7 +125,7 @@ def _read(path: Path, file: h5py.File) -> Run:
             if TOLERANCE in file[c.name].attrs
         },
         _stopped(file) if "until" in attrs else None,
-        _audited(file[AUDIT], responses) if AUDIT in file else None,
+        read_audited(file.get(AUDIT), responses),
         read_evidence(file.get(EVIDENCE)),
         _reference(file[REFERENCE]) if REFERENCE in file else None,
         texts(file, "notes"),
@@ -206,15 +206,6 @@ def _stopped(file: h5py.File) -> Stopped:
     reached, at_most = bool(attrs["until_reached"]), int(attrs["at_most"])
     wanted = float(attrs.get("until_wanted", 0.0))
     return Stopped(texts(file, "until"), reached, stages, at_most, wanted)
-
-
-def _audited(group: h5py.Group, responses: tuple[Response, ...]) -> Audited:
-    return Audited(
-        group[TRIAL][...],
-        {name: float(group.attrs[name]) for name in texts(group, "tightened")},
-        group[STATUS][...],
-        {each.name: group[each.name][...] for each in responses},
-    )
 
 
 def _reference(group: h5py.Group) -> Reference:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tolstat.model.description import Description
 from tolstat.statistics.limit import Limit
+from tolstat.store.audited import Audited
 from tolstat.store.evidence import Evidence
 
 Array = NDArray[np.float64]
@@ -160,28 +161,6 @@ class Plan:
     reference: Reference | None = None
     notes: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Audited:
-    """Trials that were evaluated again, more precisely.
-
-    Attributes
-    ----------
-    trials : int64[n]
-        Their numbers, ascending.
-    settings : dict of str to float
-        What was tightened, and to what: rtol.
-    status : uint8[n]
-        How they ended then.
-    responses : dict of str to float64[n]
-        SI.
-    """
-
-    trials: NDArray[np.int64]
-    settings: Mapping[str, float]
-    status: NDArray[np.uint8]
-    responses: Mapping[str, Array]
 
 
 class Stopped(NamedTuple):

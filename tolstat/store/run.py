@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from tolstat.model.description import Contributor, Response
 from tolstat.statistics.limit import Limit
 from tolstat.status import Status, status_words
+from tolstat.store.audited import Audited
 from tolstat.store.evidence import Evidence
 from tolstat.store.layout import STATUS, STEPS
-from tolstat.store.plan import Assumed, Audited, Chosen, Reference, Sampled, Stopped
+from tolstat.store.plan import Assumed, Chosen, Reference, Sampled, Stopped
 from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:

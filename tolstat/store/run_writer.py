@@ -13,14 +13,15 @@ import numpy as np
 from tolstat.errors import RunFileError
 from tolstat.model.contract import Answers
 from tolstat.store.aside import aside_of, check_replaceable, check_room
+from tolstat.store.audited import write_audited
 from tolstat.store.evidence import write_evidence
 from tolstat.store.layout import (
+    AUDIT,
     EVIDENCE,
     NOMINAL,
     STATUS,
     STEPS,
     lay_out,
-    lay_out_audit,
     write_facts,
 )
 from tolstat.store.plan import Ending, Plan, Stopped
@@ -110,7 +111,11 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             file[name][...] = self._file[name][: ending.trials]
             file[NOMINAL][name][...] = self._file[NOMINAL][name][()]
         if ending.audited:
-            lay_out_audit(file, ending.audited, self.plan)
+            write_audited(
+                file.create_group(AUDIT),
+                ending.audited,
+                self.plan.description.responses,
+            )
         write_evidence(file.create_group(EVIDENCE), ending.evidence)
 
     def write_nominal(self, outcome: Answers) -> None:
