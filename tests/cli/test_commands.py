@@ -136,6 +136,23 @@ def test_a_grid_is_shown_as_curves(tmp_path):
     assert "Fig. 4" in two and "crank_speed" in two
 
 
+def test_what_a_run_will_not_tell_is_said_before_it_runs(tmp_path):
+    path = tmp_path / "few.toml"
+    head = 'model = "stand"\ntrials = 12\nseed = 1\n'
+    deviating = 'sampling = "saltelli"\n[deviations]\ncrank_difference = "+-1 mm"\n'
+    for text, words in (
+        (head, "nothing deviates: all 12 trials are one and the same machine"),
+        (head + deviating, "they need 500 groups of 3 trials, trials = 1500 or more"),
+    ):
+        path.write_text(text)
+        done = call("run", path, "--force")
+        assert done.exit_code == 0, done.output
+        assert done.stderr.startswith("note: ") and words in done.stderr
+        assert words in " ".join(done.stdout.split())
+        shown = call("show", path.with_suffix(".h5")).stdout
+        assert words in " ".join(shown.split())
+
+
 @pytest.fixture
 def table_study(tmp_path):
     """Five stands of a table; the third cannot be mounted."""

@@ -359,6 +359,87 @@ def test_a_few_trials_make_a_page_too(tmp_path, toy, trials, deviations):
     assert done.stderr == ""
 
 
+def test_indices_that_cannot_be_told_say_what_they_need(toy, toy_study):
+    text = toy_study.read_text().replace('"+-1 mm"', '"+-0.5 mm"')
+    toy_study.write_text(f'sampling = "saltelli"\n{text}')
+    page, _ = page_of(tolstat.run(toy_study, model=toy))
+    assert "No Sobol' indices: needs 500 groups of 5 trials, 2500 in all" in page
+    assert "trials = 2500 or more" in page  # among the notes
+    page, _ = page_of(tolstat.run(toy_study, model=toy, trials=2500, force=True))
+    assert "No Sobol' indices" not in page
+
+
+def words_under(page, tag):
+    """What stands in all elements of a kind, without their marks."""
+    found = re.findall(rf"<{tag}>(.*?)</{tag}>", page, flags=re.DOTALL)
+    return [" ".join(re.sub(r"<[^>]*>", "", each).split()) for each in found]
+
+
+def test_captions_of_groups_count_what_statistics_rest_on(toy, toy_study):
+    """Of a run for Sobol' indices: two machines of each group, and whole groups."""
+    toy_study.write_text(f'sampling = "saltelli"\n{toy_study.read_text()}')
+    run = tolstat.run(toy_study, model=toy, trials=4000)
+    page, _ = page_of(run)
+    status = run.status.reshape(-1, 5)
+    done = np.count_nonzero(status[:, :2] == 1)
+    every, whole = run.counts["done"], np.count_nonzero(np.all(status == 1, axis=1))
+    assert done < 1600 and every < 4000 and whole < 800
+    captions = words_under(page, "caption")
+    counts = f"{done} trials done, {1600 - done} failed, of the 1600 that statistics"
+    worst = f"of all {every} trials done"
+    assert worst in captions
+    assert all(counts in each or each == worst for each in captions)
+    assert f"{every} of 4000 trials done; statistics rest on 1600: {done} done" in (
+        " ".join(re.sub(r"<[^>]*>", "", page).split())
+    )
+    figures = " ".join(words_under(page, "figcaption"))
+    assert f"quantiles of all {done} trials done; {1600 - done} failed" in figures
+    assert f"of {whole} groups of trials ({800 - whole} left out" in figures
+    assert "as 1600 trials were added" in figures
+    assert f"Each of the {done} trials done" in figures
+
+
+def test_the_caption_of_a_histogram_counts_its_machines(report, mill):
+    atoms = {
+        name: report.found["responses"][name]["distribution"]
+        for name in report.found["interest"]
+    }
+    captions = words_under(report.text, "figcaption")
+    assert any(each["atom"] for each in atoms.values())
+    for found in atoms.values():
+        words = f"{found['rest']} machines by their values"
+        words += ", without those that share one." if found["atom"] else "."
+        assert any(each.startswith(words) for each in captions)
+
+
+def test_captions_of_a_comparison_count_each_design_or_both(toy, toy_study, tmp_path):
+    """B fails where the second part is long too."""
+
+    class Other(type(toy)):
+        def evaluate(self, deviations, settings):
+            outcome = super().evaluate(deviations, settings)
+            long = deviations[:, 1] > 0.8e-3
+            return outcome._replace(status=np.where(long, 4, outcome.status))
+
+    A = tolstat.run(toy_study, model=toy, output=tmp_path / "A.h5")
+    B = tolstat.run(toy_study, model=Other(), output=tmp_path / "B.h5")
+    pair = pair_of(A, B)
+    page = make_comparison_page(pair, compared(pair))
+    both = np.count_nonzero((A.status == 1) & (B.status == 1))
+    assert 0 < A.failed < B.failed == 1000 - both
+    each = "; ".join(
+        f"{name}: {run.counts['done']} trials done, {run.failed} failed"
+        for name, run in (("A", A), ("B", B))
+    )
+    differences = f"{both} trials done in A and in B, {1000 - both} failed in either"
+    assert words_under(page, "caption") == [each, differences, each]
+    figures = words_under(page, "figcaption")
+    assert (
+        f"The {both} that are done in both; {1000 - both} failed in either"
+        in figures[0]
+    )
+
+
 def pixels(png):
     """Return an array [row, column, channel] from 0 to 1."""
     import io

@@ -78,7 +78,12 @@ def test_performance_that_cannot_be_told():
     assert np.isnan([few.lower, few.upper]).all()  # no interval has one end
     assert "does not spread" in by_moments(np.ones(2000), (0.0, 2.0)).ppk.reason
     assert by_percentiles(np.ones(5000), (0.0, 2.0)).ppk.value == INF
-    assert "does not spread" in by_percentiles(np.ones(5000), (0.0, 1.0)).ppk.reason
+    for trials in (1, 20, 3543, 5000):
+        for limit in ((0.0, 1.0), (0.0, 2.0), (2.0, 3.0), (-INF, 2.0)):
+            flat = by_percentiles(np.ones(trials), limit)
+            assert flat.ppk.reason == "the response does not spread"
+            one_end = "the limit has one end"
+            assert flat.pp.reason == (flat.ppk.reason if limit[0] > -INF else one_end)
     assert "no trial" in by_percentiles(np.empty(0), (0.0, 2.0)).ppk.reason
 
 

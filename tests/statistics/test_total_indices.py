@@ -66,7 +66,7 @@ def test_the_index_at_hand_is_that_of_openturns():
 
 def test_what_cannot_be_told_is_not():
     few = sobol_indices(np.random.default_rng(0).normal(size=(499, 4)), ["a", "b"])
-    assert few["a"].first.reason == "needs 500 groups of trials"
+    assert few["a"].first.reason == "needs 500 groups of 4 trials, 2000 in all"
     flat = sobol_indices(np.ones((600, 4)), ["a", "b"])
     assert "does not spread" in flat["b"].total.reason
     rare = design(INDEX_PROBLEMS["rare jam"], np.random.default_rng(1), 1000)

@@ -241,3 +241,29 @@ def test_a_lognormal_fit_tells_mean_and_sigma_of_the_deviations(toy, tmp_path):
     ]
     assert found == pytest.approx([rows.mean(), rows.std(), np.median(rows)], rel=0.03)
     assert "sigma of the natural logarithm 0.5" in words["part_1"]
+
+
+def doubts(toy, path, text, **instead):
+    path.write_text(text)
+    study = load(path, model=toy, **instead)
+    assert study.notes[: len(study.doubts)] == study.doubts
+    return study.doubts
+
+
+def test_a_study_says_what_it_will_not_tell(toy, toy_study):
+    text = toy_study.read_text()
+    assert doubts(toy, toy_study, text) == ()
+    for sampling in ("random", "latin", "sobol", "saltelli"):
+        still = f'model = "toy"\ntrials = 9\nseed = 1\nsampling = "{sampling}"\n'
+        still += (
+            '[deviations]\nangle = { distribution = "constant", value = "1 deg" }\n'
+        )
+        (doubt,) = doubts(toy, toy_study, still, trials=1000)
+        assert "all 1000 trials are one and the same machine" in doubt
+        if sampling != "saltelli":
+            assert doubts(toy, toy_study, still, trials=1) == ()
+    grouped = f'sampling = "saltelli"\n{text}'
+    (doubt,) = doubts(toy, toy_study, grouped)
+    assert "500 groups of 5 trials, trials = 2500 or more" in doubt
+    assert "1000 are 200 groups" in doubt
+    assert doubts(toy, toy_study, grouped, trials=2500) == ()

@@ -65,6 +65,8 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         Whether an existing run file may be replaced.
     """
     screen = Console(stderr=True, markup=False, highlight=False)
+    for doubt in study.doubts:
+        screen.print(f"note: {doubt}", soft_wrap=True)
     bar = Bar(
         TextColumn("{task.description}", markup=False),
         BarColumn(),

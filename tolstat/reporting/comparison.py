@@ -132,6 +132,7 @@ class SideFindings(NamedTuple):
     title: str
     run: str
     model: str
+    done: int
     failed: int
     started_at: str
     source_digest: str
@@ -285,6 +286,7 @@ def _side(drawn: Drawn) -> SideFindings:
         run.title,
         run.path.name,
         run.model,
+        int(np.count_nonzero(drawn.sample.done)),
         drawn.sample.failed,
         run.provenance["started_at"],
         run.source_digest,

@@ -64,7 +64,6 @@ def make_comparison_page(pair: Pair, found: Comparison) -> str:
         limited=limited,
         shares=QUANTILES,
         share_words=share_words,
-        done_key="done_in_both",
         sides=dict(zip(SIDES, LABELS, strict=True)),
         pictures={
             name: [

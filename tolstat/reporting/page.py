@@ -153,7 +153,6 @@ def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
         exact=run.sampled is not None and not run.sampled.replicates,
         scales=run.scales,
         infinity=math.inf,
-        done_key="done",
         pictures=drawn,
         sketches=_sketches(run, found),
     )

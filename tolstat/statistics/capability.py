@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 LOW, MIDDLE, HIGH = 0.00135, 0.5, 0.99865
 FAR = 100.0  # Ppk above which the spread is too small to be a measure
 ONE_END = Estimate(math.nan, reason="the limit has one end")
+STILL = Estimate(math.nan, reason="the response does not spread")
 
 
 class Performance(NamedTuple):
@@ -67,6 +68,8 @@ def by_percentiles(
     low, middle, high = found.values()
     if not sample.done.any():
         return Performance(NONE_DONE, NONE_DONE)
+    if np.ptp(values[sample.done]) == 0:  # no number of trials would say more
+        return Performance(STILL, STILL)
     ends = [(upper, high, 1), (lower, low, -1)]
     sides = [
         _side(end, middle, far, sign) for end, far, sign in ends if math.isfinite(end)
@@ -99,7 +102,7 @@ def _side(end: float, middle: Estimate, far: Estimate, sign: int) -> Estimate:
     if not (middle.sure and far.sure):
         return Estimate(value, reason=far.reason or middle.reason)
     if middle.lower == far.lower or middle.upper == far.upper:
-        return Estimate(math.nan, reason="the response does not spread")
+        return STILL
     if far.lower == far.upper:
         return Estimate(math.nan, reason="the outermost machines share one value")
     # monotonous in either percentile: the extremes lie at the corners
@@ -157,8 +160,7 @@ def by_moments(
     middle = mean(values, sample, ends, half)
     spread = sigma(values, sample, ends, half)
     if not spread.value > 0:
-        none = Estimate(math.nan, reason="the response does not spread")
-        return Performance(none, none)
+        return Performance(STILL, STILL)
     reason = middle.reason or spread.reason
     lower, upper = limit.permitted
     ends_of_ppk = [

@@ -60,7 +60,8 @@ def sobol_indices(
     n = len(groups)
     light = tails_are_light(moments(groups[:, :2].ravel()))
     if n < LEAST or np.ptp(groups[:, :2]) == 0:
-        reason = f"needs {LEAST} groups of trials"
+        group = groups.shape[1]
+        reason = f"needs {LEAST} groups of {group} trials, {LEAST * group} in all"
         if n and np.ptp(groups[:, :2]) == 0:
             reason = "the response does not spread"
         none = Estimate(math.nan, reason=reason)

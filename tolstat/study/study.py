@@ -23,6 +23,7 @@ from tolstat.model.description import Description
 from tolstat.statistics.limit import Limit
 from tolstat.study.deviations import Deviations, read_deviations
 from tolstat.study.document import Document, read
+from tolstat.study.doubts import doubts_of
 from tolstat.study.limit import read_limit
 from tolstat.study.points import Case, Points, read_grid, read_table, setting_name
 from tolstat.study.problems import Problems
@@ -109,10 +110,17 @@ class Study:
         return sampler_of(self.sampling)
 
     @property
+    def doubts(self) -> tuple[str, ...]:
+        """What it will not tell, though it can be run: known before it is."""
+        if self.points:
+            return ()
+        return doubts_of(self.sampling, self.trials, len(self.factors))
+
+    @property
     def notes(self) -> tuple[str, ...]:
-        """What the summary of the run has to say of the deviations."""
+        """What the summary of the run has to say of the machines and deviations."""
         own = (self.points.note,) if self.points and self.points.note else ()
-        return (*own, *self.deviating.notes)
+        return (*self.doubts, *own, *self.deviating.notes)
 
     @property
     def factors(self) -> tuple[str, ...]:
