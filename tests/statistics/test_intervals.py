@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom, binomtest
 
+from tolstat.statistics.following import followed
 from tolstat.statistics.limit import Limit
 from tolstat.statistics.proportions import proportion
 from tolstat.statistics.quantiles import _binomial_quantile, quantile, trials_needed
@@ -64,16 +65,17 @@ def test_two_sided_numbers_of_wilks():
     assert quantile(np.empty(0), 0.5).reason == "no trial is done"
 
 
-def test_failed_trials_count_against_and_enter_no_quantile():
+def test_failed_trials_count_against():
     values = np.array([1.0, 2.0, np.nan, 3.0, np.nan])
     status = np.array(
         [Status.DONE, Status.DONE, Status.NOT_FINITE, Status.DONE, Status.NOT_RUN]
     )
     sample = Sample(status)
     found = summarize(values, sample, Limit(-np.inf, 2.5))
-    assert found.quantiles[0.5].value == 2.0
+    assert found.quantiles[0.5].value == 2.5  # of 1, 2, 3 and one above all
+    assert summarize(values, sample).quantiles[0.5].value == 2.0
     assert (found.least, found.largest) == (1.0, 3.0)
-    assert found.limited.yields.beyond == proportion(2, 4)
+    assert found.limited.yields.beyond == followed(2, 4)
     assert sample.failures == proportion(1, 4)
     nothing = summarize(values[2:3], Sample(status[2:3]), Limit(0.0, 1.0))
     assert nothing.mean.reason == "no trial is done"

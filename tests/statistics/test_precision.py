@@ -8,7 +8,7 @@ import pytest
 from tolstat.statistics.convergence import running
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import integration_error
-from tolstat.statistics.precision import Precision, next_stage
+from tolstat.statistics.precision import Precision, next_stage, trials_wanted
 from tolstat.statistics.quantiles import quantile
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.statistic import Statistic
@@ -37,12 +37,25 @@ def test_a_stage_is_as_long_as_the_interval_asks():
     sample = done(1024)
     half = (MEDIAN.of(y, sample).upper - MEDIAN.of(y, sample).lower) / 2
     reached = Precision(MEDIAN, 1.01 * half, False)
-    assert next_stage([reached], {"y": y}, sample, {}) == 0
+
+    def wanted(*rules):
+        return trials_wanted(rules, {"y": y}, sample, {}, {})
+
+    assert wanted(reached) == 0
     twice = Precision(MEDIAN, half / 2, False)
-    asked = next_stage([reached, twice], {"y": y}, sample, {})
+    assert wanted(reached, twice) == pytest.approx(1.1 * 4 * 1024)
+    asked = next_stage(1024, wanted(reached, twice))
     assert asked % 256 == 0 and 1.1 * 4 * 1024 <= asked < 1.1 * 4 * 1024 + 256
     far = Precision(MEDIAN, half / 100, False)
-    assert next_stage([far], {"y": y}, sample, {}) == 8 * 1024
+    assert next_stage(1024, wanted(far)) == 8 * 1024
+
+
+def test_a_rule_never_ends_because_nothing_happened():
+    nothing, mean = np.zeros(1024), Statistic("y", "mean")
+    for rule in (Precision(mean, 0.2, True), Precision(mean, 1e-3, False)):
+        for ranges in ({}, {"y": (0.0, 1.0)}):
+            assert trials_wanted([rule], {"y": nothing}, done(1024), {}, ranges) > 1024
+    assert next_stage(1024, np.inf) == 8 * 1024
 
 
 def test_a_share_beyond_a_limit_counts_failed_trials():

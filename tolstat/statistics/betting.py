@@ -29,7 +29,7 @@ def mean_between(
     Parameters
     ----------
     values : float64[n]
-        Independent, none NaN, in the order in which they were drawn.
+        Independent, none NaN, in an order that has nothing to do with their size.
     lower, upper : float
         Ends of the distribution; no value lies beyond them.
     confidence : float
@@ -83,6 +83,5 @@ def least_mean(values: Array, lower: float, miss: float) -> float:
     tiny = 1e-300
     if not gain(tiny) > 0:
         return lower
-    return lower + scale * float(
-        brentq(gain, tiny, y.mean(), xtol=1e-15, rtol=PRECISION)
-    )
+    # nobody wins who bets on more than the largest
+    return lower + scale * float(brentq(gain, tiny, 1.0, xtol=1e-15, rtol=PRECISION))

@@ -92,7 +92,7 @@ def mean_of(
     Parameters
     ----------
     values : float64[n]
-        Independent, none NaN, in the order in which they were drawn.
+        Independent, none NaN, in any order.
     ends : tuple of float, optional
         Declared range of the response; an open end is infinite.
     confidence : float
@@ -109,7 +109,7 @@ def mean_of(
         mean = float(values.mean()) if len(values) else math.nan
         return Estimate(mean, reason=reason)
     mean = float(values.mean())
-    lower, upper = mean_between(values, *_ends(values, ends), confidence)
+    lower, upper = mean_between(_shuffled(values), *_ends(values, ends), confidence)
     return Estimate(mean, min(lower, mean), max(upper, mean))
 
 
@@ -134,6 +134,7 @@ def sigma_of(
     if reason:
         return Estimate(sigma, reason=reason)
     lower, upper = _ends(values, ends)
+    values = _shuffled(values)
     # E(x - c)^2 = sigma^2 + (mean - c)^2, and a tenth of the trials tell a good c
     pilot = max(len(values) // PILOT, 1)
     c = float(values[:pilot].mean())
@@ -179,6 +180,15 @@ def _missing(values: Array, ends: Range | None) -> str:
         share = unseen(len(values))
         return f"all alike: 1 in {math.floor(1 / share)} could be anything"
     return ""
+
+
+def _shuffled(values: Array) -> Array:
+    """Mix values, always in the same way: bets must not follow an order."""
+    # an old generator, which is the same for ever
+    order: NDArray[np.int64] = np.random.RandomState(len(values)).permutation(
+        len(values)
+    )
+    return values[order]
 
 
 def _known(ends: Range | None) -> bool:

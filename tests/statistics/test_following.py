@@ -1,0 +1,88 @@
+"""Verdicts that may be followed until they fall."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.stats import beta, binom
+
+from tolstat.statistics.following import against, followed, trials_that_decide
+from tolstat.statistics.proportions import proportion
+
+BAR = 0.0027
+
+
+@pytest.mark.parametrize(("count", "trials"), [(0, 50), (3, 500), (40, 100)])
+def test_the_evidence_is_an_averaged_ratio_of_likelihoods(count, trials):
+    share = 0.45
+    weight = beta(0.5, 0.5)
+
+    def ratio(p):
+        return binom.pmf(count, trials, p) / binom.pmf(count, trials, share)
+
+    whole = quad(lambda p: ratio(p) * weight.pdf(p), 0, share, limit=200)[0]
+    assert np.exp(against(count, trials, share)) == pytest.approx(
+        whole / weight.cdf(share), rel=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("count", "trials"), [(0, 1), (0, 4096), (5, 4096), (2048, 4096), (270, 100_000)]
+)
+def test_intervals_contain_those_of_one_look_and_are_mirrored(count, trials):
+    found, once = followed(count, trials), proportion(count, trials)
+    assert found.value == once.value
+    assert found.lower <= once.lower and once.upper <= found.upper
+    assert found.upper - found.lower < 2 * (once.upper - once.lower)
+    mirrored = followed(trials - count, trials)
+    assert mirrored.lower == pytest.approx(1 - found.upper, abs=1e-12)
+
+
+def test_looking_after_every_trial_errs_no_oftener_than_is_claimed():
+    """And an exact interval of one look would."""
+    rng, share = np.random.default_rng(1), 0.1
+    looks = np.unique(np.geomspace(10, 5000, 60).astype(int))
+    counts = np.add.reduceat(
+        rng.random((600, looks[-1])) < share, np.append(0, looks[:-1]), axis=1
+    ).cumsum(axis=1)
+    ends = {
+        (count, n): (followed(count, n), proportion(count, n))
+        for n, column in zip(looks.tolist(), counts.T, strict=True)
+        for count in set(column.tolist())
+    }
+    missed = np.zeros((2, len(counts)), bool)
+    for i, row in enumerate(counts):
+        for count, n in zip(row.tolist(), looks.tolist(), strict=True):
+            for kind, found in enumerate(ends[count, n]):
+                missed[kind, i] |= found.upper < share
+    assert missed[0].mean() <= 0.025
+    assert missed[1].mean() > 0.05
+
+
+def test_none_beyond_is_enough_after_some_trials():
+    assert followed(0, 1700).upper < BAR < followed(0, 1600).upper
+
+
+@pytest.mark.parametrize("trials", [300, 2000])
+def test_the_trials_that_decide_do_so_with_the_chance_that_is_stated(trials):
+    """Over shares as Jeffreys' prior, near the bar, has them."""
+    rng = np.random.default_rng(trials)
+    asked = decided = 0
+    for _ in range(400):
+        share = rng.uniform(0, np.sqrt(4 * BAR)) ** 2  # its density there
+        count = rng.binomial(trials, share)
+        found = followed(count, trials)
+        if not found.lower <= BAR <= found.upper:
+            continue
+        more = trials_that_decide(count, trials, BAR, 0.95)
+        assert more > trials
+        again = followed(count + rng.binomial(more - trials, share), more)
+        asked += 1
+        decided += not again.lower <= BAR <= again.upper
+    assert decided / asked > 0.8 - 3 * np.sqrt(0.16 / asked)
+    assert decided / asked < 0.97
+
+
+def test_a_verdict_at_the_bar_that_nothing_decides():
+    assert trials_that_decide(270_000_000, 10**11, BAR, 0.95) == 0
