@@ -83,7 +83,7 @@ def test_a_rule_is_read_as_it_is_written(toy, study):
 
 
 def test_sobol_trials_can_be_extended_until(toy, study):
-    path = study('"gap mean +-0.002 mm"')
+    path = study('"gap mean +-0.004 mm"')
     path.write_text('sampling = "sobol"\n' + path.read_text())
     run = tolstat.run(path, model=toy, workers=2)
     assert run.stopped.reached and run.sampled.replicates == 16

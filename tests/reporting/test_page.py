@@ -188,7 +188,7 @@ def test_the_page_has_its_parts_in_order(report):
     assert limited[0] == "extra_loss" and len(limited) == 5
     assert heads == ["Verdict", "Summary", *limited, "Assumptions", "Provenance"]
     parts = [
-        "<svg", "<h3>Performance", "<h3>Tail, extrapolated", "<h3>Named distribution",
+        "<svg", "<h3>Performance", "<h3>Named distribution",
         "<h3>Contributions", "<h3>The classical", "<h3>Integration error",
         "<h3>Worst trials",
     ]  # fmt: skip

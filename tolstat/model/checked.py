@@ -109,8 +109,8 @@ def described(model: Model, settings: Any) -> Description:
     Raises
     ------
     ModelError
-        If a name cannot be typed, stands twice or is taken, a unit is unknown, or
-        there is no response; naming the machine and the fault.
+        If a name cannot be typed, stands twice or is taken, a unit is unknown, a range
+        is none, or there is no response; naming the machine and the fault.
     """
     where = f"model '{model.name}'"
     with _asking(model, "describe"):
@@ -144,6 +144,13 @@ def described(model: Model, settings: Any) -> Description:
             to_si(1.0, what.shown or what.unit, what.unit)
         except UnitError as error:
             raise ModelError(f"{where}: {kind} {what.name}: {error}") from None
+        if isinstance(what, Response) and what.range is not None:
+            lower, upper = what.range
+            if not lower < upper:
+                raise ModelError(
+                    f"{where}: {what.name}: its range {lower:g} .. {upper:g} is none; "
+                    "the lower end first"
+                )
     return found
 
 

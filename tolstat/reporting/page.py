@@ -32,13 +32,15 @@ Path = Sequence[Any]  # the way to a number: names, keys, places
 
 def environment() -> Environment:
     """Return where pages are made: every text is escaped, every name must exist."""
-    return Environment(
+    made = Environment(
         loader=PackageLoader("tolstat.reporting"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    made.globals["infinity"] = math.inf
+    return made
 
 
 def style() -> Markup:
@@ -152,7 +154,6 @@ def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
         named=NAMED,
         exact=run.sampled is not None and not run.sampled.replicates,
         scales=run.scales,
-        infinity=math.inf,
         pictures=drawn,
         sketches=_sketches(run, found),
     )

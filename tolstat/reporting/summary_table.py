@@ -110,6 +110,8 @@ def summary_table(run: Run) -> SummaryTable:
 def estimate_in_words(estimate: Estimate, scale: Scale) -> Cell:
     """Write an estimate with its interval, or why it has none."""
     value = scale.number(estimate.value)
+    if estimate.sure and math.isinf(estimate.upper):
+        return f"at least {scale.number(estimate.lower)}"
     if estimate.sure:
         return value, scale.number(estimate.lower), scale.number(estimate.upper)
     if estimate.reason.startswith("needs"):
