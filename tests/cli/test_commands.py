@@ -235,7 +235,7 @@ def test_sobol_trials_say_where_their_intervals_come_from(small_study):
     shown = call("run", small_study, "--trials", 512).stdout
     assert "Sobol' trials depend on each other" in shown
     assert "16 independent scrambles" in shown
-    assert "needs 1600" in shown  # the 99 % quantile of every replicate
+    assert "needs 3000" in shown  # the 99 % quantile of every replicate
 
 
 def test_a_yield_can_be_demanded(small_study):
@@ -327,3 +327,10 @@ def test_a_run_until_precise_says_so(tmp_path):
     assert (
         "rod_force_1 median +-1 %: reached; looked at after 1024 trials" in done.output
     )
+    rule = 'trials = { until = "extra_loss mean +-1 %", at_most = 1100 }'
+    study.write_text(re.sub(r"trials = 4096.*", rule, text))
+    done = call("run", study, "--force")
+    said = " ".join(done.stderr.split())
+    assert "extra_loss mean +-1 %: the first look asks for about" in said
+    assert "at_most = 1100 will hardly do" in said
+    assert "not reached" in done.output

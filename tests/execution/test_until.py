@@ -61,6 +61,19 @@ def test_it_ends_at_most_where_it_must(toy, study):
     run = tolstat.run(study('"gap p95 +-0.1 %"', 3000), model=toy, workers=2)
     assert run.trials == 3000 and not run.stopped.reached
     assert run.stopped.stages == (1024, 3000)
+    assert run.stopped.wanted > 100_000
+    assert tolstat.open(run.path).stopped == run.stopped
+
+
+def test_what_it_cannot_reach_it_says_after_the_first_look(toy, study):
+    seen = []
+    tolstat.run(study('"gap p95 +-0.1 %"', 3000), model=toy, progress=seen.append)
+    told = [each for each in seen if each.wanted]
+    assert len(told) == 1 and told[0].over == 1024 and told[0].wanted > 100_000
+    seen.clear()
+    path = study('"gap p95 +-3 %"')
+    tolstat.run(path, model=toy, progress=seen.append, force=True)
+    assert not any(each.wanted for each in seen)
 
 
 def test_all_of_several_rules_are_reached(toy, study):

@@ -11,6 +11,7 @@ from tolstat.reporting.drawn import Drawn, drawn_trials
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import Limited, Summary, summarize
+from tolstat.statistics.yields import joint_yield
 from tolstat.status import Status
 from tolstat.store.run import Run
 from tolstat.units.scale import PLAIN, Scale
@@ -103,7 +104,7 @@ def summary_table(run: Run) -> SummaryTable:
         rows,
         ["response", *(judged if sample else ["limit", "machines beyond"])],
         limit_rows,
-        notes_of(run, sample),
+        [*_joint(drawn), *notes_of(run, sample)],
     )
 
 
@@ -131,6 +132,20 @@ def _judged(limited: Limited) -> list[Cell]:
         estimate_in_words(limited.yields.beyond, PER_CENT),
         estimate_in_words(limited.equivalent, AS_IS),
     ]
+
+
+def _joint(drawn: Drawn | None) -> list[str]:
+    """Say how many machines are within all limits at once."""
+    if not drawn or len(drawn.run.limits) < 2 or not drawn.sample.ran.any():
+        return []
+    limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
+    values = {name: drawn.values(name) for name in limits}
+    share = joint_yield(values, drawn.sample, limits)
+    text = f"{PER_CENT.number(share.value)} %"
+    if share.sure:
+        ends = [PER_CENT.number(end) for end in (share.lower, share.upper)]
+        text += f" ({ends[0]}..{ends[1]} %)"
+    return [f"{text} of the machines are within all {len(limits)} limits at once"]
 
 
 def _extremes(run: Run, name: str, scale: Scale) -> list[Cell]:
