@@ -90,9 +90,60 @@ def _rare_jam():
     return IndexProblem(ndtri, response, first, total)
 
 
+CURVED = 0.05  # of the square beside the linear term: 99.3 % are linear
+
+
+def _nearly_linear():
+    """A stack with a curve in one part and an interaction of two others."""
+    a, c = WEIGHTS, CURVED * np.linalg.norm(WEIGHTS)
+
+    def response(x):
+        return x @ a + c * (x[..., 3] ** 2 + x[..., 0] * x[..., 1])
+
+    V = a**2 + c**2 * np.array([0, 0, 0, 2])
+    total = V + c**2 * np.array([1, 1, 0, 0])
+    whole = V.sum() + c**2
+    return IndexProblem(ndtri, response, V / whole, total / whole)
+
+
+THIRD = 1.5  # sigmas of a third part in the way of two rods
+
+
+def _rare_jam_of_three():
+    """Two rods that fight each other, and a third part in the same gap."""
+    gap = GAP * np.sqrt((2 + THIRD**2) / 2)
+    z = np.linspace(-9, 9, 20_001)
+
+    def share_of(known, rest):
+        """Share that is owed to what has this variance, the rest having that."""
+        s = np.sqrt(rest)
+        a = np.sqrt(known) * z
+
+        def mean_excess(a):
+            return s * norm.pdf(a / s) + a * norm.cdf(a / s)
+
+        given = mean_excess(a - gap) + mean_excess(-a - gap)
+        return moments_of(given)[1]
+
+    def moments_of(y):
+        mean = trapezoid(y * norm.pdf(z), z)
+        return mean, trapezoid(y**2 * norm.pdf(z), z) - mean**2
+
+    V = moments_of(np.maximum(np.abs(np.sqrt(2 + THIRD**2) * z) - gap, 0))[1]
+    alone = [share_of(1, 1 + THIRD**2)] * 2 + [share_of(THIRD**2, 2)]
+    others = [share_of(1 + THIRD**2, 1)] * 2 + [share_of(2, THIRD**2)]
+
+    def response(x):
+        apart = x[..., 0] - x[..., 1] + THIRD * x[..., 2]
+        return np.maximum(np.abs(apart) - gap, 0)
+
+    return IndexProblem(ndtri, response, np.array(alone) / V, 1 - np.array(others) / V)
+
+
 INDEX_PROBLEMS = {
     "rare jam": _rare_jam(),
     "linear stack": _linear(), "Ishigami": _ishigami(), "Sobol' G": _sobol_g(),
+    "nearly linear": _nearly_linear(), "rare jam of three": _rare_jam_of_three(),
 }  # fmt: skip
 
 
@@ -101,6 +152,7 @@ TWO = {
     "linear stack": float(INDEX_PROBLEMS["linear stack"].first[:2].sum()),
     "Ishigami": float(INDEX_PROBLEMS["Ishigami"].first[:2].sum()),
     "rare jam": 1.0,
+    "rare jam of three": 1 - float(INDEX_PROBLEMS["rare jam of three"].total[2]),
 }
 
 
@@ -149,5 +201,5 @@ def _intervals(name, rng, n):
         yield "rank regression explains", hand.explained, np.sum(ranks**2)
 
 
-STUDIES = 2000
+STUDIES = 1000
 JOBS = [(name, size, intervals, STUDIES) for name in INDEX_PROBLEMS for size in SIZES]

@@ -208,6 +208,47 @@ def test_the_worst_trials_are_evaluated_again_and_named_in_order(rough):
         assert each.sketch is None
 
 
+def test_what_a_halved_tolerance_leaves_beyond_is_what_its_own_run_has(rough, tmp_path):
+    limit = "0.8..1.6 mm"
+    path = tmp_path / "as_drawn.toml"
+    path.write_text(STUDY.format(model="rough", limit=limit))
+    found = tolstat.run(path, model=Rough()).evidence.halved["gap"]
+    assert set(found) == {("part_1",), ("part_2",), ("part_1", "part_2")}
+    for members, (beyond, effective) in found.items():
+        text = STUDY.format(model="rough", limit=limit).replace("3000", "30000")
+        if "part_1" in members:
+            text = text.replace("+-0.3 mm", "+-0.15 mm")
+        if "part_2" in members:
+            text = text.replace("-0.1..+0.5 mm", "-0.05..+0.25 mm")
+        path.write_text(text)
+        again = tolstat.run(path, model=Rough(), force=True)
+        gap = again.column("gap")
+        bad = ~((gap >= 0.8e-3) & (gap <= 1.6e-3) & (again.status == Status.DONE))
+        own = bad.mean()
+        assert beyond.lower < own < beyond.upper
+        assert beyond.value == pytest.approx(own, rel=0.25)
+        assert 3000 / 4 < effective < 3000
+
+
+def test_failed_machines_are_beyond_with_tolerances_halved_too(tmp_path):
+    path = tmp_path / "wide.toml"
+    path.write_text(STUDY.format(model="rough", limit="-5..5 mm"))
+    run = tolstat.run(path, model=Rough())
+    found = run.evidence.halved["gap"]
+    assert found["part_2",].beyond.value == pytest.approx(run.failed / 3000, rel=0.5)
+    assert run.failed > 3 and found["part_1",].beyond.value < 1e-5
+
+
+def test_what_cannot_be_halved_is_said_in_the_run(toy, toy_study):
+    found = tolstat.run(toy_study, model=toy).evidence.halved["gap"]
+    turn = found["angle",]
+    assert turn.beyond.reason == "a full turn is no tolerance" and turn.effective == 0
+    assert found["part_1", "part_2"].beyond.sure
+    text = toy_study.read_text().replace("1000", "1024")
+    toy_study.write_text('sampling = "sobol"\n' + text)
+    assert tolstat.run(toy_study, model=toy, force=True).evidence.halved == {}
+
+
 def test_the_stand_tells_how_its_worst_trials_moved(small_study):
     run = tolstat.run(small_study)
     for name, worst in run.evidence.worst.items():

@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from html import unescape
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 import tolstat
 from tests.conftest import Toy
 from tests.reporting.browser import Page, look, printed, scroll_width
+from tolstat.model.contract import Outcome
 from tolstat.reporting import (
     comparison_page,
     distribution_pictures,
@@ -188,9 +190,9 @@ def test_the_page_has_its_parts_in_order(report):
     assert limited[0] == "extra_loss" and len(limited) == 5
     assert heads == ["Verdict", "Summary", *limited, "Assumptions", "Provenance"]
     parts = [
-        "<svg", "<h3>Performance", "<h3>Named distribution",
-        "<h3>Contributions", "<h3>The classical", "<h3>Integration error",
-        "<h3>Worst trials",
+        "<svg", "<h3>Performance", "<h3>Who drives",
+        "<h3>Named distribution", "<h3>Contributions", "<h3>The classical",
+        "<h3>Integration error", "<h3>Worst trials",
     ]  # fmt: skip
     one = report.text[report.text.index('<h2 id="extra_loss"') :]
     places = [one.index(part) for part in parts]
@@ -470,16 +472,106 @@ def test_the_page_prints_on_a4(made, tmp_path):
         assert [float(side) for side in box] == pytest.approx([595, 842], abs=1.5)
 
 
+def cells_of(page, response):
+    """Words of the row of a response in the verdict, cell by cell."""
+    verdict = page[page.index("<h2>Verdict") : page.index("<h2>Summary")]
+    row = verdict[verdict.index(f">{response}</a>") :]
+    cells = row[: row.index("</tr>")].split("<td")
+    words = (unescape(re.sub("<[^>]*>", " ", f"<td{cell}")) for cell in cells)
+    return [" ".join(each.split()) for each in words]
+
+
 def test_who_is_to_blame_is_named_by_kind_of_part(report):
-    verdict = report.text[report.text.index("Verdict") : report.text.index("Summary<")]
-    row = verdict[verdict.index("shaft_9_moment") :]
-    assert re.search(r'class="words">gears <span', row[: row.index("</tr>")])
-    row = verdict[verdict.index(">extra_loss") :]
-    row = row[: row.index("</tr>")]
-    assert re.search(r'class="words">rods <span', row)
-    assert "no trustworthy interval" in row  # a few jammed machines decide it
-    found = report.found["responses"]["extra_loss"]["contributions"]
-    members = report.found["responses"]["extra_loss"]["members"]
-    assert members["rods"] == ["rod_length_1", "rod_length_2"]
-    assert found["together"]["rods"]["value"] > 0.5
-    assert found["together"]["gears"]["reason"].startswith("needs a run with sampling")
+    """For the machines beyond, and for the spread: these need not be the same."""
+    *_, spread = cells_of(report.text, "shaft_9_moment")
+    assert re.match(r"gears [\d.]+ \(", spread)
+    *_, beyond, spread = cells_of(report.text, "extra_loss")
+    assert re.match(r"rods halved: (< 1|\d+) \( .* per million$", beyond)
+    assert re.match(r"rods at least [\d.]+ %", spread)
+    assert spread.endswith("a few machines decide it")
+    found = report.found["responses"]["extra_loss"]
+    assert found["members"]["rods"] == ["rod_length_1", "rod_length_2"]
+    contributions = found["contributions"]
+    assert contributions["together"]["rods"]["lower"] > 0.5
+    assert contributions["together"]["gears"]["reason"].startswith("needs a run with")
+    assert found["culprits"]["driving"] == ["rods"]
+
+
+def test_who_drives_the_machines_beyond_is_told_of_the_stored_columns(report, mill):
+    found = report.found["responses"]["jam_share"]["culprits"]
+    beyond = mill.column("jam_share") > 0.5
+    assert found["beyond"] == beyond.sum() > 10 and found["reason"] == ""
+    rod = mill.column("rod_length_1")
+    said = found["contributors"]["rod_length_1"]
+    off = (rod[beyond] - rod.mean()) / rod.std()
+    assert said["shift"] == pytest.approx(off.mean())
+    assert said["width"] == pytest.approx(np.sqrt(np.mean(off**2)))
+    assert said["width"] > 1.5 and said["level"] < 1e-6
+    assert found["contributors"]["crank_angle_1"]["level"] > 0.05
+    rods = found["kinds"]["rods"]
+    assert rods["level"] < 1e-6 and rods["halved"]["upper"] < 0.01
+    stored = mill.evidence.halved["jam_share"]["rod_length_1", "rod_length_2"]
+    assert rods["halved"]["value"] == stored.beyond.value
+    assert rods["effective"] == stored.effective
+    phase = found["contributors"]["runout_phase_7"]["halved"]
+    assert phase["value"] is None and phase["reason"] == "a full turn is no tolerance"
+    part = section_of(report.text, "jam_share")
+    part = part[part.index("Who drives") : part.index("<h3>Tail")]
+    assert "<strong>rods</strong>" in part and "<strong>cranks</strong>" not in part
+
+
+def section_of(page, response):
+    start = page.index(f'<h2 id="{response}"')
+    return page[start : page.index("</section>", start)]
+
+
+def test_where_a_few_machines_decide_noise_is_not_drawn(report):
+    few = {
+        name: report.found["responses"][name]["contributions"]["few_decide"]
+        for name in report.found["interest"]
+    }
+    assert few["extra_loss"] and not few["shaft_9_moment"]
+    for name, decide in few.items():
+        part = section_of(report.text, name)
+        assert ("A few machines decide the variance" in part) == decide
+        assert ("Contributions, the largest first" in part) != decide
+        assert ("Unexplained" in part) != decide
+        assert ("alone, % of the variance" in part) != decide
+    part = section_of(report.text, "extra_loss")
+    assert re.search(r"at least <span[^>]*together/rods/lower", part)
+    # over the rods, that differ among the machines beyond, and over nothing else
+    drawn = re.search(r'extra_loss over its leading contributors: ([^"]*)', part)
+    assert {*drawn[1].split(", ")} == {"rod_length_1", "rod_length_2"}
+
+
+def test_no_bar_is_negative(report):
+    bars = [f for words, f in report.figures if words.startswith("Contributions, the")]
+    assert bars
+    for figure in bars:
+        assert all(patch.get_width() >= 0 for patch in figure.axes[0].patches)
+
+
+def test_indices_of_a_few_machines_are_not_drawn(toy, toy_study):
+    class Jams(type(toy)):
+        def evaluate(self, deviations, settings):
+            apart = np.abs(deviations[:, 0] - deviations[:, 1]) / 1e-3
+            gap = 1e-3 * np.maximum(apart - 1.4, 0)
+            both = np.stack([gap, gap], axis=1)
+            return Outcome(both, np.ones(len(gap), dtype=np.int64))
+
+    text = toy_study.read_text().replace("trials = 1000", "trials = 5000")
+    toy_study.write_text('sampling = "saltelli"\n' + text)
+    page, found = page_of(tolstat.run(toy_study, model=Jams()))
+    assert found["responses"]["gap"]["indices"]["few_decide"]
+    assert "groups of trials would be noise" in page
+    assert "Contributions, the largest first" not in page
+
+
+def test_trials_that_depend_on_each_other_name_no_culprit(toy, toy_study):
+    text = toy_study.read_text().replace("trials = 1000", "trials = 1024")
+    toy_study.write_text('sampling = "sobol"\n' + text)
+    page, found = page_of(tolstat.run(toy_study, model=toy))
+    culprits = found["responses"]["gap"]["culprits"]
+    assert culprits["reason"] == "for random trials only"
+    assert culprits["beyond"] > 0 and culprits["contributors"] == {}
+    assert "for random trials only" in cells_of(page, "gap")[-2]

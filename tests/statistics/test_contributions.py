@@ -106,10 +106,69 @@ def test_a_few_jammed_machines_allow_no_interval():
     parts = {name: rng.normal(size=4000) for name in ("rod_1", "rod_2")}
     y = np.maximum(np.abs(parts["rod_1"] - parts["rod_2"]) - 3.2, 0)
     found = contributions(parts, {"loss": y}, {"rod": list(parts)})["loss"]
-    for each in (found.first_order["rod_1"], found.together["rod"], found.unexplained):
+    assert found.few_decide
+    for each in (found.first_order["rod_1"], found.groups["rod"], found.unexplained):
         assert not each.sure and "few trials decide" in each.reason
         assert np.isfinite(each.value)
     assert found.rank_regression["rod_1"].sure
+    # understated by neighbours all the same: its lower end holds
+    together = found.together["rod"]
+    assert 0.4 < together.lower < together.value and together.upper == 1.0
+
+
+SPACER = {"housing": 0.05, "part_1": 0.03, "part_2": 0.03, "spacer": 0.0085}
+
+
+def spaced(n, seed=7):
+    """A gap between a housing and three parts; the spacer has 1.65 %."""
+    rng = np.random.default_rng(seed)
+    parts = {name: rng.normal(0, t / 3, n) for name, t in SPACER.items()}
+    variances = {name: t**2 for name, t in SPACER.items()}
+    whole = sum(variances.values())
+    y = parts["housing"] - sum(parts[name] for name in list(SPACER)[1:])
+    return parts, y, {name: v / whole for name, v in variances.items()}
+
+
+def test_shares_of_a_linear_machine_come_from_its_regression():
+    parts, y, known = spaced(4000)
+    groups = {"part": ["part_1", "part_2"], "many": list(parts)}
+    found = contributions(parts, {"gap": y}, groups)["gap"]
+    assert found.linear and known["spacer"] == pytest.approx(0.0165, abs=5e-5)
+    for name, share in known.items():
+        each = found.first_order[name]
+        assert each.value == pytest.approx(share, rel=0.05)
+        assert each.lower <= share <= each.upper
+    neighbours = contributions(parts, {"gap": y}, groups, independent=False)["gap"]
+    assert not neighbours.linear
+    spacer = neighbours.first_order["spacer"]
+    sharp = found.first_order["spacer"]
+    assert spacer.upper - spacer.lower > 10 * (sharp.upper - sharp.lower)
+    # nothing but sums: no interaction, and no group too large to be told
+    assert found.together["part"] == found.groups["part"]
+    assert found.together["many"].value == pytest.approx(1)
+    assert found.unexplained[:3] == (0, 0, 0)
+
+
+def test_shares_of_a_regression_are_those_of_coefficients_and_sigmas():
+    parts, y, _ = spaced(1000)
+    y = y + np.random.default_rng(8).normal(0, 0.05 * y.std(), len(y))
+    found = contributions(parts, {"gap": y})["gap"]
+    X = np.column_stack([*parts.values(), np.ones(len(y))])
+    slopes = np.linalg.lstsq(X, y, rcond=None)[0]
+    explained = (X @ slopes).var() / y.var()
+    alone = slopes[:-1] ** 2 * X[:, :-1].var(axis=0)
+    values = [each.value for each in found.first_order.values()]
+    assert values == pytest.approx(explained * alone / alone.sum())
+    assert found.unexplained.value == pytest.approx(1 - explained)
+    # what it leaves may be anybody's: upper ends reach higher by it
+    for each in found.first_order.values():
+        assert each.upper - each.value > each.value - each.lower + 0.8 * (1 - explained)
+
+
+def test_a_machine_that_is_not_quite_linear_is_not_taken_for_one():
+    parts, y, _ = spaced(4000)
+    bent = y / y.std() + 0.12 * (parts["housing"] / 0.0167) ** 2
+    assert not contributions(parts, {"gap": bent})["gap"].linear
 
 
 def test_ties_are_ranked_alike():
@@ -130,7 +189,8 @@ def test_intervals_are_those_of_leaving_out_a_twentieth_at_a_time(digits):
     parts, y = stack(437)
     # without digits many are alike
     parts, y = {name: x.round(digits) for name, x in parts.items()}, y.round(digits)
-    found = contributions(parts, {"y": y}, {"rod": ["rod_1", "rod_2"]})["y"]
+    rods = {"rod": ["rod_1", "rod_2"]}
+    found = contributions(parts, {"y": y}, rods, independent=False)["y"]
 
     def index(x, y):
         y = y[np.argsort(x, kind="stable")]

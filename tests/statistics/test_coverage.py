@@ -10,6 +10,7 @@ import pytest
 from scipy.stats import binom
 
 from tests.coverage.claims import LEAST, claims, named
+from tests.coverage.halving_problems import intervals as of_halving
 from tests.coverage.index_problems import intervals as of_indices
 from tests.coverage.measure import FAMILIES, ROOT, TABLE, digest, measure
 from tests.coverage.one_response import failing, intervals, stopped
@@ -113,6 +114,7 @@ NEW = {
     ("1 in 100 jams, as a share", 200): (intervals, 500),
     ("lognormal", 1000): (failing, 500),
     ("linear stack", 200): (of_indices, 300),
+    ("too alike, 5 % beyond", 1000): (of_halving, 400),
     ("lognormal", FIRST): (stopped, 500),
 }
 NARROWER, LEFT = ", a third narrower", 2 / 3

@@ -1,4 +1,4 @@
-"""Further simulations at the end of a run: slopes, worst case, worst trials."""
+"""What a report wants beyond the trials: slopes, worst cases and trials, halvings."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.execution.classical import Target, slopes, worst_corners
+from tolstat.execution.halved import halved_shares
 from tolstat.execution.picking import margins, worst_trials
 from tolstat.execution.planning import assumed_of
 from tolstat.execution.trials import Trials
@@ -60,6 +61,7 @@ def gather(
         slopes,
         _worst_cases(study, trials, zones, slopes, workers),
         _worst(study, trials, audited, workers),
+        halved_shares(study, trials),
     )
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from tolstat.reporting.drawn import Drawn
-from tolstat.reporting.findings import WorstTrialFindings, leading_of
+from tolstat.reporting.findings import Culprits, WorstTrialFindings, leading_of
 from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.linear import (
     Departure,
@@ -32,6 +32,7 @@ def classical_of(
     drawn: Drawn,
     summaries: Mapping[str, Summary],
     contributions: Mapping[str, Contributions],
+    culprits: Mapping[str, Culprits],
 ) -> dict[str, Classical]:
     """Put stored evidence into findings.
 
@@ -43,6 +44,8 @@ def classical_of(
         By response.
     contributions : mapping of str to Contributions
         Of what is looked at closely.
+    culprits : mapping of str to Culprits
+        Of what is limited.
 
     Returns
     -------
@@ -56,7 +59,9 @@ def classical_of(
         scatter = scatter_of({name: drawn.values(name) for name in varying})
     found = {}
     for name, summary in summaries.items():
-        worst = _worst_trials(drawn, name, contributions.get(name))
+        worst = _worst_trials(
+            drawn, name, leading_of(contributions.get(name), culprits.get(name))
+        )
         if not scatter:
             found[name] = Classical(None, (), worst)
             continue
@@ -68,16 +73,16 @@ def classical_of(
 
 
 def _worst_trials(
-    drawn: Drawn, name: str, contributions: Contributions | None
+    drawn: Drawn, name: str, leading: Sequence[str]
 ) -> tuple[WorstTrialFindings, ...]:
     """List the worst trials with what matters most of their deviations."""
-    run, leading = drawn.run, leading_of(contributions)[:NAMED]
+    run = drawn.run
     return tuple(
         WorstTrialFindings(
             each.trial,
             float(run.column(name)[each.trial]),
             each.precise,
-            {n: float(run.column(n)[each.trial]) for n in leading},
+            {n: float(run.column(n)[each.trial]) for n in leading[:NAMED]},
         )
         for each in run.evidence.worst.get(name, ())
     )

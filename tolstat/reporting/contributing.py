@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from tolstat.model.kinds import kinds_of_part
 from tolstat.reporting.drawn import Drawn
 from tolstat.reporting.findings import IndicesFindings
 from tolstat.statistics.contributions import Contributions, contributions
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
+from tolstat.statistics.jackknife import HEAVY
 from tolstat.statistics.total_indices import sobol_indices
-from tolstat.store.run import Run
 
 
 def contributions_of(
@@ -39,36 +41,20 @@ def contributions_of(
             deviations[contributor.name] = column
     if not deviations:
         return {}, {}
-    groups = groups_of(list(deviations), drawn.run)
+    groups = kinds_of_part(list(deviations), drawn.run.contributors)
     responses = {name: drawn.done(name) for name in interest}
-    found = contributions(deviations, responses, groups)
+    independent = not _hanging_together(drawn.run.study.table)
+    found = contributions(deviations, responses, groups, independent=independent)
     if drawn.sample.replicates:
         found = {name: _without_intervals(each) for name, each in found.items()}
     return found, {name: tuple(members) for name, members in groups.items()}
 
 
-def groups_of(names: Sequence[str], run: Run) -> dict[str, list[str]]:
-    """Sort contributors by the kind of part, else by their name without number.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Contributors that deviate.
-    run : Run
-        Whose model says which part each belongs to.
-
-    Returns
-    -------
-    dict of str to list of str
-        Groups of two or more.
-    """
-    parts = {each.name: each.part for each in run.contributors}
-    found: dict[str, list[str]] = {}
-    for name in names:
-        stem, _, number = name.rpartition("_")
-        group = parts[name] or (stem if number.isdigit() else name)
-        found.setdefault(group, []).append(name)
-    return {group: members for group, members in found.items() if len(members) > 1}
+def _hanging_together(study: Mapping[str, Any]) -> bool:
+    """Tell whether a study has deviations correlated, or of one batch."""
+    lines = study.get("deviations", {}).values()
+    batches = any(isinstance(line, dict) and line.get("common") for line in lines)
+    return batches or bool(study.get("correlation"))
 
 
 def _without_intervals(found: Contributions) -> Contributions:
@@ -80,13 +66,13 @@ def _without_intervals(found: Contributions) -> Contributions:
     def every(shares: Mapping[str, Estimate]) -> dict[str, Estimate]:
         return {name: one(each) for name, each in shares.items()}
 
-    return Contributions(
-        every(found.rank_regression),
-        one(found.explained),
-        every(found.first_order),
-        every(found.groups),
-        every(found.together),
-        one(found.unexplained),
+    return found._replace(
+        rank_regression=every(found.rank_regression),
+        explained=one(found.explained),
+        first_order=every(found.first_order),
+        groups=every(found.groups),
+        together=every(found.together),
+        unexplained=one(found.unexplained),
     )
 
 
@@ -112,4 +98,5 @@ def indices_of(drawn: Drawn, name: str) -> IndicesFindings:
         broken,
         {factor: each.first for factor, each in found.items()},
         {factor: each.total for factor, each in found.items()},
+        any(each.first.reason == HEAVY for each in found.values()),
     )

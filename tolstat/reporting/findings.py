@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from tolstat.statistics.beyond import CLEAR
 from tolstat.statistics.changing_sides import Sides
 from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.estimate import Estimate
@@ -73,12 +74,16 @@ class DistributionFindings(NamedTuple):
 
 
 class IndicesFindings(NamedTuple):
-    """Sobol' indices of a run made for them, from its whole groups of trials."""
+    """Sobol' indices of a run made for them, from its whole groups of trials.
+
+    They are noise where a few machines decide the variance.
+    """
 
     groups: int
     broken: int
     first: Mapping[str, Estimate]
     total: Mapping[str, Estimate]
+    few_decide: bool
 
 
 class Moves(NamedTuple):
@@ -142,6 +147,57 @@ class WorstTrialFindings(NamedTuple):
     deviations: Mapping[str, float]
 
 
+class Culprit(NamedTuple):
+    """What one contributor, or kind of part, has to do with the machines beyond.
+
+    Attributes
+    ----------
+    shift, width : float
+        How it differs among them, see `Difference`; NaN for a kind of part.
+    level : float
+        How often chance would make it differ so much, corrected for the number of
+        contributors; of a kind of part that of the member that differs most.
+    halved : Estimate
+        Share beyond with its tolerance halved; of a kind those of all its members.
+    effective : int
+        Number of trials that this rests on; 0 without any.
+    """
+
+    shift: float
+    width: float
+    level: float
+    halved: Estimate
+    effective: int
+
+    @property
+    def clear(self) -> bool:
+        """Whether it differs by more than chance."""
+        return self.level < CLEAR
+
+
+class Culprits(NamedTuple):
+    """Who drives the machines beyond a limit.
+
+    Attributes
+    ----------
+    beyond : int
+        Machines beyond, failed ones among them.
+    reason : str
+        Why it cannot be told who drives them; empty if it can.
+    driving : tuple of str
+        Kinds of part, and contributors of no kind, that clearly differ among them, the
+        clearest first.
+    contributors, kinds : dict of str to Culprit
+        By name.
+    """
+
+    beyond: int
+    reason: str
+    driving: tuple[str, ...]
+    contributors: Mapping[str, Culprit]
+    kinds: Mapping[str, Culprit]
+
+
 @dataclass(frozen=True)
 class ResponseFindings(Summary):
     """All that is said of a response, beyond its summary.
@@ -168,6 +224,8 @@ class ResponseFindings(Summary):
         Of a response that is looked at closely.
     members : dict of str to tuple of str
         The contributors of each kind of part.
+    culprits : Culprits or None
+        Who drives the machines beyond its limit; None without a limit.
     """
 
     nominal: float
@@ -184,13 +242,35 @@ class ResponseFindings(Summary):
     contributions: Contributions | None = None
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     indices: IndicesFindings | None = None
+    culprits: Culprits | None = None
 
 
-def leading_of(contributions: Contributions | None) -> list[str]:
-    """Name the contributors that matter to a response, the most important first."""
-    shares = contributions.first_order if contributions else {}
-    known = {n: e.value for n, e in shares.items() if not math.isnan(e.value)}
-    return sorted(known, key=lambda name: -known[name])
+def leading_of(
+    contributions: Contributions | None, culprits: Culprits | None = None
+) -> list[str]:
+    """Name the contributors that matter to a response, the most important first.
+
+    Where a few machines decide the variance its shares are noise: what clearly differs
+    among the machines beyond comes first then, and ranks order the rest.
+    """
+    if contributions is None:
+        return []
+    few = contributions.few_decide
+    shares = contributions.rank_regression if few else contributions.first_order
+    known = {n: abs(e.value) if few else e.value for n, e in shares.items()}
+    told = [name for name in known if not math.isnan(known[name])]
+    ordered = sorted(told, key=lambda name: -known[name])
+    if few:
+        first = [name for name in clear_of(culprits) if name in told]
+        ordered = first + [name for name in ordered if name not in first]
+    return ordered
+
+
+def clear_of(culprits: Culprits | None) -> list[str]:
+    """Name the contributors that clearly differ among the machines beyond."""
+    every = culprits.contributors if culprits else {}
+    clear = [name for name, each in every.items() if each.clear]
+    return sorted(clear, key=lambda name: every[name].level)
 
 
 class DeviationFindings(NamedTuple):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tolstat.errors import PictureError, allowed_names
 from tolstat.reporting.classical_answers import classical_of
 from tolstat.reporting.contributing import contributions_of, indices_of
+from tolstat.reporting.culprits import culprits_of
 from tolstat.reporting.drawn import Drawn, drawn_trials
 from tolstat.reporting.findings import (
     Assumptions,
@@ -105,7 +106,8 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
         }
         shapes = {name: _distribution(drawn.done(name), drawn) for name in interest}
         contributions, members = shares.result()
-    classical = classical_of(drawn, summaries, contributions)
+    culprits = culprits_of(drawn, members)
+    classical = classical_of(drawn, summaries, contributions, culprits)
     responses = {}
     for response in run.responses:
         name = response.name
@@ -121,6 +123,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
             departures=classical[name].departures,
             worst_cases=run.evidence.worst_cases.get(name, {}),
             worst_trials=classical[name].worst_trials,
+            culprits=culprits.get(name),
         )
         if name in interest:
             found = replace(

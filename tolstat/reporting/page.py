@@ -13,7 +13,7 @@ from markupsafe import Markup, escape
 from tolstat.reporting import distribution_pictures as distributions
 from tolstat.reporting import response_pictures as pictures
 from tolstat.reporting.drawn import drawn_trials
-from tolstat.reporting.findings import Findings, ResponseFindings, leading_of
+from tolstat.reporting.findings import Culprit, Findings, ResponseFindings, leading_of
 from tolstat.reporting.plain import key_words, share_words
 from tolstat.reporting.sketch import sketch
 from tolstat.reporting.summary_table import AS_IS, PER_CENT
@@ -79,7 +79,8 @@ class Numbers:
         path : sequence
             Where it lies in the findings.
         scale : Scale or str
-            How it is shown; "%", "ppm" (a share per million) or "plain".
+            How it is shown; "%", "ppm" (a share per million), "whole ppm" (no smaller
+            one) or "plain".
         """
         value = self.at(path)
         if isinstance(value, float) and math.isnan(value):
@@ -106,6 +107,8 @@ def in_words(value: float, scale: Scale | str) -> str:
     """Write a number as the page shows it; a whole number whole."""
     if isinstance(value, int):  # a truth value too
         return str(value)
+    if scale == "whole ppm":
+        return f"{1e6 * value:.0f}" if value >= 1e-6 or value == 0 else "< 1"
     if math.isinf(value):
         return "infinite" if value > 0 else "-infinite"
     return (scale if isinstance(scale, Scale) else WORDS[scale]).number(value)
@@ -147,7 +150,11 @@ def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
         one_in=lambda share: math.floor(1 / share),
         share_words=share_words,
         thousands=lambda number: f"{number:,}".replace(",", " "),
-        by_share={n: leading_of(r.contributions) for n, r in found.responses.items()},
+        by_share={
+            n: leading_of(r.contributions, r.culprits)
+            for n, r in found.responses.items()
+        },
+        by_level=_clearest_first,
         by_group=_largest_first,
         parameter_scale=_parameter_scale,
         parameter_suffix=_parameter_suffix,
@@ -210,18 +217,39 @@ def _largest_first(contributions: Contributions) -> list[str]:
     return sorted(contributions.groups, key=lambda group: -share(group))
 
 
+def _clearest_first(found: Mapping[str, Culprit]) -> list[str]:
+    """Sort by how clearly it differs, then by what halving leaves beyond."""
+
+    def place(name: str) -> tuple[float, float]:
+        left = found[name].halved.value
+        return found[name].level, math.inf if math.isnan(left) else left
+
+    return sorted(found, key=place)
+
+
 class Blame(NamedTuple):
-    """Who is to blame: paths of shares by name, and whether they have intervals."""
+    """Who is to blame: paths of shares by name, and what is known of these.
+
+    Attributes
+    ----------
+    shares : list of (str, path)
+        At most three, the largest first.
+    sure : bool
+        Whether they have intervals.
+    few_decide : bool
+        Whether a few machines decide the variance: it is the least shares then.
+    """
 
     shares: list[tuple[str, list[str]]]
     sure: bool
+    few_decide: bool
 
 
 def _blame(name: str, each: ResponseFindings) -> Blame:
     """Name who is to blame for the variance of a response: groups, and single parts."""
     found = each.contributions
     if found is None:
-        return Blame([], True)
+        return Blame([], True, False)
     grouped = {member for members in each.members.values() for member in members}
     single = [part for part in found.first_order if part not in grouped]
     known = {}
@@ -232,16 +260,16 @@ def _blame(name: str, each: ResponseFindings) -> Blame:
             for kind in ("together", "groups", "first_order")
             if not math.isnan(getattr(found, kind).get(part, UNKNOWN).value)
         ]
-        if not kinds:
+        if not kinds or (found.few_decide and kinds[0] != "together"):
             continue
         share = getattr(found, kinds[0])[part]
-        if share.value >= MATTERS and not (share.sure and share.lower <= 0):
-            known[part] = share, ["responses", name, "contributions", kinds[0], part]
-    leading = sorted(known, key=lambda part: -known[part][0].value)[:3]
-    return Blame(
-        [(part, known[part][1]) for part in leading],
-        all(known[part][0].sure for part in leading),
-    )
+        size = share.lower if found.few_decide else share.value
+        if size >= MATTERS and not (share.sure and share.lower <= 0):
+            known[part] = size, ["responses", name, "contributions", kinds[0], part]
+    leading = sorted(known, key=lambda part: -known[part][0])[:3]
+    paths = [(part, known[part][1]) for part in leading]
+    sure = all(getattr(found, path[-2])[part].sure for part, path in paths)
+    return Blame(paths, sure, found.few_decide)
 
 
 UNKNOWN = Estimate(math.nan)

@@ -10,7 +10,12 @@ from matplotlib.ticker import NullLocator
 
 from tolstat.reporting.distribution_pictures import ends_of
 from tolstat.reporting.drawn import Drawn
-from tolstat.reporting.findings import IndicesFindings, ResponseFindings, leading_of
+from tolstat.reporting.findings import (
+    IndicesFindings,
+    ResponseFindings,
+    clear_of,
+    leading_of,
+)
 from tolstat.reporting.page_picture import (
     BEYOND,
     INK,
@@ -36,16 +41,21 @@ SETTLING = 4  # times as many, so that there is something to see
 def pareto(found: Contributions | IndicesFindings | None) -> Markup | None:
     """Draw the shares of the variance, the largest first; None without any.
 
+    None either where a few machines decide the variance: bars would show noise. No bar
+    is negative; intervals may be.
+
     Parameters
     ----------
     found : Contributions or IndicesFindings
         From the trials at hand, or made for them.
     """
+    if found is None or found.few_decide:
+        return None
     if isinstance(found, IndicesFindings):
         first = found.first
         rows = [("alone (first order)", first), ("with others (total)", found.total)]
     else:
-        first = found.first_order if found else {}
+        first = found.first_order
         rows = [("alone (first order)", first)]
     known = {n: each.value for n, each in first.items() if not math.isnan(each.value)}
     if not known:
@@ -56,15 +66,16 @@ def pareto(found: Contributions | IndicesFindings | None) -> Markup | None:
         height = 0.36 if len(rows) > 1 else 0.7
         for row, (label, shares) in enumerate(rows):
             at = np.arange(len(leading)) + (0.4 * row if len(rows) > 1 else 0)
-            value = 100 * np.array([shares[name].value for name in leading])
+            value = 100 * np.array([max(shares[name].value, 0.0) for name in leading])
             sure = all(shares[name].sure for name in leading)
             ends = [
                 [shares[n].lower for n in leading],
                 [shares[n].upper for n in leading],
             ]
+            reach = np.array([[-1.0], [1.0]]) * (100 * np.array(ends) - value)
             axes.barh(
                 at, value, height, color=COLOURS[row], label=label,
-                xerr=np.abs(100 * np.array(ends) - value) if sure else None,
+                xerr=np.maximum(reach, 0.0) if sure else None,
                 error_kw={"ecolor": INK, "elinewidth": 0.8, "capsize": 2},
             )  # fmt: skip
         axes.set_yticks(np.arange(len(leading)), leading)
@@ -124,6 +135,9 @@ def convergence(drawn: Drawn, name: str, found: ResponseFindings) -> Markup:
 def scatter(drawn: Drawn, name: str, found: ResponseFindings) -> Markup | None:
     """Draw the response over its three leading contributors; None without any.
 
+    Where a few machines decide its variance, only over what clearly differs among the
+    machines beyond the limit.
+
     Parameters
     ----------
     drawn : Drawn
@@ -133,7 +147,10 @@ def scatter(drawn: Drawn, name: str, found: ResponseFindings) -> Markup | None:
     found : ResponseFindings
         What is said of it.
     """
-    leading = leading_of(found.contributions)[:SCATTERED]
+    leading = leading_of(found.contributions, found.culprits)
+    if found.contributions and found.contributions.few_decide:
+        leading = clear_of(found.culprits)
+    leading = leading[:SCATTERED]
     if not leading:
         return None
     response = found.scale.factor * drawn.done(name)

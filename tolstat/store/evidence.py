@@ -1,4 +1,4 @@
-"""What further simulations say of a run, and how it lies in the file."""
+"""What a run says beyond its trials, and how it lies in the file."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.statistics.estimate import Estimate
 from tolstat.store.attributes import texts, write_texts
 
 Array = NDArray[np.float64]
 Sketched = NDArray[np.float32]
+Members = tuple[str, ...]  # contributors, taken together
 
 
 class WorstCase(NamedTuple):
@@ -74,9 +76,24 @@ class Worst(NamedTuple):
     sketch: Sketch | None = None
 
 
+class Halved(NamedTuple):
+    """The share beyond a limit with some tolerances halved, from weighted trials.
+
+    Attributes
+    ----------
+    beyond : Estimate
+        The share, or why it cannot be told.
+    effective : int
+        Number of trials that the weighted ones are worth; 0 without weights.
+    """
+
+    beyond: Estimate
+    effective: int
+
+
 @dataclass(frozen=True)
 class Evidence:
-    """What further simulations say.
+    """What a run says beyond its trials.
 
     Attributes
     ----------
@@ -86,6 +103,8 @@ class Evidence:
         By limited response and side: "least", "largest".
     worst : dict of str to list of Worst
         The worst ten trials of limited responses, the worst first.
+    halved : dict of str to dict of Members to Halved
+        By limited response and the contributors whose tolerances are halved, at once.
     missing : str
         Why there is none of it; empty if there is.
     """
@@ -93,6 +112,7 @@ class Evidence:
     slopes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     worst_cases: Mapping[str, Mapping[str, WorstCase]] = field(default_factory=dict)
     worst: Mapping[str, list[Worst]] = field(default_factory=dict)
+    halved: Mapping[str, Mapping[Members, Halved]] = field(default_factory=dict)
     missing: str = ""
 
 
@@ -106,7 +126,7 @@ def write_evidence(group: h5py.Group, evidence: Evidence) -> None:
     evidence : Evidence
         What to store.
     """
-    group.attrs["long_name"] = "what further simulations say: slopes, worst cases"
+    group.attrs["long_name"] = "beyond the trials: slopes, worst cases, halvings"
     if evidence.missing:
         group.attrs["missing"] = evidence.missing
     if evidence.slopes:
@@ -130,6 +150,19 @@ def write_evidence(group: h5py.Group, evidence: Evidence) -> None:
         for each in worst:
             if each.sketch:
                 _write_sketch(of, str(each.trial), each.sketch)
+    for response, shares in evidence.halved.items():
+        _write_halved(group, f"halved/{response}", shares)
+
+
+def _write_halved(
+    group: h5py.Group, place: str, shares: Mapping[Members, Halved]
+) -> None:
+    rows = [(*each.beyond[:3], each.effective) for each in shares.values()]
+    table = group.create_dataset(place, data=np.array(rows, np.float64).reshape(-1, 4))
+    table.attrs["long_name"] = "share beyond with tolerances halved"
+    write_texts(table, "columns", ["share", "lower", "upper", "effective trials"])
+    write_texts(table, "halved", [", ".join(members) for members in shares])
+    write_texts(table, "reasons", [each.beyond.reason for each in shares.values()])
 
 
 def _write_sketch(group: h5py.Group, name: str, sketch: Sketch) -> None:
@@ -157,7 +190,20 @@ def read_evidence(group: h5py.Group | None) -> Evidence:
         for response, sides in group.get("worst_cases", {}).items()
     }
     worst = {response: _worst(of) for response, of in group.get("worst", {}).items()}
-    return Evidence(slopes, cases, worst, group.attrs.get("missing", ""))
+    halved = {name: _halved(table) for name, table in group.get("halved", {}).items()}
+    return Evidence(slopes, cases, worst, halved, group.attrs.get("missing", ""))
+
+
+def _halved(table: h5py.Dataset) -> dict[Members, Halved]:
+    rows = zip(
+        texts(table, "halved"), table[...].tolist(), texts(table, "reasons"),
+        strict=True,
+    )  # fmt: skip
+    found = {}
+    for members, (share, lower, upper, effective), reason in rows:
+        beyond = Estimate(share, lower, upper, reason)
+        found[tuple(members.split(", "))] = Halved(beyond, int(effective))
+    return found
 
 
 def _case(corner: h5py.Dataset) -> WorstCase:

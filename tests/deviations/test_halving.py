@@ -1,0 +1,135 @@
+"""Weights of machines with halved tolerances: against machines drawn that way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from tolstat.deviations.dependence import Batch, Dependence
+from tolstat.deviations.distributions.arcsine import Arcsine
+from tolstat.deviations.distributions.beta import Beta
+from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.distributions.lognormal import Lognormal
+from tolstat.deviations.distributions.normal import Normal
+from tolstat.deviations.distributions.trapezoidal import Trapezoidal
+from tolstat.deviations.distributions.triangular import Triangular
+from tolstat.deviations.distributions.truncated_normal import TruncatedNormal
+from tolstat.deviations.distributions.uniform import Uniform
+from tolstat.deviations.distributions.weibull import Weibull
+from tolstat.deviations.draw import draw
+from tolstat.deviations.halving import Halving
+from tolstat.deviations.measured import Fitted, Measured
+from tolstat.deviations.tolerance import Tolerance
+from tolstat.errors import DistributionError
+
+ZONE, HALF = Tolerance(-0.1, 0.3), Tolerance(-0.05, 0.15)
+FROM_ZERO, HALF_FROM_ZERO = Tolerance(0.0, 1.0), Tolerance(0.0, 0.5)
+NAMES = ["rod_1", "rod_2", "gear"]
+TRIALS = 200_000
+
+
+def drawn(distributions, dependence=None, seed=3):
+    table = draw(
+        NAMES, distributions, sampling="random", seed=seed, trials=TRIALS,
+        dependence=dependence,
+    )  # fmt: skip
+    return dict(zip(NAMES, table.T, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("made", "halved"),
+    [
+        (Normal(ZONE, shift=0.05), Normal(HALF, shift=0.025)),
+        (Normal(ZONE, cp=1.3, cpk=1.0), Normal(HALF, cp=1.3, cpk=1.0)),
+        (TruncatedNormal(ZONE, outside="screened"),
+         TruncatedNormal(HALF, outside="screened")),
+        (Uniform(ZONE), Uniform(HALF)),
+        (Triangular(ZONE, 0.1), Triangular(HALF, 0.05)),
+        (Trapezoidal(ZONE), Trapezoidal(HALF)),
+        (Beta(ZONE, 2.0, 4.0), Beta(HALF, 2.0, 4.0)),
+        (Weibull(FROM_ZERO, 2.0), Weibull(HALF_FROM_ZERO, 2.0)),
+        (Lognormal(FROM_ZERO, 0.3), Lognormal(HALF_FROM_ZERO, 0.15)),
+        # of one sign: towards the end that is nearer to zero
+        (Uniform(Tolerance(16.0, 34.0)), Uniform(Tolerance(16.0, 25.0))),
+        (Uniform(Tolerance(-34.0, -16.0)), Uniform(Tolerance(-25.0, -16.0))),
+    ],
+)  # fmt: skip
+def test_weighted_parts_are_those_of_the_halved_tolerance(made, halved):
+    x = made.deviations((np.arange(TRIALS) + 0.5) / TRIALS)
+    weights = Halving({"rod_1": x}, {"rod_1": made}, Dependence()).weights(["rod_1"])
+    assert weights.mean() == pytest.approx(1, abs=2e-3)
+    below = np.cumsum(weights) / TRIALS
+    for share in (0.01, 0.2, 0.5, 0.8, 0.99):
+        end = halved.deviations(np.array([share]))[0]
+        assert np.interp(end, x, below) == pytest.approx(share, abs=2e-3)
+
+
+def test_the_weight_of_a_normal_part_is_the_ratio_of_two_normal_densities():
+    x = np.array([0.0, 0.3, -0.8, 2.0, 4.5])
+    normal = Normal(Tolerance(-3.0, 3.0))
+    weights = Halving({"rod_1": x}, {"rod_1": normal}, Dependence()).weights(["rod_1"])
+    known = stats.norm.pdf(x, 0, 0.5) / stats.norm.pdf(x)
+    np.testing.assert_allclose(weights, known, rtol=1e-3, atol=1e-12)
+
+
+PAIR = {"rod_1": Normal(ZONE), "rod_2": Uniform(ZONE), "gear": Normal(ZONE)}
+HALF_OF = {"rod_1": Normal(HALF), "rod_2": Uniform(HALF), "gear": Normal(HALF)}
+
+
+@pytest.mark.parametrize("members", [("rod_1",), ("rod_2",), ("rod_1", "rod_2")])
+@pytest.mark.parametrize(
+    "dependence",
+    [
+        Dependence({}, {("rod_1", "rod_2"): 0.6}),
+        Dependence({name: Batch("rod", 0.5) for name in NAMES[:2]}),
+        Dependence(),
+    ],
+    ids=["correlated", "batch", "free"],
+)
+def test_what_hangs_together_still_does(dependence, members):
+    x = drawn(PAIR, dependence)
+    weights = Halving(x, PAIR, dependence).weights(members)
+    again = drawn(PAIR | {n: HALF_OF[n] for n in members}, dependence, seed=4)
+    for statistic in (
+        lambda x: (x["rod_1"] > 0.1) & (x["rod_2"] > 0.12),
+        lambda x: np.abs(x["rod_1"] - x["rod_2"]) > 0.1,
+    ):
+        expected = statistic(again).mean()
+        noise = np.sqrt(np.mean(weights**2 * statistic(x)) / TRIALS)
+        assert np.mean(weights * statistic(x)) == pytest.approx(
+            expected, abs=5 * noise + 5 * np.sqrt(expected / TRIALS)
+        )
+
+
+def test_a_batch_whose_parts_are_all_alike_is_halved_as_one():
+    distributions = dict.fromkeys(NAMES[:2], Normal(ZONE))
+    alike = Dependence({name: Batch("rod", 1.0) for name in NAMES[:2]})
+    x = drawn(distributions, alike)
+    halving = Halving(x, distributions, alike)
+    both = halving.weights(NAMES[:2])
+    single = Halving(x, distributions, Dependence()).weights(["rod_1"])
+    np.testing.assert_array_equal(both, single)
+    with pytest.raises(DistributionError, match="all parts of its batch are alike"):
+        halving.weights(["rod_1"])
+    distributions["rod_2"] = replace(distributions["rod_2"], cp=2.0)
+    with pytest.raises(DistributionError, match="different tolerances"):
+        Halving(x, distributions, alike).weights(NAMES[:2])
+
+
+@pytest.mark.parametrize(
+    ("distribution", "words"),
+    [
+        (Constant(0.1), "no tolerance"),
+        (Measured(np.array([0.1, 0.2])), "no tolerance"),
+        (Fitted("normal", 0.0, 1.0, 0.5), "no tolerance"),
+        (TruncatedNormal(ZONE, cp=0.5, outside="clipped"), "as good as one deviation"),
+        (Arcsine(ZONE), "as good as one deviation"),
+    ],
+)
+def test_what_cannot_be_halved_says_why(distribution, words):
+    x = {"rod_1": distribution.deviations(np.array([0.2, 0.6]))}
+    with pytest.raises(DistributionError, match=words):
+        Halving(x, {"rod_1": distribution}, Dependence()).weights(["rod_1"])

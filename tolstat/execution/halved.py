@@ -1,0 +1,85 @@
+"""The share beyond each limit if a tolerance were halved: no further simulation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.halving import Halving
+from tolstat.deviations.samplers.saltelli import OWN
+from tolstat.errors import DistributionError
+from tolstat.execution.trials import Trials
+from tolstat.model.kinds import kinds_of_part
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.weighted import effective_number, weighted_share
+from tolstat.store.evidence import Halved, Members
+from tolstat.study.study import Study
+
+TURN = 2 * math.pi * (1 - 1e-9)
+
+
+def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halved]]:
+    """Weight the trials as if the tolerance of a contributor, or a kind, were halved.
+
+    Parameters
+    ----------
+    study : Study
+        Of the run.
+    trials : Trials
+        All of which are over.
+
+    Returns
+    -------
+    dict of str to dict
+        By limited response and the contributors whose tolerances are halved; empty
+        where trials depend on each other. Failed trials count as beyond.
+    """
+    sampler = study.sampler
+    if sampler is None or sampler.replicates:
+        return {}
+    group = sampler.group(len(study.factors))
+    own = np.arange(len(trials.status)) % group < (OWN if group > 1 else 1)
+    deviating = study.deviating
+    every = {
+        each.name: trials.deviations[own, column]
+        for column, each in enumerate(study.description.contributors)
+        if each.name in deviating.distributions
+        and not isinstance(deviating.distributions[each.name], Constant)
+    }
+    beyond = {}
+    for name, limit in study.limits.items():
+        with np.errstate(invalid="ignore"):  # failed: NaN, within nothing
+            values = trials.response(name)[own]
+            within = (values >= limit.lower) & (values <= limit.upper)
+        beyond[name] = ~within
+    if not every or not beyond:
+        return {}
+    halving = Halving(every, deviating.distributions, deviating.dependence)
+    contributors = study.description.contributors
+    kinds = kinds_of_part(list(every), contributors).values()
+    found: dict[str, dict[Members, Halved]] = {name: {} for name in beyond}
+    # a full turn is no tolerance: where on its wheel a run-out lies is not to be halved
+    units = {each.name: each.unit for each in contributors}
+    turning = [name for name in every if _is_a_turn(study, name, units[name])]
+    for members in dict.fromkeys([*((name,) for name in every), *map(tuple, kinds)]):
+        these = [name for name in members if name not in turning]
+        try:
+            if not these:
+                raise DistributionError("a full turn is no tolerance")
+            weights = halving.weights(these)
+        except DistributionError as error:
+            for of in found.values():
+                of[members] = Halved(Estimate(math.nan, reason=str(error)), 0)
+            continue
+        number = effective_number(weights)
+        for name, of in found.items():
+            of[members] = Halved(weighted_share(beyond[name], weights), number)
+    return found
+
+
+def _is_a_turn(study: Study, name: str, unit: str) -> bool:
+    """Tell whether a deviation goes all the way round."""
+    zone = getattr(study.deviating.distributions[name], "tolerance", None)
+    return unit == "rad" and zone is not None and zone.upper - zone.lower >= TURN
