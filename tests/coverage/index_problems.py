@@ -15,12 +15,24 @@ from tolstat.statistics.total_indices import sobol_indices
 
 
 class IndexProblem(NamedTuple):
-    """How unit samples become deviations, these a response; the known indices."""
+    """How unit samples become deviations, these a response; the known indices.
+
+    And where there is a rare cause: the response beyond which it shows, and the indices
+    of the machines without it, which a study means that met none.
+    """
 
     deviations: object
     response: object
     first: np.ndarray
     total: np.ndarray
+    shows: float = np.inf
+    without: np.ndarray | None = None
+
+    def indices(self, y):
+        """Return the first-order and total indices that a study with these means."""
+        if y.max() < self.shows and self.without is not None:
+            return self.without, self.without
+        return self.first, self.total
 
 
 def _ishigami():
@@ -140,7 +152,23 @@ def _rare_jam_of_three():
     return IndexProblem(ndtri, response, np.array(alone) / V, 1 - np.array(others) / V)
 
 
+RARE, JUMP = 0.002, 20.0  # share of the machines that another part throws far off
+
+
+def _rare_cause():
+    """A plain part, and another that matters in 2 of 1000 machines alone."""
+    end = norm.isf(RARE)
+    jump = RARE * (1 - RARE) * JUMP**2
+    first = np.array([1, jump]) / (1 + jump)
+
+    def response(x):
+        return x[..., 0] + JUMP * (x[..., 1] > end)
+
+    return IndexProblem(ndtri, response, first, first, JUMP / 2, np.array([1.0, 0.0]))
+
+
 INDEX_PROBLEMS = {
+    "2 in 1000 of another cause": _rare_cause(),
     "rare jam": _rare_jam(),
     "linear stack": _linear(), "Ishigami": _ishigami(), "Sobol' G": _sobol_g(),
     "nearly linear": _nearly_linear(), "rare jam of three": _rare_jam_of_three(),
@@ -177,22 +205,24 @@ def _intervals(name, rng, n):
     problem = INDEX_PROBLEMS[name]
     k = len(problem.first)
     names = [f"x{i + 1}" for i in range(k)]
-    made = sobol_indices(design(problem, rng, n), names)
+    made_of = design(problem, rng, n)
+    made = sobol_indices(made_of, names)
     x = problem.deviations(rng.random((n, k)))
+    y = problem.response(x)
     hand = contributions(
-        dict(zip(names, x.T, strict=True)),
-        {"y": problem.response(x)},
-        {"all": names, "two": names[:2]},
+        dict(zip(names, x.T, strict=True)), {"y": y}, {"all": names, "two": names[:2]}
     )["y"]
-    for each, first, total in zip(names, problem.first, problem.total, strict=True):
-        yield f"first order of {each}, at hand", hand.first_order[each], first
-        yield f"first order of {each}, saltelli", made[each].first, first
-        yield f"total of {each}, saltelli", made[each].total, total
-    yield "first orders together", hand.groups["all"], problem.first.sum()
+    alone, _ = problem.indices(y)
+    firsts, totals = problem.indices(made_of)
+    for i, each in enumerate(names):
+        yield f"first order of {each}, at hand", hand.first_order[each], alone[i]
+        yield f"first order of {each}, saltelli", made[each].first, firsts[i]
+        yield f"total of {each}, saltelli", made[each].total, totals[i]
+    yield "first orders together", hand.groups["all"], alone.sum()
     yield "all together", hand.together["all"], 1.0
     if name in TWO:
         yield "x1 and x2 together", hand.together["two"], TWO[name]
-    yield "unexplained", hand.unexplained, 1 - problem.first.sum()
+    yield "unexplained", hand.unexplained, 1 - alone.sum()
     if name == "linear stack":
         # Spearman's rank correlation of normal variables of correlation r
         ranks = 6 / np.pi * np.arcsin(np.sqrt(problem.first) / 2)

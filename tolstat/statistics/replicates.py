@@ -223,11 +223,10 @@ def quantile_of_replicates(
         each = np.bincount(in_order[:stop], minlength=len(sizes)) / sizes
         return _between(each, stop / n, n, 0.0, 1.0, confidence)
 
-    low = _first(lambda k: below(k).upper >= share, n)
-    high = _first(lambda k: below(k).lower >= share, n)
-    if low == 0 or high == n:
-        return Estimate(value, reason="it may lie beyond the trials")
-    lower, upper = float(ordered[low - 1]), float(ordered[high])
+    # fewer than are asked for lie below all trials, or above: those never met
+    low = max(_first(lambda k: below(k).upper >= share, n) - 1, 0)
+    high = min(_first(lambda k: below(k).lower >= share, n), n - 1)
+    lower, upper = float(ordered[low]), float(ordered[high])
     if not math.isfinite(lower + upper):
         return Estimate(
             value if math.isfinite(value) else math.nan,

@@ -11,7 +11,7 @@ from scipy.special import log_ndtr
 
 from tolstat.statistics.anderson_darling import a_squared, level_in, log_of_the_rest
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.proportions import proportion
+from tolstat.statistics.following import followed
 from tolstat.statistics.replicates import share_from_replicates
 
 Array = NDArray[np.float64]
@@ -128,7 +128,8 @@ def _atom(values: Array, replicate: NDArray[np.int64] | None, alike: Array) -> A
     """Describe those of the values that are alike; ascending."""
     middle, least, largest = (float(alike[i]) for i in (len(alike) // 2, 0, -1))
     if replicate is None:
-        share = proportion(len(alike), len(values))
+        # not of one look only: it is told of where some are not alike
+        share = followed(len(alike), len(values))
     else:
         machines = (values >= least) & (values <= largest)
         share = share_from_replicates(machines, replicate)
