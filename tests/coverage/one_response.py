@@ -13,6 +13,7 @@ from tolstat.deviations.samplers.sobol import Sobol
 from tolstat.statistics.capability import by_moments, by_percentiles, by_share
 from tolstat.statistics.following import followed, trials_that_decide
 from tolstat.statistics.limit import Limit, ppk_of
+from tolstat.statistics.moments import Reach
 from tolstat.statistics.precision import FIRST, Precision, next_stage, trials_wanted
 from tolstat.statistics.replicates import share_from_replicates
 from tolstat.statistics.sample import Sample
@@ -63,8 +64,9 @@ def estimates(values, sample, problem, limit):
     beyond = share(values > limit.upper, sample)  # as a verdict has it
     found["share beyond"], found["Ppk by share"] = beyond, by_share(beyond, limit)
     found["Ppk by percentiles"] = by_percentiles(values, sample, limit).ppk
-    found["mean"] = mean(values, sample, problem.ends)
-    found["sigma"] = sigma(values, sample, problem.ends)
+    reach = Reach(problem.ends, limit.permitted)
+    found["mean"] = mean(values, sample, reach)
+    found["sigma"] = sigma(values, sample, reach)
     found["Ppk by moments"] = by_moments(values, sample, limit, problem.ends).ppk
     return found
 
@@ -132,7 +134,7 @@ def stopped(name, rng, size):
             sample = Sample(np.full(len(x), Status.DONE))
             wanted = trials_wanted([rule], {"y": x}, sample, {}, ranges)
             over = min(next_stage(len(x), wanted), MOST) if wanted else over
-        found = statistic.of(x, sample, ends=problem.ends)
+        found = statistic.of(x, sample, declared=problem.ends)
         if wanted:  # it was not reached, and says so
             found = found._replace(lower=np.nan, upper=np.nan)
         truth = problem.quantile(0.95) if "quantile" in words else problem.mean
@@ -161,14 +163,17 @@ def replicated(_, rng, size):
     streams = {"a": 0, "b": 1, "c": 2}
     sample = Sample(np.full(size, Status.DONE), REPLICATES)
     for sampler in (Latin(), Sobol()):
-        u = sampler.unit_samples(int(rng.integers(2**62)), streams, size)
-        u = ndtr(ndtri(u).sum(axis=1) / np.sqrt(3))
-        for name in EVERY:
+        parts = sampler.unit_samples(int(rng.integers(2**62)), streams, size)
+        u = ndtr(ndtri(parts).sum(axis=1) / np.sqrt(3))
+        sampling = type(sampler).__name__.lower()
+        for name, unit, words in (
+            *((each, u, sampling) for each in EVERY),
+            ("normal", parts[:, 0], f"{sampling}, of one part"),
+        ):
             problem, (known, limit) = problem_of(name), truths(name)
-            y = problem.inverse(u)
+            y = problem.inverse(unit)
             for each, found in estimates(y, sample, problem, limit).items():
-                words = f"{each}, {type(sampler).__name__.lower()}"
-                yield name, words, found, known[each], False
+                yield name, f"{each}, {words}", found, known[each], False
 
 
 STUDIES = 1000

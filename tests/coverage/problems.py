@@ -53,6 +53,21 @@ def _jam(rare, of=None, ends=None):
     return Problem(inverse, cdf, mean, np.sqrt(square - mean**2), ends)
 
 
+def _next_to_nothing(rare, smear=1e-6):
+    """No machine but a few, and of the others next to nothing: smoothed friction."""
+    jam, none = stats.expon(), stats.halfnorm(scale=smear)
+
+    def inverse(u):
+        jams = jam.ppf(np.clip((u - 1 + rare) / rare, 0, 1))
+        return np.where(u > 1 - rare, jams, none.ppf(np.minimum(u / (1 - rare), 1)))
+
+    def cdf(x):
+        return (1 - rare) * none.cdf(x) + rare * jam.cdf(x)
+
+    mean = rare + (1 - rare) * none.mean()
+    return Problem(inverse, cdf, mean, np.sqrt(2 * rare - mean**2))
+
+
 def _rare_mode(rare=0.002, at=20.0):
     """Normal but for a few machines of another kind, far away."""
 
@@ -128,6 +143,7 @@ PROBLEMS = {
     "1 in 1000 jams": _jam(0.001),
     "1 in 1000 jams, as a share": _jam(0.001, stats.beta(2, 1), SHARE),
     "1 in 100 jams, as a share": _jam(0.01, stats.beta(1, 2), SHARE),
+    "3 in 400 jam, others nearly none": _next_to_nothing(0.0075),
     "2 in 1000 of another kind": _rare_mode(),
 }
 

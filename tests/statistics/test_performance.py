@@ -12,7 +12,7 @@ from tolstat.statistics.betting import least_mean, mean_between
 from tolstat.statistics.capability import by_moments, by_percentiles, by_share
 from tolstat.statistics.following import followed
 from tolstat.statistics.limit import Limit, ppk_of, yield_of_ppk
-from tolstat.statistics.moments import mean_of, moments, sigma_of, unseen
+from tolstat.statistics.moments import Reach, mean_of, moments, sigma_of, unseen
 from tolstat.statistics.quantiles import quantiles
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.statistic import quantiles_at
@@ -46,12 +46,12 @@ def test_what_all_trials_share_tells_no_mean_unless_a_range_is_declared():
     nothing = np.zeros(200)
     found = mean_of(nothing)
     assert found.value == 0.0 and found.reason == "all alike: 1 in 42 could be anything"
-    share = mean_of(nothing, (0.0, 1.0))
+    share = mean_of(nothing, Reach((0.0, 1.0)))
     # as little as can be: each trial was none with the probability 1 - p
     assert share.lower == 0.0
     assert 1 - 0.025 ** (1 / 200) < share.upper < 1.5 * (1 - 0.025 ** (1 / 200))
-    assert sigma_of(nothing, (0.0, 1.0)).upper < np.sqrt(share.upper) * 1.1
-    one_end = mean_of(np.random.default_rng(1).exponential(size=500), (0.0, INF))
+    assert sigma_of(nothing, Reach((0.0, 1.0))).upper < np.sqrt(share.upper) * 1.1
+    one_end = mean_of(np.random.default_rng(1).exponential(size=500), Reach((0.0, INF)))
     assert one_end.sure
 
 
@@ -95,7 +95,7 @@ def test_sigma_of_a_normal_response():
     assert sigma_of(heavy).upper > 1.3 * sigma_of(heavy).value
     few = np.where(np.arange(1000) < 19, np.arange(1000.0), 0.0)
     assert sigma_of(few).reason == "only 18 trials are not alike"
-    assert sigma_of(few, (0.0, 1000.0)).sure
+    assert sigma_of(few, Reach((0.0, 1000.0))).sure
 
 
 def test_what_no_trial_tells():

@@ -41,12 +41,13 @@ class _Rate(TextColumn):
 def _out_of_reach(study: Study, wanted: float) -> str:
     """Say that a stopping rule asks for more trials than it may have."""
     assert study.until
-    more = f"about {float(f'{wanted:.2g}'):,.0f} trials".replace(",", " ")
+    rules = "; ".join(study.until.rules)
     if math.isinf(wanted):
-        more = "more than it can tell yet"
+        return f"{rules}: the first look cannot tell yet how many trials that takes"
+    more = f"{float(f'{wanted:.2g}'):,.0f}".replace(",", " ")
     return (
-        f"{'; '.join(study.until.rules)}: the first look asks for {more}; at_most = "
-        f"{study.trials} will hardly do"
+        f"{rules}: as far as the first look can tell, that takes about {more} trials; "
+        f"at_most = {study.trials} will hardly do"
     )
 
 

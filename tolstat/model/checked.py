@@ -145,11 +145,14 @@ def described(model: Model, settings: Any) -> Description:
         except UnitError as error:
             raise ModelError(f"{where}: {kind} {what.name}: {error}") from None
         if isinstance(what, Response) and what.range is not None:
-            lower, upper = what.range
+            try:
+                lower, upper = map(float, what.range)
+            except (TypeError, ValueError):
+                lower = upper = math.nan
             if not lower < upper:
                 raise ModelError(
-                    f"{where}: {what.name}: its range {lower:g} .. {upper:g} is none; "
-                    "the lower end first"
+                    f"{where}: {what.name}: its range {what.range!r} is none; two "
+                    "numbers, the lower first"
                 )
     return found
 
@@ -230,8 +233,9 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
         beyond = values[(values < lower) | (values > upper)]
         if len(beyond):
             raise ModelError(
-                f"{where}: {each.name} is {beyond[0]:.17g} in a trial, and its range "
-                f"is declared as {lower:g} .. {upper:g}"
+                f"{where}: {each.name} is {beyond[0]:.17g} in {len(beyond)} of "
+                f"{trials} trials of a block, and its range is declared as {lower:g} "
+                f".. {upper:g}; where rounding does that, clip it where it is made"
             )
     return Answers(np.where(done[:, None], responses, np.nan), status, steps)
 

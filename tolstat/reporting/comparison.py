@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import PictureError, RunFileError
-from tolstat.model.description import Response
 from tolstat.reporting.drawn import Drawn, drawn_trials
 from tolstat.reporting.gather import responses_of_interest
 from tolstat.reporting.plain import share_words
@@ -239,7 +238,11 @@ def compared(pair: Pair, chosen: Sequence[str] = ()) -> Comparison:
             first.scales[name],
             before,
             after,
-            summarize(difference, pair.sample, ends=_range_of_difference(response)),
+            summarize(
+                difference,
+                pair.sample,
+                declared=_range_of_difference(first, second, name),
+            ),
             _share(difference < 0, pair.sample),
             _share(difference > 0, pair.sample),
         )
@@ -265,11 +268,12 @@ def compared(pair: Pair, chosen: Sequence[str] = ()) -> Comparison:
     )
 
 
-def _range_of_difference(response: Response) -> tuple[float, float] | None:
-    if response.range is None:
-        return None
-    width = response.range[1] - response.range[0]
-    return -width, width
+def _range_of_difference(
+    first: Run, second: Run, name: str
+) -> tuple[float, float] | None:
+    """Return what the difference cannot leave, where both runs declare their range."""
+    a, b = ({r.name: r.range for r in run.responses}[name] for run in (first, second))
+    return None if a is None or b is None else (b[0] - a[1], b[1] - a[0])
 
 
 def _share(machines: NDArray[np.bool_], sample: Sample) -> Estimate:

@@ -68,5 +68,6 @@ def drawn_trials(run: Run) -> Drawn | None:
     group = run.sampled.group
     if group > 1:
         trials = trials[trials % group < OWN]
-    sample = Sample(run.status[trials], run.sampled.replicates)
+    each = run.trials / max(len(trials), 1)
+    sample = Sample(run.status[trials], run.sampled.replicates, each)
     return Drawn(run, run.sampled, trials, sample)

@@ -316,15 +316,13 @@ class JointFindings(NamedTuple):
         How many there are.
     within : Estimate
         Share of the machines that are within all of them at once.
-    met : int
-        How many are said to be met.
     wrongly : float
-        Greatest chance that one or more of all verdicts is wrongly "met".
+        Greatest chance that one or more of all verdicts is wrongly "met"; holds for
+        independent trials.
     """
 
     limits: int
     within: Estimate
-    met: int
     wrongly: float
 
 

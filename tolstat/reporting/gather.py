@@ -24,14 +24,13 @@ from tolstat.reporting.findings import (
     TrialsFindings,
 )
 from tolstat.reporting.integration import integration_of
-from tolstat.reporting.summary_table import notes_of, summaries_of
+from tolstat.reporting.summary_table import joint_of, notes_of, summaries_of
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.moments import unseen
 from tolstat.statistics.replicates import never_met
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.shapes import NAMES, Shape, atom_of, best_shape
-from tolstat.statistics.summary import Summary
-from tolstat.statistics.yields import CONFIDENCE, MET, joint_yield
+from tolstat.statistics.yields import CONFIDENCE
 from tolstat.store.run import Run
 
 Array = NDArray[np.float64]
@@ -140,7 +139,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
         run.model,
         run.machine,
         _trials(drawn),
-        _joint(drawn, summaries),
+        _joint(drawn),
         tuple(interest),
         responses,
         _assumptions(run),
@@ -174,23 +173,17 @@ def _unseen(sample: Sample) -> float:
     """Return the share of the machines that may lie beyond all trials."""
     done = int(np.count_nonzero(sample.done))
     if sample.replicates:
-        return never_met(done, sample.replicates)
+        # at either end, which the trials choose themselves
+        return min(2 * never_met(done, sample.replicates), 1.0)
     return unseen(done)
 
 
-def _joint(drawn: Drawn, summaries: Mapping[str, Summary]) -> JointFindings | None:
+def _joint(drawn: Drawn) -> JointFindings | None:
     """Say how many machines are within all limits at once."""
-    limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
-    if not limits:
+    within, limits = joint_of(drawn), len(drawn.run.limits)
+    if within is None:
         return None
-    values = {name: drawn.values(name) for name in limits}
-    verdicts = [of.limited.yields.verdict for of in summaries.values() if of.limited]
-    return JointFindings(
-        len(limits),
-        joint_yield(values, drawn.sample, limits),
-        verdicts.count(MET),
-        min(len(limits) * (1 - CONFIDENCE) / 2, 1.0),
-    )
+    return JointFindings(limits, within, min(limits * (1 - CONFIDENCE) / 2, 1.0))
 
 
 def _distribution(done: Array, drawn: Drawn) -> DistributionFindings:

@@ -19,12 +19,14 @@ from tolstat.reporting.sketch import sketch
 from tolstat.reporting.summary_table import AS_IS, PER_CENT
 from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.moments import Reach
 from tolstat.statistics.summary import QUANTILES
 from tolstat.store.run import Run
 from tolstat.units.scale import Scale
 
 MATTERS = 0.05  # share of the variance from which a contributor is named
 NAMED = 3  # contributors beside a worst trial
+DEMANDED = 10  # digits of a share close to 1
 WORDS = {"%": PER_CENT, "ppm": Scale("1", "ppm"), "plain": AS_IS}
 
 Path = Sequence[Any]  # the way to a number: names, keys, places
@@ -109,6 +111,8 @@ def in_words(value: float, scale: Scale | str) -> str:
         return str(value)
     if scale == "whole ppm":
         return f"{1e6 * value:.0f}" if value >= 1e-6 or value == 0 else "< 1"
+    if scale == "demanded":
+        return f"{100 * value:.{DEMANDED}g}"
     if math.isinf(value):
         return "infinite" if value > 0 else "-infinite"
     return (scale if isinstance(scale, Scale) else WORDS[scale]).number(value)
@@ -146,7 +150,7 @@ def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
         limited=[name for name, each in found.responses.items() if each.limited],
         blame={name: _blame(name, each) for name, each in found.responses.items()},
         shares=QUANTILES,
-        ranged=[response.name for response in run.responses if response.range],
+        ranged=[r.name for r in run.responses if Reach(r.range).known],
         one_in=lambda share: math.floor(1 / share),
         share_words=share_words,
         thousands=lambda number: f"{number:,}".replace(",", " "),

@@ -113,6 +113,10 @@ def estimate_in_words(estimate: Estimate, scale: Scale) -> Cell:
     value = scale.number(estimate.value)
     if estimate.sure and math.isinf(estimate.upper):
         return f"at least {scale.number(estimate.lower)}"
+    if estimate.sure and math.isinf(estimate.lower):
+        return f"at most {scale.number(estimate.upper)}"
+    if math.isinf(estimate.value):
+        return "no interval"
     if estimate.sure:
         return value, scale.number(estimate.lower), scale.number(estimate.upper)
     if estimate.reason.startswith("needs"):
@@ -134,18 +138,25 @@ def _judged(limited: Limited) -> list[Cell]:
     ]
 
 
+def joint_of(drawn: Drawn) -> Estimate | None:
+    """Estimate the share of machines within all limits at once; None without any."""
+    limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
+    if not limits or not drawn.sample.ran.any():
+        return None
+    values = {name: drawn.values(name) for name in limits}
+    return joint_yield(values, drawn.sample, limits)
+
+
 def _joint(drawn: Drawn | None) -> list[str]:
     """Say how many machines are within all limits at once."""
-    if not drawn or len(drawn.run.limits) < 2 or not drawn.sample.ran.any():
+    share = joint_of(drawn) if drawn else None
+    if share is None or not drawn:
         return []
-    limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
-    values = {name: drawn.values(name) for name in limits}
-    share = joint_yield(values, drawn.sample, limits)
     text = f"{PER_CENT.number(share.value)} %"
     if share.sure:
         ends = [PER_CENT.number(end) for end in (share.lower, share.upper)]
         text += f" ({ends[0]}..{ends[1]} %)"
-    return [f"{text} of the machines are within all {len(limits)} limits at once"]
+    return [f"{text} of the machines are within all limits at once"]
 
 
 def _extremes(run: Run, name: str, scale: Scale) -> list[Cell]:

@@ -21,10 +21,11 @@ def mean_between(
 
     Whoever bets in each trial that the mean is more than m, and stakes what the trials
     before suggest, multiplies his capital by 2/(1 - confidence) with at most half of
-    the rest of the probability if the mean is m. Those m that never made him so rich,
-    nor one who bets on less, are the interval. Nothing else is asked of the
-    distribution: no moment, no shape, no number of trials; of a normal one the interval
-    is 1.4 times as wide as Student's.
+    the rest of the probability if the mean is m. Those m that have not made him so rich
+    in the end, nor one who bets on less, are the interval. Nothing else is asked of the
+    distribution: no moment, no shape, no number of trials. Of a normal one the interval
+    is 1.4 times as wide as Student's if the ends are near, and more the farther off
+    they are: with ends at 16 sigmas, 2.6 times at 200 trials and 1.4 at 10 000.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def mean_between(
     References
     ----------
     I. Waudby-Smith, A. Ramdas, Estimating means of bounded random variables by betting,
-    J. R. Statist. Soc. B 86 (2024) 1-27: hedged capital, (23) to (26).
+    J. R. Statist. Soc. B 86 (2024) 1-27: the capitals of (23) to (26), each by itself.
     """
     miss = (1 - confidence) / 2
     return (
@@ -64,7 +65,8 @@ def least_mean(values: Array, lower: float, miss: float) -> float:
     miss : float
         Probability with which the bound may lie above the mean.
     """
-    scale = float(values.max()) - lower  # only the size of the stakes hangs on it
+    # only the size of the first stakes hangs on it: measured to do no harm
+    scale = float(values.max()) - lower
     if scale <= 0:
         return lower
     y = (values - lower) / scale
@@ -72,7 +74,7 @@ def least_mean(values: Array, lower: float, miss: float) -> float:
     count = np.arange(1, n + 1)
     mean = (0.5 + np.cumsum(y)) / (count + 1)
     variance = (0.25 + np.cumsum((y - mean) ** 2)) / (count + 1)
-    # each stake knows the trials before it, and not its own
+    # each stake knows the trials before it, and not its own, but for the scale
     stake = np.sqrt(2 * wanted / (n * np.append(0.25, variance[:-1])))
 
     def gain(m: float) -> float:

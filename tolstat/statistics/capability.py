@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import NONE_DONE, Estimate
 from tolstat.statistics.limit import Limit, ppk_of
-from tolstat.statistics.moments import Range
+from tolstat.statistics.moments import Ends, Reach
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.statistic import mean, quantiles_at, sigma
 
@@ -74,11 +74,13 @@ def by_percentiles(
     sides = [
         _side(end, middle, far, sign) for end, far, sign in ends if math.isfinite(end)
     ]
+    reason = next((side.reason for side in sides if side.reason), "")
+    values_of = [side.value for side in sides]
     ppk = Estimate(
-        min(side.value for side in sides),
+        math.nan if np.isnan(values_of).any() else min(values_of),
         min(side.lower for side in sides),
         min(side.upper for side in sides),
-        next((side.reason for side in sides if side.reason), ""),
+        reason,
     )
     pp = ONE_END
     if limit.ends == 2:
@@ -87,7 +89,7 @@ def by_percentiles(
             _ratio(width, high.value - low.value),
             _ratio(width, high.upper - low.lower),
             _ratio(width, high.lower - low.upper),
-            next((side.reason for side in sides if side.reason), ""),
+            reason,
         )
     return Performance(_worth_saying(pp), _worth_saying(ppk))
 
@@ -102,7 +104,7 @@ def _side(end: float, middle: Estimate, far: Estimate, sign: int) -> Estimate:
     if not (middle.sure and far.sure):
         return Estimate(value, reason=far.reason or middle.reason)
     if middle.lower == far.lower or middle.upper == far.upper:
-        return STILL
+        return Estimate(math.nan, reason="half of the machines share one value")
     if far.lower == far.upper:
         return Estimate(math.nan, reason="the outermost machines share one value")
     # monotonous in either percentile: the extremes lie at the corners
@@ -134,7 +136,7 @@ def by_moments(
     values: Array,
     sample: Sample,
     limit: Limit,
-    ends: Range | None = None,
+    declared: Ends | None = None,
     confidence: float = 0.95,
 ) -> Performance:
     """Estimate Pp and Ppk from mean and sigma, as for normal responses.
@@ -143,7 +145,7 @@ def by_moments(
     ----------
     values, sample, limit, confidence
         As of `by_percentiles`.
-    ends : tuple of float, optional
+    declared : tuple of float, optional
         Declared range of the response; an open end is infinite.
 
     Returns
@@ -157,11 +159,14 @@ def by_moments(
     if not len(done):
         return Performance(NONE_DONE, NONE_DONE)
     half = 1 - (1 - confidence) / 2
-    middle = mean(values, sample, ends, half)
-    spread = sigma(values, sample, ends, half)
+    reach = Reach(declared, limit.permitted)
+    middle = mean(values, sample, reach, half)
+    spread = sigma(values, sample, reach, half)
     if not spread.value > 0:
         return Performance(STILL, STILL)
     reason = middle.reason or spread.reason
+    if spread.sure and spread.lower <= 0:
+        reason = "sigma may be next to nothing"
     lower, upper = limit.permitted
     ends_of_ppk = [
         [
@@ -192,6 +197,8 @@ def by_moments(
 
 def by_share(beyond: Estimate, limit: Limit) -> Estimate:
     """Estimate the Ppk of a normal response that has as many machines beyond.
+
+    Of a limit with two ends: of one in the middle, with half of them beyond each.
 
     Parameters
     ----------

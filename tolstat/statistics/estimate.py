@@ -33,8 +33,3 @@ class Estimate(NamedTuple):
 
 
 NONE_DONE = Estimate(math.nan, reason="no trial is done")
-
-
-def untrustworthy(value: float, trials: int) -> Estimate:
-    """Give an estimate whose interval would not cover what it claims."""
-    return Estimate(value, reason=f"no trustworthy interval at {trials} trials")

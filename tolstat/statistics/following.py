@@ -35,8 +35,9 @@ def followed(count: int, trials: int, confidence: float = 0.95) -> Estimate:
     Returns
     -------
     Estimate
-        Whose interval is about a quarter wider than that of Clopper and Pearson, which
-        holds at one number of trials, chosen beforehand.
+        Whose interval is 1.2 to 2.2 times as wide as that of Clopper and Pearson, which
+        holds at one number of trials, chosen beforehand: least with none, more with
+        more machines.
 
     References
     ----------
@@ -107,27 +108,28 @@ def trials_that_decide(count: int, trials: int, share: float, confidence: float)
     int
         The least number, of those about a quarter apart, that decides with a chance of
         80 %, over what the trials so far leave open of the share (Jeffreys'
-        posterior); 0 if that is beyond 1e9.
+        posterior), and at which it can be found rarer; 0 if that is beyond 1e9.
     """
     wanted = math.log(2 / (1 - confidence))
     a, b = count + PRIOR, trials - count + PRIOR
     possible = betaincinv(a, b, (np.arange(POSTERIOR) + 0.5) / POSTERIOR)
 
     def decides(growth: int) -> bool:
-        n = _grown(trials, growth)
+        n = grown(trials * GROWTH**growth)
         fewest, most = _deciding(n, share, wanted)
+        if fewest < count:  # even with no more beyond it could not be met
+            return False
         rarer = _at_most(fewest - count, n - trials, possible)
         oftener = 1 - _at_most(most - count - 1, n - trials, possible)
         return float(np.mean(rarer + oftener)) >= CHANCE
 
     most = math.ceil(math.log(MOST_TRIALS / trials, GROWTH))
     growth = _last(lambda k: not decides(k), 0, most) + 1
-    return _grown(trials, growth) if growth <= most else 0
+    return grown(trials * GROWTH**growth) if growth <= most else 0
 
 
-def _grown(trials: int, growth: int) -> int:
-    """Return so many more trials, rounded up to two digits."""
-    n = trials * GROWTH**growth
+def grown(n: float) -> int:
+    """Round a number of trials up to two digits."""
     unit: int = 10 ** max(math.floor(math.log10(n)) - 1, 0)
     return unit * math.ceil(n / unit)
 

@@ -4,7 +4,7 @@ No sample tells the mean of a response that may be anything: one machine in a th
 far enough away, decides it, and mostly is not in the sample. A guard that looks at the
 sample for such machines opens exactly when they are missing. So each interval holds for
 any distribution between two ends: those that the response declares (a share: 0 to 1),
-and else twice the trials' own spread beyond the trials, which is said beside it.
+and else twice the spread of trials and limit beyond these, which is said beside it.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from tolstat.statistics.betting import mean_between
 from tolstat.statistics.estimate import NONE_DONE, Estimate
 
 Array = NDArray[np.float64]
-Range = tuple[float, float]
+Ends = tuple[float, float]
+OPEN: Ends = (-math.inf, math.inf)
 
 LEAST = 20  # trials from which an interval says more than the ends it lies between
-ALIKE = "all trials are alike"
-REACH = 2.0  # beyond the trials that is reckoned with, over their own spread
+REACH = 2.0  # beyond trials and limit that is reckoned with, over their own spread
 LEAST_LEAVING = 20  # trials that leave an atom from which sigma has an interval
 MOST_ALIKE = 0.5  # share of the trials that is an atom of that kind
 MOST_KURTOSIS = 0.2  # excess kurtosis over the root of the number of trials
@@ -84,8 +84,57 @@ def unseen(trials: int, confidence: float = 0.95) -> float:
     return float(1 - betaincinv(trials - 1, 2, 1 - confidence))
 
 
+class Reach(NamedTuple):
+    """Between which ends a response is taken to lie.
+
+    Attributes
+    ----------
+    declared : tuple of float, optional
+        Range that it cannot leave, whatever the machine; an open end is infinite.
+    limit : tuple of float, optional
+        Permitted values: they tell at which scale machines matter, seen or not.
+    """
+
+    declared: Ends | None = None
+    limit: Ends | None = None
+
+    def times(self, factor: float) -> Reach:
+        """Return it in another unit."""
+        declared, limit = (
+            None if ends is None else (factor * ends[0], factor * ends[1])
+            for ends in self
+        )
+        return Reach(declared, limit)
+
+    @property
+    def known(self) -> bool:
+        """Whether both ends are declared."""
+        return self.declared is not None and all(map(math.isfinite, self.declared))
+
+    def ends(self, values: Array) -> Ends:
+        """Return the ends that are reckoned with; equal where nothing tells them.
+
+        Parameters
+        ----------
+        values : float64[n]
+            The trials, none NaN.
+        """
+        seen = [float(values.min()), float(values.max())]
+        seen += [end for end in self.limit or () if math.isfinite(end)]
+        least, largest = min(seen), max(seen)
+        far = REACH * (largest - least)
+        lower, upper = self.declared or OPEN
+        return (
+            lower if math.isfinite(lower) else least - far,
+            upper if math.isfinite(upper) else largest + far,
+        )
+
+
+ANYWHERE = Reach()
+
+
 def mean_of(
-    values: Array, ends: Range | None = None, confidence: float = 0.95
+    values: Array, reach: Reach = ANYWHERE, confidence: float = 0.95
 ) -> Estimate:
     """Estimate the mean of independent draws.
 
@@ -93,34 +142,32 @@ def mean_of(
     ----------
     values : float64[n]
         Independent, none NaN, in any order.
-    ends : tuple of float, optional
-        Declared range of the response; an open end is infinite.
+    reach : Reach
+        What is known of how far the response may lie out.
     confidence : float
         Of the interval.
 
     Returns
     -------
     Estimate
-        With an interval that holds for any distribution between the ends, an open one
-        twice the trials' spread beyond them; see `mean_between`. None where all trials
-        are alike and tell no spread.
+        With an interval that holds for any distribution between the ends of the reach;
+        see `mean_between`. None where all trials are alike and nothing tells an end.
     """
-    if (reason := _missing(values, ends)) or not len(values):
-        mean = float(values.mean()) if len(values) else math.nan
+    mean = float(values.mean()) if len(values) else math.nan
+    if reason := _missing(values, reach):
         return Estimate(mean, reason=reason)
-    mean = float(values.mean())
-    lower, upper = mean_between(_shuffled(values), *_ends(values, ends), confidence)
+    lower, upper = mean_between(_shuffled(values), *reach.ends(values), confidence)
     return Estimate(mean, min(lower, mean), max(upper, mean))
 
 
 def sigma_of(
-    values: Array, ends: Range | None = None, confidence: float = 0.95
+    values: Array, reach: Reach = ANYWHERE, confidence: float = 0.95
 ) -> Estimate:
     """Estimate the standard deviation of independent draws.
 
     Parameters
     ----------
-    values, ends, confidence
+    values, reach, confidence
         As of `mean_of`.
 
     Returns
@@ -130,10 +177,9 @@ def sigma_of(
         trials leave a value that half of them share: these decide it.
     """
     sigma = float(values.std(ddof=1)) if len(values) > 1 else math.nan
-    reason = _missing(values, ends) or few_leave(values, ends)
-    if reason:
+    if reason := _missing(values, reach) or few_leave(values, reach):
         return Estimate(sigma, reason=reason)
-    lower, upper = _ends(values, ends)
+    lower, upper = reach.ends(values)
     values = _shuffled(values)
     # E(x - c)^2 = sigma^2 + (mean - c)^2, and a tenth of the trials tell a good c
     pilot = max(len(values) // PILOT, 1)
@@ -145,21 +191,21 @@ def sigma_of(
     left, right = mean_between(values, lower, upper, 1 - (1 - SHARED) * miss)
     near = max(left - c, c - right, 0.0) ** 2
     far = max((left - c) ** 2, (right - c) ** 2)
-    ends_of_sigma = math.sqrt(max(low - far, 0.0)), math.sqrt(max(high - near, 0.0))
-    return Estimate(sigma, min(ends_of_sigma[0], sigma), max(ends_of_sigma[1], sigma))
+    least, most = math.sqrt(max(low - far, 0.0)), math.sqrt(max(high - near, 0.0))
+    return Estimate(sigma, min(least, sigma), max(most, sigma))
 
 
-def few_leave(values: Array, ends: Range | None) -> str:
+def few_leave(values: Array, reach: Reach = ANYWHERE) -> str:
     """Say that few trials leave the value that half of them share; empty otherwise.
 
     Parameters
     ----------
     values : float64[n]
         None NaN.
-    ends : tuple of float, optional
-        Declared range: with it the few decide nothing.
+    reach : Reach
+        With a declared range the few decide nothing.
     """
-    if not len(values) or _known(ends):
+    if not len(values) or reach.known:
         return ""
     ordered = np.sort(values)
     middle = ordered[len(ordered) // 2]
@@ -170,13 +216,14 @@ def few_leave(values: Array, ends: Range | None) -> str:
     return f"only {leaving} trials are not alike"
 
 
-def _missing(values: Array, ends: Range | None) -> str:
+def _missing(values: Array, reach: Reach) -> str:
     """Say why there is no interval; empty if there is one."""
     if not len(values):
         return NONE_DONE.reason
     if len(values) < LEAST:
         return f"needs {LEAST}"
-    if np.ptp(values) == 0 and not _known(ends):
+    lower, upper = reach.ends(values)
+    if lower == upper:
         share = unseen(len(values))
         return f"all alike: 1 in {math.floor(1 / share)} could be anything"
     return ""
@@ -189,18 +236,3 @@ def _shuffled(values: Array) -> Array:
         len(values)
     )
     return values[order]
-
-
-def _known(ends: Range | None) -> bool:
-    return ends is not None and all(map(math.isfinite, ends))
-
-
-def _ends(values: Array, ends: Range | None) -> Range:
-    """Return between which ends the distribution is taken to lie."""
-    least, largest = float(values.min()), float(values.max())
-    reach = REACH * (largest - least)
-    lower, upper = ends or (-math.inf, math.inf)
-    return (
-        lower if math.isfinite(lower) else least - reach,
-        upper if math.isfinite(upper) else largest + reach,
-    )

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.moments import Range
+from tolstat.statistics.moments import Ends
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.statistic import Statistic
 
@@ -54,8 +54,8 @@ def trials_wanted(
     precisions: Sequence[Precision],
     responses: Mapping[str, Array],
     sample: Sample,
-    limits: Mapping[str, Range],
-    ranges: Mapping[str, Range],
+    limits: Mapping[str, Ends],
+    ranges: Mapping[str, Ends],
 ) -> float:
     """Say how many trials are needed in all, as far as those so far can tell.
 
@@ -85,7 +85,7 @@ def trials_wanted(
             responses[name], sample, limits.get(name), ranges.get(name)
         )
         missing = max(missing, each.missing(found))
-    return 0.0 if missing <= 1 else RESERVE * missing**2 * len(sample.status)
+    return 0.0 if missing <= 1 else RESERVE * missing * missing * len(sample.status)
 
 
 def next_stage(trials: int, wanted: float) -> int:

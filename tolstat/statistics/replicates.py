@@ -9,19 +9,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, stdtrit
 
 from tolstat.statistics.estimate import NONE_DONE, Estimate
-from tolstat.statistics.following import CHANCE, GROWTH, MOST_TRIALS
-from tolstat.statistics.moments import ALIKE, REACH, Range, few_leave
+from tolstat.statistics.following import CHANCE, GROWTH, MOST_TRIALS, grown
+from tolstat.statistics.moments import ANYWHERE, Reach, few_leave
 from tolstat.statistics.quantiles import median_unbiased
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
+ALIKE = "all trials are alike"
 LEAST_IN_EACH = 16
 LEAST_BEYOND = 30  # trials beyond a quantile that are to be expected
 WIDER = 1.1  # than Student's interval: replicates of skewed statistics are not normal
@@ -58,7 +60,7 @@ def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
 def mean_of_replicates(
     values: Array,
     replicate: Numbers,
-    ends: Range | None = None,
+    reach: Reach = ANYWHERE,
     confidence: float = 0.95,
 ) -> Estimate:
     """Estimate the mean of Latin hypercube or Sobol' trials.
@@ -69,8 +71,8 @@ def mean_of_replicates(
         The response, none NaN.
     replicate : int64[trial]
         Number of the independent randomisation that each trial belongs to.
-    ends : tuple of float, optional
-        Declared range of the response, where an open end is infinite.
+    reach : Reach
+        What is known of how far the response may lie out.
     confidence : float
         Of the interval.
 
@@ -78,8 +80,7 @@ def mean_of_replicates(
     -------
     Estimate
         With Student's interval of the replicates' means, a tenth wider, and what the
-        share that was never met could add at the ends: declared ones, or twice the
-        trials' spread beyond them.
+        share that was never met could add at the ends of the reach.
 
     References
     ----------
@@ -89,20 +90,12 @@ def mean_of_replicates(
     if reason := _missing(values, replicate):
         value = float(values.mean()) if len(values) else math.nan
         return Estimate(value, reason=reason)
-    value, least, largest = (float(f(values)) for f in (np.mean, np.min, np.max))
-    lower, upper = ends or (-math.inf, math.inf)
-    known = math.isfinite(lower) and math.isfinite(upper)
-    if least == largest and not known:
+    value = float(values.mean())
+    lower, upper = reach.ends(values)
+    if lower == upper:
         return Estimate(value, reason=ALIKE)
-    reach = REACH * (largest - least)
-    return _between(
-        np.bincount(replicate, values) / np.bincount(replicate),
-        value,
-        len(values),
-        lower if math.isfinite(lower) else least - reach,
-        upper if math.isfinite(upper) else largest + reach,
-        confidence,
-    )
+    each = np.bincount(replicate, values) / np.bincount(replicate)
+    return _between(each, value, len(values), lower, upper, confidence)
 
 
 def _between(
@@ -117,22 +110,22 @@ def _between(
     half = _student(each, confidence)
     rare = never_met(trials, len(each), confidence)
     low, high = value - half, value + half
-    return Estimate(
-        value, low - rare * max(low - lower, 0.0), high + rare * max(upper - high, 0.0)
-    )
+    # met too often or too seldom, by as much as what was never met
+    most = rare * max(low - lower, upper - high)
+    return Estimate(value, max(low - most, lower), min(high + most, upper))
 
 
 def sigma_of_replicates(
     values: Array,
     replicate: Numbers,
-    ends: Range | None = None,
+    reach: Reach = ANYWHERE,
     confidence: float = 0.95,
 ) -> Estimate:
     """Estimate the standard deviation of Latin hypercube or Sobol' trials.
 
     Parameters
     ----------
-    values, replicate, ends, confidence
+    values, replicate, reach, confidence
         As of `mean_of_replicates`.
 
     Returns
@@ -141,22 +134,15 @@ def sigma_of_replicates(
         With the interval of the mean of squares about the mean.
     """
     value = float(values.std(ddof=1)) if len(values) > 1 else math.nan
-    if reason := _missing(values, replicate) or few_leave(values, ends):
+    if reason := _missing(values, replicate) or few_leave(values, reach):
         return Estimate(value, reason=reason)
-    centre = float(values.mean())
-    lower, upper = ends or (-math.inf, math.inf)
-    farthest = max(upper - centre, centre - lower)
-    if not math.isfinite(farthest):
-        farthest = (1 + REACH) * float(np.ptp(values))
-    squares = (0.0, farthest**2)
+    centre, (lower, upper) = float(values.mean()), reach.ends(values)
+    squares = Reach((0.0, max(upper - centre, centre - lower) ** 2))
     found = mean_of_replicates((values - centre) ** 2, replicate, squares, confidence)
-    if value == 0:
-        return Estimate(value, reason=ALIKE)
-    return Estimate(
-        value,
-        min(math.sqrt(max(found.lower, 0.0)), value),
-        max(math.sqrt(found.upper), value),
-    )
+    if found.reason:
+        return Estimate(value, reason=found.reason)
+    low, high = math.sqrt(max(found.lower, 0.0)), math.sqrt(found.upper)
+    return Estimate(value, min(low, value), max(high, value))
 
 
 def share_from_replicates(
@@ -177,9 +163,8 @@ def share_from_replicates(
         With an interval within 0 and 1; one that no trial has may be as large as what
         was never met.
     """
-    return mean_of_replicates(
-        machines.astype(np.float64), replicate, (0.0, 1.0), confidence
-    )
+    share = Reach((0.0, 1.0))
+    return mean_of_replicates(machines.astype(np.float64), replicate, share, confidence)
 
 
 def quantile_of_replicates(
@@ -217,15 +202,16 @@ def quantile_of_replicates(
         return Estimate(value, reason=f"needs {needed}")
     in_order = replicate[np.argsort(values)]
 
-    def below(k: int) -> Estimate:
-        """Estimate the share of the machines up to the k-th of the trials."""
-        stop = int(np.searchsorted(ordered, ordered[k], side="right"))
+    def share_of(stop: int) -> Estimate:
+        """Estimate the share of the machines that so many of the trials stand for."""
         each = np.bincount(in_order[:stop], minlength=len(sizes)) / sizes
         return _between(each, stop / n, n, 0.0, 1.0, confidence)
 
-    # fewer than are asked for lie below all trials, or above: those never met
-    low = max(_first(lambda k: below(k).upper >= share, n) - 1, 0)
-    high = min(_first(lambda k: below(k).lower >= share, n), n - 1)
+    def below(k: int, side: Literal["left", "right"]) -> Estimate:
+        return share_of(int(np.searchsorted(ordered, ordered[k], side)))
+
+    low = _first(lambda k: below(k, "left").upper >= share, n) - 1
+    high = min(_first(lambda k: below(k, "right").lower >= share, n), n - 1)
     lower, upper = float(ordered[low]), float(ordered[high])
     if not math.isfinite(lower + upper):
         return Estimate(
@@ -252,11 +238,11 @@ def replicates_that_decide(
     int
         The least number, of those a quarter apart, that decides with a chance of 80 %
         if the replicates scatter less as the root of the trials grows; 0 if that is
-        beyond 1e9, or nothing can be told yet.
+        beyond 1e9. Where replicates are too small, as many as make them large enough.
     """
     values = machines.astype(np.float64)
     if _missing(values, replicate):
-        return 0
+        return grown(LEAST_IN_EACH * max(int(replicate.max(initial=0)) + 1, 2))
     share, n = float(values.mean()), len(values)
     each = np.bincount(replicate, values) / np.bincount(replicate)
     half = _student(each, 0.95)
@@ -271,12 +257,8 @@ def replicates_that_decide(
         met = ndtr((share - wide - beyond * share - demanded) / scatter)
         missed = ndtr((demanded - share - wide - beyond * (1 - share)) / scatter)
         if met + missed >= CHANCE:
-            return trials
+            return grown(trials)
     return 0
-
-
-def _count(replicate: Numbers) -> int:
-    return int(replicate.max()) + 1
 
 
 def _missing(values: Array, replicate: Numbers) -> str:

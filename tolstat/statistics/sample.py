@@ -25,10 +25,14 @@ class Sample(NamedTuple):
         Values of `Status`.
     replicates : int
         Of the sampling: 0 where the trials are independent.
+    each : float
+        Trials of the run for each of these: more than one where others were made
+        beside them for Sobol' indices.
     """
 
     status: NDArray[np.integer]
     replicates: int = 0
+    each: float = 1.0
 
     @property
     def done(self) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import NONE_DONE, Estimate
 from tolstat.statistics.limit import worst_side
-from tolstat.statistics.moments import Range, mean_of, sigma_of
+from tolstat.statistics.moments import ANYWHERE, Reach, mean_of, sigma_of
 from tolstat.statistics.quantiles import median_unbiased, quantiles
 from tolstat.statistics.replicates import (
     mean_of_replicates,
@@ -23,11 +23,13 @@ from tolstat.statistics.yields import yield_of
 
 Array = NDArray[np.float64]
 
+SQUARED = 1e-100, 1e100  # between which sizes squares are numbers
+
 
 def mean(
     values: Array,
     sample: Sample,
-    ends: Range | None = None,
+    reach: Reach = ANYWHERE,
     confidence: float = 0.95,
 ) -> Estimate:
     """Estimate the mean over the trials that are done.
@@ -38,28 +40,33 @@ def mean(
         The response; NaN in trials that are not done.
     sample : Sample
         The trials.
-    ends : tuple of float, optional
-        Declared range of the response; an open end is infinite.
+    reach : Reach
+        What is known of how far the response may lie out.
     confidence : float
         Of the interval.
     """
     done, replicate = values[sample.done], sample.replicate[sample.done]
     if sample.replicates:
-        return mean_of_replicates(done, replicate, ends, confidence)
-    return mean_of(done, ends, confidence)
+        return mean_of_replicates(done, replicate, reach, confidence)
+    return mean_of(done, reach, confidence)
 
 
 def sigma(
     values: Array,
     sample: Sample,
-    ends: Range | None = None,
+    reach: Reach = ANYWHERE,
     confidence: float = 0.95,
 ) -> Estimate:
     """Estimate the standard deviation over the trials that are done, as `mean` does."""
     done, replicate = values[sample.done], sample.replicate[sample.done]
+    size = float(np.abs(done).max(initial=0.0))
+    if size > 0 and not SQUARED[0] < size < SQUARED[1]:
+        found = sigma(values / size, sample, reach.times(1 / size), confidence)
+        value, lower, upper = (size * each for each in found[:3])
+        return Estimate(value, lower, upper, found.reason)
     if sample.replicates:
-        return sigma_of_replicates(done, replicate, ends, confidence)
-    return sigma_of(done, ends, confidence)
+        return sigma_of_replicates(done, replicate, reach, confidence)
+    return sigma_of(done, reach, confidence)
 
 
 def quantiles_at(
@@ -132,7 +139,7 @@ class Statistic(NamedTuple):
         values: Array,
         sample: Sample,
         limit: tuple[float, float] | None = None,
-        ends: Range | None = None,
+        declared: tuple[float, float] | None = None,
     ) -> Estimate:
         """Estimate it.
 
@@ -143,8 +150,8 @@ class Statistic(NamedTuple):
         sample : Sample
             The trials.
         limit : tuple of float, optional
-            Least and greatest permitted value, for "beyond".
-        ends : tuple of float, optional
+            Least and greatest permitted value.
+        declared : tuple of float, optional
             Declared range of the response.
         """
         if self.kind == "quantile":
@@ -152,4 +159,5 @@ class Statistic(NamedTuple):
         if self.kind == "beyond":
             assert limit is not None  # checked with the study
             return yield_of(values, sample, limit).beyond
-        return (mean if self.kind == "mean" else sigma)(values, sample, ends)
+        of = mean if self.kind == "mean" else sigma
+        return of(values, sample, Reach(declared, limit))

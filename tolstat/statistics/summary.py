@@ -17,7 +17,7 @@ from tolstat.statistics.capability import (
 )
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limit import Limit
-from tolstat.statistics.moments import Range
+from tolstat.statistics.moments import Ends, Reach
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.statistic import mean, quantiles_at, sigma
 from tolstat.statistics.yields import Yield, yield_of
@@ -80,7 +80,7 @@ def summarize(
     values: Array,
     sample: Sample,
     limit: Limit | None = None,
-    ends: Range | None = None,
+    declared: Ends | None = None,
 ) -> Summary:
     """Summarize a response.
 
@@ -92,7 +92,7 @@ def summarize(
         The trials.
     limit : Limit, optional
         What is permitted.
-    ends : tuple of float, optional
+    declared : tuple of float, optional
         Declared range of the response; an open end is infinite.
 
     Returns
@@ -110,13 +110,15 @@ def summarize(
             limit.ppk,
             by_share(judged.beyond, limit),
             by_percentiles(values, sample, limit),
-            by_moments(values, sample, limit, ends),
+            by_moments(values, sample, limit, declared),
         )
+    permitted = limit.permitted if limit else None
+    reach = Reach(declared, permitted)
     return Summary(
-        mean(values, sample, ends),
-        sigma(values, sample, ends),
+        mean(values, sample, reach),
+        sigma(values, sample, reach),
         float(done.min()) if len(done) else math.nan,
         float(done.max()) if len(done) else math.nan,
-        quantiles_at(values, sample, QUANTILES, limit.permitted if limit else None),
+        quantiles_at(values, sample, QUANTILES, permitted),
         limited,
     )

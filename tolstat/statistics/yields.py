@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.following import followed, trials_that_decide
+from tolstat.statistics.following import followed, grown, trials_that_decide
 from tolstat.statistics.limit import DEMANDED
 from tolstat.statistics.replicates import (
     replicates_that_decide,
@@ -71,7 +71,7 @@ def yield_of(
         trials are added, so that following a verdict until it falls errs no oftener;
         else from the scatter between replicates.
     """
-    return judged(_within(values, sample, limit), sample, demanded)
+    return _judged(_within(values, sample, limit), sample, demanded)
 
 
 def joint_yield(
@@ -92,10 +92,10 @@ def joint_yield(
         [_within(responses[name], sample, limit) for name, limit in limits.items()],
         axis=0,
     )
-    return judged(good, sample, DEMANDED).least
+    return _share(good[sample.ran], sample)
 
 
-def judged(good: NDArray[np.bool_], sample: Sample, demanded: float) -> Yield:
+def _judged(good: NDArray[np.bool_], sample: Sample, demanded: float) -> Yield:
     """Judge which machines are good.
 
     Parameters
@@ -108,12 +108,7 @@ def judged(good: NDArray[np.bool_], sample: Sample, demanded: float) -> Yield:
     ran, done = sample.ran, sample.done
     good, missing = good[ran], ~done[ran]
 
-    def share(machines: NDArray[np.bool_]) -> Estimate:
-        if sample.replicates:
-            return share_from_replicates(machines, sample.replicate[ran])
-        return followed(int(machines.sum()), len(machines), CONFIDENCE)
-
-    least, verdict = share(good), UNDECIDED
+    least, verdict = _share(good, sample), UNDECIDED
     if least.lower >= demanded:
         verdict = MET
     elif least.upper < demanded:
@@ -124,7 +119,16 @@ def judged(good: NDArray[np.bool_], sample: Sample, demanded: float) -> Yield:
     elif verdict == UNDECIDED:
         beyond, trials = int(np.count_nonzero(~good)), len(good)
         needed = trials_that_decide(beyond, trials, 1 - demanded, CONFIDENCE)
-    return Yield(share(~good), least, share(good | missing), verdict, needed)
+        needed = grown(needed * sample.each) if needed else 0
+    most = _share(good | missing, sample)
+    return Yield(_share(~good, sample), least, most, verdict, needed)
+
+
+def _share(machines: NDArray[np.bool_], sample: Sample) -> Estimate:
+    """Estimate a share of the trials that ran."""
+    if sample.replicates:
+        return share_from_replicates(machines, sample.replicate[sample.ran])
+    return followed(int(machines.sum()), len(machines), CONFIDENCE)
 
 
 def _within(values: Array, sample: Sample, limit: Ends) -> NDArray[np.bool_]:

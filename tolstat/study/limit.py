@@ -60,7 +60,7 @@ def _demanded(keys: dict[str, Any], ends: int) -> float:
         if not isinstance(value, str):
             raise UnitError('yield: a text is expected, such as "99 %"')
         demanded = quantity(value, "1")
-        if not 0 < demanded < 1:
+        if not (0 < demanded < 1 and 1 - demanded < 1):
             raise UnitError(f"yield = {value}: between 0 and 100 % is expected")
         return demanded
     if isinstance(value, bool) or not isinstance(value, int | float):

@@ -21,8 +21,8 @@ class Random:
     replicates = 0
     extensible = True
     promise = (
-        "random trials are independent: order-statistic intervals of quantiles and "
-        "binomial intervals of shares are exact"
+        "random trials are independent: order-statistic intervals of quantiles are "
+        "exact, and those of shares beyond limits hold at every look"
     )
 
     def group(self, factors: int) -> int:
