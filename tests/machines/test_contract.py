@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 
+import h5py
 import numpy as np
 import pytest
 
@@ -182,6 +183,42 @@ def test_units_are_checked_too():
 
     with pytest.raises(ModelError, match="response y: 'kN' is of another kind"):
         described(Odd(), None)
+
+
+class Share(Toy):
+    """Declares a range."""
+
+    def __init__(self, ends, value=0.5):
+        self.ends, self.value = ends, value
+
+    def describe(self, settings):
+        return Description((), (Response("y", "1", range=self.ends),))
+
+    def evaluate(self, deviations, settings):
+        return Outcome(np.full((len(deviations), 1), self.value))
+
+
+@pytest.mark.parametrize("ends", [(1.0, 0.0), (0.0,), "0..1", (0.0, np.nan), 3])
+def test_a_range_is_two_numbers(ends):
+    with pytest.raises(ModelError, match=r"y: its range .* is none; two numbers"):
+        described(Share(ends), None)
+
+
+def test_a_declared_range_is_stored(tmp_path):
+    study = {"model": "toy", "trials": 40, "seed": 1}
+    run = tolstat.run(study, model=Share((0.0, np.inf)), output=tmp_path / "r.h5")
+    assert tolstat.open(run.path).responses[0].range == (0.0, np.inf)
+    with h5py.File(run.path) as file:
+        assert file["y"].attrs["valid_range"].tolist() == [0.0, np.inf]
+
+
+def test_a_declared_range_is_kept():
+    rows = np.zeros((7, 0))
+    for value in (0.0, 1.0):
+        assert simulate(Share((0.0, 1.0), value), rows, None).responses[0, 0] == value
+    with pytest.raises(ModelError, match=r"y is 1\.0000000000000\d* in 7 of 7 trials"):
+        simulate(Share((0.0, 1.0), 1 + 4e-16), rows, None)
+    assert simulate(Share((0.0, np.inf), 9e9), rows, None).status[0] == Status.DONE
 
 
 @pytest.mark.parametrize(

@@ -138,7 +138,7 @@ def test_each_number_of_the_summary_stands_under_its_head(report):
     table = report.text[report.text.index("<h2>Summary") :]
     words = re.findall(r"<th[^>]*>([^<]*)</th>", table[: table.index("</thead>")])
     assert words == [
-        "response", "unit", "nominal", "mean", "sigma", "least", *QUANTILES,
+        "response", "unit", "nominal", "mean *", "sigma *", "least", *QUANTILES,
         "largest", "failed",
     ]  # fmt: skip
     rows = rows_of(report.text, "<h2>Summary")
@@ -516,7 +516,7 @@ def test_who_drives_the_machines_beyond_is_told_of_the_stored_columns(report, mi
     phase = found["contributors"]["runout_phase_7"]["halved"]
     assert phase["value"] is None and phase["reason"] == "a full turn is no tolerance"
     part = section_of(report.text, "jam_share")
-    part = part[part.index("Who drives") : part.index("<h3>Tail")]
+    part = part[part.index("Who drives") : part.index("<h3>Named")]
     assert "<strong>rods</strong>" in part and "<strong>cranks</strong>" not in part
 
 

@@ -63,6 +63,7 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     # a full turn is no tolerance: where on its wheel a run-out lies is not to be halved
     units = {each.name: each.unit for each in contributors}
     turning = [name for name in every if _is_a_turn(study, name, units[name])]
+    unfit: set[str] = set()  # alone; these come first
     for members in dict.fromkeys([*((name,) for name in every), *map(tuple, kinds)]):
         these = [name for name in members if name not in turning]
         try:
@@ -70,8 +71,11 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
                 raise DistributionError("a full turn is no tolerance")
             weights = halving.weights(these)
         except DistributionError as error:
+            refused = [name for name in these if name in unfit and len(members) > 1]
+            reason = f"{', '.join(refused)}: {error}" if refused else str(error)
+            unfit.update(these if len(members) == 1 else ())
             for of in found.values():
-                of[members] = Halved(Estimate(math.nan, reason=str(error)), 0)
+                of[members] = Halved(Estimate(math.nan, reason=reason), 0)
             continue
         number = effective_number(weights)
         for name, of in found.items():
