@@ -331,6 +331,6 @@ def test_a_run_until_precise_says_so(tmp_path):
     study.write_text(re.sub(r"trials = 4096.*", rule, text))
     done = call("run", study, "--force")
     said = " ".join(done.stderr.split())
-    assert "extra_loss mean +-1 %: the first look asks for about" in said
+    assert "+-1 %: as far as the first look can tell, that takes about" in said
     assert "at_most = 1100 will hardly do" in said
     assert "not reached" in done.output
