@@ -177,5 +177,5 @@ def intervals(name, rng, n):
         yield name, f"beyond with {len(halved)} halved", found, share, False
 
 
-STUDIES = 1000
-JOBS = [(name, size, intervals, STUDIES) for name in HALVING_PROBLEMS for size in SIZES]
+STUDIES = {50: 400, 200: 600, 1000: 600, 10_000: 300}
+JOBS = [(name, n, intervals, STUDIES[n]) for name in HALVING_PROBLEMS for n in SIZES]

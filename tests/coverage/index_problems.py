@@ -231,5 +231,5 @@ def _intervals(name, rng, n):
         yield "rank regression explains", hand.explained, np.sum(ranks**2)
 
 
-STUDIES = 1000
-JOBS = [(name, size, intervals, STUDIES) for name in INDEX_PROBLEMS for size in SIZES]
+STUDIES = {50: 400, 200: 600, 1000: 600, 10_000: 300}
+JOBS = [(name, n, intervals, STUDIES[n]) for name in INDEX_PROBLEMS for n in SIZES]
