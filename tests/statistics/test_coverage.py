@@ -103,7 +103,9 @@ def test_in_the_table_quantiles_cover_what_the_binomial_says_of_their_ranks(tabl
 def test_in_the_table_approximate_intervals_are_offered_only_where_they_cover(table):
     assert (table["missed"][table["offered"] < LEAST] < LEAST).all()
     offered = table[~table["exact"] & (table["offered"] >= LEAST)]
-    assert (offered["covered"] >= APPROXIMATE).all(), offered.nsmallest(3, "covered")
+    # as far as so many studies can tell
+    least = least_covered(APPROXIMATE, offered["offered"] * offered["studies"])
+    assert (offered["covered"] >= least).all(), offered.nsmallest(3, "covered")
 
 
 # the cheapest cells in which every kind of interval that needs few trials is offered
