@@ -124,7 +124,8 @@ def test_studies_can_be_run(block, tmp_path):
         return
     for data in (ROOT / "runs").glob("*.csv"):
         shutil.copy(data, tmp_path)
-    given = 'model = "stand"\n' if "model" not in study else ""
+    model = "dimension_chain" if "links" in study else "stand"
+    given = f'model = "{model}"\n' if "model" not in study else ""
     if "sampling" not in study and "trials" not in study:
         given += "trials = 16\nseed = 1\n"
     if "deviations" not in study and "correlation" in study:
@@ -191,7 +192,7 @@ def test_settings_are_typed_as_shown():
     rows = re.findall(r"^\| [^|]+\|(.*)\|$", section, re.MULTILINE)
     codes = [code for row in rows for code in re.findall(r"`(\w.*?)`", row)]
     typed = [tomllib.loads(code) for code in codes if "=" in code]
-    assert len(typed) == 13
+    assert len(typed) == 14
     names = set(WRITTEN)
     for each in typed:
         (name,) = each

@@ -13,7 +13,12 @@ if TYPE_CHECKING:
     from tolstat.catalogue import names as models
     from tolstat.execution.execute import run
     from tolstat.model.contract import History, Model, Outcome, closer
-    from tolstat.model.description import Contributor, Description, Response
+    from tolstat.model.description import (
+        Contributor,
+        Description,
+        Response,
+        StudyNumber,
+    )
     from tolstat.model.settings import column, setting
     from tolstat.model.view import (
         Axis,
@@ -31,7 +36,7 @@ if TYPE_CHECKING:
     from tolstat.reporting.making import compare, report
     from tolstat.store.opening import open
     from tolstat.store.run import Run
-    from tolstat.units.grammar import Range
+    from tolstat.units.grammar import Measure, Range
 
 # loaded when first used: `import tolstat` and `tolstat --help` stay quick
 _HOMES = {
@@ -52,9 +57,11 @@ _HOMES = {
     "History": "tolstat.model.contract",
     "Model": "tolstat.model.contract",
     "Outcome": "tolstat.model.contract",
+    "Measure": "tolstat.units.grammar",
     "Range": "tolstat.units.grammar",
     "Response": "tolstat.model.description",
     "Run": "tolstat.store.run",
+    "StudyNumber": "tolstat.model.description",
     "column": "tolstat.model.settings",
     "compare": "tolstat.reporting.making",
     "evaluate": "tolstat.asking.evaluate",
@@ -71,9 +78,10 @@ _ELSEWHERE = {"models": "names"}
 
 __all__ = [
     "Axis", "Band", "Chart", "Contributor", "Curve", "Description", "History",
-    "Level", "Listing", "Mark", "Model", "Offer", "Outcome", "Panel", "Range",
-    "Region", "Response", "Run", "Span", "closer", "column", "compare", "evaluate",
-    "models", "open", "replay", "report", "run", "setting", "trajectory", "view",
+    "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
+    "Range", "Region", "Response", "Run", "Span", "StudyNumber", "closer", "column",
+    "compare", "evaluate", "models", "open", "replay", "report", "run", "setting",
+    "trajectory", "view",
 ]  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from tolstat.model.contract import Model
 # name in study files: module and class
 MACHINES = {
     "stand": ("tolstat.machines.stand.machine", "Stand"),
+    "dimension_chain": ("tolstat.machines.dimension_chain.machine", "DimensionChain"),
 }
 GROUP = "tolstat.machines"  # entry points of installed packages
 ANY = "FILE.py:NAME"

@@ -9,10 +9,12 @@ import numpy as np
 from tolstat import (
     Contributor,
     Description,
+    Measure,
     Model,
     Outcome,
     Range,
     Response,
+    StudyNumber,
     column,
     setting,
 )
@@ -41,6 +43,7 @@ class RichSettings:
     teeth: tuple = setting((17, 31), "numbers of teeth", at_least=5)
     formula: str = setting("A1 - A2", "the closing link")
     hoop: bool = setting(True, "whether the tension is counted")
+    size: Measure = setting(Measure(0.06, "m"), "a size, of any kind of unit")
     order: int = setting(3, "how many terms", at_least=1, at_most=9)
     law: str = setting("smooth", "how it starts", choices=("smooth", "sudden"))
     speeds: Range = setting(Range(10.0, 100.0), "speeds", unit="rad/s")
@@ -114,6 +117,14 @@ class Rich(Model):
         return Outcome(
             responses,
             failed={"cuts air": total > 2.4e-4, "cannot be mounted": first < -1.4e-4},
+        )
+
+    def numbers(self, settings, spreads):
+        sigma = float(np.sqrt(sum(each.sigma**2 for each in spreads.values())))
+        return (
+            StudyNumber("rss_stress", "Pa", 1e11 * sigma, "sigma", of="stress"),
+            StudyNumber("reach", "m", sum(s.upper for s in spreads.values())),
+            StudyNumber("wheels", "1", len(settings.teeth), "how many", "count"),
         )
 
     def view(self, name, deviations, settings):

@@ -20,6 +20,7 @@ WRITTEN = {
     "teeth": [17, 31, 90],
     "formula": "A1 - A2 - B",
     "hoop": False,
+    "size": "45 deg",
     "order": 4,
     "law": "sudden",
     "speeds": "60..600 rpm",
@@ -46,6 +47,7 @@ def test_every_kind_is_read_in_its_unit():
     assert found.formula == "A1 - A2 - B" and found.hoop is False and found.order == 4
     assert found.speeds == pytest.approx((6.283185, 62.83185))
     assert found.links["A1"] == {"nominal": pytest.approx(0.12), "teeth": 20}
+    assert found.size == (pytest.approx(0.785398), "rad")
     assert found.load == ({"time": 0.02, "moment": 1500.0},)
     assert found.extra == {"C": {"nominal": 0.005}}  # one column: no second level
 
@@ -60,11 +62,20 @@ def test_python_hands_over_si():
 
 def test_settings_are_printed_as_a_study_has_them():
     declared = settings_of(Rich())
-    for name in ("masses", "teeth", "formula", "hoop", "order", "law", "speeds"):
+    for name in (
+        "masses",
+        "teeth",
+        "formula",
+        "hoop",
+        "order",
+        "law",
+        "speeds",
+        "size",
+    ):
         kind, value = declared[name].kind, getattr(make(Rich()), name)
         words = kind.words(value)
         assert words and kind.allowed
-        if name in ("formula", "law", "speeds"):  # what is typed as a text
+        if name in ("formula", "law", "speeds", "size"):  # what is typed as a text
             assert kind.read(words) == value
         elif name in ("hoop", "order"):
             assert kind.read(tomllib.loads(f"x = {words}")["x"]) == value

@@ -18,6 +18,7 @@ from tolstat.model.view import Chart
 from tolstat.store.opening import open as open_run
 from tolstat.store.provenance import processor
 from tolstat.store.run import Run
+from tolstat.study.links import settings_with_links
 from tolstat.study.points import setting_name
 
 
@@ -78,7 +79,7 @@ def replay(
             f"trial {index}: {run.path} has the trials 0 to {run.trials - 1}"
         )
     machine = catalogue.find(model or run.model)
-    settings = read(machine, run.study.table.get("settings", {}))
+    settings = read(machine, settings_with_links(run.study.table, machine))
     if index is not None:
         settings = replace(settings, **_swept(run, index, machine))
     names = [contributor.name for contributor in run.contributors]

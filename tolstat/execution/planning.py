@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat import catalogue
-from tolstat.deviations.distributions import THREE_SIGMA
+from tolstat.deviations.spread import spread_of
+from tolstat.model.checked import numbers_of
+from tolstat.model.description import StudyNumber
 from tolstat.model.settings import settings_of
 from tolstat.status import words_of
 from tolstat.store.plan import Assumed, Chosen, Plan, Reference, Sampled, Swept
@@ -54,6 +56,7 @@ def plan_of(study: Study, deviations: NDArray[np.float64]) -> Plan:
         reference=Reference(*study.reference) if study.reference else None,
         notes=study.notes,
         assumptions=tuple(model.assumptions),
+        numbers=_numbers(study),
     )
 
 
@@ -85,15 +88,22 @@ def _swept(study: Study) -> dict[str, Swept]:
     }
 
 
+def _numbers(study: Study) -> tuple[StudyNumber, ...]:
+    """Ask the machine for the numbers of the study; a grid has none of its own."""
+    if study.points:
+        return ()
+    spreads = {n: spread_of(d) for n, d in study.deviating.distributions.items()}
+    return numbers_of(study.model, study.settings, spreads)
+
+
 def assumed_of(deviating: Deviations) -> dict[str, Assumed]:
     """Say what is assumed of each deviation."""
     found = {}
     for name, distribution in deviating.distributions.items():
-        zone = getattr(distribution, "tolerance", None)
-        if zone is None:  # measured parts: where three sigma of a normal one would lie
-            ends = np.array([1 - THREE_SIGMA, THREE_SIGMA])
-            zone = distribution.deviations(ends).tolist()
+        spread = spread_of(distribution)
         batch = deviating.dependence.batches.get(name)
         alike = batch.name if batch and batch.share == 1 else ""
-        found[name] = Assumed(tuple(zone), deviating.words[name], alike)
+        found[name] = Assumed(
+            (spread.lower, spread.upper), deviating.words[name], alike
+        )
     return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError, TolstatError, UnitError
 from tolstat.model.contract import Answers, Model, Outcome
-from tolstat.model.description import Contributor, Description, Response
+from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.model.view import Chart, Listing, Offer, View
 from tolstat.status import FIRST_OWN, Status, words_of
 from tolstat.units.conversion import check_si, to_si
@@ -154,6 +155,43 @@ def described(model: Model, settings: Any) -> Description:
                     f"{where}: {what.name}: its range {what.range!r} is none; two "
                     "numbers, the lower first"
                 )
+    return found
+
+
+def numbers_of(
+    model: Model, settings: Any, spreads: Mapping[str, Spread]
+) -> tuple[StudyNumber, ...]:
+    """Return the numbers of a study, their names and units checked.
+
+    Parameters
+    ----------
+    model : Model
+        The machine.
+    settings : object
+        Of it.
+    spreads : mapping of str to Spread
+        By contributor that deviates.
+    """
+    where = f"model '{model.name}'"
+    units = {each.name: each.unit for each in described(model, settings).responses}
+    with _asking(model, "numbers"):
+        found = tuple(model.numbers(settings, spreads))
+        names = [number.name for number in found]
+    for number in found:
+        if not _printable(number.name) or names.count(number.name) > 1:
+            raise ModelError(
+                f"{where}: the number {number.name!r} has no name of its own"
+            )
+        try:
+            check_si(number.unit)
+            to_si(1.0, number.shown or number.unit, number.unit)
+        except UnitError as error:
+            raise ModelError(f"{where}: number {number.name}: {error}") from None
+        if number.of and units.get(number.of) != number.unit:
+            raise ModelError(
+                f"{where}: number {number.name}: no response {number.of} has its unit, "
+                f"{number.unit}"
+            )
     return found
 
 

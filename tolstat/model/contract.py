@@ -13,9 +13,10 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError
 from tolstat.lanes.cache import source_digest
-from tolstat.model.description import Description
+from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer, View
 
 Array = NDArray[np.float64]
@@ -134,6 +135,20 @@ class Model(ABC):
     def tightened(self, settings: Any) -> Any | None:
         """Return settings that integrate much more precisely; None without any."""
         return None
+
+    def numbers(
+        self, settings: Any, spreads: Mapping[str, Spread]
+    ) -> tuple[StudyNumber, ...]:
+        """Return numbers of the study, shown beside those of its machines.
+
+        Parameters
+        ----------
+        settings : object
+            Of all machines.
+        spreads : mapping of str to Spread
+            Tolerance, mean and sigma by contributor that deviates, SI.
+        """
+        return ()
 
     def history(self, deviations: Array, settings: Any, step: float) -> History:
         """Tell how the machine of deviations[contributor] moved, seen every `step` s.

@@ -82,6 +82,27 @@ class Response:
     range: tuple[float, float] | None = None
 
 
+class StudyNumber(NamedTuple):
+    """A number of the study: the same for all its machines, and shown beside them.
+
+    Attributes
+    ----------
+    name, unit, sentence, shown
+        As of `Contributor`.
+    value : float
+        SI; NaN where there is none.
+    of : str
+        The response that it is an answer about: it is shown in the unit of that.
+    """
+
+    name: str
+    unit: str
+    value: float
+    sentence: str = ""
+    shown: str = ""
+    of: str = ""
+
+
 class Description(NamedTuple):
     """The contributors and responses of a machine at given settings, in order."""
 

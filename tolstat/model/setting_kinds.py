@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tolstat.errors import ModelError, allowed_names
-from tolstat.units.grammar import Range, quantity, quantity_range
+from tolstat.units.conversion import check_si
+from tolstat.units.grammar import Measure, Range, measure, quantity, quantity_range
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,33 @@ class Number:
         kind = "whole number" if self.whole else "number"
         words = " ".join([kind, *bounds, *unit])
         return f"{words}, or {', '.join(self.presets)}" if self.presets else words
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number with a unit of any kind: the size of a link."""
+
+    allowed = "quantity with its unit"
+
+    def read(self, given: Any) -> Measure:
+        """Read "60 mm", or a bare number."""
+        if isinstance(given, str):
+            return measure(given)
+        if isinstance(given, bool) or not isinstance(given, int | float):
+            raise ModelError('a quantity is expected, such as "60 mm"')
+        return self.checked(Measure(float(given), "1"))
+
+    def checked(self, value: Any) -> Measure:
+        """Return a number and its SI unit."""
+        if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != 2:
+            raise ModelError('a number and its SI unit are expected, (0.06, "m")')
+        number, unit = value
+        check_si(unit)
+        return Measure(Number().checked(number), unit)
+
+    def words(self, value: Measure) -> str:
+        """Write it as a study would."""
+        return Number(value.unit).words(value.value)
 
 
 @dataclass(frozen=True)
@@ -344,4 +372,4 @@ class Rows:
         return f"{'table by name' if self.named else 'list of rows'} with {columns}"
 
 
-Kind = Number | Word | Boolean | Text | Interval | Numbers | Rows
+Kind = Number | Quantity | Word | Boolean | Text | Interval | Numbers | Rows

@@ -15,12 +15,13 @@ from tolstat.model.setting_kinds import (
     Kind,
     Number,
     Numbers,
+    Quantity,
     Rows,
     Text,
     Word,
 )
 from tolstat.units.conversion import check_si
-from tolstat.units.grammar import Range
+from tolstat.units.grammar import Measure, Range
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,8 +66,9 @@ def setting(
     default
         Its value when the study says nothing, SI; its type decides the kind: a number,
         a whole number (int), true or false (bool), a text (str), one word of `choices`,
-        a range (`tolstat.Range`), a list of numbers (tuple), a table by name (dict) or
-        a list of rows (tuple) with `columns`.
+        a range (`tolstat.Range`), a quantity of any kind (`tolstat.Measure`), a list of
+        numbers (tuple), a table by name (dict) or a list of rows (tuple) with
+        `columns`.
     sentence : str
         What it is.
     unit : str
@@ -92,6 +94,8 @@ def setting(
         kind = Word(tuple(choices))
     elif isinstance(default, str):
         kind = Text()
+    elif isinstance(default, Measure):
+        kind = Quantity()
     elif isinstance(default, Range):
         whole = isinstance(default.lower, int) and isinstance(default.upper, int)
         kind = Interval(Number(unit or "1", above, at_least, at_most, whole=whole))

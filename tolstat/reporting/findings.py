@@ -307,6 +307,14 @@ class Assumptions(NamedTuple):
     missing: str
 
 
+class NumberFindings(NamedTuple):
+    """A number of the study, SI, and how it is shown."""
+
+    value: float
+    scale: Scale
+    sentence: str
+
+
 class JointFindings(NamedTuple):
     """All limits together.
 
@@ -344,6 +352,8 @@ class Findings:
         Responses that are looked at closely.
     responses : dict of str to ResponseFindings
         All of them.
+    numbers : dict of str to NumberFindings
+        Numbers of the study, alike for all its machines.
     assumptions : Assumptions
         What the numbers hang on.
     provenance : dict
@@ -358,5 +368,6 @@ class Findings:
     joint: JointFindings | None
     interest: tuple[str, ...]
     responses: Mapping[str, ResponseFindings]
+    numbers: Mapping[str, NumberFindings]
     assumptions: Assumptions
     provenance: Mapping[str, object]

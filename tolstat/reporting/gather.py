@@ -20,6 +20,7 @@ from tolstat.reporting.findings import (
     DistributionFindings,
     Findings,
     JointFindings,
+    NumberFindings,
     ResponseFindings,
     TrialsFindings,
 )
@@ -142,6 +143,10 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
         _joint(drawn),
         tuple(interest),
         responses,
+        {
+            each.name: NumberFindings(each.value, run.scale_of(each), each.sentence)
+            for each in run.numbers
+        },
         _assumptions(run),
         {
             **run.provenance,

@@ -201,6 +201,10 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
     if nominal != Status.DONE.word:
         notes.append(f"the nominal machine: {nominal}")
     notes += run.notes
+    if own := [
+        f"{n.name} {run.scale_of(n).words(n.value)}" for n in run.numbers if n.of
+    ]:
+        notes.append("without any trial: " + ", ".join(own))
     if run.stopped:
         reached = "reached" if run.stopped.reached else "not reached"
         stages = ", ".join(map(str, run.stopped.stages))

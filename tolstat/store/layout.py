@@ -3,7 +3,8 @@
 At the root one dataset for each contributor and response, for status and, where
 something is integrated, for steps, with unit and sentence as attributes and `trial` as
 dimension scale; the nominal machine, which is no trial, in the group `nominal`; the
-settings, as written, in the group `settings`; everything about the run as a whole in
+settings, as written, in the group `settings`, numbers of the study, alike for all its
+machines, in the group `numbers`; everything about the run as a whole in
 the attributes of the root. A grid has its swept settings as further datasets, and known
 points to compare with in the group `reference`. All these datasets are contiguous and
 allocated when the file is made: while trials run only raw data change, and a kill
@@ -28,6 +29,7 @@ FORMAT = 2
 TRIAL, STATUS, STEPS = "trial", "status", "steps"
 # groups
 NOMINAL, SETTINGS, REFERENCE = "nominal", "settings", "reference"
+NUMBERS = "numbers"
 AUDIT, EVIDENCE = "audit", "evidence"
 SWEPT = "setting"  # role of a setting that a grid changes
 # attributes of a column
@@ -119,6 +121,17 @@ def lay_out(file: h5py.File, plan: Plan, trials: int) -> None:
             column.attrs[SHOWN] = swept.shown
         column.dims[0].attach_scale(index)
     _lay_out_settings(file.create_group(SETTINGS, track_order=True), plan.settings)
+    if plan.numbers:
+        group = file.create_group(NUMBERS, track_order=True)
+        group.attrs["long_name"] = "numbers of the study, alike for all its machines"
+        for number in plan.numbers:
+            alone = allocate(group, number.name, (), np.float64)
+            alone[...] = number.value
+            alone.attrs["units"], alone.attrs["long_name"] = (
+                number.unit,
+                number.sentence,
+            )
+            alone.attrs[SHOWN], alone.attrs["of"] = number.shown, number.of
     if plan.reference:
         group = file.create_group(REFERENCE, track_order=True)
         group.attrs["label"] = plan.reference.label

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import RunFileError
-from tolstat.model.description import Contributor, Response
+from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.limit import Limit
 from tolstat.store.attributes import plain, texts
 from tolstat.store.audited import read_audited
@@ -27,6 +27,7 @@ from tolstat.store.layout import (
     FORMAT,
     LIMIT,
     NOMINAL,
+    NUMBERS,
     PART,
     RANGE,
     REFERENCE,
@@ -135,6 +136,7 @@ def _read(path: Path, file: h5py.File) -> Run:
         _provenance(file),
         {n: str(d.attrs[SHOWN]) for n, d in datasets.items() if SHOWN in d.attrs},
         {name: _column(item) for name, item in datasets.items()},
+        tuple(_number(n, item) for n, item in file.get(NUMBERS, {}).items()),
     )
 
 
@@ -187,6 +189,12 @@ def _sampled(file: h5py.File) -> Sampled:
 def _chosen(item: h5py.Dataset) -> Chosen:
     words, attrs = item.asstr()[()], item.attrs
     return Chosen(words, str(attrs["long_name"]), bool(attrs["given"]))
+
+
+def _number(name: str, dataset: h5py.Dataset) -> StudyNumber:
+    attrs, value = dataset.attrs, float(dataset[()])
+    words = attrs["long_name"], attrs[SHOWN], attrs["of"]
+    return StudyNumber(name, attrs["units"], value, *words)
 
 
 def _limit(dataset: h5py.Dataset) -> Limit:

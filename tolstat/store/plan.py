@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.model.description import Description
+from tolstat.model.description import Description, StudyNumber
 from tolstat.statistics.limit import Limit
 from tolstat.store.audited import Audited
 from tolstat.store.evidence import Evidence
@@ -139,6 +139,8 @@ class Plan:
         What is shown beside a grid.
     notes, assumptions : tuple of str
         What has to be known of the deviations, and of the machine's answers.
+    numbers : tuple of StudyNumber
+        Numbers of the study, shown beside those of its machines.
     """
 
     study_text: str
@@ -161,6 +163,7 @@ class Plan:
     reference: Reference | None = None
     notes: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
+    numbers: tuple[StudyNumber, ...] = ()
 
 
 class Stopped(NamedTuple):

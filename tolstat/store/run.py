@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.model.description import Contributor, Response
+from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.limit import Limit
 from tolstat.status import Status, status_words
 from tolstat.store.audited import Audited
@@ -80,6 +80,8 @@ class Run:
         Known points to be shown beside a grid.
     notes, assumptions : tuple of str
         What has to be known of the deviations, and of the machine's answers.
+    numbers : tuple of StudyNumber
+        Numbers of the study, shown beside those of its machines.
     words : dict of int to str
         The word of each status that a trial can have.
     source_digest : str
@@ -114,6 +116,7 @@ class Run:
     provenance: dict[str, Any]
     _shown: dict[str, str]
     _columns: dict[str, NDArray[Any]] = field(repr=False)
+    numbers: tuple[StudyNumber, ...] = ()
 
     @property
     def trials(self) -> int:
@@ -172,6 +175,12 @@ class Run:
         known = np.append(values, self.nominal_values.get(name, np.nan))
         size = float(np.nanmax(np.abs(known))) if not np.isnan(known).all() else 0.0
         return scale_of(unit, "", size)
+
+    def scale_of(self, number: StudyNumber) -> Scale:
+        """Return how a number of the study is shown: as what it is an answer about."""
+        if number.of in self.scales:
+            return self.scales[number.of]
+        return scale_of(number.unit, number.shown, abs(number.value))
 
     def column(self, name: str) -> NDArray[Any]:
         """Return a swept setting, contributor or response of all trials, SI."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -52,6 +52,7 @@ def read_deviations(
     contributors: Sequence[Contributor],
     folder: Path,
     problems: Problems,
+    linked: Container[str] = (),
 ) -> Deviations:
     """Read the distributions of all deviations and what hangs together.
 
@@ -67,6 +68,8 @@ def read_deviations(
         Of the study, for data beside it.
     problems : Problems
         Takes what is wrong.
+    linked : container of str
+        Which of them the section [links] has.
 
     Returns
     -------
@@ -80,7 +83,8 @@ def read_deviations(
     shown: dict[str, str] = {}
     notes: list[str] = []
     for name, given in lines.items():
-        with problems.noting(f"[deviations] {name}", given):
+        section = "links" if name in linked else "deviations"
+        with problems.noting(f"[{section}] {name}", given):
             keys = {"tolerance": given} if isinstance(given, str) else dict(given)
             members = expand(name, list(known))
             batch = _batch(name, keys.pop("common", None), members)

@@ -26,6 +26,7 @@ class Document(BaseModel):
     sampling: str = "random"
     table: str | None = None
     settings: dict[str, Any] = {}
+    links: dict[str, str | int | float | dict[str, Any]] = {}
     deviations: dict[str, str | dict[str, Any]] = {}
     correlation: dict[str, dict[str, float]] = {}
     grid: dict[str, Any] = {}
@@ -48,6 +49,8 @@ EXPECTED = {
     "sampling": "the name of a sampling is expected, in quotes",
     "table": 'the name of a CSV file is expected, such as table = "machines.csv"',
     "settings": "a table of settings is expected (`tolstat show MODEL` lists them)",
+    "links": 'a link is expected, such as { nominal = "60 mm", tolerance = '
+    '"+-0.015 mm" }, or "2 mm" for one that does not deviate',
     "deviations": 'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", '
     "cp = 1.33 } is expected",
     "correlation": "a table of rank correlations is expected, such as "

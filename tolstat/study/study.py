@@ -25,6 +25,7 @@ from tolstat.study.deviations import Deviations, read_deviations
 from tolstat.study.document import Document, read
 from tolstat.study.doubts import doubts_of
 from tolstat.study.limit import read_limit
+from tolstat.study.links import read_links
 from tolstat.study.points import Case, Points, read_grid, read_table, setting_name
 from tolstat.study.problems import Problems
 from tolstat.study.reference import read_reference
@@ -184,11 +185,12 @@ def load(
     problems = Problems(str(path or "the study"))
     text, document = read(path or cast(Mapping[str, Any], source), problems)
     machine = _machine(document, model, problems)
+    written, document = document, read_links(document, machine, problems)
     settings = _settings(document, machine, problems)
     description = _description(document, machine, settings, problems)
     deviating = read_deviations(
         document.deviations, document.correlation, description.contributors, folder,
-        problems,
+        problems, linked=written.links,
     )  # fmt: skip
     points = _points(document, machine, settings, description, folder, problems)
     check_sampling(document, deviating, points, problems)

@@ -66,6 +66,10 @@ KNOWN = {
     "GPa": "1e9 kg / m / s^2",
 }
 
+BASES = {"kg": "mass", "m": "length", "s": "time", "rad": "angle"}
+
+MOST_POWER = 4
+
 SPELLINGS = {"µm": "um", "μm": "um", "µs": "us", "μs": "us", "°": "deg"}
 
 _NAME = re.compile(r"\s*([A-Za-zµμ%°]+|1(?=\s*(?:/|$)))(?:(?:\^|\*\*)(-?[1-4]))?\s*")
@@ -117,6 +121,34 @@ def check_si(unit: str) -> None:
         raise UnitError(f"'{unit}' is no SI unit; declare that, and shown=\"{unit}\"")
 
 
+def dimension(unit: str) -> Any:
+    """Return the dimension of a unit, to be multiplied, divided, raised, compared."""
+    return _measure(unit)[1]
+
+
+def si_unit(dimension: Any) -> str:
+    """Name the SI unit of a dimension, such as "N" or "m^2".
+
+    Raises
+    ------
+    UnitError
+        If its powers are not whole, or above 4.
+    """
+    for name in KNOWN:
+        if name != "count" and _measure(name) == (1.0, dimension):
+            return name
+    over: list[str] = []
+    under: list[str] = []
+    for base, what in BASES.items():
+        power = dimension.get(f"[{what}]", 0)
+        if power != int(power) or abs(power) > MOST_POWER:
+            raise UnitError(f"{dimension} has no unit: powers are whole, up to 4")
+        if power:
+            word = base if abs(power) == 1 else f"{base}^{abs(power):.0f}"
+            (over if power > 0 else under).append(word)
+    return "".join([" ".join(over) or "1", *(f"/{word}" for word in under)])
+
+
 def units_like(unit: str) -> list[str]:
     """List the known names of the same kind as a unit."""
     kind = _measure(unit)[1]
@@ -129,13 +161,8 @@ def _registry() -> Any:
     import pint
 
     registry = pint.UnitRegistry(None)
-    for name, dimension in (
-        ("kg", "mass"),
-        ("m", "length"),
-        ("s", "time"),
-        ("rad", "angle"),
-    ):
-        registry.define(f"{name} = [{dimension}]")
+    for name, what in BASES.items():
+        registry.define(f"{name} = [{what}]")
     return registry
 
 

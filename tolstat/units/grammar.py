@@ -10,7 +10,7 @@ import re
 from typing import NamedTuple
 
 from tolstat.errors import UnitError
-from tolstat.units.conversion import to_si
+from tolstat.units.conversion import dimension, si_unit, to_si
 from tolstat.units.scale import scale_of
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
@@ -28,6 +28,30 @@ class Range(NamedTuple):
 
     lower: float
     upper: float
+
+
+class Measure(NamedTuple):
+    """A number with a unit of any kind, SI."""
+
+    value: float
+    unit: str
+
+
+def measure(text: str) -> Measure:
+    """Read one quantity of any kind, such as "60 mm" or "45 deg".
+
+    Parameters
+    ----------
+    text : str
+        Number and unit; a bare number is a plain one.
+
+    Raises
+    ------
+    UnitError
+        If it cannot be read.
+    """
+    unit = si_unit(dimension(unit_of(text)))
+    return Measure(quantity(text, unit), unit)
 
 
 def bare_number(text: str) -> float:

@@ -1,0 +1,321 @@
+"""The dimension chain: known answers, refusals, and formulas worked out three ways."""
+
+from __future__ import annotations
+
+import ast
+import math
+from itertools import product
+
+import numpy as np
+import pytest
+from scipy.optimize import approx_fprime
+
+import tolstat
+from tolstat.deviations.spread import Spread
+from tolstat.errors import ModelError, StudyError
+from tolstat.machines.dimension_chain import DimensionChain, Formula, answers
+from tolstat.machines.dimension_chain.numbers import Numbers
+from tolstat.machines.dimension_chain.settings import Settings
+from tolstat.machines.dimension_chain.slopes import Slopes
+from tolstat.model.settings import make
+from tolstat.study.study import load
+
+WAVE = {
+    "R_out": ("60 mm", 0.030), "R_in": ("47.935 mm", 0.020),
+    "e": ("2 mm", 0.020), "d": ("10 mm", 0.010),
+}  # fmt: skip
+
+
+def wave_gear(**changes):
+    """The clearance of a ball in its track, links uniform."""
+    links = {
+        name: {
+            "nominal": nominal,
+            "tolerance": f"+-{width / 2:g} mm",
+            "distribution": "uniform",
+        }
+        for name, (nominal, width) in WAVE.items()
+    }
+    return {
+        "model": "dimension_chain", "trials": 20_000, "seed": 3, "links": links,
+        "settings": {"gap": "R_out - R_in - e - d"}, "limits": {"gap": ">= 0.035 mm"},
+        **changes,
+    }  # fmt: skip
+
+
+def v_track(**changes):
+    """A ball between opposed V-tracks, whose angle alone deviates."""
+    angle = {"nominal": "45 deg", "tolerance": "+-1 deg", "distribution": "uniform"}
+    return {
+        "model": "dimension_chain", "trials": 20_000, "seed": 3,
+        "links": {"H": "14.2 mm", "d": "10 mm", "gamma": angle},
+        "settings": {"gap": "H - d/sin(gamma)"}, "limits": {"gap": ">= 0 mm"},
+        **changes,
+    }  # fmt: skip
+
+
+@pytest.fixture
+def ran(tmp_path):
+    return lambda study: tolstat.run(study, output=tmp_path / "chain.h5", force=True)
+
+
+def numbers_of(run):
+    return {number.name: number.value for number in run.numbers}
+
+
+SIGMAS = {"uniform": 0.01224744871, "normal": 0.00707106781}
+
+
+@pytest.mark.parametrize("distribution", SIGMAS)
+def test_the_clearance_of_the_wave_gear(ran, distribution):
+    study = wave_gear()
+    for link in study["links"].values():
+        link["distribution"] = distribution
+    found = numbers_of(ran(study))
+    assert found["worst_min"] == pytest.approx(0.025e-3, rel=1e-9)
+    assert found["worst_max"] == pytest.approx(0.105e-3, rel=1e-9)
+    assert found["rss_mean"] == pytest.approx(0.065e-3, rel=1e-9)
+    assert found["rss_sigma"] == pytest.approx(1e-3 * SIGMAS[distribution], rel=1e-9)
+    # of the variance of a linear chain each has its own, exactly
+    widths = np.array([width for _, width in WAVE.values()])
+    shares = [found[f"share_{name}"] for name in WAVE]
+    np.testing.assert_allclose(shares, widths**2 / np.sum(widths**2), rtol=1e-12)
+
+
+def test_the_machines_of_the_wave_gear_spread_as_is_known(ran):
+    gap = 1e3 * ran(wave_gear()).column("gap")
+    for below, share in {
+        0.035: 1 / 288, 0.040: 5 / 288, 0.050: 0.117621527778, 0.065: 0.5,
+        0.080: 0.882378472222, 0.090: 0.982638888889,
+    }.items():  # fmt: skip
+        error = math.sqrt(share * (1 - share) / len(gap))
+        assert np.mean(gap < below) == pytest.approx(share, abs=4 * error)
+    quantiles = {0.05: 0.044782693230, 0.95: 0.085217306770}
+    for share, known in quantiles.items():
+        assert np.quantile(gap, share) == pytest.approx(known, abs=4e-4)
+
+
+def test_a_chain_that_is_not_linear(ran):
+    run = ran(v_track())
+    found, gap = numbers_of(run), 1e3 * run.column("gap")
+    assert found["rss_mean"] == pytest.approx(0.057864376269e-3, rel=1e-9)
+    assert found["rss_sigma"] == pytest.approx(0.142505536685e-3, rel=1e-9)
+    assert found["worst_min"] == pytest.approx(-0.195565396e-3, rel=1e-8)
+    assert found["worst_max"] == pytest.approx(0.298364090e-3, rel=1e-8)
+    error = 0.142566334613 / math.sqrt(len(gap))
+    assert gap.mean() == pytest.approx(0.055709782288, abs=4 * error)
+    assert gap.std() == pytest.approx(0.142566334613, rel=0.02)
+    assert np.mean(gap < 0) == pytest.approx(0.383497676046, abs=0.014)
+
+
+def test_unequal_tolerances_move_the_middle_and_not_the_nominal(ran):
+    study = wave_gear()
+    study["links"]["e"]["tolerance"] = "-0.03..-0.01 mm"
+    run = ran(study)
+    assert numbers_of(run)["rss_mean"] == pytest.approx(0.085e-3, rel=1e-9)
+    assert numbers_of(run)["worst_max"] == pytest.approx(0.125e-3, rel=1e-9)
+    assert run.nominal_values["gap"] == pytest.approx(0.065e-3, rel=1e-9)
+
+
+def test_a_source_that_enters_twice_enters_as_one(ran):
+    """An eccentricity: its two components, and its size in the clearance."""
+    component = {"nominal": "0 mm", "tolerance": "+-0.02 mm"}
+    study = {
+        "model": "dimension_chain", "trials": 20_000, "seed": 1,
+        "links": {"c": "0.1 mm", "ex": component, "ey": component},
+        "settings": {"gap": "c - hypot(ex, ey)"}, "limits": {"gap": ">= 0.07 mm"},
+    }  # fmt: skip
+    run = ran(study)
+    eccentricity = 0.1e-3 - run.column("gap")
+    rayleigh = 0.02e-3 / 3 * math.sqrt(math.pi / 2)
+    assert eccentricity.mean() == pytest.approx(rayleigh, rel=0.02)
+    found = numbers_of(run)
+    assert found["worst_min"] == pytest.approx((0.1 - 0.02 * math.sqrt(2)) * 1e-3)
+    assert found["worst_max"] == pytest.approx(0.1e-3)
+    worst = next(n for n in run.numbers if n.name == "worst_max")
+    assert "ex, ey" in worst.sentence  # neither rises nor falls alone
+    twice = Formula("2*a - a", ("a",))
+    known = answers(twice, {"a": 1.0}, {"a": Spread(-0.1, 0.1, 0.0, 0.05)})
+    assert (known.worst_min, known.rss_sigma) == pytest.approx((0.9, 0.05))
+
+
+FORMULAS = (
+    "a + b - c*d", "a/b - c/d", "a**2 + b**-1.5 - sqrt(c)*d**3",
+    "sin(a)*cos(b) + tan(c/4)", "asin(a/9) - acos(b/9) + atan(c*d)",
+    "atan2(a - 2, b) + hypot(a, b, c)", "exp(-a) + log(b*c) - abs(d - 5)",
+    "min(a, b, c) + 2*max(c, d)", "-(-a) + (+b) - pi*c", "3.5*(a - b)**2/(c + d)",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("text", FORMULAS)
+def test_values_and_slopes_are_those_of_a_plain_formula(text):
+    formula, rng = Formula(text, ("a", "b", "c", "d")), np.random.default_rng(1)
+    known = {
+        "sqrt": np.sqrt, "abs": np.abs, "exp": np.exp, "log": np.log, "sin": np.sin,
+        "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "acos": np.arccos,
+        "atan": np.arctan, "atan2": np.arctan2, "pi": np.pi, "min": min, "max": max,
+        "hypot": math.hypot,
+    }  # fmt: skip
+
+    def plain(x):
+        named = dict(zip("abcd", x, strict=True))
+        return eval(text, {"__builtins__": {}}, {**known, **named})
+
+    x = rng.uniform(0.5, 3.0, (20, 4))
+    links = dict(zip("abcd", x.T, strict=True))
+    values = formula.worked_out(Numbers(links))
+    np.testing.assert_allclose(values, [plain(row) for row in x], rtol=1e-12)
+    slopes = formula.worked_out(Slopes(links))
+    np.testing.assert_array_equal(slopes.value, values)
+    differences = [approx_fprime(row, plain, 1e-7) for row in x]
+    np.testing.assert_allclose(slopes.by_link.T, differences, rtol=2e-5, atol=2e-5)
+
+
+def test_the_worst_of_any_monotonic_formula_stands_in_a_corner():
+    rng = np.random.default_rng(4)
+    for text in ("a - b/c", "a*b - sqrt(c)", "hypot(a, b) + c"):
+        formula = Formula(text, ("a", "b", "c"))
+        nominal = dict(zip("abc", rng.uniform(1, 2, 3), strict=True))
+        ends = rng.uniform(0.1, 0.5, (3, 2)) * [-1, 1]
+        spreads = {n: Spread(*ends[i], 0.0, 0.1) for i, n in enumerate("abc")}
+        found = answers(formula, nominal, spreads)
+        corners = np.array(list(nominal.values())) + list(product(*ends))
+        values = formula.worked_out(Numbers(dict(zip("abc", corners.T, strict=True))))
+        assert found.turning == ()
+        assert found.worst_min == pytest.approx(values.min())
+        assert found.worst_max == pytest.approx(values.max())
+
+
+def test_the_worst_of_a_formula_that_turns_is_searched():
+    formula = Formula("(a - 1)**2 - (b - 2)**2 + c", ("a", "b", "c"))
+    nominal = {"a": 1.2, "b": 2.1, "c": 0.0}
+    spread = Spread(-0.5, 0.5, 0.0, 0.2)
+    found = answers(formula, nominal, dict.fromkeys("abc", spread))
+    assert found.turning == ("a", "b")
+    assert found.worst_min == pytest.approx(0 - 0.6**2 - 0.5, abs=1e-8)
+    assert found.worst_max == pytest.approx(0.7**2 + 0.5, abs=1e-8)
+
+
+REFUSED = {
+    "R_out - R_inn": r"character 9, 'R_inn': no link R_inn; did you mean 'R_in'",
+    "R_out/(d - 5*e)": r"'d - 5\*e': division by zero",
+    "__import__('os').system('id')": "is no function here",
+    "R_out.real": "links, numbers",
+    "(lambda: 0)()": "is no function here",
+    "[e for e in (d,)]": "links, numbers",
+    "R_out if e else d": "links, numbers",
+    "e < d": "links, numbers",
+    "(e := d)": "links, numbers",
+    "f'{e}'": "links, numbers",
+    "R_out - 2": "character 9, '2': a plain number cannot be taken from",
+    "e + d**2": "a quantity in m\\^2 cannot be added to a quantity in m",
+    "sin(e)*d": "sin takes an angle or a plain number",
+    "R_out^2": r"a power is written \*\*",
+    "e**d": "an exponent is a plain number",
+    "e**99": "an exponent is a plain number",
+    "9**9**9*e": "an exponent is a plain number",
+    "e*1e999": "too large",
+    "abs(e, d)": "abs takes 1 value",
+    "hypot(*e)": "hypot takes 2 to 3 values",
+    "min(e, key=d)": "min takes 2 to 9 values",
+    "hypot": "hypot is a function",
+    "sqrt(e - d)": "the root of less than nothing",
+    "R_out - ": "cannot be read at character 8",
+    "": "is empty",
+    "2 + 3": "names no link",
+    "R_out # - e": "character 7: no remark",
+    "'e'": "is no number",
+    "True*e": "is no number",
+    "e" + " + e" * 400: "1000",
+    "-" * 900 + "e": "too deep|inside each other",
+    "(" * 300 + "e" + ")" * 300: "too|parenthes",
+}
+
+
+@pytest.mark.parametrize("text", REFUSED, ids=lambda text: text[:30])
+def test_what_is_no_formula_is_refused_with_place_and_reason(text):
+    with pytest.raises(ModelError, match=REFUSED[text]):
+        Settings(gap=text)
+
+
+def test_nothing_of_a_formula_is_ever_run(monkeypatch):
+    for name in ("eval", "exec", "compile"):
+        # the parser of ast is not the compiler of code
+        monkeypatch.setattr(f"builtins.{name}", _parsing_alone)
+    formula = Formula("hypot(a, b)", ("a", "b"))
+    assert formula.worked_out(Numbers({"a": 3.0, "b": 4.0})) == 5
+
+
+def _parsing_alone(source, filename, mode, flags=0, *others, **more):
+    assert flags & ast.PyCF_ONLY_AST
+    return COMPILE(source, filename, mode, flags, *others, **more)
+
+
+COMPILE = compile
+
+
+E = {"nominal": "2 mm"}
+WRONG = (
+    ({"links": {"e": {"tolerance": "+-1 mm"}}}, r"\[links\] e.*nominal is missing"),
+    ({"links": {"e": {**E, "tolerance": "+-1 N"}}}, r"\[links\] e.*another kind"),
+    ({"links": {"e": {**E, "tolerances": "+-1 mm"}}}, r"\[links\] e.*no key toleranc"),
+    ({"links": {"e": "2 ells"}}, "unknown unit 'ells'"),
+    ({"links": {"e": True}}, "a link is expected"),
+    ({"links": {"e": E, "gap": "2 mm"}}, "gap stands twice"),
+    (
+        {"links": {"e": E}, "deviations": {"e": "+-1 mm"}},
+        r"\[links\] e.*\[deviations\]",
+    ),
+    ({"links": {"e": E}, "settings": {"gap": "e", "links": {"e": E}}}, "them once"),
+    ({"links": {"e": E, "in": "2 mm"}}, "a link cannot be called 'in'"),
+    ({"links": {"e": E}, "model": "stand"}, "model 'stand' has no links"),
+)
+
+
+@pytest.mark.parametrize("change, words", WRONG)
+def test_a_wrong_link_is_refused_by_name(change, words):
+    with pytest.raises(StudyError, match=words):
+        load(wave_gear(**{"settings": {"gap": "e"}, "limits": {}, **change}))
+
+
+def test_a_machine_for_which_the_formula_has_no_value_fails_in_words(ran):
+    of = {"tolerance": "+-1 mm", "distribution": "uniform"}
+    study = {
+        "model": "dimension_chain", "trials": 400, "seed": 1,
+        "links": {"a": {"nominal": "0.5 mm", **of}, "b": "1 mm"},
+        "settings": {"gap": "sqrt(a*b)"}, "limits": {"gap": ">= 0 mm"},
+    }  # fmt: skip
+    run = ran(study)
+    bad = run.column("a") < -0.5e-3
+    assert 0 < bad.sum() == run.failures["the formula has no value"]
+    assert np.isnan(numbers_of(run)["worst_min"])
+
+
+def test_grades_refer_to_the_nominal_of_a_link(ran):
+    study = wave_gear()
+    study["links"]["d"] = {"nominal": "10 mm", "tolerance": "IT7"}
+    lower, upper = ran(study).assumed["d"].tolerance
+    assert upper - lower == pytest.approx(15e-6)
+
+
+def test_a_stored_trial_is_found_again_bit_for_bit(ran):
+    run = ran(v_track())
+    assert tolstat.replay(run, 17).differences == ()
+
+
+def test_an_arc_is_a_length_and_an_angle_stays_one():
+    links = {"r": {"nominal": (0.1, "m")}, "phi": {"nominal": (0.2, "rad")}}
+    for text, unit in (
+        ("r*phi + r", "m"), ("2*phi - asin(0.1)", "rad"), ("r**2*phi", "m^2"),
+        ("1 - phi**2/2", "1"), ("r/(phi*r)", "1"), ("sqrt(r*r)", "m"),
+    ):  # fmt: skip
+        settings = make(DimensionChain(), {"links": links, "gap": text})
+        assert settings.unit == unit, text
+
+
+def test_sigma_of_any_distribution_is_that_of_its_formula(ran):
+    study = wave_gear()
+    study["links"]["e"] |= {"distribution": "normal", "cp": 1.5}
+    study["links"]["d"]["distribution"] = "triangular"
+    known = (0.03**2 / 12 + 0.02**2 / 12 + (0.01 / 4.5) ** 2 + 0.005**2 / 6) ** 0.5
+    assert numbers_of(ran(study))["rss_sigma"] == pytest.approx(1e-3 * known, rel=1e-9)

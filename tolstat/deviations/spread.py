@@ -1,0 +1,51 @@
+"""What a distribution spreads over: its zone, its mean and its sigma."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import trapezoid
+from scipy.special import ndtr
+
+from tolstat.deviations.distributions import THREE_SIGMA, Distribution
+
+FAR, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
+
+
+class Spread(NamedTuple):
+    """Where a deviation lies, SI.
+
+    Attributes
+    ----------
+    lower, upper : float
+        Ends of its tolerance; of measured parts, where three sigma of a normal one
+        would lie.
+    mean, sigma : float
+        Of its distribution.
+    """
+
+    lower: float
+    upper: float
+    mean: float
+    sigma: float
+
+
+def spread_of(distribution: Distribution) -> Spread:
+    """Return the zone and the moments of a distribution.
+
+    Moments are integrals over the normal score, exact to rounding where the inverse
+    distribution function is smooth.
+    """
+    zone = getattr(distribution, "tolerance", None)
+    if zone is None:
+        ends = np.array([1 - THREE_SIGMA, THREE_SIGMA])
+        zone = distribution.deviations(ends).tolist()
+    z = np.arange(-FAR, FAR + STEP / 2, STEP)
+    weight = np.exp(-0.5 * z * z)
+    weight /= trapezoid(weight, z)
+    x = distribution.deviations(ndtr(z))
+    mean = float(trapezoid(weight * x, z))
+    sigma = math.sqrt(trapezoid(weight * (x - mean) ** 2, z))
+    return Spread(float(zone[0]), float(zone[1]), mean, sigma)

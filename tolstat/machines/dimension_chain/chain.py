@@ -1,0 +1,167 @@
+"""The classical answers of a chain: worst case, root sum square, whose share it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.stats import qmc
+
+from tolstat.deviations.spread import Spread
+from tolstat.machines.dimension_chain.formula import Formula
+from tolstat.machines.dimension_chain.slopes import Slopes
+
+Array = NDArray[np.float64]
+
+ALL_CORNERS = 10  # links up to which every corner is looked at
+INSIDE = 10  # binary logarithm of the points inside the tolerances that are
+STARTS = 4  # best points from which a search goes on
+
+
+class Answers(NamedTuple):
+    """What is known of a chain without building machines, SI.
+
+    Attributes
+    ----------
+    worst_min, worst_max : float
+        Least and largest closing link within the tolerances.
+    rss_mean, rss_sigma : float
+        Of the linear chain: slopes at the middle of the tolerances, means and sigmas of
+        the distributions, links independent of each other.
+    coefficients : dict of str to float
+        Slope of the closing link by each link that deviates: xi.
+    shares : dict of str to float
+        Of the variance of the linear chain.
+    turning : tuple of str
+        Links by which the closing link rises here and falls there: then the worst case
+        is what a search found.
+    """
+
+    worst_min: float
+    worst_max: float
+    rss_mean: float
+    rss_sigma: float
+    coefficients: dict[str, float]
+    shares: dict[str, float]
+    turning: tuple[str, ...]
+
+
+def answers(
+    formula: Formula, nominal: Mapping[str, float], spreads: Mapping[str, Spread]
+) -> Answers:
+    """Answer a dimension chain as it is done by hand.
+
+    Parameters
+    ----------
+    formula : Formula
+        Of the closing link.
+    nominal : mapping of str to float
+        Every link, SI.
+    spreads : mapping of str to Spread
+        Those that deviate.
+
+    Returns
+    -------
+    Answers
+        NaN where the formula has no value somewhere within the tolerances.
+
+    References
+    ----------
+    Margulis, Mitin, dimension-functional analysis of wave gears with rolling bodies
+    (2010), for the chain; its equations are not printed. Of a linear one the worst case
+    is the sum of |xi| T/2 to either side of the middle, sigma the root of the sum of
+    (xi sigma_i)^2.
+    """
+    used = {n: s for n, s in spreads.items() if n in formula.used and s.lower < s.upper}
+    constant = {n: s.mean for n, s in spreads.items() if n not in used}
+    nominal = {n: x + constant.get(n, 0.0) for n, x in nominal.items()}
+    middle = {
+        n: x + (0.5 * (used[n].lower + used[n].upper) if n in used else 0.0)
+        for n, x in nominal.items()
+    }
+    at = formula.worked_out(Slopes({n: np.float64(x) for n, x in middle.items()}))
+    xi = dict(zip(middle, map(float, at.by_link), strict=True))
+    parts = {n: (xi[n] * s.sigma) ** 2 for n, s in used.items()}
+    variance = math.fsum(parts.values())
+    off = (xi[n] * (nominal[n] + s.mean - middle[n]) for n, s in used.items())
+    least, largest, turning = _worst(formula, nominal, used)
+    return Answers(
+        least,
+        largest,
+        float(at.value) + math.fsum(off),
+        math.sqrt(variance),
+        {n: xi[n] for n in used},
+        {n: part / variance if variance else 0.0 for n, part in parts.items()},
+        turning,
+    )
+
+
+def _worst(
+    formula: Formula, nominal: Mapping[str, float], spreads: Mapping[str, Spread]
+) -> tuple[float, float, tuple[str, ...]]:
+    """Return least and largest value within the tolerances, and which links turn."""
+    names = list(spreads)
+    lower = np.array([nominal[n] + spreads[n].lower for n in names])
+    upper = np.array([nominal[n] + spreads[n].upper for n in names])
+
+    def slopes_at(points: Array) -> tuple[Array, Array]:
+        """Return float64[point] and float64[point, link]."""
+        links = {n: np.full(len(points), x) for n, x in nominal.items()}
+        links |= {n: points[:, i] for i, n in enumerate(names)}
+        found = formula.worked_out(Slopes(links))
+        which = [list(links).index(n) for n in names]
+        value = np.broadcast_to(found.value, len(points))
+        return value, np.asarray(found.by_link)[which].T
+
+    points = _looked_at(lower, upper)
+    values, slopes = slopes_at(points)
+    if not (np.isfinite(values).all() and np.isfinite(slopes).all()):
+        return math.nan, math.nan, ()
+    rises, falls = np.all(slopes >= 0, axis=0), np.all(slopes <= 0, axis=0)
+    turning = tuple(n for i, n in enumerate(names) if not (rises[i] or falls[i]))
+    ends = []
+    for sign in (1.0, -1.0):
+        corner = np.where(rises if sign > 0 else falls, lower, upper)
+        value = slopes_at(corner[None])[0][0]
+        if turning:
+            best = np.argsort(sign * values)[:STARTS]
+            value = _searched(sign, slopes_at, points[best], lower, upper)
+        ends.append(float(value))
+    return ends[0], ends[1], turning
+
+
+def _looked_at(lower: Array, upper: Array) -> Array:
+    """Return corners of the tolerances and points inside them: float64[point, link]."""
+    n = len(lower)
+    if not n:
+        return np.empty((1, 0))
+    inside = lower + (upper - lower) * qmc.Sobol(n, scramble=False).random_base2(INSIDE)
+    if n > ALL_CORNERS:
+        return np.vstack([lower, upper, inside])
+    corners = np.array(list(product(*zip(lower, upper, strict=True))))
+    return np.vstack([corners, inside])
+
+
+def _searched(
+    sign: float,
+    slopes_at: Callable[[Array], tuple[Array, Array]],
+    starts: Array,
+    lower: Array,
+    upper: Array,
+) -> float:
+    """Return the least value (the largest for a sign of -1) that a search finds."""
+
+    def aim(x: Array) -> tuple[float, Array]:
+        value, slope = slopes_at((lower + x * (upper - lower))[None])
+        return sign * float(value[0]), sign * slope[0] * (upper - lower)
+
+    found = [
+        minimize(aim, (x - lower) / (upper - lower), jac=True, bounds=[(0, 1)] * len(x))
+        for x in starts
+    ]
+    return sign * float(min(each.fun for each in found))

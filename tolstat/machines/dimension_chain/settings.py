@@ -1,0 +1,70 @@
+"""What a study says of a chain: its links, and its closing link as a formula."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tolstat.machines.dimension_chain.dimensions import Dimensions
+from tolstat.machines.dimension_chain.formula import Formula
+from tolstat.machines.dimension_chain.numbers import Numbers
+from tolstat.model.settings import column, setting
+from tolstat.units.conversion import si_unit
+from tolstat.units.grammar import Measure
+
+# a ball between the discs of a wave gear, and their track
+WAVE_GEAR = {
+    "R_out": {"nominal": Measure(0.060, "m")},
+    "R_in": {"nominal": Measure(0.047935, "m")},
+    "e": {"nominal": Measure(0.002, "m")},
+    "d": {"nominal": Measure(0.010, "m")},
+}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Links and closing link of a chain."""
+
+    links: dict[str, Any] = setting(
+        WAVE_GEAR,
+        "the links; a study has them in its section [links], with their tolerances",
+        columns={"nominal": column("its size", like=Measure(0.0, "m"))},
+    )
+    gap: str = setting("R_out - R_in - e - d", "the closing link as a formula of them")
+
+    def __post_init__(self) -> None:
+        """Check that the formula names links, and has a value where all are nominal.
+
+        Raises
+        ------
+        ModelError
+            If not: the place in the formula, and why.
+        """
+        self.formula.worked_out(Numbers(self.nominal, strict=True))
+        si_unit(self._dimension)
+
+    @property
+    def formula(self) -> Formula:
+        """The closing link, read."""
+        return Formula(self.gap, tuple(self.links))
+
+    @property
+    def nominal(self) -> dict[str, float]:
+        """Every link, SI."""
+        return {n: np.float64(each["nominal"].value) for n, each in self.links.items()}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of every link."""
+        return {n: each["nominal"].unit for n, each in self.links.items()}
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the closing link."""
+        return si_unit(self._dimension)
+
+    @property
+    def _dimension(self) -> Any:
+        return self.formula.worked_out(Dimensions(self.units))
