@@ -1,0 +1,256 @@
+"""Synthesis: every set of tooth numbers for a ratio, with its balanced helix angles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.errors import ModelError, allowed_names
+from tolstat.machines.planetary.helix import balanced
+from tolstat.machines.planetary.scheme import (
+    Scheme,
+    assembly,
+    diameter_ratio,
+    fourth,
+    ratio,
+)
+from tolstat.machines.planetary.wanted import WHEELS, Wanted, checked
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Column = NDArray[Any]
+Columns = dict[str, Column]
+
+ORDERS = ("teeth", "ratio_error", "size", "balance")
+UNITS = {
+    "helix_2": "rad", "helix_3": "rad",
+    "size": "m", "neighbouring": "m", "tip_gap": "m", "balance": "1/rad",
+}  # fmt: skip
+ROUNDING = 1e-12  # so much apart is alike: at the ends of ranges, where wheels touch
+SLICE = 2**18  # sets of teeth that are looked at together: some tens of MB
+MOST_DESIGNS = 2_000_000
+
+
+class Found(NamedTuple):
+    """What was found.
+
+    Attributes
+    ----------
+    columns : dict of str to array[design]
+        By teeth.
+    left : dict of str to int
+        Sets of teeth that were left after each condition, in words.
+    """
+
+    columns: Columns
+    left: dict[str, int]
+
+
+def designs(
+    *,
+    scheme: str,
+    ratio: float,
+    ratio_tolerance: float,
+    satellites: int,
+    z1: tuple[int, int],
+    z2: tuple[int, int],
+    z3: tuple[int, int],
+    z4: tuple[int, int],
+    helix: tuple[float, float],
+    module: float | None = None,
+    module_ratio: float = 1.0,
+    addendum: float = 1.0,
+    order: str = "teeth",
+) -> pd.DataFrame:
+    """List every gear of a ratio, as far as teeth, helix angles and assembly decide.
+
+    Wheels have no profile shift and are coaxial; their axial forces are in balance, at
+    helix angles within a range; the satellites can be assembled, and do not touch at
+    their pitch circles.
+
+    Parameters
+    ----------
+    scheme : str
+        AA, II or AI.
+    ratio : float
+        Wanted speed of wheel 1 over that of the carrier, wheel 4 at rest.
+    ratio_tolerance : float
+        How far from it a gear may be, as a share of it.
+    satellites : int
+        k, 2 or more.
+    z1, z2, z3, z4 : tuple of int
+        Fewest and most teeth, both included.
+    helix : tuple of float
+        Least and greatest helix angle of wheels 2 and 3, rad, both included.
+    module : float, optional
+        Normal module of wheels 1 and 2, m; without it lengths are multiples of it.
+    module_ratio : float
+        That module over the one of wheels 3 and 4.
+    addendum : float
+        Height of the teeth for the column tip_gap, in modules.
+    order : str
+        teeth, ratio_error (then size), size or balance (then ratio error).
+
+    Returns
+    -------
+    DataFrame
+        A row is a gear; none where nothing fits. z1, z2, z3, z4; ratio; D = dw2 / dw3;
+        helix_2, helix_3 (rad); ratio_error, a share of the wanted ratio; size, the
+        diameter that the pitch circles of the satellites sweep (m); neighbouring, the
+        gap between pitch circles of two satellites, and tip_gap, that between their
+        tips, which may be below 0 (m); assembly, the whole number that the condition of
+        assembly leaves; balance, the axial force on a satellite that independent errors
+        of both helix angles leave, for a force of 1 in mesh 1-2 (1/rad).
+        `attrs["units"]` holds the units, `attrs["left"]` how many sets of teeth each
+        condition left.
+
+    Raises
+    ------
+    ModelError
+        If a range is none, no gear of the scheme or of these teeth has the ratio, or
+        there are too many to be listed.
+
+    Notes
+    -----
+    Teeth that undercut or interfere are not looked at; ranges keep them out. Teeth that
+    are coaxial as spur wheels alone (kap = 1) are listed where `helix` begins at 0.
+
+    Examples
+    --------
+    >>> designs(scheme="AI", ratio=7, ratio_tolerance=0.01, satellites=3, z1=(17, 26),
+    ...         z2=(17, 60), z3=(17, 60), z4=(61, 130), helix=(0.14, 0.52))
+    """
+    import pandas as pd
+
+    if order not in ORDERS:
+        raise ModelError(f"order = {order!r}: {allowed_names(str(order), ORDERS)}")
+    wanted = Wanted(
+        scheme, ratio, ratio_tolerance, satellites, z1, z2, z3, z4, helix,
+        1.0 if module is None else module, module_ratio, addendum,
+    )  # fmt: skip
+    found = search(wanted)
+    frame = pd.DataFrame(ordered(found.columns, order))
+    units = {name: UNITS.get(name, "1") for name in found.columns}
+    if module is None:
+        units = {name: "1" if unit == "m" else unit for name, unit in units.items()}
+    frame.attrs = {"units": units, "left": found.left}
+    return frame
+
+
+def search(wanted: Wanted) -> Found:
+    """Find the gears that are wanted, by teeth; see `designs`."""
+    scheme = checked(wanted)
+    parts: list[Columns] = []
+    left: dict[str, int] = {}
+    n_found = 0
+    for teeth in _candidates(wanted, scheme):
+        part, counts = _conditions(wanted, scheme, teeth)
+        parts.append(part)
+        left = {words: left.get(words, 0) + n for words, n in counts.items()}
+        n_found += len(part["z1"])
+        if n_found > MOST_DESIGNS:
+            raise ModelError(
+                f"more than {MOST_DESIGNS} gears fit: narrow the ranges of teeth or "
+                "helix angles, or the tolerance of the ratio"
+            )
+    columns = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
+    return Found(columns, left)
+
+
+def ordered(columns: Columns, order: str) -> Columns:
+    """Sort gears; those alike by ratio error, or size, and in the end by teeth."""
+    if order == "teeth":
+        return columns
+    keys = {**columns, "ratio_error": np.abs(columns["ratio_error"])}
+    then = "size" if order == "ratio_error" else "ratio_error"
+    # what differs by rounding alone is alike
+    rank = np.lexsort((np.round(keys[then], 12), np.round(keys[order], 12)))
+    return {name: values[rank] for name, values in columns.items()}
+
+
+def _candidates(wanted: Wanted, scheme: Scheme) -> Iterator[tuple[Column, ...]]:
+    """Yield z1, z2, z3, z4 by teeth, slice by slice: the z4 that the ratio allows."""
+    (low1, high1), (low2, high2), (low3, high3), (low4, high4) = wanted.teeth
+    n2, n3 = high2 - low2 + 1, high3 - low3 + 1
+    pairs, at_once = (high1 - low1 + 1) * n2, max(1, SLICE // n3)
+    slack = wanted.ratio_tolerance * abs(wanted.ratio)
+    for start in range(0, pairs, at_once):
+        pair = np.arange(start, min(start + at_once, pairs))
+        z1, z2 = np.repeat(low1 + pair // n2, n3), np.repeat(low2 + pair % n2, n3)
+        z3 = np.tile(np.arange(low3, high3 + 1), len(pair))
+        ends = [fourth(scheme, wanted.ratio + d, z1, z2, z3) for d in (-slack, slack)]
+        # rounding must not lose one: the ratio itself decides later
+        first = np.ceil(np.clip(np.minimum(*ends) - 0.5, low4, high4 + 1))
+        last = np.floor(np.clip(np.maximum(*ends) + 0.5, low4 - 1, high4))
+        first, n4 = first.astype(np.int64), np.maximum(last - first + 1, 0).astype(int)
+        total = np.cumsum(n4)
+        cuts = np.searchsorted(total, np.arange(SLICE, total[-1], SLICE))
+        for part in np.split(np.arange(len(z1)), cuts):
+            n = n4[part]
+            one = np.repeat(part, n)
+            nth = np.arange(len(one)) - np.repeat(np.cumsum(n) - n, n)
+            yield z1[one], z2[one], z3[one], first[one] + nth
+
+
+def _conditions(
+    wanted: Wanted, scheme: Scheme, teeth: tuple[Column, ...]
+) -> tuple[Columns, dict[str, int]]:
+    """Return the gears among sets of teeth, and how many each condition left."""
+    left = {}
+    z1, z2, z3, z4 = teeth
+    i = ratio(scheme, *teeth)
+    near = np.abs(i / wanted.ratio - 1) <= wanted.ratio_tolerance + ROUNDING
+    rings = (z1 + scheme.s12 * z2 > 0) & (z4 + scheme.s34 * z3 > 0)
+    teeth = _those(teeth, near & rings & (i != 0))  # with 0 wheel 1 never turns
+    left["have the ratio"] = len(teeth[0])
+
+    found = balanced(scheme, wanted.module_ratio, *teeth)
+    least, most = wanted.helix[0] - ROUNDING, wanted.helix[1] + ROUNDING
+    inside = [(least <= b) & (b <= most) for b in (found.b2, found.b3)]
+    teeth = _those(teeth, inside[0] & inside[1])
+    left["are balanced at such helix angles"] = len(teeth[0])
+
+    whole, step = assembly(scheme, wanted.satellites, *teeth)
+    teeth = _those(teeth, whole % step == 0)
+    left["can be assembled"] = len(teeth[0])
+
+    columns = _columns(wanted, scheme, teeth)
+    free = columns["neighbouring"] > ROUNDING * columns["size"]  # 0 is a touch
+    left["have room for the satellites"] = int(np.count_nonzero(free))
+    return {name: values[free] for name, values in columns.items()}, left
+
+
+def _those(teeth: tuple[Column, ...], which: Column) -> tuple[Column, ...]:
+    return tuple(z[which] for z in teeth)
+
+
+def _columns(wanted: Wanted, scheme: Scheme, teeth: tuple[Column, ...]) -> Columns:
+    """Tell all there is to tell of gears."""
+    z1, z2, z3, _ = teeth
+    m2, m3 = wanted.module, wanted.module / wanted.module_ratio
+    i, D = ratio(scheme, *teeth), diameter_ratio(scheme, *teeth)
+    _, _, b2, b3 = balanced(scheme, wanted.module_ratio, *teeth)
+    dw2, dw3 = m2 * z2 / np.cos(b2), m3 * z3 / np.cos(b3)
+    centres = m2 * (z1 + scheme.s12 * z2) / np.cos(b2)  # 2a
+    apart = centres * math.sin(math.pi / wanted.satellites)
+    whole, step = assembly(scheme, wanted.satellites, *teeth)
+    tips = 2 * wanted.addendum
+    return {
+        **dict(zip(WHEELS, teeth, strict=True)),
+        "ratio": i,
+        "D": D,
+        "helix_2": b2,
+        "helix_3": b3,
+        "ratio_error": (i - wanted.ratio) / abs(wanted.ratio),
+        "size": centres + np.maximum(dw2, dw3),
+        "neighbouring": apart - np.maximum(dw2, dw3),
+        "tip_gap": apart - np.maximum(dw2 + tips * m2, dw3 + tips * m3),
+        "assembly": whole // step,
+        # how tan b2 - D tan b3 moves with each of the angles
+        "balance": np.hypot(1 / np.cos(b2) ** 2, D / np.cos(b3) ** 2),
+    }
