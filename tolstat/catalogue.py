@@ -16,6 +16,7 @@ from tolstat.model.contract import Model
 MACHINES = {
     "stand": ("tolstat.machines.stand.machine", "Stand"),
     "dimension_chain": ("tolstat.machines.dimension_chain.machine", "DimensionChain"),
+    "planetary": ("tolstat.machines.planetary.machine", "Planetary"),
 }
 GROUP = "tolstat.machines"  # entry points of installed packages
 ANY = "FILE.py:NAME"

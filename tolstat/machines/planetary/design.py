@@ -1,0 +1,224 @@
+"""A gear as designed, from its settings; one that cannot exist is refused."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from tolstat.errors import ModelError
+from tolstat.machines.planetary.helix import balanced, unbalance
+from tolstat.machines.planetary.scheme import (
+    SCHEMES,
+    Scheme,
+    assembly,
+    diameter_ratio,
+    ratio,
+)
+
+if TYPE_CHECKING:
+    from tolstat.machines.planetary.settings import Settings
+
+# teeth that exist in each scheme, for three satellites and equal modules
+EXAMPLES = {
+    "AA": (30, 21, 25, 25),
+    "II": (78, 26, 30, 81),
+    "AI": (24, 36, 21, 84),
+}
+MOST_SATELLITES = 24
+ROUNDING = 1e-12  # so much apart is touching
+MOST_SHIFT = 2.0  # of the centre distance of wheels 3 and 4, in modules
+
+
+class Design(NamedTuple):
+    """A planetary gear without deviations, SI.
+
+    Attributes
+    ----------
+    scheme : Scheme
+        Signs of its meshes.
+    ratio, D : float
+        i, and dw2 / dw3.
+    b2, b3 : float
+        Helix angles at the pitch cylinders, rad.
+    dw1, dw2, dw3, dw4 : float
+        Pitch diameters, m.
+    a : float
+        Centre distance, m.
+    alpha12, alpha34 : float
+        Transverse pressure angles of the meshes, rad.
+    unbalance : float
+        Axial force on a satellite for a force of 1 in mesh 1-2; 0 where balanced.
+    """
+
+    scheme: Scheme
+    ratio: float
+    D: float
+    b2: float
+    b3: float
+    dw1: float
+    dw2: float
+    dw3: float
+    dw4: float
+    a: float
+    alpha12: float
+    alpha34: float
+    unbalance: float
+
+
+def design_of(settings: Settings) -> Design:
+    """Return the gear that the settings describe.
+
+    Wheels 1 and 2 have no profile shift. Wheels 3 and 4 have none either where both
+    helix angles come from the balance; where an angle is given, they have the shift
+    that makes them coaxial.
+
+    Parameters
+    ----------
+    settings : Settings
+        Scheme, teeth, satellites, modules, helix angles, pressure angle, addendum.
+
+    Raises
+    ------
+    ModelError
+        If it cannot be coaxial, has no helix angles, satellites touch, or cannot be
+        assembled.
+    """
+    scheme = SCHEMES[settings.scheme]
+    z1, z2, z3, z4 = settings.teeth
+    _check_rings(settings)
+    i, D = (f(scheme, z1, z2, z3, z4) for f in (ratio, diameter_ratio))
+    if i == 0:
+        raise _refused(
+            settings,
+            f"z1 z3 = z2 z4 = {z2 * z4}: wheel 1 would never turn; give "
+            + _other_teeth(settings),
+        )
+    b2, b3 = _helix_angles(settings, D)
+    dw2 = settings.module * z2 / math.cos(b2)
+    dw1, dw3 = dw2 * z1 / z2, dw2 / D
+    found = Design(
+        scheme, i, D, b2, b3, dw1, dw2, dw3, dw3 * z4 / z3,
+        a=(dw1 + scheme.s12 * dw2) / 2,
+        alpha12=math.atan(math.tan(settings.pressure_angle) / math.cos(b2)),
+        alpha34=_pressure_angle(settings, b2, b3, dw3),
+        unbalance=_left_over(settings, b2, b3, D),
+    )  # fmt: skip
+    _check_satellites(settings, found)
+    return found
+
+
+def _refused(settings: Settings, why: str) -> ModelError:
+    """Name the gear."""
+    return ModelError(
+        f"scheme {settings.scheme}, teeth = {list(settings.teeth)}: {why}"
+    )
+
+
+def _other_teeth(settings: Settings) -> str:
+    """Name teeth that would do."""
+    example = list(EXAMPLES[settings.scheme])
+    return (
+        f"other teeth: {example} with 3 satellites and module_ratio 1, or any that "
+        "tolstat.machines.planetary.designs finds"
+    )
+
+
+def _check_rings(settings: Settings) -> None:
+    """Refuse rings that are not larger than the wheels in them."""
+    z1, z2, z3, z4 = settings.teeth
+    scheme = SCHEMES[settings.scheme]
+    for sign, ring, inside, has, needs in (
+        (scheme.s12, 1, 2, z1, z2),
+        (scheme.s34, 4, 3, z4, z3),
+    ):
+        if sign < 0 and has <= needs:
+            raise _refused(
+                settings,
+                f"wheel {ring} is a ring around wheel {inside} and needs more teeth "
+                f"than its {needs}, not {has}; give {_other_teeth(settings)}",
+            )
+
+
+def _helix_angles(settings: Settings, D: float) -> tuple[float, float]:
+    """Return helix angles as given, or as the balance asks for."""
+    b2, b3 = settings.helix_2, settings.helix_3
+    if b2 is not None:
+        return b2, math.atan(math.tan(b2) / D) if b3 is None else b3
+    if b3 is not None:
+        return math.atan(math.tan(b3) * D), b3
+    mr, (z1, z2, z3, z4) = settings.module_ratio, settings.teeth
+    found = balanced(SCHEMES[settings.scheme], mr, z1, z2, z3, z4)
+    if math.isnan(found.b2):
+        raise _refused(
+            settings,
+            "no helix angles balance wheels that are coaxial without profile shift: "
+            f"kap = cos b2 / cos b3 = {found.kap:.6g} and sin b2 / sin b3 = "
+            f"{mr * z2 / z3:.6g} ask for sin^2 b3 = {found.square:.6g}. Give helix_2 "
+            "or helix_3, for which wheels 3 and 4 are shifted, another module_ratio, "
+            f"or {_other_teeth(settings)}",
+        )
+    return float(found.b2), float(found.b3)
+
+
+def _left_over(settings: Settings, b2: float, b3: float, D: float) -> float:
+    """Return the axial force left; exactly 0 where an angle was balanced."""
+    given = settings.helix_2 is not None and settings.helix_3 is not None
+    return float(unbalance(b2, b3, D)) if given else 0.0
+
+
+def _pressure_angle(settings: Settings, b2: float, b3: float, dw3: float) -> float:
+    """Return the transverse pressure angle of wheels 3 and 4, shifted or not."""
+    z1, z2, z3, z4 = settings.teeth
+    scheme, m3 = SCHEMES[settings.scheme], settings.module / settings.module_ratio
+    # one lead at the pitch cylinder and at the reference cylinder, d3 = m3 z3 / cos b
+    sin_b = m3 * z3 * math.tan(b3) / dw3
+    d3 = m3 * z3 / math.sqrt(1 - sin_b**2) if sin_b < 1 else math.inf
+    shift = (dw3 - d3) / 2 * (z4 + scheme.s34 * z3) / z3 / m3
+    cos_alpha = (
+        d3 / dw3 / math.hypot(1, math.tan(settings.pressure_angle) * d3 / (m3 * z3))
+    )
+    if abs(shift) > MOST_SHIFT or cos_alpha >= 1:
+        fits = (z4 + scheme.s34 * z3) / (z1 + scheme.s12 * z2)
+        fits *= math.cos(b2) / math.cos(b3)
+        raise _refused(
+            settings,
+            f"helix angles of {math.degrees(b2):.4g} and {math.degrees(b3):.4g} deg "
+            "leave wheels 3 and 4 not coaxial with 1 and 2: wheel 3 would need a pitch "
+            f"circle of {1e3 * dw3:.5g} mm and has one of {1e3 * d3:.5g} mm, more than "
+            f"profile shift makes up ({MOST_SHIFT:g} modules in the centre distance). "
+            f"Give other helix angles, or module_ratio = {fits:.4f}, which needs none",
+        )
+    return math.acos(cos_alpha)
+
+
+def _check_satellites(settings: Settings, design: Design) -> None:
+    """Refuse satellites that touch each other, or cannot all be put in.
+
+    Neighbours have room if 2a sin(pi/k) > max(da2, da3), tips included.
+    """
+    k, high = settings.satellites, 2 * settings.addendum * settings.module
+    widest = max(design.dw2 + high, design.dw3 + high / settings.module_ratio)
+
+    def apart(n: int) -> float:
+        return 2 * design.a * math.sin(math.pi / n)
+
+    touch = (1 + ROUNDING) * widest
+    have_room = [n for n in range(2, MOST_SATELLITES + 1) if apart(n) > touch]
+    if k not in have_room:
+        most = f"at most {have_room[-1]} have" if have_room else "not even two have"
+        raise _refused(
+            settings,
+            f"{k} satellites touch: they are {1e3 * apart(k):.5g} mm apart and "
+            f"{1e3 * widest:.5g} mm wide over teeth {settings.addendum:g} modules high "
+            f"(addendum); {most} room",
+        )
+    whole, step = assembly(design.scheme, k, *settings.teeth)
+    if whole % step:
+        sign = "-" if design.scheme.s12 == design.scheme.s34 else "+"
+        can = [str(n) for n in have_room if whole % (step // k * n) == 0]
+        raise _refused(
+            settings,
+            f"{k} equal satellites cannot be put in: z1 z3 {sign} z2 z4 = {whole} is "
+            f"no multiple of satellites gcd(z2, z3) = {step}; of the numbers that have "
+            f"room {', '.join(can) or 'none'} can",
+        )

@@ -1,0 +1,99 @@
+"""A planetary gear as a model: deviations of its parts in, responses out."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.machines.planetary.declarations import description_of
+from tolstat.machines.planetary.design import design_of
+from tolstat.machines.planetary.settings import Settings
+from tolstat.machines.planetary.sharing import shared
+from tolstat.machines.planetary.tolerances import (
+    backlash,
+    felt_in_mesh,
+    residual_axial_force,
+)
+from tolstat.machines.planetary.views import OFFERS, designs_listing, existence_chart
+from tolstat.model.contract import Model, Outcome
+from tolstat.model.description import Description
+from tolstat.model.view import View
+
+Array = NDArray[np.float64]
+
+
+class Planetary(Model):
+    """Planetary gear with helical wheels and balanced axial forces."""
+
+    name = "planetary"
+    title = "planetary gear AA, II or AI with helical wheels, axial forces balanced"
+    settings = Settings
+    views = OFFERS
+    assumptions = (
+        "Satellites are equal springs that push and cannot pull; all other members are "
+        "rigid, and none floats. The torque acts in one direction.",
+        "The residual axial force is that of a satellite with its equal share of load.",
+        "The backlash is that of one satellite; satellites whose positions differ take "
+        "as much from it. Teeth of nominal thickness have none.",
+        "Undercut, interference and strength of the teeth are not looked at, nor is "
+        "friction.",
+    )
+
+    def describe(self, settings: Settings) -> Description:
+        """List contributors and responses: each satellite has a position error.
+
+        Parameters
+        ----------
+        settings : Settings
+            How many satellites there are, sizes that grades refer to.
+        """
+        return description_of(settings, design_of(settings))
+
+    def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
+        """Answer one gear for each row of deviations.
+
+        Parameters
+        ----------
+        deviations : float64[trial, contributor]
+            SI, in the order of `describe`.
+        settings : Settings
+            The gear and its load.
+
+        Returns
+        -------
+        Outcome
+            All responses; no trial fails.
+        """
+        design, k = design_of(settings), settings.satellites
+        db2, db3 = deviations[:, 0], deviations[:, 1]
+        e = deviations[:, 2 : 2 + k]
+        da, *E = deviations[:, 2 + k :].T
+        F = 2 * settings.torque / design.dw1
+        if settings.position_at == "pin":
+            e = felt_in_mesh(design) * e
+        K, forces = shared(e, F, settings.mesh_stiffness)
+        responses = (
+            residual_axial_force(F / k, db2, db3, design),
+            K,
+            K * (F / k),
+            np.count_nonzero(forces == 0, axis=1),
+            backlash(tuple(E), da, design),
+        )
+        return Outcome(np.stack(responses, axis=1))
+
+    def view(self, name: str, deviations: Array, settings: Settings) -> View:
+        """Show gears of the kind, or where they exist.
+
+        Parameters
+        ----------
+        name : str
+            designs or existence.
+        deviations : float64[machine, contributor]
+            Not used: both are of gears as designed.
+        settings : Settings
+            Scheme, satellites, and what is wanted of the gears.
+        """
+        own = design_of(settings)
+        if name == "designs":
+            return designs_listing(settings, own)
+        return existence_chart(settings, own)

@@ -1,0 +1,80 @@
+"""What a planetary gear can show: gears of its kind, and where these exist."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tolstat.errors import ModelError
+from tolstat.machines.planetary.design import Design
+from tolstat.machines.planetary.scheme import existence
+from tolstat.machines.planetary.settings import Settings
+from tolstat.machines.planetary.synthesis import UNITS, ordered, search
+from tolstat.machines.planetary.wanted import Wanted
+from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Offer, Panel, Region
+
+OFFERS = (
+    Offer("designs", "gears of the wanted ratio, balanced, that can be assembled"),
+    Offer("existence", "ratios that gears of the scheme can have, over dw2 / dw3"),
+)
+SHOWN = {"helix_2": "deg", "helix_3": "deg", "ratio_error": "%"}
+
+
+def designs_listing(settings: Settings, own: Design) -> Listing:
+    """List the gears that the settings ask for.
+
+    Raises
+    ------
+    ModelError
+        If there are none: with how many sets of teeth each condition left.
+    """
+    s = settings
+    i = own.ratio if s.wanted_ratio is None else s.wanted_ratio
+    wanted = Wanted(
+        s.scheme, i, s.ratio_tolerance, s.satellites, s.z1, s.z2, s.z3, s.z4, s.helix,
+        s.module, s.module_ratio, s.addendum,
+    )  # fmt: skip
+    found = search(wanted)
+    if not len(found.columns["z1"]):
+        left = "; ".join(f"{n} {words}" for words, n in found.left.items())
+        raise ModelError(
+            f"no gear found. Of the sets of teeth {left}. Widen z1 ... z4, helix or "
+            "ratio_tolerance, or change wanted_ratio, satellites or module_ratio"
+        )
+    columns = ordered(found.columns, s.order)
+    heads = [Axis(n, UNITS.get(n, "1"), SHOWN.get(n, "")) for n in columns]
+    return Listing(tuple(heads), tuple(columns.values()), "a gear")
+
+
+def existence_chart(settings: Settings, own: Design) -> Chart:
+    """Draw the ratios that gears can have over D, and the gear of the settings.
+
+    No addenda: satellites may come so near that their pitch circles touch.
+    """
+    widest = max(2.0, 1.25 * own.D)
+    D = np.unique([*np.linspace(0.01, widest, 400), 1.0])
+    lower, upper = existence(settings.scheme, D, settings.satellites)
+    # two satellites never touch: what grows beyond all bounds is cut off
+    reach = max(8 * (1 + widest), 1.25 * abs(own.ratio))
+    outline = np.clip([*lower, *upper[::-1]], -reach, reach)
+    lines = [np.where(np.abs(v) <= reach, v, np.nan) for v in (lower, upper)]
+    where, i = np.array([own.D]), np.array([own.ratio])
+    exists = f"{settings.satellites} satellites"
+    if np.any(outline != [*lower, *upper[::-1]]):
+        exists += f", drawn to {reach:g}"
+    return Chart(
+        Axis("dw2 / dw3", "1", "1"),
+        D,
+        (
+            Curve("least ratio", "1", "i", "excluded", lines[0], shown="1"),
+            Curve("greatest ratio", "1", "i", "excluded", lines[1], shown="1"),
+            Curve("these teeth", "1", "i", "the gear", i, where, "1", points=True),
+        ),
+        marks=(Mark("these teeth", own.D, own.ratio, "i ="),),
+        regions=(Region(exists, "1", np.array([*D, *D[::-1]]), outline),),
+        panels=(
+            Panel(
+                f"Ratio i, {settings.scheme}",
+                (exists, "least ratio", "greatest ratio", "these teeth"),
+            ),
+        ),
+    )
