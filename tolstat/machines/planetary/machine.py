@@ -32,6 +32,8 @@ class Planetary(Model):
     assumptions = (
         "Satellites are equal springs that push and cannot pull; all other members are "
         "rigid, and none floats. The torque acts in one direction.",
+        "Wheels have no profile shift; where a helix angle is given, wheels 3, 4 have "
+        "the shift that makes them coaxial with 1 and 2.",
         "The residual axial force is that of a satellite with its equal share of load.",
         "The backlash is that of one satellite; satellites whose positions differ take "
         "as much from it. Teeth of nominal thickness have none.",
