@@ -107,6 +107,37 @@ def test_charts_without_panels_get_one_for_each_unit():
     assert figure.axes[1].get_xlabel() == "turns"
 
 
+def test_logarithmic_axes_read_plain_numbers():
+    """Pictures read no mathematical markup: $10^{-2}$ would stand there as it is."""
+    at = np.geomspace(0.1, 100.0, 50)
+    chart = Chart(
+        Axis("frequency", "Hz", logarithmic=True), at, (Curve("a", "kg", "", "", at / 10),),
+        panels=(Panel("", ("a",), logarithmic=True),),
+    )  # fmt: skip
+    figure = draw_view(chart, "plain")
+    figure.canvas.draw()
+    (axes,) = figure.axes
+    ticks = (*axes.get_xticklabels(), *axes.get_yticklabels())
+    words = {label.get_text() for label in ticks} - {""}
+    assert {"0.01", "0.1", "1", "10", "100"} <= words
+    assert all(float(word) > 0 for word in words)
+
+
+def test_a_curve_with_a_gap_keeps_its_size():
+    at = np.linspace(0, 1, 5)
+    gap = np.array([np.nan, np.nan, 30.0, -20.0, 10.0])
+    figure = draw_view(
+        Chart(Axis("t", "1", "1"), at, (Curve("a", "kg", "", "", gap),)), ""
+    )
+    lower, upper = figure.axes[0].get_ylim()
+    assert lower < -20 and upper > 30
+    still = np.where(np.isfinite(gap), 1e-17, np.nan)
+    figure = draw_view(
+        Chart(Axis("t", "1", "1"), at, (Curve("a", "kg", "", "", still),)), ""
+    )
+    assert figure.axes[0].get_ylim() == (-1, 1)
+
+
 def test_the_history_is_a_view_like_any_other(toy):
     chart = tolstat.view("stand", "history", {"crank_difference": 1e-3})
     moved = tolstat.trajectory("stand", {"crank_difference": 1e-3})

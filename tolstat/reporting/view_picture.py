@@ -7,9 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogFormatter
 
 from tolstat.errors import PictureError
-from tolstat.model.view import Band, Chart, Curve, Listing, Panel, Region, View
+from tolstat.model.view import Array, Band, Chart, Curve, Listing, Panel, Region, View
 from tolstat.reporting.picture import COLOURS, mark_level, styled
 from tolstat.reporting.view_table import view_rows, view_scale
 from tolstat.units.scale import Scale
@@ -17,6 +18,13 @@ from tolstat.units.scale import Scale
 WINDOW = "#f2f2f2"
 MOST_ROWS = 60  # of a listing that is drawn
 Handles = list[Line2D | Patch]
+
+
+class _Plain(LogFormatter):
+    """Numbers along a logarithmic axis; pictures read no mathematical markup."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return f"{x:g}" if super().__call__(x, pos) else ""
 
 
 def draw_view(view: View, title: str) -> Figure:
@@ -71,11 +79,15 @@ def _chart(chart: Chart) -> Figure:
         legend.set_in_layout(False)
         if panel.logarithmic:
             axes.set_yscale("log")
+            axes.yaxis.set_major_formatter(_Plain())
+            axes.yaxis.set_minor_formatter(_Plain())
     words = "; ".join(dict.fromkeys(span.words for span in chart.spans if span.words))
     label = along.label(chart.axis.name)
     every[-1].set_xlabel(f"{label} (shaded: {words})" if words else label)
     if chart.axis.logarithmic:
         every[0].set_xscale("log")
+        every[-1].xaxis.set_major_formatter(_Plain())
+        every[-1].xaxis.set_minor_formatter(_Plain())
     places = np.concatenate([at for _, at, _ in chart.parts()] or [chart.at])
     places = places[np.isfinite(places)]
     if len(places) and places.min() < places.max():
@@ -132,9 +144,15 @@ def _draw(
     for level in panel.levels if panel else ():
         line = mark_level(axes, times * level.value, level.words)
         handles += [line] if level.words else []
-    if curves and not any(np.ptp(curve.values) > 0 for curve in curves):
+    if curves and not any(_moves(curve.values) for curve in curves):
         axes.set_ylim(-1, 1)  # nothing moves: no axis of rounding errors
     return handles
+
+
+def _moves(values: Array) -> bool:
+    """Tell whether a curve is more than one value; it may have gaps."""
+    there = values[np.isfinite(values)]
+    return len(there) > 0 and bool(np.ptp(there) > 0)
 
 
 def _scale(curves: list[Curve], others: list[Band | Region]) -> Scale:
