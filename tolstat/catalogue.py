@@ -17,6 +17,7 @@ MACHINES = {
     "stand": ("tolstat.machines.stand.machine", "Stand"),
     "dimension_chain": ("tolstat.machines.dimension_chain.machine", "DimensionChain"),
     "planetary": ("tolstat.machines.planetary.machine", "Planetary"),
+    "elastic_machine": ("tolstat.machines.elastic_machine.machine", "ElasticMachine"),
 }
 GROUP = "tolstat.machines"  # entry points of installed packages
 ANY = "FILE.py:NAME"

@@ -29,6 +29,15 @@ short = {"crank_speed": 60.0, "start_up": 0.02, "settle": 0, "cycles": 1}
 found = tolstat.evaluate("stand", {"rod_difference": [0.0, 1e-4]}, short)
 print(found.to_csv(float_format="%.17g"))
 """
+ELASTIC = """
+import tolstat
+chain = {"inertia": [0.8, 0.6], "stiffness": [1200.0, 900.0], "damping": [1.2, 0.9],
+         "load_torque": [{"time": 0.05, "mass": 2, "torque": -4.0}],
+         "start_up_law": "trapezoidal", "start_up_time": 0.1, "horizon": 0.2,
+         "rtol": 1e-6}
+found = tolstat.evaluate("elastic_machine", {"start_up_time": [0.0, 0.03]}, chain)
+print(found.to_csv(float_format="%.17g"))
+"""
 
 
 def answers(code, **environment):
@@ -41,7 +50,9 @@ def answers(code, **environment):
     return pd.read_csv(io.StringIO(done.stdout), index_col=0)
 
 
-@pytest.mark.parametrize("code", [OSCILLATOR, STAND], ids=["oscillator", "stand"])
+@pytest.mark.parametrize(
+    "code", [OSCILLATOR, STAND, ELASTIC], ids=["oscillator", "stand", "elastic"]
+)
 def test_the_same_answers_without_the_compiler(code):
     compiled = answers(code)
     plain = answers(code, NUMBA_DISABLE_JIT="1")

@@ -1,0 +1,288 @@
+"""The elastic machine integrated: against print, closed forms and SciPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tolstat
+from tests.machines.elastic import CASES, random_machine, solved
+from tolstat.lanes.vector import WIDTH
+from tolstat.machines.elastic_machine.declarations import description_of
+from tolstat.machines.elastic_machine.machine import ElasticMachine
+from tolstat.machines.elastic_machine.modes import left_by_start_up, modes_of
+from tolstat.machines.elastic_machine.settings import Settings
+from tolstat.machines.elastic_machine.start_up import LAWS
+from tolstat.machines.elastic_machine.trials import simulated
+from tolstat.model.settings import make
+
+MODEL = "elastic_machine"
+TIGHT = {"rtol": 1e-10}
+
+
+def settings_of(given):
+    return make(ElasticMachine(), given)
+
+
+def theta(given, times, row=None):
+    """Histories of theta, float64[time, mass]."""
+    settings = settings_of(given)
+    n = len(description_of(settings).contributors)
+    row = np.zeros(n) if row is None else row
+    found = simulated(row[None], settings, np.asarray(times, float))
+    return found.solution.history[0, :, : len(settings.inertia)]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_known_answers(name):
+    """To 1e-8 of the peak at rtol 1e-10."""
+    case = CASES[name]
+    times, answers = case.times, case.answers
+    found = theta({**case.settings, "horizon": 2.5, **TIGHT}, times)
+    peak = np.abs(answers).max()
+    np.testing.assert_allclose(found, answers, atol=1e-8 * peak, rtol=0)
+
+
+def test_the_nominal_machine_is_the_fourth_case():
+    case = CASES["four masses"]
+    default, given = Settings(), settings_of({**case.settings, "horizon": 2.0})
+    assert default == given
+
+
+def test_the_error_falls_with_the_tolerance():
+    case = CASES["four masses"]
+    times, answers = case.times, case.answers
+    errors = []
+    for rtol in (1e-4, 1e-6, 1e-8, 1e-10):
+        found = theta({**case.settings, "horizon": 2.0, "rtol": rtol}, times)
+        errors.append(np.abs(found - answers).max())
+    assert errors[0] > 9 * errors[1] > 81 * errors[2] > 729 * errors[3]
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_any_chain_with_any_damping_and_load(law):
+    """Damping that is not classical, light and heavy; steps at any time and at once."""
+    rng = np.random.default_rng(list(LAWS).index(law) + 20)
+    times = np.linspace(0.0, 1.7, 35)
+    for _ in range(6):
+        machine = random_machine(rng, law)
+        known, peaks = solved(machine, times, step=5e-5)
+        found = theta({**machine, **TIGHT}, times)
+        peak = np.abs(known).max()
+        np.testing.assert_allclose(found, known, atol=1e-8 * peak, rtol=0)
+        row = tolstat.evaluate(MODEL, None, {**machine, **TIGHT, "max_step": 1e-3})
+        n = len(machine["inertia"])
+        scale = np.repeat([peak, peak, peaks[2 * n :].max()], n)
+        # sampled peaks may miss the top by this much
+        np.testing.assert_array_less(
+            np.abs(row.iloc[0, : 3 * n].to_numpy(float) - peaks), 1e-6 * scale
+        )
+
+
+def test_start_ups_that_pass_the_steps_of_the_load():
+    """Each trial has its own order of events; each is the machine by itself."""
+    machine = {
+        "inertia": [0.8, 0.5], "stiffness": [900.0, 700.0], "damping": [3.0, 0.2],
+        "start_up_law": "trapezoidal", "final_speed": 12.0, "start_up_time": 0.5,
+        "load_torque": [
+            {"time": 0.6, "mass": 2, "torque": -5.0},
+            {"time": 0.3, "mass": 1, "torque": 3.0},
+            {"time": 0.5, "mass": 2, "torque": 2.0},
+        ],
+        "horizon": 1.4,
+    }  # fmt: skip
+    shifts = [-0.4, -0.2, -0.1, 0.0, 0.05, 0.1, 0.3]
+    steps = [0.5, -1.0, 0.25]
+    more = {f"load_torque_{i}": step for i, step in enumerate(steps, start=1)}
+    accurate = {**machine, **TIGHT, "max_step": 1e-3}
+    rows = tolstat.evaluate(MODEL, {"start_up_time": shifts, **more}, accurate)
+    for shift, (_, row) in zip(shifts, rows.iterrows(), strict=True):
+        alone = {**machine, "start_up_time": 0.5 + shift}
+        alone["load_torque"] = [
+            {**load, "torque": load["torque"] + more}
+            for load, more in zip(machine["load_torque"], steps, strict=True)
+        ]
+        _, peaks = solved(alone, [], step=5e-5)
+        np.testing.assert_allclose(row.iloc[:6].to_numpy(float), peaks, rtol=2e-6)
+        exact = tolstat.evaluate(MODEL, None, {**alone, **TIGHT, "max_step": 1e-3})
+        # only the scale of its errors differs
+        np.testing.assert_allclose(
+            exact.iloc[0, :10].to_numpy(float), row.iloc[:10].to_numpy(float), rtol=1e-7
+        )
+
+
+def test_a_step_ends_wherever_something_jumps():
+    """Knots of the law too: the trapezoidal jerk has a kink at ninths."""
+    load = [
+        {"time": 0.3, "mass": 1, "torque": 1.0},
+        {"time": 0.0, "mass": 1, "torque": 1.0},
+    ]
+    settings = settings_of({"start_up_law": "trapezoidal", "load_torque": load})
+    shift = np.zeros((2, 15))
+    shift[1, 12] = 0.4
+    marks = simulated(shift, settings).marks
+    knots = np.array([1, 2, 3, 6, 7, 8, 9]) / 9
+    for found, t0 in zip(marks, (0.5, 0.9), strict=True):
+        known = np.sort([0.0, 0.0, 0.3, *(t0 * knots), 2.0])
+        np.testing.assert_allclose(found, known, rtol=1e-15)
+
+
+def test_the_two_masses_have_the_factor_32_15():
+    case = CASES["two masses"]
+    row = tolstat.evaluate(MODEL, None, {**case.settings, **TIGHT}).iloc[0]
+    unit = 2.0 * 10.0 / 800.0
+    assert row["dynamic_factor_2"] == pytest.approx(32 / 15, rel=1e-8)
+    assert row["error_2"] == pytest.approx(16 / 3 * unit, rel=1e-8)
+    # statically -1.5 J eps0/c for the first mass, peak 8/3
+    assert row["dynamic_factor_1"] == pytest.approx(8 / 3 / 1.5, rel=1e-8)
+    assert row["frequency_2"] == pytest.approx(2 * row["frequency_1"], rel=1e-12)
+
+
+def test_a_start_up_of_one_period_leaves_nothing():
+    case = CASES["two masses"]
+    T = 2 * np.pi / np.sqrt(0.5 * 800.0 / 2.0)
+    lasting = {**case.settings, "start_up_time": T, "horizon": 3 * T, **TIGHT}
+    row = tolstat.evaluate(MODEL, None, lasting).iloc[0]
+    assert row["residual_2"] < 1e-8 * row["error_2"]
+    assert row["residual_1"] < 1e-8 * row["error_1"]
+    longer = tolstat.evaluate(MODEL, {"start_up_time": 0.25 * T}, lasting).iloc[0]
+    assert longer["residual_2"] > 0.5 * longer["error_2"]
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_what_is_left_is_the_spectrum_at_the_natural_frequency(law):
+    """One mass without damping: the amplitude omega0 lambda/k, whatever the law."""
+    k, omega0 = 20.0, 6.0
+    one = {
+        "inertia": [0.5], "stiffness": [200.0], "damping": [0.0], "load_torque": [],
+        "start_up_law": law, "final_speed": omega0, "start_up_time": 0.5,
+        "horizon": 6.0, "max_step": 1e-3, **TIGHT,
+    }  # fmt: skip
+    t0 = np.linspace(0.05, 3.0, 23)
+    rows = tolstat.evaluate(MODEL, {"start_up_time": t0 - 0.5}, one)
+    known = omega0 / k * LAWS[law].spectrum(k * t0 / (2 * np.pi))
+    np.testing.assert_allclose(rows["residual_1"], known, atol=2e-8)
+    modes = modes_of(np.array([0.5]), np.array([200.0]), np.zeros(1))
+    left = left_by_start_up(modes, LAWS[law], omega0, t0)[:, 0, 0]
+    np.testing.assert_allclose(left, known, rtol=1e-12)
+
+
+def test_what_is_left_rests_on_where_the_load_holds_it():
+    """Heavily damped and started long ago: only the step of the load is left."""
+    given = {
+        "inertia": [0.5], "stiffness": [2000.0], "damping": [40.0],
+        "start_up_time": 0.4, "horizon": 2.0, "final_speed": 10.0,
+        "load_torque": [{"time": 1.0, "mass": 1, "torque": -30.0}], **TIGHT,
+    }  # fmt: skip
+    row = tolstat.evaluate(MODEL, None, given).iloc[0]
+    # in the moment of the step the mass is off its new rest by all of it
+    assert row["residual_1"] == pytest.approx(30.0 / 2000.0, rel=1e-9)
+
+
+def test_the_load_counts_in_the_factor_until_the_end_of_start_up():
+    """M_end of the dynamic factor: what steps at t0 counts, what steps later not."""
+    one = {"inertia": [0.5], "stiffness": [2000.0], "damping": [4.0], "horizon": 2.0}
+    for time, counts in ((0.0, 1.0), (0.5, 1.0), (0.5000001, 0.0)):
+        load = [{"time": time, "mass": 1, "torque": -10.0}]
+        row = tolstat.evaluate(MODEL, None, {**one, "load_torque": load}).iloc[0]
+        static = (0.5 * 20.0 + counts * 10.0) / 2000.0
+        assert row["dynamic_factor_1"] == pytest.approx(row["error_1"] / static)
+    smooth = {**one, "load_torque": [], "start_up_law": "polynomial"}
+    row = tolstat.evaluate(MODEL, None, smooth).iloc[0]
+    static = 0.5 * 20.0 * 16 / 9 / 2000.0
+    assert row["dynamic_factor_1"] == pytest.approx(row["error_1"] / static)
+
+
+def test_deviations_are_of_what_they_say():
+    """Relative but for time and torque; the final speed is held."""
+    rng = np.random.default_rng(3)
+    settings = Settings()
+    names = [c.name for c in description_of(settings).contributors]
+    assert names[:5] == [
+        "inertia_1",
+        "inertia_2",
+        "inertia_3",
+        "inertia_4",
+        "stiffness_1",
+    ]
+    assert names[12:] == ["start_up_time", "load_torque_1"]
+    deviations = dict(zip(names, rng.uniform(-0.2, 0.2, len(names)), strict=True))
+    row = tolstat.evaluate(MODEL, deviations).iloc[0]
+    given = {
+        part: [
+            value * (1 + deviations[f"{part}_{s}"])
+            for s, value in enumerate(getattr(settings, part), start=1)
+        ]
+        for part in ("inertia", "stiffness", "damping")
+    }
+    given["start_up_time"] = 0.5 + deviations["start_up_time"]
+    torque = -4.0 + deviations["load_torque_1"]
+    given["load_torque"] = [{"time": 0.1, "mass": 4, "torque": torque}]
+    known = tolstat.evaluate(MODEL, None, given).iloc[0]
+    responses = [r.name for r in description_of(settings).responses]
+    np.testing.assert_allclose(
+        row[responses].to_numpy(float), known[responses].to_numpy(float), rtol=1e-6
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_bit_for_bit_the_same_in_any_block(law):
+    settings = settings_of({"start_up_law": law, "rtol": 1e-6})
+    rng = np.random.default_rng(6)
+    n = len(description_of(settings).contributors)
+    deviations = rng.uniform(-0.3, 0.3, (3 * WIDTH + 5, n))
+    deviations[4, 0] = -1.5  # cannot exist
+    machine = ElasticMachine()
+    whole = machine.evaluate(deviations, settings)
+    for rows in (slice(0, 1), slice(3, 8), slice(17, None), slice(None, None, -1)):
+        part = machine.evaluate(deviations[rows], settings)
+        np.testing.assert_array_equal(part.responses, whole.responses[rows])
+        np.testing.assert_array_equal(part.status, whole.status[rows])
+        np.testing.assert_array_equal(part.steps, whole.steps[rows])
+
+
+def test_machines_without_an_answer_say_why():
+    rows = tolstat.evaluate(
+        MODEL,
+        {
+            "inertia_2": [0, -1, 0, 0, 0, 0, 0, 0, 0],
+            "stiffness_1": [0, 0, -1.2, 0, 0, 0, 0, 0, 0],
+            "damping_3": [0, 0, 0, -1.01, 0, 0, -1.0, 0, 0],
+            "start_up_time": [0, 0, 0, 0, -0.5, 1.5, 0, 1.4999, 1.6],
+        },
+    )
+    impossible, late = "cannot exist", "still starting at the horizon"
+    assert list(rows["status"]) == [
+        "done", impossible, impossible, impossible, impossible, late, "done", "done",
+        late,
+    ]  # fmt: skip
+    failed = rows["status"] != "done"
+    assert rows.loc[failed, "error_1"].isna().all()
+    assert rows.loc[failed, "steps"].max() < 100
+
+
+def test_a_machine_that_is_held_by_its_load_has_no_factor():
+    """The load carries the mass along: nothing to refer the peak to."""
+    one = {
+        "inertia": [0.5], "stiffness": [2000.0], "damping": [4.0],
+        "load_torque": [{"time": 0.0, "mass": 1, "torque": 10.0}],
+    }  # fmt: skip
+    rows = tolstat.evaluate(MODEL, {"load_torque_1": [0.0, 1.0]}, one)
+    assert list(rows["status"]) == ["no static error", "done"]
+
+
+def test_many_masses():
+    """Ninety masses: a wave runs along the chain and back."""
+    n, k = 90, np.sqrt(1e4 / 0.1)
+    given = {
+        "inertia": [0.1] * n, "stiffness": [1e4] * n, "damping": [0.0] * n,
+        "load_torque": [{"time": 0.0, "mass": n, "torque": 1.0}], "final_speed": 0.0,
+        "start_up_time": 0.05, "horizon": 0.9 * n / k,
+    }  # fmt: skip
+    row = tolstat.evaluate(MODEL, None, given).iloc[0]
+    # it has not come to the first mass
+    assert row["error_1"] < 1e-3 * row[f"error_{n}"]
+    m = np.arange(1, n + 1)
+    known = 2 * k * np.sin((2 * m - 1) * np.pi / (4 * n + 2)) / (2 * np.pi)
+    found = row[[f"frequency_{i}" for i in m]].to_numpy(float)
+    np.testing.assert_allclose(found, known, rtol=1e-10)

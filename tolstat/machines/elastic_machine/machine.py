@@ -1,0 +1,118 @@
+"""The elastic machine as a model: deviations of its parts in, responses out."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.machines.elastic_machine import views
+from tolstat.machines.elastic_machine.declarations import description_of
+from tolstat.machines.elastic_machine.history import chart_of
+from tolstat.machines.elastic_machine.settings import Settings
+from tolstat.machines.elastic_machine.trials import FAILURES, outcome_of, simulated
+from tolstat.model.contract import History, Model, Outcome, closer
+from tolstat.model.description import Description
+from tolstat.model.view import View
+
+Array = NDArray[np.float64]
+
+
+class ElasticMachine(Model):
+    """A chain of masses on springs, started by a programmed motion."""
+
+    name = "elastic_machine"
+    title = "elastic transmission: a chain of masses started by a programmed motion"
+    settings = Settings
+    integrates = True
+    failures = FAILURES
+    views = views.OFFERS
+    assumptions = (
+        "Dormand-Prince 5(4), with a step of its own for each machine, restarted "
+        "wherever acceleration or load step; rtol bounds the error of each step on "
+        "each state's scale, max_step its length.",
+        "The drive keeps to the programmed motion, whatever it takes; the final speed "
+        "is reached exactly.",
+        "Springs are linear and have no mass; damping is proportional to their rate of "
+        "twist, and need not be classical; there is no backlash.",
+        "The machine is at rest and without load before t = 0.",
+        "Peak torques are elastic ones, without damping.",
+    )
+
+    def describe(self, settings: Settings) -> Description:
+        """List contributors and responses: so many as there are masses and steps.
+
+        Parameters
+        ----------
+        settings : Settings
+            The chain and its load.
+        """
+        return description_of(settings)
+
+    def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
+        """Simulate one machine for each row of deviations.
+
+        Parameters
+        ----------
+        deviations : float64[trial, contributor]
+            SI, relative ones as fractions, in the order of `describe`.
+        settings : Settings
+            The nominal machine, its start-up and load, horizon and accuracy.
+
+        Returns
+        -------
+        Outcome
+            The responses; which trials failed, and why; status and steps.
+        """
+        return outcome_of(simulated(deviations, settings), settings)
+
+    def history(self, deviations: Array, settings: Settings, step: float) -> History:
+        """Simulate one machine and tell how it moved.
+
+        Parameters
+        ----------
+        deviations : float64[contributor]
+            SI, in the order of `describe`.
+        settings : Settings
+            The nominal machine, its start-up and load, horizon and accuracy.
+        step : float
+            Time between two samples, s.
+        """
+        time = np.linspace(0.0, settings.horizon, 1 + round(settings.horizon / step))
+        trials = simulated(deviations[None, :], settings, time)
+        chart = chart_of(
+            time,
+            trials.solution.history[0],
+            trials.marks[0],
+            trials.machines[0],
+            settings,
+        )
+        return History(chart, outcome_of(trials, settings))
+
+    def tightened(self, settings: Settings) -> Settings:
+        """Return settings whose rtol is a thousand times smaller.
+
+        Parameters
+        ----------
+        settings : Settings
+            Not changed.
+        """
+        tight: Settings = closer(settings)
+        return tight
+
+    def view(self, name: str, deviations: Array, settings: Settings) -> View:
+        """Show spectrum, residual vibration or modes.
+
+        Parameters
+        ----------
+        name : str
+            One of `views`.
+        deviations : float64[machine, contributor]
+            SI: the machine that is shown, then others for the band.
+        settings : Settings
+            Of all of them.
+        """
+        if name == "spectrum":
+            return views.spectrum(deviations, settings)
+        if name == "residual":
+            return views.residual(deviations, settings)
+        return views.listed(deviations, settings)

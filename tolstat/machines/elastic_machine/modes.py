@@ -1,0 +1,143 @@
+"""Natural frequencies and shapes of the chain, and what the start-up leaves in each.
+
+References
+----------
+Yu. A. Semenov, N. S. Semenova, Transient processes in an elastic machine (2024, in
+Russian); equation numbers are the paper's. In alpha, beta, gamma it prints h_s for h_m.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.machines.elastic_machine.start_up import Law
+
+Array = NDArray[np.float64]
+
+
+class Modes(NamedTuple):
+    """The modes of each machine, k_m ascending, float64[..., mode] but for two.
+
+    Attributes
+    ----------
+    k : natural frequency without damping, rad/s.
+    h : float64[..., mode, mass], shape; 1 at the first mass.
+    alpha, beta, gamma : modal mass, damping, stiffness, h^T I h, h^T B h, h^T C h.
+    g : h^T I 1, kg m2.
+    rho : float64[..., mode, mass], g_m h_ms/gamma_m, s2: what mode m adds to the static
+        error of mass s at 1 rad/s2, (10).
+    zeta : damping ratio beta_m k_m/(2 gamma_m).
+    """
+
+    k: Array
+    h: Array
+    alpha: Array
+    beta: Array
+    gamma: Array
+    g: Array
+    rho: Array
+    zeta: Array
+
+
+def of_springs(values: Array) -> Array:
+    """Return the matrix of springs in a row, C of c or B of b.
+
+    Parameters
+    ----------
+    values : float64[..., mass]
+        Of the spring before each mass; the first is held by the programmed shaft.
+
+    Returns
+    -------
+    float64[..., mass, mass]
+        Symmetric, with three diagonals.
+    """
+    n = values.shape[-1]
+    found = np.zeros((*values.shape, n))
+    every, inner = np.arange(n), np.arange(n - 1)
+    found[..., every, every] = values
+    found[..., inner, inner] += values[..., 1:]
+    found[..., inner, inner + 1] = found[..., inner + 1, inner] = -values[..., 1:]
+    return found
+
+
+def natural_frequencies(J: Array, c: Array) -> Array:
+    """Return k_m without damping, ascending, rad/s.
+
+    Parameters
+    ----------
+    J, c : float64[..., mass]
+        Moments of inertia, kg m2; stiffness of the spring before each mass, N m/rad.
+
+    Returns
+    -------
+    float64[..., mode]
+        Each machine by itself: bitwise the same among any others.
+    """
+    descending = np.linalg.svd(_root(J, c), compute_uv=False)
+    return np.asarray(descending[..., ::-1], np.float64)
+
+
+def _root(J: Array, c: Array) -> Array:
+    """Return R, R R^T = I^-1/2 C I^-1/2: its singular values are the k_m.
+
+    It has two diagonals: sqrt(c_s/J_s), and -sqrt(c_s/J_(s-1)) above. Nothing is
+    squared, so slow modes beside fast ones keep their digits.
+    """
+    n = J.shape[-1]
+    every, inner = np.arange(n), np.arange(n - 1)
+    found = np.zeros((*J.shape, n))
+    found[..., every, every] = np.sqrt(c / J)
+    found[..., inner, inner + 1] = -np.sqrt(c[..., 1:] / J[..., :-1])
+    return found
+
+
+def modes_of(J: Array, c: Array, b: Array) -> Modes:
+    """Return the modes of chains.
+
+    Parameters
+    ----------
+    J, c, b : float64[..., mass]
+        Moments of inertia; stiffness and damping of the spring before each mass; SI.
+    """
+    vectors, descending, _ = np.linalg.svd(_root(J, c))
+    k = descending[..., ::-1]
+    h = np.swapaxes(vectors, -1, -2)[..., ::-1, :] / np.sqrt(J)[..., None, :]
+    h = h / h[..., :1]  # never zero: a still first mass would hold all of them
+    alpha = (h * h * J[..., None, :]).sum(axis=-1)
+    gamma = k * k * alpha
+    beta = np.einsum("...ms,...sr,...mr->...m", h, of_springs(b), h)
+    g = (h * J[..., None, :]).sum(axis=-1)
+    rho = (g / gamma)[..., None] * h
+    return Modes(k, h, alpha, beta, gamma, g, rho, beta * k / (2.0 * gamma))
+
+
+def left_by_start_up(modes: Modes, law: Law, omega0: float, t0: Array) -> Array:
+    """Return the amplitude in which each mode of an undamped machine is left.
+
+    |rho_s^(m)| k_m times |integral of phi0'' e^(-j k_m t)| = |omega0| lambda, for the
+    constant acceleration 2 eps0 |rho_s^(m)| |sin(k_m t0/2)|.
+
+    Parameters
+    ----------
+    modes : Modes
+        Of one machine.
+    law : Law
+        Of the start-up.
+    omega0 : float
+        Speed after start-up, rad/s.
+    t0 : float64[time]
+        Start-up times, s.
+
+    Returns
+    -------
+    float64[time, mode, mass]
+        rad. Of all modes together their sum is reached where they meet; never more.
+    """
+    periods = np.multiply.outer(t0, modes.k) / (2.0 * np.pi)
+    share = abs(omega0) * law.spectrum(periods) * modes.k
+    found: Array = share[:, :, None] * np.abs(modes.rho)
+    return found

@@ -1,0 +1,141 @@
+"""Equations of motion of the chain, once: in NumPy, for any number of masses.
+
+    I theta'' + B theta' + C theta = -I 1 phi0'' + M(t),  theta(0) = theta'(0) = 0
+
+theta_s is the twist of mass s against the programmed motion phi0(t). B is not
+diagonalised, so the damping may be any. M steps at given times, so C^-1 M is known
+beforehand, and C theta - M = C (theta - C^-1 M): each spring is wound up from where it
+would rest. Rows are of masses; called on arrays [row, lane] the equations run in NumPy,
+compiled they run in registers.
+
+References
+----------
+Yu. A. Semenov, N. S. Semenova, Transient processes in an elastic machine (2024, in
+Russian): (1) for one mass, and what (7) is made of for a chain. In (7) phi0' is a
+misprint of phi0''.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+
+
+class Moment(NamedTuple):
+    """When: the time and the phase of the trial."""
+
+    t: Array  # s
+    phase: Array
+
+
+class StartUp(NamedTuple):
+    """The start-up of each machine, each float64[lanes]."""
+
+    law: Array  # number in `start_up.LAWS`, the same in all machines
+    eps0: Array  # rad/s2
+    per_t0: Array  # 1/s
+    ended: Array  # phase from which it is over
+
+
+HEAD = len(StartUp._fields)  # these parameters come first
+
+
+class Chain(NamedTuple):
+    """The parts of each machine, each float64[mass, lanes]."""
+
+    per_J: Array  # 1/(kg m2)
+    c: Array  # N m/rad, of the spring before the mass
+    b: Array  # N m s/rad, likewise
+
+
+def acceleration(f: Array, phase: Array, start_up: StartUp) -> Array:
+    """Return phi0'', rad/s2, from f of the start-up law, each float64[lanes].
+
+    The phase decides, not the time: a step that lands on the end of the start-up still
+    sees the acceleration before it.
+    """
+    return np.where(phase < start_up.ended, start_up.eps0 * f, 0.0)
+
+
+def static_deflection(phase: Array, steps: Array, out: Array) -> None:
+    """Fill C^-1 M(t).
+
+    Parameters
+    ----------
+    phase : float64[lanes]
+        Of each machine.
+    steps : float64[row, lanes]
+        For each step of the load the phase from which it acts, then what it deflects
+        each mass by, rad.
+    out : float64[mass, lanes]
+        Filled, rad.
+    """
+    n = len(out)
+    for s in range(n):
+        deflection = 0.0 * phase
+        for i in range(len(steps) // (n + 1)):
+            row = i * (n + 1)
+            acts = phase >= steps[row]
+            deflection = deflection + np.where(acts, steps[row + 1 + s], 0.0)
+        out[s] = deflection
+
+
+def derivative(
+    phi0__: Array, theta: Array, theta_: Array, static: Array, chain: Chain, out: Array
+) -> None:
+    """Fill theta' and theta''.
+
+    Parameters
+    ----------
+    phi0__ : float64[lanes]
+        Programmed acceleration, rad/s2.
+    theta, theta_, static : float64[mass, lanes]
+        rad, rad/s; the static deflection C^-1 M, rad.
+    chain : Chain
+        Its parts.
+    out : float64[2 masses, lanes]
+        Filled: rad/s, then rad/s2.
+    """
+    n = len(static)
+    # outwards: the torque of the spring before each mass, and of the one behind it
+    wound = theta[0] - static[0]
+    before = chain.c[0] * wound + chain.b[0] * theta_[0]
+    out[0] = theta_[0]
+    for s in range(1, n):
+        wound_here = theta[s] - static[s]
+        turning = theta_[s] - theta_[s - 1]
+        behind = chain.c[s] * (wound_here - wound) + chain.b[s] * turning
+        out[n + s - 1] = chain.per_J[s - 1] * (behind - before) - phi0__
+        out[s] = theta_[s]
+        wound, before = wound_here, behind
+    out[n + n - 1] = -chain.per_J[n - 1] * before - phi0__
+
+
+def loads(over: Truths, theta: Array, static: Array, chain: Chain, out: Array) -> None:
+    """Fill what has peaks.
+
+    Parameters
+    ----------
+    over : bool[lanes]
+        Whether the start-up is.
+    theta, static : float64[mass, lanes]
+        rad; the static deflection may lie in the second third of `out`.
+    chain : Chain
+        Its parts.
+    out : float64[3 masses, lanes]
+        Filled: theta, rad; after start-up what is left of it beside the static
+        deflection, rad; elastic torque of the spring before each mass, N m.
+    """
+    n = len(static)
+    twist = theta[0]
+    for s in range(n):
+        if s > 0:
+            twist = theta[s] - theta[s - 1]
+        out[s] = theta[s]
+        out[n + s] = np.where(over, theta[s] - static[s], 0.0)
+        out[2 * n + s] = chain.c[s] * twist

@@ -1,0 +1,160 @@
+"""The machine as built: chains and their events, from the deviations of their parts."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.machines.elastic_machine.modes import natural_frequencies
+from tolstat.machines.elastic_machine.settings import Settings
+from tolstat.machines.elastic_machine.start_up import LAWS
+
+Array = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+
+
+class Chains(NamedTuple):
+    """Machines by the paper's letters, SI."""
+
+    J: Array  # [trial, mass]
+    c: Array  # [trial, mass], of the spring before it
+    b: Array  # [trial, mass], likewise
+    t0: Array  # [trial]
+    M: Array  # [trial, step of the load]
+    exists: Truths  # [trial]; the rows of others hold the nominal machine
+    ends: Truths  # [trial]: its start-up, within the horizon
+
+
+def build(deviations: Array, settings: Settings) -> Chains:
+    """Build machines from the deviations of their parts.
+
+    Parameters
+    ----------
+    deviations : float64[trial, contributor]
+        SI, relative ones as fractions, in the order of `description_of`.
+    settings : Settings
+        The nominal machine.
+    """
+    n = len(settings.inertia)
+    J = np.array(settings.inertia) * (1.0 + deviations[:, :n])
+    c = np.array(settings.stiffness) * (1.0 + deviations[:, n : 2 * n])
+    b = np.array(settings.damping) * (1.0 + deviations[:, 2 * n : 3 * n])
+    t0 = settings.start_up_time + deviations[:, 3 * n]
+    torque = [step["torque"] for step in settings.load_torque]
+    M = np.array(torque, float) + deviations[:, 3 * n + 1 :]
+
+    exists = ((J > 0) & (c > 0) & (b >= 0)).all(axis=1) & (t0 > 0)
+    ends = t0 < settings.horizon
+    # an eigenvalue problem and marks are made of every row
+    kept = exists[:, None]
+    return Chains(
+        np.where(kept, J, settings.inertia),
+        np.where(kept, c, settings.stiffness),
+        np.where(kept, b, settings.damping),
+        np.where(exists, t0, settings.start_up_time),
+        M,
+        exists,
+        ends,
+    )
+
+
+def static_deflection(c: Array, M: Array) -> Array:
+    """Return C^-1 M: each spring carries all torques from its mass outwards.
+
+    Parameters
+    ----------
+    c, M : float64[trial, mass]
+        Stiffness of the spring before each mass, torque on each mass; SI.
+    """
+    carried = np.cumsum(M[:, ::-1], axis=1)[:, ::-1]
+    return np.cumsum(carried / c, axis=1)
+
+
+def of_unit_torque(c: Array, mass: int) -> Array:
+    """Return float64[trial, mass]: C^-1 of 1 N m on one mass, counted from 1."""
+    M = np.zeros_like(c)
+    M[:, mass - 1] = 1.0
+    return static_deflection(c, M)
+
+
+def deflection_at_start_up(chains: Chains, settings: Settings) -> Array:
+    """Return C^-1(-I 1 eps_max + M_end), float64[trial, mass].
+
+    M_end are the torques at the end of start-up; one that steps in that very moment
+    counts.
+    """
+    greatest = LAWS[settings.start_up_law].greatest
+    eps_max = greatest * settings.final_speed / chains.t0
+    found = static_deflection(chains.c, -chains.J * eps_max[:, None])
+    for i, step in enumerate(settings.load_torque):
+        acts = np.where(step["time"] <= chains.t0, chains.M[:, i], 0.0)
+        found = found + acts[:, None] * of_unit_torque(chains.c, step["mass"])
+    return found
+
+
+class Events(NamedTuple):
+    """When something changes, in the order in which it does in each trial."""
+
+    marks: Array  # [trial, mark], s: start, events, horizon
+    ended: Array  # [trial]: the phase from which the start-up is over
+    begun: Array  # [trial, step of the load]: the phase from which it acts
+
+
+def events_of(chains: Chains, settings: Settings) -> Events:
+    """Sort knots and end of the start-up and the steps of the load, trial by trial.
+
+    A start-up that lasts longer may pass the time of a step: so each trial keeps which
+    phase (number of the last mark passed) each of its events begins.
+    """
+    parts = (*LAWS[settings.start_up_law].knots, 1.0)
+    # a start-up that does not end has no answer; its marks end with the horizon
+    own = np.minimum(chains.t0[:, None] * np.array(parts), settings.horizon)
+    steps = [step["time"] for step in settings.load_torque]
+    given = np.broadcast_to(np.array(steps, float), (len(own), len(steps)))
+    times = np.hstack([own, given])
+    order = np.argsort(times, axis=1, kind="stable")
+    phase = np.empty_like(times)
+    np.put_along_axis(phase, order, 1.0 + np.arange(times.shape[1])[None], axis=1)
+    ordered = np.take_along_axis(times, order, axis=1)
+    edge = np.zeros((len(own), 1))
+    marks = np.hstack([edge, ordered, edge + settings.horizon])
+    return Events(marks, phase[:, len(parts) - 1], phase[:, len(parts) :])
+
+
+def rows_of(chains: Chains, events: Events, settings: Settings) -> Array:
+    """Return float64[trial, parameter], as the equations of motion read them.
+
+    First what `motion.StartUp` names, then 1/J, c and b of each mass, then of each
+    step of the load its phase and the static deflection of each mass.
+    """
+    # no machine: it ends as "not finite", after no motion
+    one = np.where(chains.exists & chains.ends, 1.0, np.nan)
+    start_up = (
+        np.full_like(one, settings.law),
+        one * settings.final_speed / chains.t0,
+        one / chains.t0,
+        events.ended,
+    )
+    rows = [np.stack(start_up, axis=1), 1.0 / chains.J, chains.c, chains.b]
+    for i, step in enumerate(settings.load_torque):
+        deflection = chains.M[:, i : i + 1] * of_unit_torque(chains.c, step["mass"])
+        rows += [events.begun[:, i : i + 1], deflection]
+    return np.hstack(rows)
+
+
+def scale_of(settings: Settings) -> Array:
+    """Return float64[state]: the size that each state's error is measured by.
+
+    Deflections by the nominal static ones, greatest acceleration and all steps of the
+    load added up; speeds by these times the lowest natural frequency, rad/s.
+    """
+    J, c = np.array([settings.inertia]), np.array([settings.stiffness])
+    greatest = LAWS[settings.start_up_law].greatest
+    eps_max = greatest * abs(settings.final_speed) / settings.start_up_time
+    scale = static_deflection(c, J * eps_max)
+    for step in settings.load_torque:
+        scale = scale + abs(step["torque"]) * of_unit_torque(c, step["mass"])
+    k = natural_frequencies(J, c)[0]
+    return np.concatenate([scale[0], k[0] * scale[0]])

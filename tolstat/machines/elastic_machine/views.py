@@ -1,0 +1,242 @@
+"""What a chain can show beside its histories: spectrum, residual vibration, modes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.errors import ModelError
+from tolstat.machines.elastic_machine.modes import Modes, left_by_start_up, modes_of
+from tolstat.machines.elastic_machine.parameters import Chains, build
+from tolstat.machines.elastic_machine.settings import Settings
+from tolstat.machines.elastic_machine.start_up import LAWS, Law
+from tolstat.machines.elastic_machine.trials import simulated
+from tolstat.model.view import (
+    Axis,
+    Band,
+    Chart,
+    Curve,
+    Listing,
+    Mark,
+    Offer,
+    Panel,
+    Span,
+)
+
+Array = NDArray[np.float64]
+
+MACHINES = 100  # with deviations, for bands
+RULE = 5.0, 10.0  # periods of the first mode that the paper asks for
+LOOKED = 3.0  # periods after the longest start-up
+POINTS = 40  # start-ups integrated, beside the closed form
+
+OFFERS = (
+    Offer("spectrum", "spectrum of the start-up law, and where the modes lie on it"),
+    Offer(
+        "residual",
+        "vibration left by start-ups of any length, without load",
+        machines=MACHINES,
+    ),
+    Offer("modes", "natural frequencies, damping and shapes"),
+)
+
+
+def existing(deviations: Array, settings: Settings) -> Chains:
+    """Build machines for a view, of which the first is shown.
+
+    Raises
+    ------
+    ModelError
+        If that one cannot exist.
+    """
+    chains = build(deviations, settings)
+    if not chains.exists[0]:
+        raise ModelError(
+            "this machine cannot exist: inertias, stiffnesses and the start-up time "
+            "are above 0, damping not below"
+        )
+    return chains
+
+
+def zeros_of(law: Law, longest: float) -> Array:
+    """Return where lambda is zero, up to so many periods in the start-up."""
+    if not law.zeros:
+        return np.array([])
+    first, distance = law.zeros
+    return np.arange(first, longest * (1.0 + 1e-9), distance)
+
+
+def off_zeros(longest: float) -> Array:
+    """Return periods in the start-up that are no zeros, for a logarithmic axis."""
+    return 0.005 + 0.01 * np.arange(int(100.0 * longest), dtype=np.float64)
+
+
+def spectrum(deviations: Array, settings: Settings) -> Chart:
+    """Show lambda(rho), rho the periods in the start-up, and the modes on it.
+
+    Parameters
+    ----------
+    deviations : float64[machine, contributor]
+        SI; the first is shown.
+    settings : Settings
+        Of the machine.
+    """
+    chains = existing(deviations, settings)
+    law, printed = LAWS[settings.start_up_law], LAWS["constant"]
+    own = modes_of(*chains[:3]).k[0] * chains.t0[0] / (2.0 * np.pi)
+    longest = max(RULE[1], 1.1 * own[-1])
+    rho = off_zeros(longest)
+    zeros = zeros_of(law, longest)
+
+    def curve(name: str, words: str, values: Array, at: Array | None = None) -> Curve:
+        points = at is not None
+        return Curve(name, "1", "lambda", words, values, at, "1", points)
+
+    curves = [
+        curve("lambda", f"share of the final speed: {law.sentence}", law.spectrum(rho))
+    ]
+    if law is not printed:
+        values = printed.spectrum(rho)
+        curves.append(curve("constant", "the same: constant acceleration", values))
+    curves.append(curve("modes", "of this machine", law.spectrum(own), own))
+    if len(zeros):
+        curves.append(curve("zeros", "nothing is left", 0.0 * zeros, zeros))
+    names = tuple(each.name for each in curves)
+    above_zero = tuple(name for name in names if name != "zeros")
+    return Chart(
+        Axis("periods in the start-up", "1", "1"),
+        rho,
+        tuple(curves),
+        panels=(
+            Panel(f"Spectrum: {law.sentence}", names),
+            Panel("", above_zero, logarithmic=True),
+        ),
+    )
+
+
+def residual(deviations: Array, settings: Settings) -> Chart:
+    """Show the vibration of the last mass after start-ups of any length.
+
+    Parameters
+    ----------
+    deviations : float64[machine, contributor]
+        SI; the first is shown, the others open the band.
+    settings : Settings
+        Of the machines.
+
+    Returns
+    -------
+    Chart
+        In closed form the amplitudes of all modes added up, without damping; points:
+        the residual integrated, with damping. Both without load.
+    """
+    if settings.final_speed == 0:
+        raise ModelError("final_speed = 0: there is no start-up to leave a vibration")
+    chains = existing(deviations, settings)
+    law, omega0 = LAWS[settings.start_up_law], settings.final_speed
+    modes = modes_of(chains.J, chains.c, chains.b)
+    T_1 = 2.0 * np.pi / modes.k[0, 0]
+    t0 = T_1 * off_zeros(RULE[1])
+
+    def left(machine: int, t0: Array) -> Array:
+        one = Modes(*(each[machine] for each in modes))
+        of_last: Array = left_by_start_up(one, law, omega0, t0)[:, :, -1].sum(axis=1)
+        return of_last
+
+    at, integrated = residual_integrated(deviations[0], settings, T_1)
+    zeros = T_1 * zeros_of(law, RULE[1])
+
+    def curve(name: str, words: str, values: Array, at: Array | None = None) -> Curve:
+        return Curve(name, "rad", "theta", words, values, at, points=at is not None)
+
+    curves = [
+        curve("undamped", "modes added up, undamped", left(0, t0)),
+        curve("integrated", "with damping", integrated, at),
+    ]
+    if len(zeros):
+        curves.append(curve("zeros of mode 1", "undamped", 0.0 * zeros, zeros))
+    marks: tuple[Mark, ...] = ()
+    if t0[0] <= (own := chains.t0[0]) <= t0[-1]:
+        here = float(left(0, np.array([own]))[0])
+        marks = (Mark("undamped", float(own), here, "as set"),)
+    bands: tuple[Band, ...] = ()
+    if others := [left(i, t0) for i in np.flatnonzero(chains.exists)[1:]]:
+        lower, upper = np.min(others, axis=0), np.max(others, axis=0)
+        bands = (Band("tolerances", "rad", lower, upper),)
+    above_zero = ("undamped", "integrated", *(band.name for band in bands))
+    names = (*above_zero, *(each.name for each in curves[2:]))
+    return Chart(
+        Axis("start-up time", "s"),
+        t0,
+        tuple(curves),
+        bands,
+        marks,
+        spans=(Span(RULE[0] * T_1, RULE[1] * T_1, "5 to 10 periods of mode 1"),),
+        panels=(
+            Panel(f"Residual {len(settings.inertia)}", names),
+            Panel("", above_zero, logarithmic=True),
+        ),
+    )
+
+
+def residual_integrated(
+    machine: Array, settings: Settings, T_1: float
+) -> tuple[Array, Array]:
+    """Integrate one machine with start-ups of many lengths, without load.
+
+    Returns
+    -------
+    tuple of float64[point]
+        Start-up times, s, and the residual of the last mass, rad.
+    """
+    n = len(settings.inertia)
+    t0 = T_1 * np.linspace(0.25, RULE[1], POINTS)
+    alone = replace(
+        settings,
+        load_torque=(),
+        start_up_time=T_1,
+        horizon=(RULE[1] + LOOKED) * T_1,
+    )
+    deviations = np.tile(machine[: 3 * n + 1], (POINTS, 1))
+    deviations[:, 3 * n] = t0 - T_1
+    solution = simulated(deviations, alone).solution
+    last = 2 * n - 1
+    return t0, np.maximum(solution.greatest[:, last], -solution.least[:, last])
+
+
+def listed(deviations: Array, settings: Settings) -> Listing:
+    """List the modes of a machine.
+
+    Parameters
+    ----------
+    deviations : float64[machine, contributor]
+        SI; the first is shown.
+    settings : Settings
+        Of the machine.
+    """
+    chains = existing(deviations, settings)
+    modes = modes_of(chains.J[0], chains.c[0], chains.b[0])
+    law, n = LAWS[settings.start_up_law], len(modes.k)
+    periods = modes.k * chains.t0[0] / (2.0 * np.pi)
+    last = modes.rho[:, -1]
+    heads = (
+        Axis("mode", "1", "count"),
+        Axis("frequency", "Hz"),
+        Axis("damping ratio", "1"),
+        Axis("periods in the start-up", "1", "1"),
+        Axis("lambda", "1", "1"),
+        Axis(f"share of static error {n}", "1"),
+        *(Axis(f"shape {s}", "1", "1") for s in range(1, n + 1)),
+    )
+    columns = (
+        np.arange(1.0, n + 1.0),
+        modes.k / (2.0 * np.pi),
+        modes.zeta,
+        periods,
+        law.spectrum(periods),
+        last / last.sum(),
+        *modes.h.T,
+    )
+    return Listing(heads, columns, "a mode; damping ratio as if damping were classical")
