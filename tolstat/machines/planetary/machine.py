@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.deviations.spread import Spread
 from tolstat.machines.planetary.declarations import description_of
 from tolstat.machines.planetary.design import design_of
 from tolstat.machines.planetary.settings import Settings
@@ -16,7 +19,7 @@ from tolstat.machines.planetary.tolerances import (
 )
 from tolstat.machines.planetary.views import OFFERS, designs_listing, existence_chart
 from tolstat.model.contract import Model, Outcome
-from tolstat.model.description import Description
+from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import View
 
 Array = NDArray[np.float64]
@@ -82,6 +85,29 @@ class Planetary(Model):
             backlash(tuple(E), da, design),
         )
         return Outcome(np.stack(responses, axis=1))
+
+    def numbers(
+        self, settings: Settings, spreads: Mapping[str, Spread]
+    ) -> tuple[StudyNumber, ...]:
+        """Return what the gear is as designed.
+
+        Parameters
+        ----------
+        settings : Settings
+            The gear and its load.
+        spreads : mapping of str to Spread
+            Not used: tolerances do not change it.
+        """
+        design = design_of(settings)
+        F = 2 * settings.torque / design.dw1 / settings.satellites
+        return (
+            StudyNumber("ratio", "1", design.ratio, "wheel 1 to carrier", "1"),
+            StudyNumber("D", "1", design.D, "dw2 / dw3", "1"),
+            StudyNumber("helix_2", "rad", design.b2, "helix angle of wheel 2", "deg"),
+            StudyNumber("helix_3", "rad", design.b3, "helix angle of wheel 3", "deg"),
+            StudyNumber("centre_distance", "m", design.a, "of both pairs of wheels"),
+            StudyNumber("satellite_force", "N", F, "of each where all share equally"),
+        )
 
     def view(self, name: str, deviations: Array, settings: Settings) -> View:
         """Show gears of the kind, or where they exist.
