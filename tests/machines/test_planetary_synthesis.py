@@ -221,7 +221,7 @@ def test_nothing_found_is_an_empty_table_with_all_columns():
         ({"ratio": 0.5}, "ratio 0.5: the scheme AI has ratios above 1"),
         ({"scheme": "AA"}, "ratio 7: the scheme AA has ratios below 1 and not 0"),
         ({"scheme": "II", "ratio": 0}, "below 1 and not 0"),
-        ({"ratio": math.nan}, "ratio nan"),
+        ({"ratio": math.nan}, "ratio = nan"),
         ({"ratio": 300}, "ratio 300: .* from 1.6.* to 27.*; widen them"),
         ({"ratio_tolerance": -0.1}, "ratio_tolerance = -0.1: 0 or more"),
         ({"z1": (26, 17)}, r"z1 = \(26, 17\): fewest and most teeth"),

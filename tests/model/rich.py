@@ -119,7 +119,7 @@ class Rich(Model):
             failed={"cuts air": total > 2.4e-4, "cannot be mounted": first < -1.4e-4},
         )
 
-    def numbers(self, settings, spreads):
+    def numbers(self, settings, spreads, *, independent=True):
         sigma = float(np.sqrt(sum(each.sigma**2 for each in spreads.values())))
         return (
             StudyNumber("rss_stress", "Pa", 1e11 * sigma, "sigma", of="stress"),

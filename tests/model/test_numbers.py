@@ -71,12 +71,15 @@ def test_a_grid_has_none_of_its_own(tmp_path):
         ([StudyNumber("a", "m", 1.0)] * 2, "has no name of its own"),
         ([StudyNumber("", "m", 1.0)], "has no name of its own"),
         ([StudyNumber("a", "m", 1.0, of="stress")], "no response stress has its unit"),
+        ([StudyNumber("a/b", "m", 1.0)], "has no name of its own"),
+        ([StudyNumber("a", "m", np.ones(3))], "is no number"),
+        ([StudyNumber("a", "m", 1.0, None)], "are no texts"),
         ([3.0], "numbers fails"),
     ],
 )
 def test_wrong_ones_are_refused_by_name(numbers, words):
     class Wrong(Rich):
-        def numbers(self, settings, spreads):
+        def numbers(self, settings, spreads, *, independent=True):
             return numbers
 
     with pytest.raises(ModelError, match=words):

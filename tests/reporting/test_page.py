@@ -198,7 +198,7 @@ def test_the_page_has_its_parts_in_order(report):
     places = [one.index(part) for part in parts]
     assert places == sorted(places)
     assert "with 95 % certainty at most" in one and "bounds no other's" in one
-    assert "no probability" in one and "linear thinking fails" in one
+    assert "no probability" in one and "root sum square fails" in one
     for words in ("tolstat trial mill.h5", "smooth functions", "normal, +-1.2 mm"):
         assert words in report.text
     assert "source digest" in report.text and "[deviations]" in report.text

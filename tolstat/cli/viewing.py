@@ -10,6 +10,7 @@ from tolstat.asking.view import view_of
 from tolstat.cli.interrupting import leave_on_interrupt
 from tolstat.cli.showing import print_table, screen
 from tolstat.model.checked import offers
+from tolstat.model.view import Listing
 from tolstat.reporting.making import check_view_ending, save_view
 from tolstat.reporting.view_table import view_rows
 from tolstat.study.study import load
@@ -44,7 +45,9 @@ def show_view(path: Path, name: str, output: Path | None) -> None:
         return
     heads, rows = view_rows(view)
     chosen = np.unique(np.linspace(0, len(rows) - 1, MOST_ROWS).astype(int))
-    shown = [rows[i] for i in chosen] if rows else []
+    if isinstance(view, Listing):  # its first rows are those that matter
+        chosen = np.arange(MOST_ROWS)
+    shown = [rows[i] for i in chosen if i < len(rows)]
     cells = [list(row[:MOST_COLUMNS]) for row in shown]
     print_table(title, heads[:MOST_COLUMNS], cells, wide=True)
     if len(shown) < len(rows) or len(heads) > MOST_COLUMNS:

@@ -47,5 +47,6 @@ def spread_of(distribution: Distribution) -> Spread:
     weight /= trapezoid(weight, z)
     x = distribution.deviations(ndtr(z))
     mean = float(trapezoid(weight * x, z))
-    sigma = math.sqrt(trapezoid(weight * (x - mean) ** 2, z))
+    size = max(float(np.abs(x - mean).max()), 1e-300)  # squares neither over nor under
+    sigma = size * math.sqrt(trapezoid(weight * ((x - mean) / size) ** 2, z))
     return Spread(float(zone[0]), float(zone[1]), mean, sigma)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat import catalogue
+from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.spread import spread_of
 from tolstat.model.checked import numbers_of
 from tolstat.model.description import StudyNumber
@@ -93,7 +94,8 @@ def _numbers(study: Study) -> tuple[StudyNumber, ...]:
     if study.points:
         return ()
     spreads = {n: spread_of(d) for n, d in study.deviating.distributions.items()}
-    return numbers_of(study.model, study.settings, spreads)
+    alone = study.deviating.dependence == Dependence()
+    return numbers_of(study.model, study.settings, spreads, independent=alone)
 
 
 def assumed_of(deviating: Deviations) -> dict[str, Assumed]:
@@ -104,6 +106,10 @@ def assumed_of(deviating: Deviations) -> dict[str, Assumed]:
         batch = deviating.dependence.batches.get(name)
         alike = batch.name if batch and batch.share == 1 else ""
         found[name] = Assumed(
-            (spread.lower, spread.upper), deviating.words[name], alike
+            (spread.lower, spread.upper),
+            deviating.words[name],
+            alike,
+            spread.mean,
+            spread.sigma,
         )
     return found

@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 # what a run file and a frame call by these names
 RESERVED = (
     "trial", "status", "steps", "nominal", "reference", "audit", "evidence", "settings",
+    "numbers",
 )  # fmt: skip
 MOST_FAILURES = 256 - FIRST_OWN
 
@@ -159,7 +160,11 @@ def described(model: Model, settings: Any) -> Description:
 
 
 def numbers_of(
-    model: Model, settings: Any, spreads: Mapping[str, Spread]
+    model: Model,
+    settings: Any,
+    spreads: Mapping[str, Spread],
+    *,
+    independent: bool = True,
 ) -> tuple[StudyNumber, ...]:
     """Return the numbers of a study, their names and units checked.
 
@@ -171,16 +176,23 @@ def numbers_of(
         Of it.
     spreads : mapping of str to Spread
         By contributor that deviates.
+    independent : bool
+        Whether these deviate independently of each other.
     """
     where = f"model '{model.name}'"
     units = {each.name: each.unit for each in described(model, settings).responses}
     with _asking(model, "numbers"):
-        found = tuple(model.numbers(settings, spreads))
+        found = tuple(model.numbers(settings, spreads, independent=independent))
         names = [number.name for number in found]
     for number in found:
-        if not _printable(number.name) or names.count(number.name) > 1:
+        if not str(number.name).isidentifier() or names.count(number.name) > 1:
+            raise ModelError(f"{where}: number {number.name!r} has no name of its own")
+        texts = (number.sentence, number.shown, number.of, number.caveat)
+        if not all(text == "" or _printable(text) for text in texts):
+            raise ModelError(f"{where}: number {number.name}: {texts!r} are no texts")
+        if isinstance(number.value, bool) or not isinstance(number.value, int | float):
             raise ModelError(
-                f"{where}: the number {number.name!r} has no name of its own"
+                f"{where}: number {number.name}: {number.value!r} is no number"
             )
         try:
             check_si(number.unit)

@@ -137,7 +137,7 @@ class Model(ABC):
         return None
 
     def numbers(
-        self, settings: Any, spreads: Mapping[str, Spread]
+        self, settings: Any, spreads: Mapping[str, Spread], *, independent: bool = True
     ) -> tuple[StudyNumber, ...]:
         """Return numbers of the study, shown beside those of its machines.
 
@@ -147,6 +147,8 @@ class Model(ABC):
             Of all machines.
         spreads : mapping of str to Spread
             Tolerance, mean and sigma by contributor that deviates, SI.
+        independent : bool
+            Whether these deviate independently of each other.
         """
         return ()
 

@@ -93,6 +93,8 @@ class StudyNumber(NamedTuple):
         SI; NaN where there is none.
     of : str
         The response that it is an answer about: it is shown in the unit of that.
+    caveat : str
+        Why it says less than it seems to, or why there is none; shown with it.
     """
 
     name: str
@@ -101,6 +103,7 @@ class StudyNumber(NamedTuple):
     sentence: str = ""
     shown: str = ""
     of: str = ""
+    caveat: str = ""
 
 
 class Description(NamedTuple):

@@ -120,11 +120,13 @@ class Quantity:
 
     def checked(self, value: Any) -> Measure:
         """Return a number and its SI unit."""
-        if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != 2:
+        if isinstance(value, str) or not isinstance(value, Sequence):
+            value = ()
+        if len(value) not in (2, 3):
             raise ModelError('a number and its SI unit are expected, (0.06, "m")')
-        number, unit = value
+        number, unit, *shown = value
         check_si(unit)
-        return Measure(Number().checked(number), unit)
+        return Measure(Number().checked(number), unit, *shown)
 
     def words(self, value: Measure) -> str:
         """Write it as a study would."""

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
+from tolstat.reporting.contributing import hanging_together
 from tolstat.reporting.drawn import Drawn
 from tolstat.reporting.findings import Culprits, WorstTrialFindings, leading_of
 from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.linear import (
     Departure,
     Linear,
+    Scatter,
     departures,
     root_sum_square,
     scatter_of,
@@ -55,8 +59,13 @@ def classical_of(
     slopes = drawn.run.evidence.slopes
     scatter = None
     if slopes and len(drawn.trials) > 1:
-        varying = next(iter(slopes.values()))
+        varying = tuple(next(iter(slopes.values())))
         scatter = scatter_of({name: drawn.values(name) for name in varying})
+        assumed = [drawn.run.assumed[name] for name in varying]
+        sigmas = np.array([each.sigma for each in assumed])
+        if np.isfinite(sigmas).all() and not hanging_together(drawn.run.study.table):
+            means = np.array([each.mean for each in assumed])
+            scatter = Scatter(varying, means, np.diag(sigmas**2))
     found = {}
     for name, summary in summaries.items():
         worst = _worst_trials(

@@ -43,16 +43,16 @@ def contributions_of(
         return {}, {}
     groups = kinds_of_part(list(deviations), drawn.run.contributors)
     responses = {name: drawn.done(name) for name in interest}
-    independent = not _hanging_together(drawn.run.study.table)
+    independent = not hanging_together(drawn.run.study.table)
     found = contributions(deviations, responses, groups, independent=independent)
     if drawn.sample.replicates:
         found = {name: _without_intervals(each) for name, each in found.items()}
     return found, {name: tuple(members) for name, members in groups.items()}
 
 
-def _hanging_together(study: Mapping[str, Any]) -> bool:
-    """Tell whether a study has deviations correlated, or of one batch."""
-    lines = study.get("deviations", {}).values()
+def hanging_together(study: Mapping[str, Any]) -> bool:
+    """Tell whether a study (as TOML) has deviations correlated, or of one batch."""
+    lines = [*study.get("deviations", {}).values(), *study.get("links", {}).values()]
     batches = any(isinstance(line, dict) and line.get("common") for line in lines)
     return batches or bool(study.get("correlation"))
 

@@ -313,6 +313,7 @@ class NumberFindings(NamedTuple):
     value: float
     scale: Scale
     sentence: str
+    caveat: str
 
 
 class JointFindings(NamedTuple):

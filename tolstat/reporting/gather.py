@@ -144,7 +144,9 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
         tuple(interest),
         responses,
         {
-            each.name: NumberFindings(each.value, run.scale_of(each), each.sentence)
+            each.name: NumberFindings(
+                each.value, run.scale_of(each), each.sentence, each.caveat
+            )
             for each in run.numbers
         },
         _assumptions(run),

@@ -94,6 +94,7 @@ def lay_out(file: h5py.File, plan: Plan, trials: int) -> None:
         if assumed := plan.assumed.get(contributor.name):
             column.attrs[TOLERANCE] = assumed.tolerance
             column.attrs[ASSUMED] = assumed.words
+            column.attrs["mean"], column.attrs["sigma"] = assumed.mean, assumed.sigma
             if assumed.batch:
                 column.attrs[BATCH] = assumed.batch
         alone = allocate(nominal, contributor.name, (), np.float64)
@@ -132,6 +133,7 @@ def lay_out(file: h5py.File, plan: Plan, trials: int) -> None:
                 number.sentence,
             )
             alone.attrs[SHOWN], alone.attrs["of"] = number.shown, number.of
+            alone.attrs["caveat"] = number.caveat
     if plan.reference:
         group = file.create_group(REFERENCE, track_order=True)
         group.attrs["label"] = plan.reference.label

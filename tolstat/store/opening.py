@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tomllib
 from pathlib import Path
@@ -193,7 +194,7 @@ def _chosen(item: h5py.Dataset) -> Chosen:
 
 def _number(name: str, dataset: h5py.Dataset) -> StudyNumber:
     attrs, value = dataset.attrs, float(dataset[()])
-    words = attrs["long_name"], attrs[SHOWN], attrs["of"]
+    words = (attrs[key] for key in ("long_name", SHOWN, "of", "caveat"))
     return StudyNumber(name, attrs["units"], value, *words)
 
 
@@ -205,7 +206,9 @@ def _limit(dataset: h5py.Dataset) -> Limit:
 
 def _assumed(dataset: h5py.Dataset) -> Assumed:
     lower, upper = dataset.attrs[TOLERANCE].tolist()
-    return Assumed((lower, upper), dataset.attrs[ASSUMED], dataset.attrs.get(BATCH, ""))
+    words, batch = dataset.attrs[ASSUMED], dataset.attrs.get(BATCH, "")
+    moments = (float(dataset.attrs.get(key, math.nan)) for key in ("mean", "sigma"))
+    return Assumed((lower, upper), words, batch, *moments)
 
 
 def _stopped(file: h5py.File) -> Stopped:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -28,11 +29,15 @@ class Assumed(NamedTuple):
         Its distribution.
     batch : str
         The batch whose parts are all as this one; empty for a part of its own.
+    mean, sigma : float
+        Of its distribution, SI; NaN in runs made before they were stored.
     """
 
     tolerance: tuple[float, float]
     words: str
     batch: str
+    mean: float = math.nan
+    sigma: float = math.nan
 
 
 class Chosen(NamedTuple):

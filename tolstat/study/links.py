@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from tolstat.deviations.distributions import Distribution
 from tolstat.errors import ModelError
 from tolstat.model.contract import Model
 from tolstat.model.setting_kinds import Rows
 from tolstat.model.settings import settings_of
+from tolstat.study.distribution import written_unit
 from tolstat.study.document import Document
 from tolstat.study.problems import Problems
+from tolstat.units.scale import scale_of
 
 SETTING = "links"  # of a machine: a table by name, one of whose columns is `nominal`
 NOMINAL = "nominal"
@@ -68,7 +71,10 @@ def read_links(document: Document, model: Model, problems: Problems) -> Document
                 example = 'such as nominal = "60 mm"'
                 raise ModelError(f"the key {NOMINAL} is missing, {example}")
             if name in document.deviations:
-                raise ModelError("it stands in [deviations] as well; give it once")
+                raise ModelError(
+                    "it stands in [deviations] as well; give its tolerance here, as "
+                    "{ nominal = ..., tolerance = ... }"
+                )
             if deviates := _deviation(_keys(link), columns):
                 deviations[name] = deviates
     problems.raise_if_any()
@@ -79,6 +85,38 @@ def read_links(document: Document, model: Model, problems: Problems) -> Document
             "deviations": {**deviations, **document.deviations},
         }
     )
+
+
+def check_sizes(
+    links: Mapping[str, Any],
+    settings: Any,
+    distributions: Mapping[str, Distribution],
+    problems: Problems,
+) -> None:
+    """Refuse tolerances that are sizes: they hold the nominal, and not nothing.
+
+    Parameters
+    ----------
+    links : mapping
+        The section [links].
+    settings : object
+        Of the machine, with its links.
+    distributions : mapping of str to Distribution
+        Of what deviates, SI.
+    problems : Problems
+        Takes what is wrong.
+    """
+    for name, link in links.items():
+        zone = getattr(distributions.get(name), "tolerance", None)
+        if zone is None:
+            continue
+        size, unit = getattr(settings, SETTING)[name][NOMINAL], written_unit(link)
+        if zone.lower <= size.value <= zone.upper and not zone.lower <= 0 <= zone.upper:
+            scale = scale_of(size.unit, unit)
+            ends = ((end - size.value) * scale.factor for end in zone)
+            written = "..".join(f"{end:.6g}" for end in ends)
+            message = "a tolerance is what a link may be off its nominal, such as "
+            problems.add(f"[links] {name}", link, f'{message}"{written} {scale.mark}"')
 
 
 def _columns(model: Model) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -15,7 +16,7 @@ from tolstat import catalogue
 from tolstat.deviations.draw import draw, factors, in_order
 from tolstat.deviations.names import expand
 from tolstat.deviations.samplers import Sampler
-from tolstat.errors import ModelError, StudyError
+from tolstat.errors import ModelError, StudyError, TolstatError
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
@@ -25,7 +26,7 @@ from tolstat.study.deviations import Deviations, read_deviations
 from tolstat.study.document import Document, read
 from tolstat.study.doubts import doubts_of
 from tolstat.study.limit import read_limit
-from tolstat.study.links import read_links
+from tolstat.study.links import check_sizes, read_links
 from tolstat.study.points import Case, Points, read_grid, read_table, setting_name
 from tolstat.study.problems import Problems
 from tolstat.study.reference import read_reference
@@ -192,6 +193,7 @@ def load(
         document.deviations, document.correlation, description.contributors, folder,
         problems, linked=written.links,
     )  # fmt: skip
+    check_sizes(written.links, settings, deviating.distributions, problems)
     points = _points(document, machine, settings, description, folder, problems)
     check_sampling(document, deviating, points, problems)
     reference = None
@@ -275,13 +277,17 @@ def _machine(document: Document, model: Model | None, problems: Problems) -> Mod
 
 
 def _settings(document: Document, model: Model, problems: Problems) -> Any:
-    values = {}
+    values, before = {}, len(problems.found)
     for name, given in document.settings.items():
         with problems.noting(f"[settings] {name}", given):
             declared = model_settings.setting_of(model, name)
             values[name] = declared.kind.read(given)
+    if len(problems.found) > before:  # what is left out may not fit: no news
+        with suppress(TolstatError):
+            return model_settings.make(model, values)
+        problems.raise_if_any()
     return problems.required(
-        "[settings]", document.settings, lambda: model_settings.make(model, values)
+        "[settings]", None, lambda: model_settings.make(model, values)
     )
 
 
@@ -289,8 +295,7 @@ def _description(
     document: Document, model: Model, settings: Any, problems: Problems
 ) -> Description:
     """Ask the machine what it is at these settings; some may not fit each other."""
-    given = document.settings or None
-    return problems.required("[settings]", given, lambda: described(model, settings))
+    return problems.required("[settings]", None, lambda: described(model, settings))
 
 
 def _points(

@@ -31,10 +31,11 @@ class Range(NamedTuple):
 
 
 class Measure(NamedTuple):
-    """A number with a unit of any kind, SI."""
+    """A number with a unit of any kind, SI, and the unit in which it was written."""
 
     value: float
     unit: str
+    shown: str = ""
 
 
 def measure(text: str) -> Measure:
@@ -50,8 +51,9 @@ def measure(text: str) -> Measure:
     UnitError
         If it cannot be read.
     """
-    unit = si_unit(dimension(unit_of(text)))
-    return Measure(quantity(text, unit), unit)
+    written = unit_of(text)
+    unit = si_unit(dimension(written))
+    return Measure(quantity(text, unit), unit, written)
 
 
 def bare_number(text: str) -> float:

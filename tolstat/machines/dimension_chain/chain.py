@@ -19,8 +19,10 @@ from tolstat.machines.dimension_chain.slopes import Slopes
 Array = NDArray[np.float64]
 
 ALL_CORNERS = 10  # links up to which every corner is looked at
-INSIDE = 10  # binary logarithm of the points inside the tolerances that are
-STARTS = 4  # best points from which a search goes on
+INSIDE = 10  # binary logarithm of how many points inside the tolerances are, besides
+STARTS = 16  # best points from which a search goes on
+ROUNDING = 1e-9
+POLE = 100.0  # times what a thousand points spread: no smooth formula goes so far
 
 
 class Answers(NamedTuple):
@@ -33,8 +35,6 @@ class Answers(NamedTuple):
     rss_mean, rss_sigma : float
         Of the linear chain: slopes at the middle of the tolerances, means and sigmas of
         the distributions, links independent of each other.
-    coefficients : dict of str to float
-        Slope of the closing link by each link that deviates: xi.
     shares : dict of str to float
         Of the variance of the linear chain.
     turning : tuple of str
@@ -46,7 +46,6 @@ class Answers(NamedTuple):
     worst_max: float
     rss_mean: float
     rss_sigma: float
-    coefficients: dict[str, float]
     shares: dict[str, float]
     turning: tuple[str, ...]
 
@@ -68,7 +67,9 @@ def answers(
     Returns
     -------
     Answers
-        NaN where the formula has no value somewhere within the tolerances.
+        The worst case NaN where the formula has no value somewhere within the
+        tolerances, or jumps there as at a pole; the others where it has none, or no
+        slope, in their middle.
 
     References
     ----------
@@ -95,7 +96,6 @@ def answers(
         largest,
         float(at.value) + math.fsum(off),
         math.sqrt(variance),
-        {n: xi[n] for n in used},
         {n: part / variance if variance else 0.0 for n, part in parts.items()},
         turning,
     )
@@ -120,18 +120,26 @@ def _worst(
 
     points = _looked_at(lower, upper)
     values, slopes = slopes_at(points)
-    if not (np.isfinite(values).all() and np.isfinite(slopes).all()):
+    if not np.isfinite(values).all():
         return math.nan, math.nan, ()
-    rises, falls = np.all(slopes >= 0, axis=0), np.all(slopes <= 0, axis=0)
+    # where it has a value and no slope, at a tip or a vertical, others tell
+    known = np.isfinite(slopes)
+    rises = known.any(axis=0) & np.all((slopes >= 0) | ~known, axis=0)
+    falls = known.any(axis=0) & np.all((slopes <= 0) | ~known, axis=0)
     turning = tuple(n for i, n in enumerate(names) if not (rises[i] or falls[i]))
     ends = []
     for sign in (1.0, -1.0):
         corner = np.where(rises if sign > 0 else falls, lower, upper)
         value = slopes_at(corner[None])[0][0]
+        # what only rises or falls is outermost in its corner, unless it jumps
+        if not turning and (sign * values).min() < sign * value - ROUNDING * abs(value):
+            return math.nan, math.nan, ()
         if turning:
-            best = np.argsort(sign * values)[:STARTS]
-            value = _searched(sign, slopes_at, points[best], lower, upper)
+            best = np.vstack([points[np.argsort(sign * values)[:STARTS]], corner])
+            value = _searched(sign, slopes_at, best, lower, upper)
         ends.append(float(value))
+    if ends[1] - ends[0] > POLE * np.ptp(values) and turning:
+        return math.nan, math.nan, turning
     return ends[0], ends[1], turning
 
 
@@ -155,13 +163,38 @@ def _searched(
     upper: Array,
 ) -> float:
     """Return the least value (the largest for a sign of -1) that a search finds."""
+    width = upper - lower
+    # the search stops by absolute numbers: in the size of what it looks for
+    size = float(np.ptp(slopes_at(starts)[0])) or 1.0
 
     def aim(x: Array) -> tuple[float, Array]:
-        value, slope = slopes_at((lower + x * (upper - lower))[None])
-        return sign * float(value[0]), sign * slope[0] * (upper - lower)
+        value, slope = slopes_at((lower + x * width)[None])
+        slope = np.where(np.isfinite(slope[0]), slope[0], 0.0)
+        return sign * float(value[0]) / size, sign * slope * width / size
 
-    found = [
-        minimize(aim, (x - lower) / (upper - lower), jac=True, bounds=[(0, 1)] * len(x))
-        for x in starts
-    ]
-    return sign * float(min(each.fun for each in found))
+    found = []
+    for start in starts:
+        x = _by_coordinates(sign, slopes_at, start, lower, upper)
+        x = (x - lower) / width
+        found.append(minimize(aim, x, jac=True, bounds=[(0, 1)] * len(x)).fun)
+    return sign * size * float(np.nanmin(found))
+
+
+def _by_coordinates(
+    sign: float,
+    slopes_at: Callable[[Array], tuple[Array, Array]],
+    x: Array,
+    lower: Array,
+    upper: Array,
+) -> Array:
+    """Move one link after another to an end of its tolerance while that helps."""
+    best = sign * slopes_at(x[None])[0][0]
+    n = len(x)
+    while True:
+        tried = np.tile(x, (2 * n, 1))
+        tried[np.arange(n), np.arange(n)] = lower
+        tried[n + np.arange(n), np.arange(n)] = upper
+        values = sign * slopes_at(tried)[0]
+        if not values.min() < best:
+            return x
+        best, x = values.min(), tried[values.argmin()]

@@ -6,6 +6,7 @@ that the length of an arc is radius times angle.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 from tolstat.units.conversion import dimension, si_unit
 
 PLAIN, ANGLE = dimension("1"), dimension("rad")
+NOTHING = object()  # the number 0: it is added to anything
 OF_AN_ANGLE = ("sin", "cos", "tan")
 TO_AN_ANGLE = ("asin", "acos", "atan")
 ALIKE = ("abs", "hypot", "min", "max", "atan2")
@@ -31,8 +33,10 @@ class Dimensions:
     units: Mapping[str, str]
 
     def constant(self, value: float) -> Any:
-        """Return that a number of the formula is plain."""
-        return PLAIN
+        """Return that a number is plain; 0 is nothing in any unit."""
+        if value == math.pi:
+            return ANGLE  # half a turn
+        return PLAIN if value else NOTHING
 
     def link(self, name: str) -> Any:
         """Return the dimension of a link."""
@@ -43,22 +47,24 @@ class Dimensions:
         if sign in "+-":
             verb = "added to" if sign == "+" else "taken from"
             return self._alike([right, left], f"cannot be {verb}")
+        left = PLAIN if left is NOTHING else left
+        if sign == "**":
+            return left if right == 1 else _without_angle(left) ** right
+        right = PLAIN if right is NOTHING else right
         if sign == "*":
             if PLAIN in (left, right):
                 return left if right == PLAIN else right
             return _without_angle(left) * _without_angle(right)
-        if sign == "/":
-            if right == PLAIN:
-                return left
-            return _without_angle(left) / _without_angle(right)
-        return left if right == 1 else _without_angle(left) ** right
+        if right == PLAIN:
+            return left
+        return _without_angle(left) / _without_angle(right)
 
     def function(self, name: str, arguments: Sequence[Any]) -> Any:
         """Apply a function."""
         if name in ALIKE:
             found = self._alike(arguments, "does not go with")
             return ANGLE if name == "atan2" else found
-        (given,) = arguments
+        (given,) = (PLAIN if each is NOTHING else each for each in arguments)
         if name == "sqrt":
             return _without_angle(given) ** 0.5
         if given != PLAIN and not (given == ANGLE and name in OF_AN_ANGLE):
@@ -67,7 +73,7 @@ class Dimensions:
         return ANGLE if name in TO_AN_ANGLE else PLAIN
 
     def _alike(self, several: Sequence[Any], verb: str) -> Any:
-        first, *others = several
+        first, *others = [d for d in several if d is not NOTHING] or [PLAIN]
         for other in others:
             if other != first:
                 hint = ""

@@ -5,14 +5,15 @@ from __future__ import annotations
 import ast
 import keyword
 import math
+import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from tolstat.errors import ModelError, allowed_names
 
-LONGEST = 1000  # characters
-DEEPEST = 100  # nodes below each other
+LONGEST, SHOWN = 1000, 80  # characters
+DEEPEST = 500  # nodes below each other
 LARGEST = 10.0  # exponent
 CONSTANTS = {"pi": math.pi}
 # each with the number of its arguments, at least and at most
@@ -68,13 +69,18 @@ class Formula:
         object.__setattr__(self, "_tree", self._parsed())
         self._check(self._tree, 0)
         if not self.used:
-            raise ModelError("the formula names no link")
+            raise ModelError(f"gap = {self._shown} names no link")
 
     @property
     def used(self) -> tuple[str, ...]:
         """The links that it names, in their order."""
         named = {n.id for n in ast.walk(self._tree) if isinstance(n, ast.Name)}
         return tuple(name for name in self.names if name in named)
+
+    @property
+    def _shown(self) -> str:
+        """The text for a message."""
+        return repr(self.text if len(self.text) <= SHOWN else f"{self.text[:SHOWN]}...")
 
     def worked_out(self, algebra: Algebra) -> Any:
         """Work the formula out in numbers, slopes or dimensions.
@@ -127,14 +133,19 @@ class Formula:
             raise ModelError(
                 f"the formula has {len(self.text)} characters; up to {LONGEST} are read"
             )
-        for name in filter(keyword.iskeyword, self.names):
-            raise ModelError(f"a link cannot be called '{name}'; call it {name}_1")
+        for name in self.names:
+            plain = unicodedata.normalize("NFKC", name)
+            if keyword.iskeyword(name) or not name.isidentifier() or name != plain:
+                raise ModelError(
+                    f"a link cannot be called '{name}': letters, digits and _ are "
+                    "allowed, a letter first, and no word of a program"
+                )
         if not self.text.strip():
-            raise ModelError("the formula is empty")
+            raise ModelError("gap is empty: a formula is expected, such as 'A - 2*B'")
         if "#" in self.text:  # what follows it would be left out
             place = self.text.index("#") + 1
             raise ModelError(
-                f"the formula at character {place}: no remark stands in it"
+                f"gap = {self._shown}, character {place}: no remark stands in a formula"
             )
         # lines that were broken for the eye; places stay where they are
         text = "".join(" " if c in "\r\n\t" else c for c in self.text)
@@ -144,7 +155,8 @@ class Formula:
         except SyntaxError as error:
             place = lead + error.offset if error.offset else len(text)
             raise ModelError(
-                f"the formula cannot be read at character {place}: {error.msg}"
+                f"gap = {self._shown} cannot be read at character {place}; a formula "
+                "such as 'A - 2*B' is expected"
             ) from None
         except (RecursionError, MemoryError, ValueError):
             raise ModelError("the formula cannot be read: it is too deep") from None
@@ -191,7 +203,8 @@ class Formula:
         if name in FUNCTIONS:
             raise self._refused(node, f"{name} is a function; write {name}(...)")
         known = [*self.names, *CONSTANTS]
-        raise self._refused(node, f"no link {name}; {allowed_names(name, known)}")
+        allowed = allowed_names(name, known)
+        raise self._refused(node, f"[links] has no {name}; {allowed}")
 
     def _check_call(self, node: ast.Call, depth: int) -> None:
         if not isinstance(node.func, ast.Name) or node.func.id not in FUNCTIONS:
@@ -218,7 +231,8 @@ class Formula:
         start = len(self.text.encode()[: node.col_offset].decode(errors="ignore"))
         stop = len(self.text.encode()[: node.end_col_offset].decode(errors="ignore"))
         here = self.text[start:stop][:40]
-        return ModelError(f"the formula at character {start + 1}, {here!r}: {reason}")
+        where = f"gap = {self._shown}, character {start + 1}, {here!r}"
+        return ModelError(f"{where}: {reason}")
 
 
 def _exponent(node: ast.expr) -> Any:

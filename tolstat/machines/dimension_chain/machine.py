@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -9,8 +10,8 @@ from numpy.typing import NDArray
 
 from tolstat.deviations.spread import Spread
 from tolstat.machines.dimension_chain.chain import answers
-from tolstat.machines.dimension_chain.numbers import Numbers
 from tolstat.machines.dimension_chain.settings import Settings
+from tolstat.machines.dimension_chain.values import Values
 from tolstat.model.contract import Model, Outcome
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.units.scale import scale_of
@@ -42,12 +43,20 @@ class DimensionChain(Model):
             Links and formula: they decide names and units.
         """
         links = []
-        for name, unit in settings.units.items():
-            size, scale = settings.nominal[name], scale_of(unit)
+        for name, each in settings.links.items():
+            size, unit, written = each["nominal"]
+            scale = scale_of(unit, written)
             sentence = f"link of {scale.factor * size:.10g} {scale.mark}".strip()
             length = abs(size) if unit == "m" else None
-            links.append(Contributor(name, unit, sentence=sentence, size=length))
-        gap = Response(GAP, settings.unit, sentence=settings.gap)
+            links.append(
+                Contributor(
+                    name, unit, sentence=sentence, size=length, shown=scale.shown
+                )
+            )
+        plain = "1" if settings.unit == "1" else ""
+        gap = Response(
+            GAP, settings.unit, sentence=" ".join(settings.gap.split()), shown=plain
+        )
         return Description(tuple(links), (gap,))
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
@@ -64,12 +73,16 @@ class DimensionChain(Model):
             name: nominal + deviations[:, i]
             for i, (name, nominal) in enumerate(settings.nominal.items())
         }
-        found = settings.formula.worked_out(Numbers(links))
+        found = settings.formula.worked_out(Values(links))
         gap = np.broadcast_to(found, len(deviations))[:, None]
         return Outcome(gap, failed={self.failures[0]: ~np.isfinite(gap[:, 0])})
 
     def numbers(
-        self, settings: Settings, spreads: Mapping[str, Spread]
+        self,
+        settings: Settings,
+        spreads: Mapping[str, Spread],
+        *,
+        independent: bool = True,
     ) -> tuple[StudyNumber, ...]:
         """Return worst case, root sum square, and the slope and share of each link.
 
@@ -79,25 +92,41 @@ class DimensionChain(Model):
             Nominals and formula.
         spreads : mapping of str to Spread
             Of the links that deviate, SI.
+        independent : bool
+            Whether they deviate independently of each other: else there is no sigma
+            here, and no share.
         """
         found = answers(settings.formula, settings.nominal, spreads)
+        unit, formula = settings.unit, settings.formula
+        idle = [name for name in spreads if name not in formula.used]
+        turns = ", ".join(found.turning)
+        of_worst = [f"{', '.join(idle)} not in the formula"] if idle else []
+        of_rss = list(of_worst)
+        if not independent:
+            of_worst.append("each link by itself, whatever it hangs together with")
+        if turns:
+            of_worst.append(f"found by a search: it rises and falls with {turns}")
+            of_rss.append(f"slopes say little: the gap rises and falls with {turns}")
+        if math.isnan(found.worst_min):
+            of_worst = [
+                "the formula jumps, or has no value, somewhere within the tolerances"
+            ]
         worst = "closing link within the tolerances, all links at once"
-        if found.turning:
-            turns = ", ".join(found.turning)
-            worst += f"; found by a search: it rises and falls with {turns}"
-        of_gap = (
-            ("worst_min", found.worst_min, f"least {worst}"),
-            ("worst_max", found.worst_max, f"largest {worst}"),
-            ("rss_mean", found.rss_mean, "mean of the linear chain"),
-            ("rss_sigma", found.rss_sigma, "its sigma, by root sum square"),
-        )
-        return (
-            *(
-                StudyNumber(n, settings.unit, x, words, of=GAP)
-                for n, x, words in of_gap
-            ),
-            *(
-                StudyNumber(f"share_{n}", "1", x, f"of {n} in that variance")
-                for n, x in found.shares.items()
-            ),
+        numbers = [
+            ("worst_min", unit, found.worst_min, f"least {worst}", of_worst),
+            ("worst_max", unit, found.worst_max, f"largest {worst}", of_worst),
+            ("rss_mean", unit, found.rss_mean, "mean of the linear chain", of_rss),
+        ]
+        if independent:  # else covariances decide: the page has them, as drawn
+            sigma = "its sigma, by root sum square"
+            numbers.append(("rss_sigma", unit, found.rss_sigma, sigma, of_rss))
+            numbers += [
+                (f"share_{name}", "1", share, f"of {name} in that variance", of_rss)
+                for name, share in found.shares.items()
+            ]
+        return tuple(
+            StudyNumber(
+                name, of, value, words, "", GAP if of == unit else "", "; ".join(but)
+            )
+            for name, of, value, words, but in numbers
         )

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from tolstat.errors import ModelError, UnitError
 from tolstat.machines.dimension_chain.dimensions import Dimensions
 from tolstat.machines.dimension_chain.formula import Formula
-from tolstat.machines.dimension_chain.numbers import Numbers
+from tolstat.machines.dimension_chain.values import Values
 from tolstat.model.settings import column, setting
 from tolstat.units.conversion import si_unit
 from tolstat.units.grammar import Measure
@@ -21,6 +22,7 @@ WAVE_GEAR = {
     "e": {"nominal": Measure(0.002, "m")},
     "d": {"nominal": Measure(0.010, "m")},
 }
+CLEARANCE = "R_out - R_in - e - d"
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Settings:
         "the links; a study has them in its section [links], with their tolerances",
         columns={"nominal": column("its size", like=Measure(0.0, "m"))},
     )
-    gap: str = setting("R_out - R_in - e - d", "the closing link as a formula of them")
+    gap: str = setting(CLEARANCE, "the closing link as a formula of them")
 
     def __post_init__(self) -> None:
         """Check that the formula names links, and has a value where all are nominal.
@@ -42,8 +44,16 @@ class Settings:
         ModelError
             If not: the place in the formula, and why.
         """
-        self.formula.worked_out(Numbers(self.nominal, strict=True))
-        si_unit(self._dimension)
+        if self.gap == CLEARANCE and not set(WAVE_GEAR) <= set(self.links):
+            raise ModelError(
+                "gap is missing: the closing link as a formula of "
+                f"{', '.join(self.links)}"
+            )
+        self.formula.worked_out(Values(self.nominal, strict=True))
+        try:
+            si_unit(self._dimension)
+        except UnitError as error:
+            raise ModelError(f"gap = {self.gap!r}: {error}") from None
 
     @property
     def formula(self) -> Formula:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.machines.dimension_chain.numbers import Numbers
+from tolstat.machines.dimension_chain.values import Values
 
 Array = NDArray[np.float64]
 
@@ -47,17 +47,17 @@ class Slopes:
     """
 
     links: Mapping[str, Any]
-    _numbers: Numbers = field(init=False)
+    _values: Values = field(init=False)
 
     def __post_init__(self) -> None:
         """Let the values be worked out as those of machines are."""
-        object.__setattr__(self, "_numbers", Numbers(self.links))
+        object.__setattr__(self, "_values", Values(self.links))
 
     def constant(self, value: float) -> Slope:
         """Return a number of the formula, whose slopes are zero."""
         some = next(iter(self.links.values()))
         zero = np.zeros((len(self.links), *np.shape(some)))
-        return Slope(self._numbers.constant(value), zero)
+        return Slope(self._values.constant(value), zero)
 
     def link(self, name: str) -> Slope:
         """Return a link, whose slope by itself is one."""
@@ -68,7 +68,7 @@ class Slopes:
     def operation(self, sign: str, left: Slope, right: Any) -> Slope:
         """Combine two of them."""
         other = right if sign == "**" else right.value
-        value = self._numbers.operation(sign, left.value, other)
+        value = self._values.operation(sign, left.value, other)
         with np.errstate(all="ignore"):
             if sign == "+":
                 return Slope(value, left.by_link + right.by_link)
@@ -86,7 +86,7 @@ class Slopes:
     def function(self, name: str, arguments: Sequence[Slope]) -> Slope:
         """Apply a function."""
         values = [each.value for each in arguments]
-        value = self._numbers.function(name, values)
+        value = self._values.function(name, values)
         with np.errstate(all="ignore"):
             if name in DERIVATIVES:
                 outer = [DERIVATIVES[name](values[0], value)]

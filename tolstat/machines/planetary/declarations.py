@@ -34,6 +34,6 @@ def description_of(settings: Settings, design: Design) -> Description:
         _R("load_sharing_factor", "1", "K_gamma", "largest force on a satellite over the mean", "k max F_j / F", "1", (1.0, float(k))),
         _R("satellite_force_max", "N", "max F_j", "largest tangential force of a satellite in mesh 1-2", "sum of c max(0, X + e_j) = F", range=(F / k, k * (F / k))),
         _R("unloaded_satellites", "1", "k_0", "satellites that carry nothing", "X + e_j <= 0", "count", (0.0, k - 1.0)),
-        _R("backlash", "rad", "j_phi1", "play of wheel 1, carrier and wheel 4 fixed; below 0 the teeth jam", "(jt12 + D jt34) / rw1"),
+        _R("backlash", "rad", "j_phi1", "play of wheel 1, carrier and wheel 4 fixed, both meshes together; below 0 teeth jam for sure", "(jt12 + D jt34) / rw1"),
     )  # fmt: skip
     return Description(contributors, responses)

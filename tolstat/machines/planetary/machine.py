@@ -87,7 +87,11 @@ class Planetary(Model):
         return Outcome(np.stack(responses, axis=1))
 
     def numbers(
-        self, settings: Settings, spreads: Mapping[str, Spread]
+        self,
+        settings: Settings,
+        spreads: Mapping[str, Spread],
+        *,
+        independent: bool = True,
     ) -> tuple[StudyNumber, ...]:
         """Return what the gear is as designed.
 
@@ -97,6 +101,8 @@ class Planetary(Model):
             The gear and its load.
         spreads : mapping of str to Spread
             Not used: tolerances do not change it.
+        independent : bool
+            Not used either.
         """
         design = design_of(settings)
         F = 2 * settings.torque / design.dw1 / settings.satellites

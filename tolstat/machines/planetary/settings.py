@@ -8,7 +8,7 @@ from math import radians
 from tolstat.machines.planetary.design import EXAMPLES, MOST_SATELLITES, design_of
 from tolstat.machines.planetary.scheme import SCHEMES
 from tolstat.machines.planetary.synthesis import ORDERS
-from tolstat.machines.planetary.wanted import STEEPEST
+from tolstat.machines.planetary.wanted import MOST_TEETH, STEEPEST
 from tolstat.model.settings import setting
 from tolstat.units.grammar import Range
 
@@ -31,7 +31,11 @@ class Settings:
         choices=tuple(SCHEMES),
     )
     teeth: tuple[int, ...] = setting(
-        EXAMPLES["AI"], "teeth of wheels 1, 2, 3, 4", at_least=5, count=(4, 4)
+        EXAMPLES["AI"],
+        "teeth of wheels 1, 2, 3, 4",
+        at_least=5,
+        at_most=MOST_TEETH,
+        count=(4, 4),
     )
     satellites: int = setting(
         3, "satellites, equally spaced, all alike", at_least=2, at_most=MOST_SATELLITES
@@ -40,7 +44,7 @@ class Settings:
         2.5e-3, "normal module of wheels 1 and 2", unit="m", above=0.0
     )
     module_ratio: float = setting(
-        1.0, "module of wheels 1 and 2 over that of 3 and 4", above=0.0
+        1.0, "module of wheels 1 and 2 over that of 3 and 4", at_least=0.1, at_most=10.0
     )
     helix_2: float | None = setting(
         None,
@@ -68,7 +72,7 @@ class Settings:
         at_least=0.0,
         at_most=2.0,
     )
-    torque: float = setting(500.0, "torque on wheel 1", unit="N m", above=0.0)
+    torque: float = setting(500.0, "torque on wheel 1", unit="N m", at_least=1e-6)
     mesh_stiffness: float = setting(
         4e8, "stiffness of one satellite, as mesh 1-2 feels it", unit="N/m", above=0.0
     )
@@ -84,12 +88,24 @@ class Settings:
         presets={"own": None},
     )
     ratio_tolerance: float = setting(
-        0.01, "view designs: how far the ratio may be off", unit="1", at_least=0.0
+        0.01,
+        "view designs: how far the ratio may be off",
+        unit="1",
+        at_least=0.0,
+        at_most=1.0,
     )
-    z1: Range = setting(Range(17, 90), "view designs: teeth of wheel 1", at_least=5)
-    z2: Range = setting(Range(17, 60), "view designs: teeth of wheel 2", at_least=5)
-    z3: Range = setting(Range(17, 60), "view designs: teeth of wheel 3", at_least=5)
-    z4: Range = setting(Range(17, 130), "view designs: teeth of wheel 4", at_least=5)
+    z1: Range = setting(
+        Range(17, 90), "view designs: teeth of wheel 1", at_least=5, at_most=MOST_TEETH
+    )
+    z2: Range = setting(
+        Range(17, 60), "view designs: teeth of wheel 2", at_least=5, at_most=MOST_TEETH
+    )
+    z3: Range = setting(
+        Range(17, 60), "view designs: teeth of wheel 3", at_least=5, at_most=MOST_TEETH
+    )
+    z4: Range = setting(
+        Range(17, 130), "view designs: teeth of wheel 4", at_least=5, at_most=MOST_TEETH
+    )
     helix: Range = setting(
         Range(radians(8), radians(30)),
         "view designs: helix angles of both rims",

@@ -118,7 +118,8 @@ def designs(
     Notes
     -----
     Teeth that undercut or interfere are not looked at; ranges keep them out. Teeth that
-    are coaxial as spur wheels alone (kap = 1) are listed where `helix` begins at 0.
+    are coaxial as spur wheels (kap = 1) are listed where `helix` begins at 0, and there
+    alone, though with mr z2 = z3 any helix angle would balance them.
 
     Examples
     --------

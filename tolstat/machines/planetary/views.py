@@ -16,6 +16,7 @@ OFFERS = (
     Offer("designs", "gears of the wanted ratio, balanced, that can be assembled"),
     Offer("existence", "ratios that gears of the scheme can have, over dw2 / dw3"),
 )
+SENTENCE = "a gear; where tip_gap is below 0 tips touch at that addendum"
 SHOWN = {"helix_2": "deg", "helix_3": "deg", "ratio_error": "%"}
 
 
@@ -42,7 +43,7 @@ def designs_listing(settings: Settings, own: Design) -> Listing:
         )
     columns = ordered(found.columns, s.order)
     heads = [Axis(n, UNITS.get(n, "1"), SHOWN.get(n, "")) for n in columns]
-    return Listing(tuple(heads), tuple(columns.values()), "a gear")
+    return Listing(tuple(heads), tuple(columns.values()), SENTENCE)
 
 
 def existence_chart(settings: Settings, own: Design) -> Chart:

@@ -11,6 +11,7 @@ from tolstat.machines.planetary.scheme import Scheme, ratio, scheme_of
 
 WHEELS = ("z1", "z2", "z3", "z4")
 STEEPEST = 1.5  # helix angle, rad
+MOST_TEETH = 10_000
 MOST_TRIPLES = 500_000_000  # of z1, z2, z3: some minutes
 
 
@@ -45,11 +46,19 @@ def checked(wanted: Wanted) -> Scheme:
         If a range is none, or no gear of the scheme or of these teeth has the ratio.
     """
     scheme = scheme_of(wanted.scheme)
+    for name in ("ratio", "ratio_tolerance", "satellites", "module", "module_ratio",
+                 "addendum"):  # fmt: skip
+        value = getattr(wanted, name)
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not number or not abs(value) < 1e9:
+            raise ModelError(f"{name} = {value!r}: a number is expected, SI")
     for wheel in WHEELS:
         ends = getattr(wanted, wheel)
-        if not _is_range(ends) or any(z != int(z) for z in ends) or ends[0] < 1:
+        whole = _is_range(ends) and all(z == int(z) for z in ends)
+        if not whole or not 1 <= ends[0] <= ends[1] <= MOST_TEETH:
             raise ModelError(
-                f"{wheel} = {ends!r}: fewest and most teeth are expected, as (17, 60)"
+                f"{wheel} = {ends!r}: fewest and most teeth are expected, as (17, 60), "
+                f"up to {MOST_TEETH}"
             )
     if not _is_range(wanted.helix) or wanted.helix[0] < 0 or wanted.helix[1] > STEEPEST:
         raise ModelError(
@@ -81,7 +90,9 @@ def _is_range(ends: Any) -> bool:
     """Tell two finite numbers, the lower first."""
     try:
         low, high = (float(end) for end in ends)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
+        return False
+    if any(isinstance(end, str) for end in ends):
         return False
     return -math.inf < low <= high < math.inf
 

@@ -30,7 +30,7 @@ OUTSIDE = {
 
 
 @dataclass(frozen=True)
-class Numbers:
+class Values:
     """An algebra of float64[machine], or of one machine's numbers.
 
     Attributes
