@@ -18,6 +18,7 @@ MACHINES = {
     "dimension_chain": ("tolstat.machines.dimension_chain.machine", "DimensionChain"),
     "planetary": ("tolstat.machines.planetary.machine", "Planetary"),
     "elastic_machine": ("tolstat.machines.elastic_machine.machine", "ElasticMachine"),
+    "rolling_block": ("tolstat.machines.rolling_block.machine", "RollingBlock"),
 }
 GROUP = "tolstat.machines"  # entry points of installed packages
 ANY = "FILE.py:NAME"

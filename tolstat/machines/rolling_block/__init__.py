@@ -1,0 +1,1 @@
+"""The rolling block: torsional drive of a wire-rod block whose gearbox is switched."""

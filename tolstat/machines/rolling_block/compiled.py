@@ -1,0 +1,58 @@
+"""The drive's equations in registers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tolstat.machines.rolling_block import motion as equations
+from tolstat.machines.rolling_block.motion import Links, Machine, Moment, State
+from tolstat.moving import System, compiled, named, rates_signature, rows, write
+
+motion = compiled(within=True)(equations.motion)
+
+N_STATES, N_LINKS = len(State._fields), len(Links._fields)
+DAMPING = len(Machine._fields)  # the parameters behind: the damping matrix, by rows
+
+
+@compiled(within=True)
+def viscous_moment(link, y, p):
+    """Return what damping adds to the moment in one link: its row times all rates."""
+    rates, row = rows(y[N_LINKS:]), rows(p[DAMPING + N_LINKS * link :])
+    total = row[0] * rates[0]
+    for other in range(1, N_LINKS):
+        total = total + row[other] * rates[other]
+    return total
+
+
+@compiled(within=True)
+def moved(moment, y, p):
+    """Evaluate the equations with their damping."""
+    viscous = Links(
+        viscous_moment(0, y, p),
+        viscous_moment(1, y, p),
+        viscous_moment(2, y, p),
+        viscous_moment(3, y, p),
+        viscous_moment(4, y, p),
+        viscous_moment(5, y, p),
+        viscous_moment(6, y, p),
+        viscous_moment(7, y, p),
+    )
+    return motion(named(Moment, moment), named(State, y), named(Machine, p), viscous)
+
+
+@compiled(rates_signature)
+def rates(moment, y, p, out):
+    """Fill derivatives and the elastic moments."""
+    at = moved(moment, y, p)
+    write(out, 0, at.derivative)
+    write(out, N_STATES, at.elastic)
+
+
+@compiled(rates_signature)
+def watch(moment, y, p, out):
+    """Fill the elastic moments alone; the compiler drops the rest of the equations."""
+    write(out, 0, moved(moment, y, p).elastic)
+
+
+# each block says by what the errors of its states are measured
+SYSTEM = System(rates, watch, scale=np.ones(N_STATES), n_extremes=N_LINKS)

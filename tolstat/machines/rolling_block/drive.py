@@ -1,0 +1,64 @@
+"""The drive as built: inertias and stiffnesses from nominal values and deviations."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.machines.rolling_block.gearbox import reduction
+from tolstat.machines.rolling_block.settings import Settings
+from tolstat.machines.rolling_block.topology import LINKS, MASSES
+
+Array = NDArray[np.float64]
+
+
+class Drive(NamedTuple):
+    """Numbers of each drive, reduced to the motor shaft."""
+
+    Q: Array  # [trial, mass], kg m2
+    C: Array  # [trial, link], N m/rad
+    zeta: Array  # [trial], damping ratio of every elastic mode
+
+
+def nominal(settings: Settings) -> Drive:
+    """Return the one drive without deviations.
+
+    Parameters
+    ----------
+    settings : Settings
+        Inertias and stiffnesses at the combination of Table 1, scale, combination.
+    """
+    inertias, stiffnesses = reduction(settings.combination)
+    Q = np.array(settings.inertias) * settings.scale * inertias
+    C = np.array(settings.stiffnesses) * settings.scale * stiffnesses
+    return Drive(Q[None], C[None], np.array([settings.damping_ratio]))
+
+
+def drives(deviations: Array, settings: Settings) -> tuple[Drive, NDArray[np.bool_]]:
+    """Build drives from their deviations.
+
+    Parameters
+    ----------
+    deviations : float64[trial, contributor]
+        Relative: Q1 ... Q9, C12 ... C59, damping ratio.
+    settings : Settings
+        The nominal drive.
+
+    Returns
+    -------
+    built : Drive
+        Where one cannot exist, the nominal one stands in its place.
+    exist : bool[trial]
+        Whether all inertias and stiffnesses are positive, and the damping not negative.
+    """
+    of = nominal(settings)
+    n, m = len(MASSES), len(LINKS)
+    factors = 1.0 + deviations
+    positive: NDArray[np.bool_] = np.all(factors[:, : n + m] > 0, axis=1)
+    exist = positive & (factors[:, n + m] >= 0)
+    factors = np.where(exist[:, None], factors, 1.0)
+    return Drive(
+        of.Q * factors[:, :n], of.C * factors[:, n : n + m], of.zeta * factors[:, n + m]
+    ), exist

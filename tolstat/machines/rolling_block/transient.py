@@ -1,0 +1,69 @@
+"""Moments after loads have stepped, in closed form, mode by mode.
+
+The machine's answers are integrated (`motion`); these are what they are held against,
+and what the view of pulses draws.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.machines.rolling_block.modes import Modes
+
+Array = NDArray[np.float64]
+
+
+def step(time: Array, omega: Array, zeta: Array) -> Array:
+    """Return how a mode follows a unit step of its load at time 0, from rest.
+
+    s(t) = 1 - exp(-zeta omega t) (cos omega_d t + zeta omega/omega_d sin omega_d t),
+    with omega_d = omega sqrt(1 - zeta^2).
+
+    Parameters
+    ----------
+    time : float64[time]
+        s; before 0 nothing moves.
+    omega : float64[trial, mode]
+        Natural frequencies, rad/s.
+    zeta : float64[trial]
+        Damping ratio, below 1.
+
+    Returns
+    -------
+    float64[trial, mode, time]
+    """
+    z = zeta[:, None, None]
+    w = omega[:, :, None]
+    t = np.maximum(time, 0.0)
+    damped = w * np.sqrt(1.0 - z * z)
+    swing = np.cos(damped * t) + z * w / damped * np.sin(damped * t)
+    followed: Array = 1.0 - np.exp(-z * w * t) * swing
+    return followed
+
+
+def moments(
+    time: Array, modes: Modes, zeta: Array, steps: list[tuple[float, Array]]
+) -> Array:
+    """Return the elastic moments of all links after steps of the loads, from rest.
+
+    Parameters
+    ----------
+    time : float64[time]
+        s.
+    modes : Modes
+        Of the drives.
+    zeta : float64[trial]
+        Damping ratio, below 1.
+    steps : list of (float, float64[trial, link, mode])
+        When, s; and the static modal contributions of what steps then, N m.
+
+    Returns
+    -------
+    float64[trial, link, time]
+        M_ij = C_ij (phi_i - phi_j), N m.
+    """
+    total = np.zeros((len(zeta), modes.phi_ij.shape[1], len(time)))
+    for begin, a in steps:
+        total += a @ step(time - begin, modes.omega, zeta)
+    return total
