@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import cycle
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,6 +18,7 @@ from tolstat.reporting.view_table import view_rows, view_scale
 from tolstat.units.scale import Scale
 
 WINDOW = "#f2f2f2"
+LEGEND_COLUMNS = 4
 MOST_ROWS = 60  # of a listing that is drawn
 Handles = list[Line2D | Patch]
 
@@ -73,10 +76,11 @@ def _chart(chart: Chart) -> Figure:
             handles += _draw(right, chart, panel.right, len(panel.names), None)
         # above the picture, on the line of its title, where it covers nothing
         legend = axes.legend(
-            handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4,
+            handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0),
+            ncols=LEGEND_COLUMNS,
             borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
         )  # fmt: skip
-        legend.set_in_layout(False)
+        legend.set_in_layout(len(handles) > LEGEND_COLUMNS)  # further lines need room
         if panel.logarithmic:
             axes.set_yscale("log")
             axes.yaxis.set_major_formatter(_Plain())
@@ -110,7 +114,7 @@ def _draw(
     scale = _scale(curves, [*bands, *regions])
     axes.set_ylabel(scale.mark)
     x, times = along_of(chart).factor, scale.factor
-    colours = dict(zip(names, COLOURS[first:] + COLOURS, strict=False))
+    colours = dict(zip(names, cycle(COLOURS[first:] + COLOURS[:first]), strict=False))
     handles: Handles = []
     for region in regions:
         (drawn,) = axes.fill(

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.integrator.trials import Solution
 from tolstat.machines.rolling_block.answers import modal_answers, moment_answers
 from tolstat.machines.rolling_block.declarations import DESCRIPTION, RESPONSES
-from tolstat.machines.rolling_block.drive import drives
-from tolstat.machines.rolling_block.modes import modes_of
+from tolstat.machines.rolling_block.drive import Drive, drives
+from tolstat.machines.rolling_block.history import chart_of
+from tolstat.machines.rolling_block.loading import followed, load_steps, pulse
+from tolstat.machines.rolling_block.modes import Modes, modes_of
 from tolstat.machines.rolling_block.settings import Settings
-from tolstat.model.contract import Model, Outcome, closer
+from tolstat.machines.rolling_block.views.offers import OFFERS, shown
+from tolstat.model.contract import History, Model, Outcome, closer
 from tolstat.model.description import Description
+from tolstat.model.view import View
 from tolstat.status import Status
 
 Array = NDArray[np.float64]
@@ -27,6 +34,7 @@ class RollingBlock(Model):
     settings = Settings
     failures = (CANNOT_EXIST,)
     integrates = True
+    views = OFFERS
     assumptions = (
         "Nine masses on eight springs without mass, reduced to the motor shaft; upper "
         "and lower rolls of a stand are one mass, the rod between stands has no "
@@ -72,27 +80,55 @@ class RollingBlock(Model):
         Outcome
             The responses, NaN where a trial failed; status and steps.
         """
-        # only drives that are loaded need the compiler
-        from tolstat.machines.rolling_block.loading import followed, load_steps, pulse
-
         drive, exist = drives(deviations, settings)
         modes = modes_of(drive.Q, drive.C)
-        loaded = followed(drive, modes, load_steps(settings), settings)
-        pulsed = followed(drive, modes, pulse(settings), settings)
-        peaks = [np.maximum(each.greatest, -each.least) for each in (loaded, pulsed)]
-        found = {
-            **modal_answers(drive, modes, settings),
-            **moment_answers(peaks[0], peaks[1], settings),
-        }
-        table = np.stack([found[response.name] for response in RESPONSES], axis=1)
-        done = loaded.status == Status.DONE
-        status = np.where(done, pulsed.status, loaded.status)
-        return Outcome(
-            np.where((status != Status.DONE)[:, None], np.nan, table),
-            status,
-            loaded.steps + pulsed.steps,
-            {CANNOT_EXIST: ~exist},
+        moved = both_moved(drive, modes, settings)
+        return outcome_of(drive, modes, exist, moved, settings)
+
+    def history(self, deviations: Array, settings: Settings, step: float) -> History:
+        """Load one drive and tell how its moments went.
+
+        Parameters
+        ----------
+        deviations : float64[contributor]
+            Relative, in the order of `describe`.
+        settings : Settings
+            Combination, loads, tolerance.
+        step : float
+            Time between two samples, s.
+
+        Returns
+        -------
+        History
+            From the first load to the horizon, and of the pulse likewise.
+        """
+        drive, exist = drives(deviations[None, :], settings)
+        modes = modes_of(drive.Q, drive.C)
+        samples = 1 + round(settings.horizon / step)
+        time = np.linspace(0.0, settings.horizon, samples)
+        moved = both_moved(drive, modes, settings, time)
+        C = np.where(exist, drive.C, np.nan)  # one that cannot exist has no moments
+        chart = chart_of(
+            time,
+            settings.total_load * C * moved.loaded.history[0, :, : C.shape[1]],
+            settings.pulse_moment * C * moved.pulsed.history[0, :, : C.shape[1]],
+            settings,
         )
+        return History(chart, outcome_of(drive, modes, exist, moved, settings))
+
+    def view(self, name: str, deviations: Array, settings: Settings) -> View:
+        """Show one of `views`.
+
+        Parameters
+        ----------
+        name : str
+            Of the view.
+        deviations : float64[machine, contributor]
+            Relative: of the drive that is shown, then of others, for bands.
+        settings : Settings
+            Of all of them.
+        """
+        return shown(name, deviations, settings)
 
     def tightened(self, settings: Settings) -> Settings:
         """Return settings whose rtol is a thousand times smaller.
@@ -104,3 +140,45 @@ class RollingBlock(Model):
         """
         tight: Settings = closer(settings)
         return tight
+
+
+class Moved(NamedTuple):
+    """What was integrated."""
+
+    loaded: Solution  # the loads of the stands stepping
+    pulsed: Solution  # a pulse on one stand
+
+
+def both_moved(
+    drive: Drive, modes: Modes, settings: Settings, samples: Array | None = None
+) -> Moved:
+    """Integrate drives under both loadings, with their twists at the sample times."""
+    return Moved(
+        followed(drive, modes, load_steps(settings), settings, samples),
+        followed(drive, modes, pulse(settings), settings, samples),
+    )
+
+
+def outcome_of(
+    drive: Drive,
+    modes: Modes,
+    exist: NDArray[np.bool_],
+    moved: Moved,
+    settings: Settings,
+) -> Outcome:
+    """Arrange the responses as `describe` lists them."""
+    loaded, pulsed = (np.maximum(each.greatest, -each.least) for each in moved)
+    found = {
+        **modal_answers(drive, modes, settings),
+        **moment_answers(loaded, pulsed, settings),
+    }
+    table = np.stack([found[response.name] for response in RESPONSES], axis=1)
+    status = np.where(
+        moved.loaded.status == Status.DONE, moved.pulsed.status, moved.loaded.status
+    )
+    return Outcome(
+        np.where((status != Status.DONE)[:, None], np.nan, table),
+        status,
+        moved.loaded.steps + moved.pulsed.steps,
+        {CANNOT_EXIST: ~exist},
+    )

@@ -1,0 +1,1 @@
+"""What the rolling block can show."""
