@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from tolstat.asking.view import view
     from tolstat.catalogue import names as models
     from tolstat.execution.execute import run
+    from tolstat.machines.rolling_block.identification import identify_drive
     from tolstat.model.contract import History, Model, Outcome, closer
     from tolstat.model.description import (
         Contributor,
@@ -65,6 +66,7 @@ _HOMES = {
     "column": "tolstat.model.settings",
     "compare": "tolstat.reporting.making",
     "evaluate": "tolstat.asking.evaluate",
+    "identify_drive": "tolstat.machines.rolling_block.identification",
     "models": "tolstat.catalogue",
     "open": "tolstat.store.opening",
     "replay": "tolstat.asking.replay",
@@ -80,8 +82,8 @@ __all__ = [
     "Axis", "Band", "Chart", "Contributor", "Curve", "Description", "History",
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
     "Range", "Region", "Response", "Run", "Span", "StudyNumber", "closer", "column",
-    "compare", "evaluate", "models", "open", "replay", "report", "run", "setting",
-    "trajectory", "view",
+    "compare", "evaluate", "identify_drive", "models", "open", "replay", "report",
+    "run", "setting", "trajectory", "view",
 ]  # fmt: skip
 
 

@@ -77,17 +77,19 @@ def mac(phi: Array, reference: Array) -> Array:
     phi : float64[..., mass, mode]
         Shapes.
     reference : float64[mass, mode]
-        Shapes, too.
+        Shapes, too; NaN where nothing is known: the other masses are compared.
 
     Returns
     -------
     float64[..., mode, reference mode]
         1 where shapes are alike but for scale and sign, 0 where they are orthogonal.
     """
-    product = np.einsum("...ir,is->...rs", phi, reference)
-    lengths = np.einsum("...ir,...ir->...r", phi, phi)
-    squares = np.einsum("is,is->s", reference, reference)
-    criterion: Array = product * product / (lengths[..., :, None] * squares)
+    known = np.isfinite(reference)
+    there = np.where(known, reference, 0.0)
+    product = np.einsum("...ir,is->...rs", phi, there)
+    lengths = np.einsum("...ir,is->...rs", phi * phi, known.astype(float))
+    squares = np.einsum("is,is->s", there, there)
+    criterion: Array = product * product / (lengths * squares)
     return criterion
 
 
