@@ -24,7 +24,7 @@ RESPONSES = (
     *(_R(f"frequency_{r}", "Hz", f"f{r}", f"natural frequency {r}, ascending, without the rigid mode", "(1)", shown="Hz", range=POSITIVE) for r in range(1, N_MODES + 1)),
     *(_R(f"amplification_{ij}", "1", f"K{ij}", f"peak moment over the static one: {joined}", "max |M_ij| / M_ij,static", shown="1", range=POSITIVE) for ij, joined in zip(LINK_NAMES, JOINED, strict=True)),
     *(_R(f"moment_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, loads stepping: {joined}", "(2)", range=POSITIVE) for ij, joined in zip(LINK_NAMES, JOINED, strict=True)),
-    *(_R(f"pulse_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, pulse on a stand: {joined}", "(2)", range=POSITIVE) for ij, joined in zip(LINK_NAMES, JOINED, strict=True)),
+    *(_R(f"pulse_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, pulse on a stand: {joined}", "(2)", shown="N m", range=POSITIVE) for ij, joined in zip(LINK_NAMES, JOINED, strict=True)),
     _R("cancellation", "1", "|a2/a1|", "what mode 2 adds to M12, over mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
     _R("leakage", "1", "|a3,4/a1|", "what the local modes 3, 4 add to M12, the greater over mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
     _R("antiphase_pattern", "1", "", "1 if stands swing in antiphase where they do in the nominal drive, else 0", "Table 1", shown="count", range=(0.0, 1.0)),
