@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import io
+import os
+import subprocess
+import sys
+
 import numpy as np
+import pandas as pd
 import pytest
 import scipy.linalg
 from scipy.optimize import minimize_scalar
 
 import tolstat
+from tests.conftest import ROOT
 from tests.machines import rolling_block_reference as known
 from tests.machines.test_rolling_block_modes import B, scattered, solved
 from tolstat.machines.rolling_block.damping import damping_matrix
@@ -219,3 +226,23 @@ def test_the_size_of_load_and_drive_is_no_matter():
         name = f"amplification_{ij}"
         assert small[name] == pytest.approx(usual[name], rel=1e-9)
     assert nominal(Settings(scale=1e-3)).C[0, 0] == pytest.approx(8e3)
+
+
+UNCOMPILED = """
+import tolstat
+given = {"horizon": 0.02, "rtol": 1e-6, "delay": 2e-3}
+found = tolstat.evaluate("rolling_block", {"stiffness_12": [0.0, 0.05]}, given)
+print(found.drop(columns="status").to_csv(float_format="%.17g"))
+"""
+
+
+def test_the_same_answers_without_the_compiler():
+    tables = [
+        subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", UNCOMPILED], cwd=ROOT, check=True,
+            capture_output=True, text=True, env={**os.environ, **changed},
+        ).stdout
+        for changed in ({}, {"NUMBA_DISABLE_JIT": "1"})
+    ]  # fmt: skip
+    compiled, plain = (pd.read_csv(io.StringIO(each), index_col=0) for each in tables)
+    np.testing.assert_allclose(plain, compiled, rtol=1e-9, atol=1e-12)
