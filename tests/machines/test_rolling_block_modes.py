@@ -420,6 +420,65 @@ def test_the_signs_and_the_length_of_shapes():
     np.testing.assert_allclose(found[:, 1], [-0.5, -0.5, -0.5, 0.5])
 
 
+def test_where_the_modes_live():
+    """Node of mode 1, its greatest moment; kinetic energies of the three highest."""
+    drive, modes = solved()
+    phi = modes.phi[0]
+    moments = drive.C[0, :, None] * modes.phi_ij[0]
+    node = phi[1, 0] / (phi[1, 0] - phi[2, 0])
+    assert node == pytest.approx(0.641, abs=5e-4)  # of link 23, from mass 2
+    assert moments[1, 0] / moments[0, 0] == pytest.approx(1.040, abs=5e-4)
+    assert abs(moments[:, 0]).argmax() == 1
+    share = drive.Q[0, :, None] * phi**2
+    assert share[[3, 4], 5] == pytest.approx([0.51, 0.39], abs=5e-3)
+    assert share[[1, 2], 6] == pytest.approx([0.66, 0.18], abs=5e-3)
+    assert share[[1, 2], 7] == pytest.approx([0.27, 0.68], abs=5e-3)
+
+
+def test_what_cancels_the_second_mode():
+    drive, modes = solved()
+    a = [contributions(modes, drive.C, {stand: 1.0})[:, 0] for stand in (32, 33)]
+    ratio = -a[1][0, 1] / a[0][0, 1]
+    assert ratio == pytest.approx(1.037596, abs=5.1e-7)
+    unequal = contributions(modes, drive.C, {32: ratio, 33: 1.0})[0, 0]
+    found = poles_and_zeros(modes.omega[0], unequal)
+    np.testing.assert_allclose(found.cancelled, np.array(known.HZ)[1:4], atol=1e-9)
+    # opposite phases of 32 and 33 in M12: the pairs of Table 1
+    opposite = np.flatnonzero(a[0][0] * a[1][0] < -1e-9)
+    assert opposite.tolist() == [1, 5]
+    # at equal loads a minimum near 22.75 Hz shows with hardly any damping alone
+    near = np.linspace(22.6, 22.9, 6001)
+    for zeta, seen in ((0.0036, True), (0.0037, False)):
+        G = abs(response(near, modes, a[0] + a[1], np.array([zeta])))[0]
+        least = (G[1:-1] < G[:-2]) & (G[1:-1] < G[2:])
+        assert least.any() == seen
+
+
+@pytest.mark.parametrize(
+    ("length", "amplitudes", "share"),
+    [
+        (None, [0.382774, 0.214914, 0.165095, 0.000655, 0.008496, 0.000567], 0.0117),
+        (10e-3, [0.452568, 0.281521, 0.327050, 0.001206, 0.001069, 0.001114], 0.0021),
+        (5e-3, [0.238092, 0.150237, 0.216823, 0.001092, 0.016984, 0.000723], 0.0284),
+        (1e-3, [0.048389, 0.030669, 0.047147, 0.000257, 0.005353, 0.000534], 0.0445),
+    ],
+)
+def test_what_modes_a_pulse_leaves_in_the_shaft(length, amplitudes, share):
+    """|a_r| 2 |sin(pi f_r T)| of M12 from stand 31, undamped, as printed."""
+    drive, modes = solved()
+    a = abs(contributions(modes, drive.C, {31: 1.0})[0, 0])
+    if length is not None:
+        a = a * 2 * abs(np.sin(modes.omega[0] * length / 2))
+    np.testing.assert_allclose(np.delete(a, [2, 3]), amplitudes, atol=6e-7)
+    assert (a[6] + a[7]) / a.sum() == pytest.approx(share, abs=6e-5)
+
+
+def test_orders_that_are_nearly_alike_all_count():
+    close = Settings(orders=(1.0, 1.00000001))
+    assert len(named_orders(close)) == 2
+    assert list(named_orders(Settings())) == ["order 1"]
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [

@@ -8,6 +8,7 @@ import pytest
 import tolstat
 from tests.machines import rolling_block_reference as known
 from tests.machines.test_rolling_block_modes import FREE, RPM
+from tolstat.errors import ModelError
 from tolstat.reporting.making import save_view
 
 SPREAD = {
@@ -166,6 +167,13 @@ def test_pulses_reach_their_peaks():
     for words, length in {"1 ms": 1e-3, "10 ms": 10e-3, "step": 1.0}.items():
         top = frame[words].abs().max() / 89.8757
         assert top == pytest.approx(known.PULSES[length][0], rel=5e-4)
+
+
+def test_what_cannot_be_shown_is_refused():
+    with pytest.raises(ModelError, match="this drive cannot exist"):
+        tolstat.view("rolling_block", "shapes", {"stiffness_34": -1.2})
+    with pytest.raises(ModelError, match="leaves no swings to draw"):
+        tolstat.view("rolling_block", "pulses", {"damping": 99.0})
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ def named_orders(settings: Settings) -> dict[str, float]:
         Orders as typed, rolls, meshes; the combination decides the speed of the rolls.
     """
     turns = excitation_orders(settings.combination)
-    found = {f"order {order:g}": order for order in settings.orders}
+    found = {f"order {_written(order)}": order for order in settings.orders}
     if settings.rolls:
         found["rolls 31, 32"] = turns["rolls_31"]
         found["rolls 33, 34"] = turns["rolls_34"]
@@ -29,6 +29,12 @@ def named_orders(settings: Settings) -> dict[str, float]:
         name = f"{mesh['teeth']} teeth, {mesh['shaft'].replace('_', ' ')}"
         found[name] = mesh["teeth"] * turns[mesh["shaft"]]
     return found
+
+
+def _written(order: float) -> str:
+    """Write an order so that no two are alike."""
+    short = f"{order:g}"
+    return short if float(short) == order else repr(order)
 
 
 def forbidden(omega: Array, orders: list[float], band: float) -> tuple[Array, Array]:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.errors import ModelError
 from tolstat.machines.rolling_block.drive import drives
 from tolstat.machines.rolling_block.modes import modes_of
 from tolstat.machines.rolling_block.settings import Settings
@@ -56,8 +57,18 @@ def shown(name: str, deviations: NDArray[np.float64], settings: Settings) -> Vie
         Relative.
     settings : Settings
         Of all of them.
+
+    Raises
+    ------
+    ModelError
+        If the first drive cannot exist.
     """
     drive, exist = drives(deviations, settings)
+    if not exist[0]:
+        raise ModelError(
+            "this drive cannot exist: each inertia and stiffness is above 0, the "
+            "damping not below; their deviations are above -100 %"
+        )
     modes = modes_of(drive.Q, drive.C)
     others = np.flatnonzero(exist[1:]) + 1
     return SHOWN[name](Seen(drive, modes, others, settings))

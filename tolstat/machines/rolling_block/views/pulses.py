@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.errors import ModelError
 from tolstat.machines.rolling_block.frequency_response import contributions
 from tolstat.machines.rolling_block.modes import Modes
 from tolstat.machines.rolling_block.topology import LINK_NAMES
@@ -25,9 +26,19 @@ def pulses(seen: Seen) -> Chart:
     Parameters
     ----------
     seen : Seen
-        Bands are of the link of the setting response_link.
+        Bands are of the link of the setting response_link, and of drives that swing.
+
+    Raises
+    ------
+    ModelError
+        If the drive that is shown is damped so much that it does not swing.
     """
     settings, drive = seen.settings, seen.drive
+    if drive.zeta[0] >= 1:
+        raise ModelError(
+            f"a damping ratio of {drive.zeta[0]:g} leaves no swings to draw; below 1 "
+            "is expected"
+        )
     shown = settings.response_link
     length = settings.pulse_length
     end = min(settings.horizon, PERIODS * 2 * np.pi / float(seen.modes.omega[0, 0]))
@@ -57,15 +68,16 @@ def pulses(seen: Seen) -> Chart:
     step = Curve("step", "N m", f"M{shown}", "load that stays", followed()[one])
     others.append(step)
 
-    spread = Modes(*(each[seen.others] for each in seen.modes))
-    of_others = a[seen.others, one : one + 1]
+    swinging = seen.others[drive.zeta[seen.others] < 1]
+    spread = Modes(*(each[swinging] for each in seen.modes))
+    of_others = a[swinging, one : one + 1]
     opened = bands(
         f"M{shown}",
         "N m",
         moments(
             time,
             Modes(spread.omega, spread.phi, spread.phi_ij[:, one : one + 1]),
-            drive.zeta[seen.others],
+            drive.zeta[swinging],
             [(0.0, of_others), (length, -of_others)],
         )[:, 0],
     )
