@@ -22,23 +22,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tolstat.errors import ModelError
-from tolstat.machines.rolling_block.modes import mac, modes_of
-from tolstat.machines.rolling_block.topology import LINK_NAMES, LINKS, MASSES
+from tolstat.machines.rolling_block.fitting import (
+    CONTRADICTS,
+    N_LINKS,
+    N_MASSES,
+    Fit,
+    Flags,
+    Table,
+    fitted,
+    linear,
+    undetermined,
+)
 
 Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
-N_MASSES, N_LINKS = len(MASSES), len(LINKS)
 TABLE_1_INERTIA = 680.0  # kg m2, makes the drive of Table 1 one of round numbers
-# A number contradicts the others where it is farther from them than so many halves of
-# its last digit: rounding alone makes one, "0.001" for nothing makes two.
-CONTRADICTS = 3.0
 MOST_CONTRADICTING = 0.05  # of all numbers; where more do, the drive is another one
 TRIED = 3  # numbers left out that are fitted without, the most promising ones
-LEAST = 1e-3  # of the greatest of its kind: where a start is not positive
-MOST_EVALUATIONS = 60  # a table that a drive has takes about ten
-FAR = 5.0  # from the start, logarithms: beyond, nothing is sought
-STEP = 1e-6  # of the logarithms, for slopes
 
 
 class Contradiction(NamedTuple):
@@ -95,35 +95,6 @@ class IdentifiedDrive:
     contradictions: tuple[Contradiction, ...]
 
 
-class Table(NamedTuple):
-    """What is given, with its resolution; row 0 holds the frequencies."""
-
-    numbers: Array  # [1 + mass, mode], Hz and shapes
-    half: Array  # [1 + mass, mode], half of the last digit
-
-    @property
-    def frequencies(self) -> Array:
-        """Hz, by mode."""
-        hz: Array = self.numbers[0]
-        return hz
-
-    @property
-    def shapes(self) -> Array:
-        """By mass and mode."""
-        phi: Array = self.numbers[1:]
-        return phi
-
-
-class Fit(NamedTuple):
-    """A drive that fits some numbers of a table."""
-
-    logs: Array  # logarithms of Q1 ... Q9, C12 ... C59
-    numbers: Array  # of the table, as this drive has them
-    off: Array  # numbers less those given, in halves of the last digit
-    slopes: Array  # [1 + mass, mode, unknown], of `off`
-    cost: float  # sum of squares over what counts
-
-
 def identify_drive(
     frequencies: ArrayLike,
     mode_shapes: ArrayLike,
@@ -169,7 +140,7 @@ def identify_drive(
     known = np.isfinite(table.numbers)
     most = int(MOST_CONTRADICTING * known.sum())
     counts = known.copy()
-    fit = _fit(table, counts)
+    fit = fitted(table, counts)
     while _worst(fit, counts) > CONTRADICTS:
         if (known & ~counts).sum() >= most:
             raise ModelError(
@@ -182,7 +153,7 @@ def identify_drive(
     back = known & ~counts & (np.abs(fit.off) <= CONTRADICTS)
     if back.any():
         counts |= back
-        fit = _fit(table, counts, fit.logs)
+        fit = fitted(table, counts, fit.logs)
     return _identified(table, counts, known, fit, total_inertia)
 
 
@@ -230,125 +201,13 @@ def _without_one(table: Table, counts: Flags, fit: Fit) -> tuple[Flags, Fit]:
     for row, mode in np.argwhere(counts):
         fewer = counts.copy()
         fewer[row, mode] = False
-        tried.append((_linear(table, fewer).misfit, row, mode))
+        tried.append((linear(table, fewer).misfit, row, mode))
     fits = []
     for _, row, mode in sorted(tried)[:TRIED]:
         fewer = counts.copy()
         fewer[row, mode] = False
-        fits.append((fewer, _fit(table, fewer, fit.logs)))
+        fits.append((fewer, fitted(table, fewer, fit.logs)))
     return min(fits, key=lambda each: each[1].cost)
-
-
-class Linear(NamedTuple):
-    """The answer of the linear problem."""
-
-    misfit: (
-        float  # root of the mean square; infinite where some unknown is not positive
-    )
-    logs: Array  # logarithms of the unknowns, of their size where not positive
-
-
-def _linear(table: Table, counts: Flags) -> Linear:
-    """Solve (K - omega^2 M) phi = 0 for the unknowns, by what counts of the table."""
-    phi = np.where(counts[1:], table.shapes, 0.0)
-    square = (2 * np.pi * table.frequencies) ** 2
-    equations = np.zeros((len(square), N_MASSES, N_MASSES + N_LINKS))
-    holds = counts[1:].T & counts[0][:, None]  # [mode, mass]: all that enters is known
-    for mass in range(N_MASSES):
-        equations[:, mass, mass] = -square * phi[mass]
-    for link, (i, j) in enumerate(LINKS):
-        twist = phi[i] - phi[j]
-        equations[:, i, N_MASSES + link] = twist
-        equations[:, j, N_MASSES + link] = -twist
-        holds[:, i] &= counts[1 + j]
-        holds[:, j] &= counts[1 + i]
-    # all modes alike, each by its own size
-    equations /= (square * np.sqrt(np.sum(phi * phi, axis=0)))[:, None, None]
-    chosen = equations[holds]
-    size = np.sqrt(np.sum(chosen * chosen, axis=0))
-    if len(chosen) < chosen.shape[1] - 1 or not size.all():
-        raise _undetermined()
-    _, singular, vectors = np.linalg.svd(chosen / size)
-    unknowns = vectors[-1] / size
-    unknowns = unknowns * np.sign(np.sum(vectors[-1]))
-    least = singular[-1] if len(singular) == len(size) else 0.0
-    misfit = least / np.sqrt(len(chosen)) if (unknowns > 0).all() else np.inf
-    kinds = np.split(np.abs(unknowns), [N_MASSES])
-    sizes = [np.maximum(kind, LEAST * np.max(kind)) for kind in kinds]
-    return Linear(float(misfit), np.log(np.concatenate(sizes)))
-
-
-def _fit(table: Table, counts: Flags, last: Array | None = None) -> Fit:
-    """Fit the drive to what counts of the table.
-
-    It begins where the linear problem says, or with the last drive if there some
-    inertia or stiffness is not positive.
-    """
-    from scipy.optimize import least_squares
-
-    begin = _linear(table, counts)
-    start = begin.logs if last is None or np.isfinite(begin.misfit) else last
-
-    # the scale is free: one more residual keeps it where it begins
-    scale = np.ones((1, len(start))) / len(start)
-
-    def off(logs: Array) -> Array:
-        found = _compared(table, counts, logs[None])[1][0][counts]
-        return np.concatenate([found, scale @ (logs - start)])
-
-    def slopes(logs: Array) -> Array:
-        return np.concatenate([_slopes(table, counts, logs)[counts], scale])
-
-    result = least_squares(
-        off,
-        start,
-        slopes,
-        bounds=(start - FAR, start + FAR),
-        loss="soft_l1",  # gross errors pull less than their square
-        f_scale=CONTRADICTS,
-        x_scale="jac",
-        max_nfev=MOST_EVALUATIONS,
-    )
-    logs: Array = result.x
-    numbers, every = _compared(table, counts, logs[None])
-    return Fit(logs, numbers[0], every[0], _slopes(table, counts, logs), result.cost)
-
-
-def _slopes(table: Table, counts: Flags, logs: Array) -> Array:
-    around = STEP * np.eye(len(logs))
-    both = np.concatenate([logs + around, logs - around])
-    off = _compared(table, counts, both)[1]
-    difference: Array = (off[: len(logs)] - off[len(logs) :]) / (2 * STEP)
-    return np.moveaxis(difference, 0, -1)
-
-
-def _compared(table: Table, counts: Flags, logs: Array) -> tuple[Array, Array]:
-    """Compare the tables of some drives with the one given.
-
-    Parameters
-    ----------
-    table, counts : Table, bool[1 + mass, mode]
-        What is given, and what counts of it.
-    logs : float64[drive, unknown]
-        The drives.
-
-    Returns
-    -------
-    numbers : float64[drive, 1 + mass, mode]
-        Their modes that are most like those given, in scale and sign as these.
-    off : float64[drive, 1 + mass, mode]
-        Less what is given, in halves of the last digit; NaN where nothing is.
-    """
-    unknowns = np.exp(logs - np.mean(logs[:, :N_MASSES], axis=1, keepdims=True))
-    modes = modes_of(unknowns[:, :N_MASSES], unknowns[:, N_MASSES:])
-    given = np.where(counts[1:], table.shapes, np.nan)
-    alike = np.argmax(mac(modes.phi, given), axis=1)  # [drive, mode given]
-    hz = np.take_along_axis(modes.omega, alike, axis=1) / (2 * np.pi)
-    phi = np.take_along_axis(modes.phi, alike[:, None, :], axis=2)
-    seen = np.where(counts[1:], phi, np.nan)
-    size = np.nansum(seen * given, axis=1) / np.nansum(seen * seen, axis=1)
-    numbers = np.concatenate([hz[:, None], phi * size[:, None]], axis=1)
-    return numbers, (numbers - table.numbers) / table.half
 
 
 def _identified(
@@ -361,7 +220,7 @@ def _identified(
     slopes = fit.slopes[counts]
     _, singular, vectors = np.linalg.svd(slopes, full_matrices=False)
     if singular[-2] < 1e-9 * singular[0]:  # the last is the scale
-        raise _undetermined()
+        raise undetermined()
     # rounding: alike likely within the half digit, variance 1/3 of its square
     spread = (vectors[:-1].T / singular[:-1]) / np.sqrt(3.0)
     # the sum of the inertias stays
@@ -385,11 +244,4 @@ def _identified(
         fit.numbers[0],
         fit.numbers[1:],
         contradictions,
-    )
-
-
-def _undetermined() -> ModelError:
-    return ModelError(
-        f"the table does not determine the {N_MASSES} inertias and the stiffnesses "
-        f"{', '.join(LINK_NAMES)}: give more modes, or more of their shapes"
     )
