@@ -177,5 +177,5 @@ def intervals(name, rng, n):
         yield name, f"beyond with {len(halved)} halved", found, share, False
 
 
-STUDIES = {50: 400, 200: 600, 1000: 600, 10_000: 300}
+STUDIES = {50: 4000, 200: 4000, 1000: 4000, 10_000: 4000}
 JOBS = [(name, n, intervals, STUDIES[n]) for name in HALVING_PROBLEMS for n in SIZES]

@@ -27,6 +27,7 @@ class IndexProblem(NamedTuple):
     total: np.ndarray
     shows: float = np.inf
     without: np.ndarray | None = None
+    independent: bool = True
 
     def indices(self, y):
         """Return the first-order and total indices that a study with these means."""
@@ -102,6 +103,39 @@ def _rare_jam():
     return IndexProblem(ndtri, response, first, total)
 
 
+OTHER = 0.1  # of a part that hardly matters
+
+
+def _one_decides():
+    """A part that pushes but does not pull, and hardly anything beside it."""
+    V = np.array([1 / 2 - 1 / (2 * np.pi), OTHER**2])
+    first = V / V.sum()
+
+    def response(x):
+        return np.maximum(x[..., 0], 0) + OTHER * x[..., 1]
+
+    return IndexProblem(ndtri, response, first, first)
+
+
+ALIKE = 0.6  # correlation of two parts of one batch
+
+
+def _of_a_batch():
+    """The same chain, of which two parts hang together."""
+    r = np.eye(4)
+    r[0, 1] = r[1, 0] = ALIKE
+    mixed = np.linalg.cholesky(r).T
+    V = WEIGHTS @ r @ WEIGHTS
+    first = (r @ WEIGHTS) ** 2 / V
+    return IndexProblem(
+        lambda u: ndtri(u) @ mixed,
+        lambda x: x @ WEIGHTS,
+        first,
+        np.full(4, np.nan),
+        independent=False,
+    )
+
+
 CURVED = 0.05  # of the square beside the linear term: 99.3 % are linear
 
 
@@ -170,14 +204,22 @@ def _rare_cause():
 INDEX_PROBLEMS = {
     "2 in 1000 of another cause": _rare_cause(),
     "rare jam": _rare_jam(),
-    "linear stack": _linear(), "Ishigami": _ishigami(), "Sobol' G": _sobol_g(),
-    "nearly linear": _nearly_linear(), "rare jam of three": _rare_jam_of_three(),
-}  # fmt: skip
+    "rare jam of three": _rare_jam_of_three(),
+    "linear stack": _linear(),
+    "nearly linear": _nearly_linear(),
+    "two of a batch": _of_a_batch(),
+    "one decides": _one_decides(),
+    "Ishigami": _ishigami(),
+    "Sobol' G": _sobol_g(),
+}
 
 
 # closed indices of the first two contributors: with what they do to each other
 TWO = {
     "linear stack": float(INDEX_PROBLEMS["linear stack"].first[:2].sum()),
+    "two of a batch": 1
+    - (WEIGHTS[2:] @ WEIGHTS[2:])
+    / (WEIGHTS @ WEIGHTS + 2 * ALIKE * WEIGHTS[0] * WEIGHTS[1]),
     "Ishigami": float(INDEX_PROBLEMS["Ishigami"].first[:2].sum()),
     "rare jam": 1.0,
     "rare jam of three": 1 - float(INDEX_PROBLEMS["rare jam of three"].total[2]),
@@ -205,31 +247,43 @@ def _intervals(name, rng, n):
     problem = INDEX_PROBLEMS[name]
     k = len(problem.first)
     names = [f"x{i + 1}" for i in range(k)]
-    made_of = design(problem, rng, n)
-    made = sobol_indices(made_of, names)
     x = problem.deviations(rng.random((n, k)))
     y = problem.response(x)
     hand = contributions(
-        dict(zip(names, x.T, strict=True)), {"y": y}, {"all": names, "two": names[:2]}
+        dict(zip(names, x.T, strict=True)),
+        {"y": y},
+        {"all": names, "two": names[:2]},
+        independent=problem.independent,
     )["y"]
     alone, _ = problem.indices(y)
-    firsts, totals = problem.indices(made_of)
     for i, each in enumerate(names):
         yield f"first order of {each}, at hand", hand.first_order[each], alone[i]
-        yield f"first order of {each}, saltelli", made[each].first, firsts[i]
-        yield f"total of {each}, saltelli", made[each].total, totals[i]
+    if problem.independent:
+        made_of = design(problem, rng, n)
+        made = sobol_indices(made_of, names)
+        firsts, totals = problem.indices(made_of)
+        for i, each in enumerate(names):
+            yield f"first order of {each}, saltelli", made[each].first, firsts[i]
+            yield f"total of {each}, saltelli", made[each].total, totals[i]
     yield "first orders together", hand.groups["all"], alone.sum()
     yield "all together", hand.together["all"], 1.0
     if name in TWO:
         yield "x1 and x2 together", hand.together["two"], TWO[name]
     yield "unexplained", hand.unexplained, 1 - alone.sum()
-    if name == "linear stack":
-        # Spearman's rank correlation of normal variables of correlation r
-        ranks = 6 / np.pi * np.arcsin(np.sqrt(problem.first) / 2)
-        for each, truth in zip(names, ranks, strict=True):
+    if name in ("linear stack", "two of a batch"):
+        ranks = of_ranks(np.sqrt(problem.first))
+        parts = np.eye(k)
+        parts[0, 1] = parts[1, 0] = 0 if problem.independent else of_ranks(ALIKE)
+        coefficients = np.linalg.solve(parts, ranks)
+        for each, truth in zip(names, coefficients, strict=True):
             yield f"rank regression on {each}", hand.rank_regression[each], truth
-        yield "rank regression explains", hand.explained, np.sum(ranks**2)
+        yield "rank regression explains", hand.explained, coefficients @ ranks
 
 
-STUDIES = {50: 400, 200: 600, 1000: 600, 10_000: 300}
+def of_ranks(correlation):
+    """Return Spearman's rank correlation of normal variables of a correlation."""
+    return 6 / np.pi * np.arcsin(correlation / 2)
+
+
+STUDIES = {50: 400, 200: 4000, 1000: 4000, 10_000: 4000}
 JOBS = [(name, n, intervals, STUDIES[n]) for name in INDEX_PROBLEMS for n in SIZES]

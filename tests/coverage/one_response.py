@@ -11,15 +11,17 @@ from tests.coverage.problems import PROBLEMS, SIZES, limit_of, simulated
 from tolstat.deviations.samplers.latin import REPLICATES, Latin
 from tolstat.deviations.samplers.sobol import Sobol
 from tolstat.statistics.capability import by_moments, by_percentiles, by_share
-from tolstat.statistics.following import followed, trials_that_decide
+from tolstat.statistics.deciding import trials_that_decide
+from tolstat.statistics.following import followed
 from tolstat.statistics.limit import Limit, ppk_of
 from tolstat.statistics.moments import Reach
 from tolstat.statistics.precision import FIRST, Precision, next_stage, trials_wanted
+from tolstat.statistics.proportions import proportion
 from tolstat.statistics.replicates import share_from_replicates
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.shapes import atom_of
 from tolstat.statistics.statistic import Statistic, mean, quantiles_at, sigma
-from tolstat.statistics.summary import QUANTILES
+from tolstat.statistics.summary import QUANTILES, summarize
 from tolstat.status import Status
 
 SIMULATED = (
@@ -92,9 +94,10 @@ def intervals(name, rng, size):
         exact = exactly(each) or (problem.ends is not None and each == "mean")
         words = f"{each} {MEANT[problem.ends is not None]}" if each in MOMENTS else each
         yield name, words, found, known[each], exact
-    atom = atom_of(x) if problem.cdf(0.0) - problem.cdf(-1e-9) > 0.5 else None
+    alike = float(problem.cdf(0.0) - problem.cdf(-1e-9))
+    atom = atom_of(x) if alike > 0.5 else None
     if atom and atom.largest == 0.0:
-        yield name, "share of an atom", atom.share, problem.cdf(0.0), True
+        yield name, "share of an atom", atom.share, alike, True
 
 
 MOMENTS = ("mean", "sigma", "Ppk by moments")
@@ -114,31 +117,85 @@ def failing(name, rng, size):
             yield name, f"{each}, some fail, {words}", found, known[each], True
 
 
-PRECISE = {
-    "quantile 0.95 until +-5 %": Statistic("y", "quantile", 0.95),
-    "mean until +-20 %": Statistic("y", "mean"),
-}
+TWO_ENDED = ("normal", "lognormal", "Student t4", "2 in 1000 of another kind")
+BELOW, ABOVE = 0.001, 0.003  # shares of the machines beyond either end
+
+
+def between(name, rng, size):
+    """Yield what is said of a limit with two ends."""
+    problem = problem_of(name)
+    lower, upper = problem.quantile(BELOW), problem.quantile(1 - ABOVE)
+    low, middle, high = map(problem.quantile, (0.00135, 0.5, 0.99865))
+    limit = Limit(lower, upper)
+    apart = min(upper - problem.mean, problem.mean - lower)
+    known = {
+        "share beyond": BELOW + ABOVE,
+        "Ppk by share": ppk_of(BELOW + ABOVE, 2),
+        "Pp by percentiles": (upper - lower) / (high - low),
+        "Ppk by percentiles": min(
+            (upper - middle) / (high - middle), (middle - lower) / (middle - low)
+        ),
+        "Pp by moments": (upper - lower) / (6 * problem.sigma),
+        "Ppk by moments": apart / (3 * problem.sigma),
+    }
+    x, sample = problem.draw(rng, size), Sample(np.full(size, Status.DONE))
+    beyond = share((x < lower) | (x > upper), sample)
+    by = {
+        "percentiles": by_percentiles(x, sample, limit),
+        "moments": by_moments(x, sample, limit, problem.ends),
+    }
+    found = {"share beyond": beyond, "Ppk by share": by_share(beyond, limit)}
+    found |= {f"Pp by {words}": each.pp for words, each in by.items()}
+    found |= {f"Ppk by {words}": each.ppk for words, each in by.items()}
+    for each, estimate in found.items():
+        exact = not each.endswith("moments")
+        yield name, f"{each}, two ends", estimate, known[each], exact
+
+
+DIFFER = "1 in 20 differs in two designs"
+
+
+def differing(name, rng, size):
+    """Yield what is said of the difference of two designs, machine by machine."""
+    problem, (known, _) = problem_of(name), truths(name)
+    x, sample = problem.draw(rng, size), Sample(np.full(size, Status.DONE))
+    found = summarize(x, sample)
+    for share, each in found.quantiles.items():
+        truth = known[f"quantile {share:g}"]
+        yield name, f"quantile {share:g} of a difference", each, truth, True
+    yield name, "mean of a difference", found.mean, problem.mean, False
+    yield name, "sigma of a difference", found.sigma, problem.sigma, False
+    smaller = proportion(int((x < 0).sum()), size)
+    yield name, "share of smaller ones", smaller, float(problem.cdf(-1e-12)), True
+
+
 MOST = 65_536  # trials that a rule may have
 
 
-def stopped(name, rng, size):
-    """Yield the intervals with which stopping rules end that are reached."""
+def until_mean(name, rng, size):
+    """Yield the interval with which a stopping rule ends, if it is reached."""
+    found = _until(Statistic("y", "mean"), 0.2, problem_of(name), rng, size)
+    yield name, "mean until +-20 %", found, problem_of(name).mean, False
+
+
+def until_quantile(name, rng, size):
+    """Yield the same of a quantile."""
     problem = problem_of(name)
+    found = _until(Statistic("y", "quantile", 0.95), 0.05, problem, rng, size)
+    yield name, "quantile 0.95 until +-5 %", found, problem.quantile(0.95), False
+
+
+def _until(statistic, within, problem, rng, over):
+    """Follow a rule to its end; no interval if it is not reached, and says so."""
     ranges = {"y": problem.ends} if problem.ends else {}
-    for words, statistic in PRECISE.items():
-        within = float(words.split("+-")[1].split()[0]) / 100
-        rule, x = Precision(statistic, within, True), np.empty(0)
-        over, wanted = size, 1.0
-        while wanted and len(x) < MOST:
-            x = np.concatenate([x, problem.draw(rng, over - len(x))])
-            sample = Sample(np.full(len(x), Status.DONE))
-            wanted = trials_wanted([rule], {"y": x}, sample, {}, ranges)
-            over = min(next_stage(len(x), wanted), MOST) if wanted else over
-        found = statistic.of(x, sample, declared=problem.ends)
-        if wanted:  # it was not reached, and says so
-            found = found._replace(lower=np.nan, upper=np.nan)
-        truth = problem.quantile(0.95) if "quantile" in words else problem.mean
-        yield name, words, found, truth, False
+    rule, x, wanted = Precision(statistic, within, True), np.empty(0), 1.0
+    while wanted and len(x) < MOST:
+        x = np.concatenate([x, problem.draw(rng, over - len(x))])
+        sample = Sample(np.full(len(x), Status.DONE))
+        wanted = trials_wanted([rule], {"y": x}, sample, {}, ranges)
+        over = min(next_stage(len(x), wanted), MOST) if wanted else over
+    found = statistic.of(x, sample, declared=problem.ends)
+    return found._replace(lower=np.nan, upper=np.nan) if wanted else found
 
 
 DEMANDED = 0.0027  # share beyond, at the very bar of the verdict
@@ -180,7 +237,10 @@ STUDIES = 1000
 JOBS = (
     [(name, size, intervals, STUDIES) for name in EVERY for size in SIZES]
     + [(n, size, failing, STUDIES) for n in ("normal", "lognormal") for size in SIZES]
-    + [(name, FIRST, stopped, STUDIES) for name in EVERY]
+    + [(name, size, between, STUDIES) for name in TWO_ENDED for size in SIZES]
+    + [(DIFFER, size, differing, STUDIES) for size in SIZES]
+    + [(name, FIRST, until_mean, STUDIES) for name in EVERY]
+    + [(name, FIRST, until_quantile, 4 * STUDIES) for name in EVERY]
     + [("at the bar", size, followed_verdict, STUDIES) for size in (200, 1000)]
     + [("replicates", FIRST, replicated, STUDIES)]
     + [("replicates", 10_000, replicated, STUDIES // 2)]

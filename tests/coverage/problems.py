@@ -102,6 +102,23 @@ def _population(values, ends=None):
     return Problem(inverse, cdf, ordered.mean(), ordered.std(), ends)
 
 
+def _two_designs(rare=0.05):
+    """No difference but for a few machines, of which one in six gets less."""
+    differ = stats.norm(1.0, 1.0)
+    less = rare * differ.cdf(0.0)
+
+    def inverse(u):
+        below = differ.ppf(np.minimum(u / rare, 1.0))
+        above = differ.ppf(np.clip((u - 1 + rare) / rare, 0.0, 1.0))
+        alike = np.where(u > 1 - rare + less, above, 0.0)
+        return np.where(u < less, below, alike)
+
+    def cdf(x):
+        return rare * differ.cdf(x) + (1 - rare) * (np.asarray(x) >= 0)
+
+    return Problem(inverse, cdf, rare, np.sqrt(2 * rare - rare**2))
+
+
 POPULATION = Path(__file__).with_name("population.h5")
 SIMULATED = 65_536  # trials that are a problem of their own
 TIGHT = {"rod_length": "+-0.9 mm"}
@@ -145,6 +162,7 @@ PROBLEMS = {
     "1 in 100 jams, as a share": _jam(0.01, stats.beta(1, 2), SHARE),
     "3 in 400 jam, others nearly none": _next_to_nothing(0.0075),
     "2 in 1000 of another kind": _rare_mode(),
+    "1 in 20 differs in two designs": _two_designs(),
 }
 
 

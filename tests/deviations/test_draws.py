@@ -212,3 +212,8 @@ def test_saltelli_goes_on_where_it_ended():
         for n in (400, 800)
     )
     np.testing.assert_array_equal(few, many[:400])
+
+
+@pytest.mark.parametrize("sampling", SAMPLINGS)
+def test_machines_without_deviations_are_drawn_as_well(sampling):
+    assert not draws({}, sampling=sampling, trials=6).any()

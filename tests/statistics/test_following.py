@@ -7,7 +7,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import beta, binom
 
-from tolstat.statistics.following import against, followed, trials_that_decide
+from tolstat.statistics.deciding import trials_that_decide
+from tolstat.statistics.following import against, followed
 from tolstat.statistics.proportions import proportion
 
 BAR = 0.0027

@@ -50,6 +50,24 @@ def test_a_stage_is_as_long_as_the_interval_asks():
     assert next_stage(1024, wanted(far)) == 8 * 1024
 
 
+def test_the_interval_of_a_skewed_mean_shrinks_faster_than_the_root():
+    """Half the mean is in 1 of 50: by the root, five times as many seem needed."""
+    rng, needed = np.random.default_rng(7), []
+    rule = Precision(Statistic("y", "mean"), 0.2, True)
+
+    def draw(n):
+        return np.where(rng.random(n) < 0.02, rng.exponential(size=n), 0.0)
+
+    for _ in range(15):
+        y = draw(1024)
+        needed.append(trials_wanted([rule], {"y": y}, done(1024), {}, {}))
+    y = draw(60_000)
+    first = 8000
+    while trials_wanted([rule], {"y": y[:first]}, done(first), {}, {}):
+        first += 1000
+    assert 0.5 < np.median(needed) / first < 2
+
+
 def test_a_rule_never_ends_because_nothing_happened():
     nothing, mean = np.zeros(1024), Statistic("y", "mean")
     for rule in (Precision(mean, 0.2, True), Precision(mean, 1e-3, False)):

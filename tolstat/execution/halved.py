@@ -13,6 +13,7 @@ from tolstat.errors import DistributionError
 from tolstat.execution.trials import Trials
 from tolstat.model.kinds import kinds_of_part
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limit import within
 from tolstat.statistics.weighted import effective_number, weighted_share
 from tolstat.store.evidence import Halved, Members
 from tolstat.study.study import Study
@@ -48,12 +49,10 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
         if each.name in deviating.distributions
         and not isinstance(deviating.distributions[each.name], Constant)
     }
-    beyond = {}
-    for name, limit in study.limits.items():
-        with np.errstate(invalid="ignore"):  # failed: NaN, within nothing
-            values = trials.response(name)[own]
-            within = (values >= limit.lower) & (values <= limit.upper)
-        beyond[name] = ~within
+    beyond = {
+        name: ~within(trials.response(name)[own], limit.permitted)
+        for name, limit in study.limits.items()
+    }
     if not every or not beyond:
         return {}
     halving = Halving(every, deviating.distributions, deviating.dependence)

@@ -41,12 +41,7 @@ def culprits_of(
         By limited response; failed trials count as beyond.
     """
     run, ran = drawn.run, drawn.sample.ran
-    beyond = {}
-    for name, limit in run.limits.items():
-        values = drawn.values(name)
-        with np.errstate(invalid="ignore"):  # failed: NaN, within nothing
-            within = (values >= limit.lower) & (values <= limit.upper)
-        beyond[name] = ~within[ran]
+    beyond = {name: run.beyond(name)[drawn.trials][ran] for name in run.limits}
     if drawn.sample.replicates:
         return {
             name: Culprits(int(each.sum()), RANDOM_ONLY, (), {}, {})

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tolstat.model.description import StudyNumber
 from tolstat.reporting.drawn import Drawn, drawn_trials
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
@@ -94,8 +95,8 @@ def summary_table(run: Run) -> SummaryTable:
         else:
             row += _extremes(run, name, scale)
             if name in run.limits:
-                words = run.limits[name].words
-                limit_rows.append([name, words, _beyond(run, name)])
+                beyond = f"{np.count_nonzero(run.beyond(name))} of {run.ended}"
+                limit_rows.append([name, run.limits[name].words, beyond])
         rows.append(row)
     judged = ["limit", "demanded", "verdict", "% beyond", "as Ppk"]
     return SummaryTable(
@@ -119,7 +120,7 @@ def estimate_in_words(estimate: Estimate, scale: Scale) -> Cell:
         return "no interval"
     if estimate.sure:
         return value, scale.number(estimate.lower), scale.number(estimate.upper)
-    if estimate.reason.startswith("needs"):
+    if estimate.needs_more:
         return estimate.reason
     return f"{value}: no interval"
 
@@ -171,12 +172,13 @@ def _extremes(run: Run, name: str, scale: Scale) -> list[Cell]:
     return cells
 
 
-def _beyond(run: Run, name: str) -> str:
-    """Count the machines beyond a limit, failed ones among them."""
-    lower, upper = run.limits[name].permitted
-    with np.errstate(invalid="ignore"):
-        within = (run.column(name) >= lower) & (run.column(name) <= upper)
-    return f"{run.ended - np.count_nonzero(within)} of {run.ended}"
+def _in_words(run: Run, number: StudyNumber) -> str:
+    """Write a number of the study, and what it does not say."""
+    value = run.scale_of(number).words(number.value)
+    if math.isnan(number.value):
+        value = "none"
+    caveat = f" ({number.caveat})" if number.caveat else ""
+    return f"{number.name} {value}{caveat}"
 
 
 def notes_of(run: Run, sample: Sample | None) -> list[str]:
@@ -201,9 +203,7 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
     if nominal != Status.DONE.word:
         notes.append(f"the nominal machine: {nominal}")
     notes += run.notes
-    if own := [
-        f"{n.name} {run.scale_of(n).words(n.value)}" for n in run.numbers if n.of
-    ]:
+    if own := [_in_words(run, number) for number in run.numbers if number.of]:
         notes.append("without any trial: " + ", ".join(own))
     if run.stopped:
         reached = "reached" if run.stopped.reached else "not reached"

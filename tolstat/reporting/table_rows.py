@@ -54,6 +54,7 @@ def table_rows(run: Run) -> TableRows:
     if run.trials == 1:
         differing, alike = alike, []
     answers = responses_of_interest(run)
+    beyonds = {name: run.beyond(name) for name in run.limits}
     shown = [*differing, *answers]
     labels = [f"{name}\n{run.scales[name].mark}" for name in shown]
     rows = []
@@ -66,7 +67,7 @@ def table_rows(run: Run) -> TableRows:
             for name in shown
         ]
         done = run.status[trial] == Status.DONE
-        beyond = ", ".join(_beyond(run, trial)) if done else ""
+        beyond = ", ".join(n for n in beyonds if beyonds[n][trial]) if done else ""
         rows.append([str(trial), *cells, run.ended_as(trial), beyond])
     notes = []
     if alike:
@@ -79,12 +80,3 @@ def table_rows(run: Run) -> TableRows:
         )
     heads = ["trial", *labels, "status", "beyond"]
     return TableRows(f"{run.title}: its machines", heads, rows, notes)
-
-
-def _beyond(run: Run, trial: int) -> list[str]:
-    """Name the responses of a machine that are beyond their limits."""
-    return [
-        name
-        for name, limit in run.limits.items()
-        if not limit.lower <= run.column(name)[trial] <= limit.upper
-    ]

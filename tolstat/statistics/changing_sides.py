@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.statistics.limit import within
+
 Array = NDArray[np.float64]
 
 
@@ -60,6 +62,6 @@ def changing_sides(
     others[trials] = False
     gap = float(distance[others].min()) if others.any() else math.inf
     near = int(np.count_nonzero(distance[trials] < gap))
-    before, after = ((x >= lower) & (x <= upper) for x in (values[trials], precise))
+    before, after = within(values[trials], limit), within(precise, limit)
     changed = int(np.count_nonzero(before != after))
     return Sides(near, changed, gap, changed / done if done else math.nan)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.jackknife import jackknifed
 from tolstat.statistics.moments import moments, tails_are_light
-from tolstat.statistics.neighbours import Ring, first_orders, joint, nearest
+from tolstat.statistics.neighbours import Row, first_orders, joint, nearest
 from tolstat.statistics.rank_regression import ascending, rank_regressions
 from tolstat.statistics.regression import Regressed
 
@@ -102,7 +102,9 @@ def contributions(
     ----------
     S. Chatterjee, A new coefficient of correlation, J. Am. Statist. Assoc. 116 (2021);
     F. Gamboa, P. Gremaud, T. Klein, A. Lagnoux, Global sensitivity analysis: a novel
-    generation of mighty estimators based on rank statistics, Bernoulli 28 (2022), (7);
+    generation of mighty estimators based on rank statistics, Bernoulli 28 (2022), (7),
+    with J. von Neumann's mean square successive difference (Ann. Math. Stat. 12 (1941)
+    367-395) instead of a product that closes the ring of the trials;
     B. Broto, F. Bachoc, M. Depecker, Variance reduction for estimation of Shapley
     effects and adaptation to unknown input distribution, SIAM/ASA J. Uncertainty
     Quantification 8 (2020), 5.1: nearest neighbours.
@@ -116,13 +118,13 @@ def contributions(
         return {name: _nothing(names, groups, y) for name, y in responses.items()}
     columns = list(deviations.values())
     orders = [ascending(column) for column in columns]
-    rings = [Ring(order) for order in orders]
+    rows = [Row(order) for order in orders]
     # on two threads: NumPy and the search for neighbours keep no other waiting
     with ThreadPoolExecutor(1) as other:
         near = other.map(
             nearest, [np.column_stack([deviations[n] for n in groups[g]]) for g in few]
         )
-        alone = other.map(partial(first_orders, rings), spreading.values())
+        alone = other.map(partial(first_orders, rows), spreading.values())
         ranks = rank_regressions(columns, orders, list(spreading.values()))
     neighbours = list(near)
     computed = dict(zip(spreading, zip(ranks, alone, strict=True), strict=True))

@@ -31,5 +31,10 @@ class Estimate(NamedTuple):
         """Whether there is an interval."""
         return not (math.isnan(self.lower) or math.isnan(self.upper))
 
+    @property
+    def needs_more(self) -> bool:
+        """Whether more trials would give one: the reason says how many."""
+        return self.reason.startswith("needs")
+
 
 NONE_DONE = Estimate(math.nan, reason="no trial is done")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 DEMANDED = 0.9973  # yield that a limit asks for where the study says nothing
@@ -39,14 +41,19 @@ class Limit(NamedTuple):
         return sum(math.isfinite(end) for end in self.permitted)
 
     @property
-    def worst(self) -> int:
-        """Where failed machines are counted: 1 above, -1 below, 0 unknown."""
-        return worst_side(self.permitted)
-
-    @property
     def ppk(self) -> float:
         """What is demanded, as the Ppk of a normal response."""
         return ppk_of(1 - self.demanded, self.ends)
+
+
+def within(
+    values: NDArray[np.float64], permitted: tuple[float, float]
+) -> NDArray[np.bool_]:
+    """Tell which values are permitted; NaN, of a failed machine, is not."""
+    lower, upper = permitted
+    with np.errstate(invalid="ignore"):
+        found: NDArray[np.bool_] = (values >= lower) & (values <= upper)
+    return found
 
 
 def worst_side(permitted: tuple[float, float] | None) -> int:

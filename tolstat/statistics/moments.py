@@ -10,6 +10,7 @@ and else twice the spread of trials and limit beyond these, which is said beside
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -213,7 +214,8 @@ def few_leave(values: Array, reach: Reach = ANYWHERE) -> str:
     leaving = len(ordered) - int(after - first)
     if leaving >= LEAST_LEAVING or leaving > (1 - MOST_ALIKE) * len(ordered):
         return ""
-    return f"only {leaving} trials are not alike"
+    few = "1 trial is" if leaving == 1 else f"{leaving} trials are"
+    return f"only {few} not alike"
 
 
 def _missing(values: Array, reach: Reach) -> str:
@@ -231,8 +233,11 @@ def _missing(values: Array, reach: Reach) -> str:
 
 def _shuffled(values: Array) -> Array:
     """Mix values, always in the same way: bets must not follow an order."""
+    return values[_order(len(values))]
+
+
+@lru_cache(maxsize=8)
+def _order(n: int) -> NDArray[np.int64]:
+    """Return the order in which so many trials are bet on."""
     # an old generator, which is the same for ever
-    order: NDArray[np.int64] = np.random.RandomState(len(values)).permutation(
-        len(values)
-    )
-    return values[order]
+    return np.random.RandomState(n).permutation(n)

@@ -13,8 +13,8 @@ from tolstat.statistics.jackknife import PARTS
 Array = NDArray[np.float64]
 
 
-class Ring:
-    """Trials in ascending order of one deviation, the last one beside the first.
+class Row:
+    """Trials in ascending order of one deviation.
 
     Parameters
     ----------
@@ -23,15 +23,15 @@ class Ring:
     """
 
     def __init__(self, order: NDArray[np.int64]) -> None:
-        # begin where a run of one part begins, so that no run goes round the end
-        part = (order % PARTS).astype(np.uint8)
-        turn = int(np.argmax(part != part[-1]))
-        self.order, part = np.roll(order, -turn), np.roll(part, -turn)
+        part = order % PARTS
+        self.order = order
+        # runs of one part, which go together
         self.first = np.flatnonzero(np.append(True, part[1:] != part[:-1]))
+        self.last = np.append(self.first[1:], len(order)) - 1
         self.part = part[self.first]
 
-    def products(self, y: Array) -> tuple[float, Array]:
-        """Sum the products of neighbours, and again without each part.
+    def differences(self, y: Array) -> tuple[float, Array]:
+        """Sum the squared differences of neighbours, and again without each part.
 
         Parameters
         ----------
@@ -44,23 +44,24 @@ class Ring:
             Of all, and where one part is left out and what stood beside it closes up.
         """
         y = y[self.order]
-        before = np.append(0.0, np.cumsum(y * np.roll(y, -1)))
-        # a run that goes takes its products with it, and its neighbours meet
-        head, left = y[self.first], y[self.first - 1]
-        gone = np.diff(before[self.first], append=before[-1]) + left * head
-        met = left * np.roll(head, -1)
-        changes = np.bincount(self.part, met - gone, PARTS)
-        return float(before[-1]), before[-1] + changes
+        # up to each trial, with as much room at either end
+        upto = np.append(0.0, np.cumsum(np.diff(y) ** 2))
+        before, after = self.first - 1, self.last + 1
+        gone = upto[np.minimum(after, len(y) - 1)] - upto[np.maximum(before, 0)]
+        met = np.zeros(len(before))
+        met[1:-1] = (y[after[1:-1]] - y[before[1:-1]]) ** 2
+        return float(upto[-1]), upto[-1] + np.bincount(self.part, met - gone, PARTS)
 
 
-def first_orders(rings: Sequence[Ring], y: Array) -> tuple[Array, Array]:
+def first_orders(rows: Sequence[Row], y: Array) -> tuple[Array, Array]:
     """Estimate first-order Sobol' indices from neighbours in rank.
 
-    The covariance of y with y at the next larger deviation, over the variance.
+    What is left of the variance of y among trials of the same deviation is half the
+    mean square of its differences to the next larger one.
 
     Parameters
     ----------
-    rings : sequence of Ring
+    rows : sequence of Row
         The trials in ascending order of each deviation.
     y : float64[n]
         Response.
@@ -76,14 +77,12 @@ def first_orders(rings: Sequence[Ring], y: Array) -> tuple[Array, Array]:
     sizes = n - np.bincount(part, minlength=PARTS)
     sums = centred.sum() - np.bincount(part, centred, PARTS)
     square = np.sum(centred**2)
-    squares = square - np.bincount(part, centred**2, PARTS)
-    means = sums / sizes
-    variances = squares / sizes - means**2
-    whole, left_out = np.empty(len(rings)), np.empty((PARTS, len(rings)))
-    for column, ring in enumerate(rings):
-        products, without = ring.products(centred)
-        whole[column] = products / square
-        left_out[:, column] = (without / sizes - means**2) / variances
+    squares = square - np.bincount(part, centred**2, PARTS) - sums**2 / sizes
+    whole, left_out = np.empty(len(rows)), np.empty((PARTS, len(rows)))
+    for column, row in enumerate(rows):
+        differences, without = row.differences(centred)
+        whole[column] = 1 - differences / (2 * square)
+        left_out[:, column] = 1 - without / (2 * squares)
     return whole, left_out
 
 

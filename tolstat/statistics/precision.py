@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ Array = NDArray[np.float64]
 
 FIRST = 1024  # trials of the first stage
 RESERVE = 1.1  # more trials than the first stage alone would suggest
-MOST_GROWTH = 8.0
+AHEAD = 8  # times as many trials: what they would tell is looked at, and no farther
 MULTIPLE = 256  # stages are a multiple of it
 
 
@@ -75,17 +76,42 @@ def trials_wanted(
     Returns
     -------
     float
-        0 when all is reached; else as many as the interval suggests, which shrinks with
-        the root of the trials, and a tenth more; infinite where there is none yet.
+        0 when all is reached; else as many as reach it if more trials are like these:
+        eight times as many say how its interval shrinks, from there on it does so with
+        the root of the trials. A tenth more; infinite where there is none even then.
     """
-    missing = 0.0
+    wanted, trials = 0.0, len(sample.status)
     for each in precisions:
         name = each.statistic.response
-        found = each.statistic.of(
-            responses[name], sample, limits.get(name), ranges.get(name)
+        of = partial(
+            each.statistic.of, limit=limits.get(name), declared=ranges.get(name)
         )
-        missing = max(missing, each.missing(found))
-    return 0.0 if missing <= 1 else RESERVE * missing * missing * len(sample.status)
+        now = each.missing(of(responses[name], sample))
+        if now <= 1:
+            continue
+        # repeated, replicates do not average, and neighbours in rank are the same
+        then = now / math.sqrt(AHEAD)
+        if not sample.replicates and each.statistic.kind != "quantile":
+            often = sample._replace(status=np.tile(sample.status, AHEAD))
+            then = each.missing(of(np.tile(responses[name], AHEAD), often))
+        wanted = max(wanted, RESERVE * _trials_until(now, then) * trials)
+    return wanted
+
+
+def _trials_until(now: float, then: float) -> float:
+    """Say when nothing is missing: in trials, over those so far.
+
+    Parameters
+    ----------
+    now, then : float
+        What is missing with the trials so far, more than 1, and with eight times as
+        many.
+    """
+    if then > 1 or math.isinf(now):
+        return AHEAD * max(then, 1.0) ** 2
+    # in between by a power, but no interval shrinks faster than the trials grow
+    shrunk = min(now / then, AHEAD) if then else AHEAD
+    return float(now ** (math.log(AHEAD) / math.log(shrunk)))
 
 
 def next_stage(trials: int, wanted: float) -> int:
@@ -109,5 +135,5 @@ def next_stage(trials: int, wanted: float) -> int:
     the variance, Ann. Math. Stat. 16 (1945) 243-258: few looks, far apart, leave the
     last interval nearly what it claims; measured in tests/coverage.
     """
-    most = min(wanted, MOST_GROWTH * trials)
+    most = min(wanted, AHEAD * trials)
     return MULTIPLE * math.ceil(most / MULTIPLE)

@@ -8,15 +8,13 @@ as far beyond it as these could move the number.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Literal
+from bisect import bisect_left
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, stdtrit
+from scipy.special import stdtrit
 
 from tolstat.statistics.estimate import NONE_DONE, Estimate
-from tolstat.statistics.following import CHANCE, GROWTH, MOST_TRIALS, grown
 from tolstat.statistics.moments import ANYWHERE, Reach, few_leave
 from tolstat.statistics.quantiles import median_unbiased
 
@@ -87,7 +85,7 @@ def mean_of_replicates(
     A. B. Owen, Monte Carlo Theory, Methods and Examples, chapter 17: randomised
     quasi-Monte Carlo, replicates.
     """
-    if reason := _missing(values, replicate):
+    if reason := missing(values, replicate):
         value = float(values.mean()) if len(values) else math.nan
         return Estimate(value, reason=reason)
     value = float(values.mean())
@@ -107,7 +105,7 @@ def _between(
     confidence: float,
 ) -> Estimate:
     """Give a mean its interval: from the replicates' means, and what they never met."""
-    half = _student(each, confidence)
+    half = half_width(each, confidence)
     rare = never_met(trials, len(each), confidence)
     low, high = value - half, value + half
     # met too often or too seldom, by as much as what was never met
@@ -134,7 +132,7 @@ def sigma_of_replicates(
         With the interval of the mean of squares about the mean.
     """
     value = float(values.std(ddof=1)) if len(values) > 1 else math.nan
-    if reason := _missing(values, replicate) or few_leave(values, reach):
+    if reason := missing(values, replicate) or few_leave(values, reach):
         return Estimate(value, reason=reason)
     centre, (lower, upper) = float(values.mean()), reach.ends(values)
     squares = Reach((0.0, max(upper - centre, centre - lower) ** 2))
@@ -194,7 +192,7 @@ def quantile_of_replicates(
     """
     ordered = np.sort(values)
     value = median_unbiased(ordered, share) if len(values) else math.nan
-    if reason := _missing(values, replicate):
+    if reason := missing(values, replicate):
         return Estimate(value, reason=reason)
     n, sizes = len(values), np.bincount(replicate)
     needed = math.ceil(LEAST_BEYOND / min(share, 1 - share))
@@ -207,11 +205,15 @@ def quantile_of_replicates(
         each = np.bincount(in_order[:stop], minlength=len(sizes)) / sizes
         return _between(each, stop / n, n, 0.0, 1.0, confidence)
 
-    def below(k: int, side: Literal["left", "right"]) -> Estimate:
-        return share_of(int(np.searchsorted(ordered, ordered[k], side)))
+    def from_below(k: int) -> bool:
+        return share_of(int(np.searchsorted(ordered, ordered[k]))).upper >= share
 
-    low = _first(lambda k: below(k, "left").upper >= share, n) - 1
-    high = min(_first(lambda k: below(k, "right").lower >= share, n), n - 1)
+    def from_above(k: int) -> bool:
+        stop = int(np.searchsorted(ordered, ordered[k], "right"))
+        return share_of(stop).lower >= share
+
+    low = bisect_left(range(n), True, key=from_below) - 1
+    high = min(bisect_left(range(n), True, key=from_above), n - 1)
     lower, upper = float(ordered[low]), float(ordered[high])
     if not math.isfinite(lower + upper):
         return Estimate(
@@ -221,48 +223,8 @@ def quantile_of_replicates(
     return Estimate(value, min(lower, value), max(upper, value))
 
 
-def replicates_that_decide(
-    machines: NDArray[np.bool_], replicate: Numbers, demanded: float
-) -> int:
-    """Return how many trials will tell whether a share is as large as is demanded.
-
-    Parameters
-    ----------
-    machines, replicate
-        As of `share_from_replicates`.
-    demanded : float
-        Between 0 and 1.
-
-    Returns
-    -------
-    int
-        The least number, of those a quarter apart, that decides with a chance of 80 %
-        if the replicates scatter less as the root of the trials grows; 0 if that is
-        beyond 1e9. Where replicates are too small, as many as make them large enough.
-    """
-    values = machines.astype(np.float64)
-    if _missing(values, replicate):
-        return grown(LEAST_IN_EACH * max(int(replicate.max(initial=0)) + 1, 2))
-    share, n = float(values.mean()), len(values)
-    each = np.bincount(replicate, values) / np.bincount(replicate)
-    half = _student(each, 0.95)
-    error = float(each.std(ddof=1)) / math.sqrt(len(each))
-    rare = never_met(n, len(each))
-    trials = n
-    while (trials := math.ceil(GROWTH * trials)) <= MOST_TRIALS:
-        part = n / trials
-        wide, beyond = half * math.sqrt(part), rare * part
-        # what is estimated then differs from what is now, and from the truth
-        scatter = max(error * math.sqrt(1 + part), 1e-12)
-        met = ndtr((share - wide - beyond * share - demanded) / scatter)
-        missed = ndtr((demanded - share - wide - beyond * (1 - share)) / scatter)
-        if met + missed >= CHANCE:
-            return grown(trials)
-    return 0
-
-
-def _missing(values: Array, replicate: Numbers) -> str:
-    """Say why there is no interval; empty if there is one."""
+def missing(values: Array, replicate: Numbers) -> str:
+    """Say why replicates give no interval; empty if they do."""
     if not len(values):
         return NONE_DONE.reason
     sizes = np.bincount(replicate)
@@ -271,16 +233,7 @@ def _missing(values: Array, replicate: Numbers) -> str:
     return ""
 
 
-def _student(each: Array, confidence: float) -> float:
-    """Return half the interval of the replicates' means."""
+def half_width(each: Array, confidence: float = 0.95) -> float:
+    """Return half of Student's interval of the replicates' means, a tenth wider."""
     z = float(stdtrit(len(each) - 1, 0.5 + confidence / 2))
     return WIDER * z * float(each.std(ddof=1)) / math.sqrt(len(each))
-
-
-def _first(holds: Callable[[int], bool], n: int) -> int:
-    """Return the least of 0 .. n-1 from which something holds; n if it never does."""
-    low, high = -1, n
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if holds(middle) else (middle, high)
-    return high

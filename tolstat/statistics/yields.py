@@ -8,13 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.following import followed, grown, trials_that_decide
-from tolstat.statistics.limit import DEMANDED
-from tolstat.statistics.replicates import (
+from tolstat.statistics.deciding import (
+    grown,
     replicates_that_decide,
-    share_from_replicates,
+    trials_that_decide,
 )
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.following import followed
+from tolstat.statistics.limit import DEMANDED, within
+from tolstat.statistics.replicates import share_from_replicates
 from tolstat.statistics.sample import Sample
 
 Array = NDArray[np.float64]
@@ -71,7 +73,7 @@ def yield_of(
         trials are added, so that following a verdict until it falls errs no oftener;
         else from the scatter between replicates.
     """
-    return _judged(_within(values, sample, limit), sample, demanded)
+    return _judged(within(values, limit) & sample.done, sample, demanded)
 
 
 def joint_yield(
@@ -89,10 +91,9 @@ def joint_yield(
         Least and greatest permitted value of each limited response; at least one.
     """
     good = np.all(
-        [_within(responses[name], sample, limit) for name, limit in limits.items()],
-        axis=0,
+        [within(responses[name], limit) for name, limit in limits.items()], axis=0
     )
-    return _share(good[sample.ran], sample)
+    return _share((good & sample.done)[sample.ran], sample)
 
 
 def _judged(good: NDArray[np.bool_], sample: Sample, demanded: float) -> Yield:
@@ -129,10 +130,3 @@ def _share(machines: NDArray[np.bool_], sample: Sample) -> Estimate:
     if sample.replicates:
         return share_from_replicates(machines, sample.replicate[sample.ran])
     return followed(int(machines.sum()), len(machines), CONFIDENCE)
-
-
-def _within(values: Array, sample: Sample, limit: Ends) -> NDArray[np.bool_]:
-    lower, upper = limit
-    with np.errstate(invalid="ignore"):
-        inside: NDArray[np.bool_] = (values >= lower) & (values <= upper)
-    return inside & sample.done

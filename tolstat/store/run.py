@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.model.description import Contributor, Response, StudyNumber
-from tolstat.statistics.limit import Limit
+from tolstat.statistics.limit import Limit, within
 from tolstat.status import Status, status_words
 from tolstat.store.audited import Audited
 from tolstat.store.evidence import Evidence
@@ -185,6 +185,11 @@ class Run:
     def column(self, name: str) -> NDArray[Any]:
         """Return a swept setting, contributor or response of all trials, SI."""
         return self._columns[name]
+
+    def beyond(self, response: str) -> NDArray[np.bool_]:
+        """Return which trials ended beyond a limit, failed ones among them."""
+        ended: NDArray[np.bool_] = self.status != Status.NOT_RUN
+        return ended & ~within(self.column(response), self.limits[response].permitted)
 
     @property
     def steps(self) -> NDArray[np.int64] | None:

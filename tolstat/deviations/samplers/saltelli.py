@@ -52,4 +52,4 @@ class Saltelli:
             samples[:, :, column] = a[:, None]
             samples[:, 1, column] = b
             samples[:, OWN + column, column] = b
-        return samples.reshape(-1, len(streams))[:trials]
+        return samples.reshape(points * group, len(streams))[:trials]
