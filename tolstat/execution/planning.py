@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat import catalogue
 from tolstat.deviations.dependence import Dependence
-from tolstat.deviations.spread import spread_of
+from tolstat.deviations.spread import Spread, spread_of
 from tolstat.model.checked import numbers_of
 from tolstat.model.description import StudyNumber
 from tolstat.model.settings import settings_of
@@ -29,6 +31,7 @@ def plan_of(study: Study, deviations: NDArray[np.float64]) -> Plan:
         Drawn, SI.
     """
     model, points = study.model, study.points
+    assumed = assumed_of(study.deviating)
     return Plan(
         study_text=study.text,
         title=study.title,
@@ -50,14 +53,14 @@ def plan_of(study: Study, deviations: NDArray[np.float64]) -> Plan:
             for name, each in settings_of(model).items()
         },
         limits=study.limits,
-        assumed=assumed_of(study.deviating),
+        assumed=assumed,
         shown=study.shown,
         grid=tuple(axis.name for axis in points.swept) if points else (),
         swept=_swept(study),
         reference=Reference(*study.reference) if study.reference else None,
         notes=study.notes,
         assumptions=tuple(model.assumptions),
-        numbers=_numbers(study),
+        numbers=_numbers(study, assumed),
     )
 
 
@@ -89,11 +92,11 @@ def _swept(study: Study) -> dict[str, Swept]:
     }
 
 
-def _numbers(study: Study) -> tuple[StudyNumber, ...]:
+def _numbers(study: Study, assumed: Mapping[str, Assumed]) -> tuple[StudyNumber, ...]:
     """Ask the machine for the numbers of the study; a grid has none of its own."""
     if study.points:
         return ()
-    spreads = {n: spread_of(d) for n, d in study.deviating.distributions.items()}
+    spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
     alone = study.deviating.dependence == Dependence()
     return numbers_of(study.model, study.settings, spreads, independent=alone)
 

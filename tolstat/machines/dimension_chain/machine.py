@@ -84,7 +84,7 @@ class DimensionChain(Model):
         *,
         independent: bool = True,
     ) -> tuple[StudyNumber, ...]:
-        """Return worst case, root sum square, and the slope and share of each link.
+        """Return worst case, root sum square, and the share of each link.
 
         Parameters
         ----------

@@ -13,7 +13,7 @@ _R = Response
 def description_of(settings: Settings, design: Design) -> Description:
     """List what deviates and what is answered: a position error for each satellite."""
     k = settings.satellites
-    F = 2 * settings.torque / design.dw1
+    F = design.F
     spacing = Gear(design.dw2, "pitch") if settings.position_at == "mesh" else None
     where = "along mesh 1-2, tooth spacing included" if spacing else "at its pin"
     contributors = (

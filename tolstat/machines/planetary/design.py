@@ -48,6 +48,8 @@ class Design(NamedTuple):
         Transverse pressure angles of the meshes, rad.
     unbalance : float
         Axial force on a satellite for a force of 1 in mesh 1-2; 0 where balanced.
+    F : float
+        Tangential force of all satellites together in mesh 1-2, N.
     """
 
     scheme: Scheme
@@ -63,6 +65,7 @@ class Design(NamedTuple):
     alpha12: float
     alpha34: float
     unbalance: float
+    F: float
 
 
 def design_of(settings: Settings) -> Design:
@@ -102,6 +105,7 @@ def design_of(settings: Settings) -> Design:
         alpha12=math.atan(math.tan(settings.pressure_angle) / math.cos(b2)),
         alpha34=_pressure_angle(settings, b2, b3, dw3),
         unbalance=_left_over(settings, b2, b3, D),
+        F=2 * settings.torque / dw1,
     )  # fmt: skip
     _check_satellites(settings, found)
     return found

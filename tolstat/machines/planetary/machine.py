@@ -73,7 +73,7 @@ class Planetary(Model):
         db2, db3 = deviations[:, 0], deviations[:, 1]
         e = deviations[:, 2 : 2 + k]
         da, *E = deviations[:, 2 + k :].T
-        F = 2 * settings.torque / design.dw1
+        F = design.F
         if settings.position_at == "pin":
             e = felt_in_mesh(design) * e
         K, forces = shared(e, F, settings.mesh_stiffness)
@@ -105,7 +105,7 @@ class Planetary(Model):
             Not used either.
         """
         design = design_of(settings)
-        F = 2 * settings.torque / design.dw1 / settings.satellites
+        F = design.F / settings.satellites
         return (
             StudyNumber("ratio", "1", design.ratio, "wheel 1 to carrier", "1"),
             StudyNumber("D", "1", design.D, "dw2 / dw3", "1"),
