@@ -50,10 +50,13 @@ def compiled(
 
     def decorate(function: Function) -> Any:
         source = Path(function.__code__.co_filename)
+        own = source.is_relative_to(PACKAGE)
+        # tolstat's own make no arrays: counting who refers to those of the march took a
+        # quarter of its time, one locked instruction for each slice
+        options["_nrt"] = not own
         if signature is None:
-            # tolstat's own need no way in from Python: unpacking arguments is most of
+            # nor do they need a way in from Python: unpacking arguments is most of
             # the code, and whoever called would crash
-            own = source.is_relative_to(PACKAGE)
             return njit(no_cpython_wrapper=own, no_cfunc_wrapper=own, **options)(
                 function
             )

@@ -17,25 +17,26 @@ DAMPING = len(Machine._fields)  # the parameters behind: the damping matrix, by 
 @compiled(within=True)
 def viscous_moment(link, y, p):
     """Return what damping adds to the moment in one link: its row times all rates."""
-    rates, row = rows(y[N_LINKS:]), rows(p[DAMPING + N_LINKS * link :])
-    total = row[0] * rates[0]
+    first = DAMPING + N_LINKS * link
+    total = p[first] * y[N_LINKS]
     for other in range(1, N_LINKS):
-        total = total + row[other] * rates[other]
+        total = total + p[first + other] * y[N_LINKS + other]
     return total
 
 
 @compiled(within=True)
 def moved(moment, y, p):
     """Evaluate the equations with their damping."""
+    states, numbers = rows(y), rows(p)
     viscous = Links(
-        viscous_moment(0, y, p),
-        viscous_moment(1, y, p),
-        viscous_moment(2, y, p),
-        viscous_moment(3, y, p),
-        viscous_moment(4, y, p),
-        viscous_moment(5, y, p),
-        viscous_moment(6, y, p),
-        viscous_moment(7, y, p),
+        viscous_moment(0, states, numbers),
+        viscous_moment(1, states, numbers),
+        viscous_moment(2, states, numbers),
+        viscous_moment(3, states, numbers),
+        viscous_moment(4, states, numbers),
+        viscous_moment(5, states, numbers),
+        viscous_moment(6, states, numbers),
+        viscous_moment(7, states, numbers),
     )
     return motion(named(Moment, moment), named(State, y), named(Machine, p), viscous)
 
