@@ -1,0 +1,192 @@
+"""Step loads of the rolling block by the second and core: tolstat against heyoka.
+
+    pip install heyoka
+    python -m tests.benchmarks.drive
+
+Both follow the same drives of runs/rolling-block.toml through their step loads of one
+second, by the same equations. The error is that of the elastic moments at 50 times,
+against the modal closed form, in units of the greatest moment in that link. heyoka
+runs at the loosest of its tolerances at which it errs no more than tolstat does.
+Seconds are those of the processor, without compilation; of five repeats side by side
+the median of the ratios counts. tolstat also finds the peaks, heyoka does not.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from statistics import median
+from types import FunctionType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.benchmarks.engines import REPEATS, seconds
+from tests.conftest import ROOT
+from tolstat.machines.rolling_block import motion as equations
+from tolstat.machines.rolling_block.damping import damping_matrix
+from tolstat.machines.rolling_block.drive import Drive, drives
+from tolstat.machines.rolling_block.frequency_response import contributions
+from tolstat.machines.rolling_block.loading import Loading, followed, load_steps
+from tolstat.machines.rolling_block.modes import Modes, modes_of
+from tolstat.machines.rolling_block.motion import Links, Machine, Moment, State
+from tolstat.machines.rolling_block.settings import Settings
+from tolstat.machines.rolling_block.topology import STANDS
+from tolstat.machines.rolling_block.transient import moments
+from tolstat.study.study import load
+
+Array = NDArray[np.float64]
+Run = Callable[[], Array]
+
+N, M = len(State._fields), len(Links._fields)
+PARAMETERS = len(Machine._fields)
+DRIVES, MANY = 256, 2000
+RTOLS = (1e-6, 1e-8, 1e-9)
+TIMES = np.linspace(0.02, 1.0, 50)  # s
+
+
+class Drives:
+    """What is followed: drives, their modes, their loads."""
+
+    def __init__(self, n: int) -> None:
+        study = load(ROOT / "runs" / "rolling-block.toml")
+        settings = study.settings
+        assert isinstance(settings, Settings)
+        self.settings = settings
+        self.built, _ = drives(study.deviations()[:n], settings)
+        self.modes = modes_of(self.built.Q, self.built.C)
+        self.loading: Loading = load_steps(settings)
+
+    def part(self, rows: slice) -> tuple[Drive, Modes]:
+        """Return some of them."""
+        built = Drive(*(each[rows] for each in self.built))
+        return built, Modes(*(each[rows] for each in self.modes))
+
+    def truth(self) -> Array:
+        """Return their moments in closed form, float64[drive, link, time], N m."""
+        built, modes = self.built, self.modes
+        steps = [
+            (when, contributions(modes, built.C, {stand: 0.25, 1: 0.25}))
+            for when, stand in zip(self.settings.entries, STANDS, strict=True)
+        ]
+        return moments(TIMES, modes, built.zeta, steps)
+
+
+def tolstat(given: Drives, rtol: float) -> Run:
+    """Follow them by this engine, peaks included."""
+    settings = replace(given.settings, rtol=rtol)
+
+    def run() -> Array:
+        found = followed(given.built, given.modes, given.loading, settings, TIMES)
+        twists = found.history[:, :, :M].transpose(0, 2, 1)
+        return given.built.C[:, :, None] * twists
+
+    return run
+
+
+def heyoka(given: Drives, tolerance: float) -> Run:
+    """Follow them by Taylor series, a drive in each lane; the loads step at marks."""
+    import heyoka as hy
+
+    lanes = hy.recommended_simd_size()
+    y = hy.make_vars(*(f"y{i}" for i in range(N)))
+    # its loads are parameters, changed between two phases
+    numpy = SimpleNamespace(where=lambda on, load, _: load if on else 0.0)
+    motion: Any = FunctionType(
+        equations.motion.__code__, {**vars(equations), "np": numpy}
+    )
+    letters = {name: hy.par[i] for i, name in enumerate(Machine._fields)}
+    for stand in range(6, 10):
+        letters |= {f"on{stand}": 0.0, f"off{stand}": 1.0}
+    rows = [
+        hy.sum([hy.par[PARAMETERS + M * i + j] * y[M + j] for j in range(M)])
+        for i in range(M)
+    ]
+    at = motion(Moment(*np.zeros(2)), State(*y), Machine(**letters), Links(*rows))
+    H = damping_matrix(given.modes, given.built.C, given.built.zeta)
+    table = np.zeros((PARAMETERS + M * M, len(H)))
+    table[:9], table[9:17] = 1.0 / given.built.Q.T, given.built.C.T
+    table[Machine._fields.index("matched")] = given.loading.matched
+    table[PARAMETERS:] = H.reshape(len(H), -1).T
+    load = Machine._fields.index("M6")
+    taylor = hy.taylor_adaptive_batch(
+        list(zip(y, at.derivative, strict=True)),
+        np.zeros((N, lanes)),
+        pars=np.zeros((len(table), lanes)),
+        tol=tolerance,
+    )
+    entries = given.settings.entries
+
+    def batch(first: int) -> Array:
+        found = np.empty((len(TIMES), M, lanes))
+        taylor.set_time(0.0)
+        taylor.state[:] = 0.0
+        taylor.pars[:] = table[:, first : first + lanes]
+        for when in sorted({*entries, *TIMES}):
+            taylor.propagate_until([when] * lanes)
+            for stand, entry in enumerate(entries):
+                if entry == when:
+                    taylor.pars[load + stand] = given.loading.moments[stand]
+            found[np.equal(TIMES, when)] = taylor.state[:M]
+        twists = found.transpose(2, 1, 0)
+        return given.built.C[first : first + lanes, :, None] * twists
+
+    return lambda: np.concatenate([batch(i) for i in range(0, len(H), lanes)])
+
+
+def error(found: Array, truth: Array) -> float:
+    """Return the worst error of a moment over the greatest in its link."""
+    greatest = np.abs(truth).max(axis=2, keepdims=True)
+    return float(np.max(np.abs(found - truth) / greatest))
+
+
+def side_by_side(given: Drives, rtol: float) -> None:
+    """Print how fast, how exact, and how heyoka does at no greater error."""
+    truth = given.truth()
+    own = tolstat(given, rtol)
+    bound = error(own(), truth)
+    for exponent in range(4, 17):
+        peer = heyoka(given, 10.0**-exponent)
+        met = error(peer(), truth)
+        if met <= bound:
+            break
+    rates, ratios = [], []
+    for _ in range(REPEATS):
+        rates.append(DRIVES / seconds(own))
+        ratios.append(rates[-1] * seconds(peer) / DRIVES)
+    print(
+        f"rtol {rtol:.0e}, error {bound:.1e}: {median(rates):.0f}/s; heyoka, tolerance "
+        f"1e-{exponent}, error {met:.1e}: tolstat is {median(ratios):.1f} times as fast"
+    )
+
+
+def by_two_threads(given: Drives, rtol: float) -> None:
+    """Print the seconds of them all, without samples, as the machine follows them."""
+    settings = replace(given.settings, rtol=rtol)
+
+    def part(rows: slice) -> None:
+        followed(*given.part(rows), given.loading, settings)
+
+    half, walls = MANY // 2, []
+    for _ in range(REPEATS):
+        began = time.perf_counter()
+        with ThreadPoolExecutor(2) as executor:
+            list(executor.map(part, (slice(half), slice(half, MANY))))
+        walls.append(time.perf_counter() - began)
+    print(f"{MANY} drives by two threads, rtol {rtol:.0e}: {median(walls):.2f} s")
+
+
+def main() -> None:
+    """Print the lines."""
+    few, many = Drives(DRIVES), Drives(MANY)
+    for rtol in RTOLS:
+        side_by_side(few, rtol)
+    for rtol in RTOLS:
+        by_two_threads(many, rtol)
+
+
+if __name__ == "__main__":
+    main()
