@@ -2,19 +2,33 @@
 
 `System` names equations compiled by `compiled(rates_signature)`; they read rows of
 lanes by `rows` or, with the letters of a named tuple, by `named`, and store them by
-`write`. `integrate` takes a block of machines and returns their `Solution`. Importing
-this module loads the compiler; a machine whose words are to be quick to show imports it
-where it integrates.
+`write`. `integrate` takes a block of machines and returns their `Solution`. The
+compiler is loaded with the first name that needs it.
 """
 
 from __future__ import annotations
 
-from tolstat.integrator.integrate import System, integrate
-from tolstat.integrator.signatures import rates_signature
-from tolstat.integrator.trials import Accuracy, Solution
-from tolstat.lanes.compiled import compiled
-from tolstat.lanes.rows import named, rows, write
+import importlib
+from typing import TYPE_CHECKING, Any
 
+if TYPE_CHECKING:
+    from tolstat.integrator.integrate import System, integrate
+    from tolstat.integrator.signatures import rates_signature
+    from tolstat.integrator.trials import Accuracy, Solution
+    from tolstat.lanes.compiled import compiled
+    from tolstat.lanes.rows import named, rows, write
+
+_HOMES = {
+    "Accuracy": "tolstat.integrator.trials",
+    "Solution": "tolstat.integrator.trials",
+    "System": "tolstat.integrator.integrate",
+    "compiled": "tolstat.lanes.compiled",
+    "integrate": "tolstat.integrator.integrate",
+    "named": "tolstat.lanes.rows",
+    "rates_signature": "tolstat.integrator.signatures",
+    "rows": "tolstat.lanes.rows",
+    "write": "tolstat.lanes.rows",
+}
 __all__ = [
     "Accuracy",
     "Solution",
@@ -26,3 +40,10 @@ __all__ = [
     "rows",
     "write",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a name where it lives."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(_HOMES[name]), name)

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import io
-import os
-import subprocess
-import sys
-
 import numpy as np
-import pandas as pd
 import pytest
 import scipy.linalg
 from scipy.optimize import minimize_scalar
 
 import tolstat
-from tests.conftest import ROOT
 from tests.machines import rolling_block_reference as known
 from tests.machines.test_rolling_block_modes import B, scattered, solved
 from tolstat.machines.rolling_block.damping import damping_matrix
@@ -207,6 +200,32 @@ def test_damping_deviates_in_all_modes():
     assert less.equals(same)
 
 
+@pytest.mark.parametrize("zeta", [0.999999, 1.0, 1.000001, 1.6, 40.0])
+def test_a_drive_that_does_not_swing(zeta):
+    """Critical and beyond: closed form and integrated, by the matrix exponential."""
+    drive, modes = scattered(1)
+    drive = drive._replace(zeta=np.array([zeta]))
+    settings = Settings(motor="matched", horizon=0.3)
+    time = np.array([0.0, 1e-3, 0.02, 0.1, 0.3])
+    found = moments(time, modes, drive.zeta, steps_of(settings, drive, modes))[0]
+    H = damping_matrix(modes, drive.C, drive.zeta)[0]
+    twisting = np.diag(1.0 / drive.Q[0])
+    # twists' = B angles'; angles'' = Q^-1 (load - B^T (C twists + H rates))
+    A = np.zeros((17, 17))
+    A[:8, 8:] = B
+    A[8:, :8] = -twisting @ B.T @ np.diag(drive.C[0])
+    A[8:, 8:] = -twisting @ B.T @ H @ B
+    load = np.concatenate([np.zeros(8), twisting @ ([1.0] + [0.0] * 4 + [-0.25] * 4)])
+    whole = np.block([[A, load[:, None]], [np.zeros((1, 18))]])
+    for t, moment in zip(time, found.T, strict=True):
+        twists = scipy.linalg.expm(whole * t)[:8, 17]
+        assert moment == pytest.approx(drive.C[0] * twists, abs=1e-7)
+    solution = followed(drive, modes, load_steps(settings), settings, time)
+    for link in range(8):
+        moment = drive.C[0, link] * solution.history[0, :, link]
+        assert moment == pytest.approx(found[link], abs=1e-7)
+
+
 def test_closer_tolerance_moves_no_peak():
     """What is said at rtol 1e-9 is true to 1e-6 of itself."""
     short = {"horizon": 0.3}
@@ -226,23 +245,3 @@ def test_the_size_of_load_and_drive_is_no_matter():
         name = f"amplification_{ij}"
         assert small[name] == pytest.approx(usual[name], rel=1e-9)
     assert nominal(Settings(scale=1e-3)).C[0, 0] == pytest.approx(8e3)
-
-
-UNCOMPILED = """
-import tolstat
-given = {"horizon": 0.02, "rtol": 1e-6, "delay": 2e-3}
-found = tolstat.evaluate("rolling_block", {"stiffness_12": [0.0, 0.05]}, given)
-print(found.drop(columns="status").to_csv(float_format="%.17g"))
-"""
-
-
-def test_the_same_answers_without_the_compiler():
-    tables = [
-        subprocess.run(
-            [sys.executable, "-W", "ignore", "-c", UNCOMPILED], cwd=ROOT, check=True,
-            capture_output=True, text=True, env={**os.environ, **changed},
-        ).stdout
-        for changed in ({}, {"NUMBA_DISABLE_JIT": "1"})
-    ]  # fmt: skip
-    compiled, plain = (pd.read_csv(io.StringIO(each), index_col=0) for each in tables)
-    np.testing.assert_allclose(plain, compiled, rtol=1e-9, atol=1e-12)

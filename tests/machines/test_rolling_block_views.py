@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
+from scipy.stats import binomtest
 
 import tolstat
 from tests.machines import rolling_block_reference as known
 from tests.machines.test_rolling_block_modes import FREE, RPM
 from tolstat.errors import ModelError
 from tolstat.reporting.making import save_view
+from tolstat.reporting.view_picture import draw_view
 
 SPREAD = {
     "model": "rolling_block", "trials": 400, "seed": 4,
@@ -99,8 +102,8 @@ def test_meshes_of_many_teeth_meet_nothing():
     """First order of 20 teeth and more: above all natural frequencies of Table 1."""
     chart = shown("campbell", orders=(20.0,))
     assert [panel.title for panel in chart.panels] == [
-        "Share of machines that resonate"
-    ]
+        "Excitations and modes do not meet", "Whether the drive resonates",
+    ]  # fmt: skip
     assert not chart.frame()["resonating"].any()
 
 
@@ -172,8 +175,53 @@ def test_pulses_reach_their_peaks():
 def test_what_cannot_be_shown_is_refused():
     with pytest.raises(ModelError, match="this drive cannot exist"):
         tolstat.view("rolling_block", "shapes", {"stiffness_34": -1.2})
-    with pytest.raises(ModelError, match="leaves no swings to draw"):
-        tolstat.view("rolling_block", "pulses", {"damping": 99.0})
+
+
+def test_a_drive_that_does_not_swing_follows_its_pulse():
+    frame = shown("pulses", damping_ratio=2.0).frame()
+    # it comes from rest, and half the time later it is on its way back
+    assert frame["step"].is_monotonic_increasing
+    assert frame["M46"].abs().max() < 89.8757
+
+
+def test_the_response_without_damping_is_finite():
+    frame = shown("response", damping_ratio=0.0).frame()
+    assert np.isfinite(frame.to_numpy()).all()
+    assert frame["32 + 33"].max() < 1e5
+
+
+def test_shares_of_machines_have_their_interval():
+    chart = of_study("campbell")
+    share, band = chart.curves[-1].values, chart.bands[-1]
+    assert band.of == "resonating" and (band.lower <= share).all()
+    known = binomtest(0, 400).proportion_ci(method="exact")
+    assert share[0] == 0.0 and band.upper[0] == pytest.approx(known.high)
+    row = of_study("resonances").frame().iloc[0]
+    known = binomtest(
+        round(400 * row["meets at the working speed"]), 400
+    ).proportion_ci(method="exact")
+    assert row["from, 95 %"] == pytest.approx(known.low)
+    assert row["to, 95 %"] == pytest.approx(known.high)
+
+
+def test_nothing_resonates_and_is_drawn():
+    figure = draw_view(shown("resonances", orders=(0.01,)), "none")
+    (table,) = figure.axes[0].tables
+    assert table[1, 0].get_text().get_text() == "none"
+
+
+def test_a_band_has_the_colour_of_its_curve():
+    figure = draw_view(of_study("campbell"), "")
+    legend = figure.axes[0].get_legend()
+    colours = {
+        text.get_text(): to_hex(
+            each.get_color() if hasattr(each, "get_color") else each.get_facecolor()
+        )
+        for text, each in zip(legend.texts, legend.legend_handles, strict=True)
+    }
+    for mode in ("mode 1", "mode 2", "mode 4"):
+        assert colours[mode] == colours[f"{mode}, 5..95 %"]
+    assert len({colours[f"mode {r}"] for r in (1, 2, 3, 4)}) == 4
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,12 @@ chain = {"inertia": [0.8, 0.6], "stiffness": [1200.0, 900.0], "damping": [1.2, 0
 found = tolstat.evaluate("elastic_machine", {"start_up_time": [0.0, 0.03]}, chain)
 print(found.to_csv(float_format="%.17g"))
 """
+ROLLING = """
+import tolstat
+given = {"horizon": 0.02, "rtol": 1e-6, "delay": 2e-3}
+found = tolstat.evaluate("rolling_block", {"stiffness_12": [0.0, 0.05]}, given)
+print(found.to_csv(float_format="%.17g"))
+"""
 
 
 def answers(code, **environment):
@@ -51,7 +57,9 @@ def answers(code, **environment):
 
 
 @pytest.mark.parametrize(
-    "code", [OSCILLATOR, STAND, ELASTIC], ids=["oscillator", "stand", "elastic"]
+    "code",
+    [OSCILLATOR, STAND, ELASTIC, ROLLING],
+    ids=["oscillator", "stand", "elastic", "rolling"],
 )
 def test_the_same_answers_without_the_compiler(code):
     compiled = answers(code)

@@ -120,6 +120,20 @@ def test_curves_of_a_grid(grid):
     assert len(both.axes[0].lines) == 4
 
 
+def test_a_grid_of_words_is_drawn_over_them(toy, tmp_path):
+    study = tmp_path / "words.toml"
+    study.write_text(
+        'model = "toy"\nsampling = "grid"\n[grid]\nmode = ["odd", "plain"]\n'
+        '[limits]\ngap = ">= 0 mm"\n'
+    )
+    run = tolstat.run(study, model=toy)
+    (axes,) = draw_sweeps([run]).axes
+    assert axes.get_xlabel() == "mode"
+    assert list(axes.lines[0].get_xdata()) == [0.0, 1.0]
+    said = axes.xaxis.get_major_formatter()
+    assert [said(x, 0) for x in (0.0, 1.0, 0.5, 2.0)] == ["odd", "plain", "", ""]
+
+
 def test_the_same_picture_is_the_same_file(grid, tmp_path):
     for name in ("a.svg", "b.svg", "a.png", "a.pdf"):
         write(draw_sweeps([grid]), tmp_path / name)
@@ -140,7 +154,7 @@ def test_what_cannot_be_drawn(grid, toy, toy_study, tmp_path):
         write(draw_sweeps([grid]), tmp_path / "nowhere" / "picture.png")
     words = tmp_path / "words.toml"
     words.write_text('model = "toy"\nsampling = "grid"\n[grid]\nmode = ["odd"]\n')
-    with pytest.raises(PictureError, match="two numbers or more"):
+    with pytest.raises(PictureError, match="two values or more"):
         draw_sweeps([tolstat.run(words, model=toy)])
     other = tmp_path / "other.toml"
     other.write_text('model = "toy"\nsampling = "grid"\n[grid]\ngain = [1, 2]\n')

@@ -93,12 +93,16 @@ class Band(NamedTuple):
         SI unit.
     lower, upper : float64[point]
         SI.
+    of : str
+        The curve that has it, by name, whose colour it takes; beside points it is
+        drawn as bars. Empty where it stands for itself.
     """
 
     name: str
     unit: str
     lower: Array
     upper: Array
+    of: str = ""
 
 
 class Mark(NamedTuple):
@@ -167,6 +171,8 @@ class Panel(NamedTuple):
         Values to be marked.
     logarithmic : bool
         Whether equal heights are equal ratios.
+    spans : tuple of Span
+        Stretches that are shaded in this picture alone.
     """
 
     title: str
@@ -174,6 +180,7 @@ class Panel(NamedTuple):
     right: tuple[str, ...] = ()
     levels: tuple[Level, ...] = ()
     logarithmic: bool = False
+    spans: tuple[Span, ...] = ()
 
     @property
     def every(self) -> tuple[str, ...]:

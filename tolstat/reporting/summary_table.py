@@ -18,6 +18,7 @@ from tolstat.store.run import Run
 from tolstat.units.scale import PLAIN, Scale
 
 PRINTED = {0.5: "median", 0.05: "5 %", 0.95: "95 %", 0.99: "99 %"}
+ROUNDING = 1e-9  # of a value: by less, no machine is the least or the largest
 EXTREMES = ("least", "in trial", "largest", "in trial")
 
 PER_CENT, AS_IS = Scale("1", "%"), Scale("1", PLAIN)
@@ -166,6 +167,8 @@ def _extremes(run: Run, name: str, scale: Scale) -> list[Cell]:
     if not len(done):
         return ["failed", "", "failed", ""]
     values = run.column(name)[done]
+    if np.ptp(values) <= ROUNDING * np.abs(values).max():
+        return [scale.number(float(values[0])), "all", "", ""]
     cells: list[Cell] = []
     for where in (values.argmin(), values.argmax()):
         cells += [scale.number(float(values[where])), str(done[where])]

@@ -22,7 +22,8 @@ class Sweep(NamedTuple):
     label : str
         What is the same along it: the other axes of the grid.
     x, y : float64[point]
-        What was swept and the response, SI; NaN where a trial failed.
+        What was swept and the response, SI; NaN where a trial failed. Words are
+        numbered as `words_along` lists them.
     """
 
     label: str
@@ -31,26 +32,28 @@ class Sweep(NamedTuple):
 
 
 def swept_axis(run: Run) -> str:
-    """Choose what goes along the axis: of what has numbers, what has most of them.
+    """Choose what goes along the axis: what has most numbers, else most words.
 
     Raises
     ------
     PictureError
-        If the run is no grid, or has no axis of two numbers.
+        If the run is no grid, or has no axis of two values.
     """
     if not run.grid:
         raise PictureError(
             f'{run.path}: only a run with sampling = "grid" is shown as curves'
         )
-    counts = {
-        name: len(np.unique(_values(run, name)))
-        for name in run.grid
-        if _values(run, name).dtype.kind == "f"
-    }
-    best = max(counts, key=lambda name: counts[name], default=None)
-    if best is None or counts[best] < 2:
-        raise PictureError(f"{run.path}: nothing in its grid has two numbers or more")
-    return best
+    counts = {name: len(set(_values(run, name).tolist())) for name in run.grid}
+    several = [name for name in run.grid if counts[name] > 1]
+    if not several:
+        raise PictureError(f"{run.path}: nothing in its grid has two values or more")
+    return max(several, key=lambda n: (_values(run, n).dtype.kind == "f", counts[n]))
+
+
+def words_along(run: Run, axis: str) -> list[str]:
+    """List the words that go along an axis, as they come; none where it has numbers."""
+    values = _values(run, axis)
+    return [] if values.dtype.kind == "f" else list(dict.fromkeys(values.tolist()))
 
 
 def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
@@ -82,6 +85,8 @@ def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
         )
     others = [name for name in run.grid if name != axis]
     x, y = _values(run, axis), run.column(response)
+    if words := words_along(run, axis):
+        x = np.array([words.index(word) for word in x.tolist()], dtype=float)
     labels = np.array([_label(run, others, i) for i in range(run.trials)])
     found = []
     for label in dict.fromkeys(labels.tolist()):

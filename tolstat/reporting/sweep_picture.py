@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from tolstat.errors import PictureError
 from tolstat.reporting.picture import mark_level, styled
-from tolstat.reporting.sweep import axis_scale, sweeps, swept_axis
+from tolstat.reporting.sweep import axis_scale, sweeps, swept_axis, words_along
 from tolstat.store.run import Run
 
 MOST_CURVES = 12
+MOST_WORDS = 32  # along the axis; of more some are written
 FEW_POINTS = 100  # are shown each by itself
 
 
@@ -64,15 +66,32 @@ def draw_sweeps(runs: Sequence[Run], responses: Sequence[str] = ()) -> Figure:
         every = figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0]
         for axes, response in zip(every, chosen, strict=True):
             _draw(axes, runs, axis, response)
-        every[-1].set_xlabel(axis_scale(runs[0], axis).label(axis))
+        if words := words_along(runs[0], axis):
+            every[-1].set_xlabel(axis)
+            every[-1].xaxis.set_major_locator(MaxNLocator(MOST_WORDS, integer=True))
+            every[-1].xaxis.set_major_formatter(_word_at(words))
+            every[-1].tick_params(axis="x", rotation=90)
+        else:
+            every[-1].set_xlabel(axis_scale(runs[0], axis).label(axis))
         title = "\n".join(run.title for run in runs)
         figure.suptitle(title, x=0.01, ha="left", fontsize=11)
     return figure
 
 
+def _word_at(words: Sequence[str]) -> Callable[[float, int], str]:
+    """Write beside the axis what stands at a number."""
+
+    def word(x: float, _: int) -> str:
+        return words[int(x)] if x in range(len(words)) else ""
+
+    return word
+
+
 def _draw(axes: Axes, runs: Sequence[Run], axis: str, response: str) -> None:
     # a response that the first run does not have is refused by `sweeps`
-    along, scale = axis_scale(runs[0], axis).factor, runs[0].scales.get(response)
+    words = words_along(runs[0], axis)
+    along = 1.0 if words else axis_scale(runs[0], axis).factor
+    scale = runs[0].scales.get(response)
     times = scale.factor if scale else 1.0
     curves = 0
     for run in runs:
@@ -81,8 +100,10 @@ def _draw(axes: Axes, runs: Sequence[Run], axis: str, response: str) -> None:
             label = ": ".join(part for part in (of_run, sweep.label) if part)
             y = times * sweep.y
             (line,) = axes.plot(along * sweep.x, y, label=label or "run")
-            if len(y) < FEW_POINTS:
+            if len(y) < FEW_POINTS or words:
                 line.set(marker=".", markersize=4)
+            if words:
+                line.set(linestyle="none")
             curves += 1
     if curves > MOST_CURVES:
         raise PictureError(
@@ -96,10 +117,10 @@ def _draw(axes: Axes, runs: Sequence[Run], axis: str, response: str) -> None:
                 fillstyle="none", label=run.reference.label,
             )  # fmt: skip
     for limit in {run.limits[response] for run in runs if response in run.limits}:
-        words = f"limit {limit.words}"
+        said = f"limit {limit.words}"
         for end in filter(math.isfinite, limit.permitted):
-            mark_level(axes, times * end, words)
-            words = ""
+            mark_level(axes, times * end, said)
+            said = ""
     axes.set_ylabel(scale.label(response) if scale else response)
     axes.margins(x=0.02)
     if len(axes.get_legend_handles_labels()[1]) > 1:

@@ -65,7 +65,7 @@ def _chart(chart: Chart) -> Figure:
     along = along_of(chart)
     for axes, panel in zip(every, panels, strict=True):
         axes.set_title(panel.title or " ")  # the line that the legend stands on
-        for span in chart.spans:
+        for span in (*chart.spans, *panel.spans):
             ends = along.factor * span.lower, along.factor * span.upper
             axes.axvspan(*ends, color=WINDOW, zorder=0)
         handles = _draw(axes, chart, panel.names, 0, panel)
@@ -85,7 +85,8 @@ def _chart(chart: Chart) -> Figure:
             axes.set_yscale("log")
             axes.yaxis.set_major_formatter(_Plain())
             axes.yaxis.set_minor_formatter(_Plain())
-    words = "; ".join(dict.fromkeys(span.words for span in chart.spans if span.words))
+    shaded = [*chart.spans, *(span for panel in panels for span in panel.spans)]
+    words = "; ".join(dict.fromkeys(span.words for span in shaded if span.words))
     label = along.label(chart.axis.name)
     every[-1].set_xlabel(f"{label} (shaded: {words})" if words else label)
     if chart.axis.logarithmic:
@@ -96,6 +97,9 @@ def _chart(chart: Chart) -> Figure:
     places = places[np.isfinite(places)]
     if len(places) and places.min() < places.max():
         every[0].set_xlim(along.factor * places.min(), along.factor * places.max())
+        if all(c.points and c.at is None for c in chart.curves) and not chart.regions:
+            every[0].margins(x=0.03)
+            every[0].autoscale(axis="x")
     return figure
 
 
@@ -114,7 +118,10 @@ def _draw(
     scale = _scale(curves, [*bands, *regions])
     axes.set_ylabel(scale.mark)
     x, times = along_of(chart).factor, scale.factor
-    colours = dict(zip(names, cycle(COLOURS[first:] + COLOURS[:first]), strict=False))
+    of = {band.name: band.of for band in bands if band.of in names}
+    leading = [name for name in names if name not in of]
+    colours = dict(zip(leading, cycle(COLOURS[first:] + COLOURS[:first]), strict=False))
+    dots = {curve.name for curve in curves if curve.points}
     handles: Handles = []
     for region in regions:
         (drawn,) = axes.fill(
@@ -123,11 +130,13 @@ def _draw(
         )  # fmt: skip
         handles.append(drawn)
     for band in bands:
-        axes.fill_between(
-            x * chart.at, times * band.lower, times * band.upper, alpha=0.25,
-            color=colours[band.name], linewidth=0,
-        )  # fmt: skip
-        handles.append(Patch(color=colours[band.name], alpha=0.25, label=band.name))
+        colour = colours[of.get(band.name, band.name)]
+        ends = x * chart.at, times * band.lower, times * band.upper
+        if band.of in dots:
+            axes.vlines(*ends, color=colour, alpha=0.25, linewidth=6)
+        else:
+            axes.fill_between(*ends, color=colour, alpha=0.25, linewidth=0)
+        handles.append(Patch(color=colour, alpha=0.25, label=band.name))
     for curve in curves:
         at = chart.at if curve.at is None else curve.at
         look = "o" if curve.points else "-"
@@ -175,6 +184,7 @@ def _listing(listing: Listing) -> Figure:
             f"{len(rows)} rows are too many for a picture ({MOST_ROWS}); write them to "
             "a .csv or an .html file"
         )
+    rows = rows or [["none"] + [""] * (len(heads) - 1)]
     figure = Figure(figsize=(1.2 + 1.1 * len(heads), 1.2 + 0.24 * len(rows)))
     axes = figure.add_axes((0.02, 0.02, 0.96, 0.86))
     axes.set_axis_off()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from tolstat.machines.elastic_machine.parameters import deflected_at_start_up
 from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.model.description import Contributor, Description, Response
 
@@ -18,12 +19,15 @@ def spring(s: int) -> str:
 def description_of(settings: Settings) -> Description:
     """List contributors and responses: so many of each as there are masses and steps.
 
+    A mass that nothing deflects when the start-up ends has no dynamic factor.
+
     Parameters
     ----------
     settings : Settings
         The chain and its load.
     """
     masses = range(1, len(settings.inertia) + 1)
+    deflected = deflected_at_start_up(settings)
     return Description(
         (
             *(Contributor(f"inertia_{s}", "1", f"J_{s}", f"moment of inertia of mass {s}", "I in (7)") for s in masses),
@@ -39,7 +43,7 @@ def description_of(settings: Settings) -> Description:
             *(Response(f"error_{s}", "rad", f"|theta_{s}|", f"peak dynamic error of mass {s}: its twist against the programmed motion", "(7)", range=POSITIVE) for s in masses),
             *(Response(f"residual_{s}", "rad", f"|theta_{s} - C^-1 M|", f"peak of what is left after start-up beside the static twist of mass {s}", "(18)", range=POSITIVE) for s in masses),
             *(Response(f"torque_peak_{s}", "N m", f"|c_{spring(s)} (theta_{s} - theta_{s - 1})|", f"peak elastic torque of the spring before mass {s}", "(7)", shown="N m", range=POSITIVE) for s in masses),
-            *(Response(f"dynamic_factor_{s}", "1", f"K_{s}", f"peak dynamic error of mass {s} over its static one at the greatest acceleration", "(7)", shown="1", range=POSITIVE) for s in masses),
+            *(Response(f"dynamic_factor_{s}", "1", f"K_{s}", f"peak dynamic error of mass {s} over its static one at the greatest acceleration", "(7)", shown="1", range=POSITIVE) for s in deflected),
             *(Response(f"frequency_{s}", "Hz", f"k_{s}/2pi", f"natural frequency {s} without damping", "I, C in (7)", range=POSITIVE) for s in masses),
         ),
     )  # fmt: skip

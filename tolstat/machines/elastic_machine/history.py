@@ -43,7 +43,8 @@ def chart_of(
         start-up has a gap before its end.
     """
     n = len(settings.inertia)
-    start_up, ended = StartUp(*machine[:HEAD]), float(marks[int(machine[3])])
+    start_up = StartUp(*machine[:HEAD])
+    ended = float(marks[int(start_up.ended)])
     chain = Chain(*machine[HEAD : HEAD + 3 * n].reshape(3, n))
     phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
     over = phase >= start_up.ended

@@ -14,6 +14,8 @@ from tolstat.machines.elastic_machine.start_up import LAWS
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 
+BALANCED = 1e-12  # of a deflection: what rounding leaves where torques balance
+
 
 class Chains(NamedTuple):
     """Machines by the paper's letters, SI."""
@@ -94,6 +96,18 @@ def deflection_at_start_up(chains: Chains, settings: Settings) -> Array:
     return found
 
 
+def deflected_at_start_up(settings: Settings) -> tuple[int, ...]:
+    """Return the masses, from 1, that have a static error: where the load leaves one.
+
+    It may come after the start-up of a machine that stands, or balance it.
+    """
+    n = len(settings.inertia)
+    nominal = build(np.zeros((1, 3 * n + 1 + len(settings.load_torque))), settings)
+    found = np.abs(deflection_at_start_up(nominal, settings)[0])
+    there = found > BALANCED * scale_of(settings)[:n]
+    return tuple((1 + np.flatnonzero(there)).tolist())
+
+
 class Events(NamedTuple):
     """When something changes, in the order in which it does in each trial."""
 
@@ -147,14 +161,19 @@ def rows_of(chains: Chains, events: Events, settings: Settings) -> Array:
 def scale_of(settings: Settings) -> Array:
     """Return float64[state]: the size that each state's error is measured by.
 
-    Deflections by the nominal static ones, greatest acceleration and all steps of the
-    load added up; speeds by these times the lowest natural frequency, rad/s.
+    Deflections by the smaller twist of the springs on both sides, for a stiff spring
+    behind a soft one carries no less: the nominal static twist, greatest acceleration
+    and all steps of the load added up, or that of the lowest mode where it is larger.
+    Speeds by these times the lowest natural frequency, rad/s.
     """
     J, c = np.array([settings.inertia]), np.array([settings.stiffness])
     greatest = LAWS[settings.start_up_law].greatest
     eps_max = greatest * abs(settings.final_speed) / settings.start_up_time
-    scale = static_deflection(c, J * eps_max)
+    theta = static_deflection(c, J * eps_max)
     for step in settings.load_torque:
-        scale = scale + abs(step["torque"]) * of_unit_torque(c, step["mass"])
-    k = natural_frequencies(J, c)[0]
-    return np.concatenate([scale[0], k[0] * scale[0]])
+        theta = theta + abs(step["torque"]) * of_unit_torque(c, step["mass"])
+    k_1 = natural_frequencies(J, c)[0, 0]
+    swings = static_deflection(c, k_1**2 * J * theta)
+    twist = np.maximum(*(np.diff(each[0], prepend=0.0) for each in (theta, swings)))
+    scale = np.minimum(twist, np.append(twist[1:], np.inf))
+    return np.concatenate([scale, k_1 * scale])

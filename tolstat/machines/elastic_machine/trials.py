@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from tolstat.machines.elastic_machine.modes import natural_frequencies
 from tolstat.machines.elastic_machine.parameters import (
     Chains,
     build,
+    deflected_at_start_up,
     deflection_at_start_up,
     events_of,
     rows_of,
@@ -18,10 +19,8 @@ from tolstat.machines.elastic_machine.parameters import (
 )
 from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.model.contract import Outcome
+from tolstat.moving import Accuracy, Solution, System, integrate
 from tolstat.status import Status
-
-if TYPE_CHECKING:
-    from tolstat.moving import Solution
 
 Array = NDArray[np.float64]
 
@@ -68,7 +67,6 @@ def simulated(
     """
     # only a machine that is simulated needs the compiler
     from tolstat.machines.elastic_machine.compiled import rates, watch
-    from tolstat.moving import Accuracy, System, integrate
 
     chains = build(deviations, settings)
     events = events_of(chains, settings)
@@ -89,9 +87,10 @@ def outcome_of(trials: Trials, settings: Settings) -> Outcome:
     """Arrange the responses as `description_of` lists them, and say which failed."""
     chains, solution = trials.chains, trials.solution
     peak = np.maximum(solution.greatest, -solution.least)  # error, residual, torque
-    reference = np.abs(deflection_at_start_up(chains, settings))
+    deflected = [s - 1 for s in deflected_at_start_up(settings)]
+    reference = np.abs(deflection_at_start_up(chains, settings)[:, deflected])
     with np.errstate(divide="ignore", invalid="ignore"):
-        factor = peak[:, : reference.shape[1]] / reference
+        factor = peak[:, deflected] / reference
     frequency = natural_frequencies(chains.J, chains.c) / (2.0 * np.pi)
     responses = np.hstack([peak, factor, frequency])
     failed = solution.status != Status.DONE

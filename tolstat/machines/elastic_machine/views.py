@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 
 MACHINES = 100  # with deviations, for bands
 RULE = 5.0, 10.0  # periods of the first mode that the paper asks for
+LONGEST = 200.0  # periods in the start-up that a spectrum is drawn to
+BAND = 0.05, 0.95  # of the machines, between which bands lie
 LOOKED = 3.0  # periods after the longest start-up
 POINTS = 40  # start-ups integrated, beside the closed form
 
@@ -83,10 +85,12 @@ def spectrum(deviations: Array, settings: Settings) -> Chart:
     settings : Settings
         Of the machine.
     """
-    chains = existing(deviations, settings)
+    chains, n = existing(deviations, settings), len(settings.inertia)
     law, printed = LAWS[settings.start_up_law], LAWS["constant"]
     own = modes_of(*chains[:3]).k[0] * chains.t0[0] / (2.0 * np.pi)
-    longest = max(RULE[1], 1.1 * own[-1])
+    longest = min(max(RULE[1], 1.1 * own[-1]), LONGEST)
+    drawn = own[own <= longest]
+    beyond = f"; {len(own) - len(drawn)} lie farther right" if len(drawn) < n else ""
     rho = off_zeros(longest)
     zeros = zeros_of(law, longest)
 
@@ -100,7 +104,8 @@ def spectrum(deviations: Array, settings: Settings) -> Chart:
     if law is not printed:
         values = printed.spectrum(rho)
         curves.append(curve("constant", "the same: constant acceleration", values))
-    curves.append(curve("modes", "of this machine", law.spectrum(own), own))
+    words = f"of this machine{beyond}"
+    curves.append(curve("modes", words, law.spectrum(drawn), drawn))
     if len(zeros):
         curves.append(curve("zeros", "nothing is left", 0.0 * zeros, zeros))
     names = tuple(each.name for each in curves)
@@ -163,8 +168,9 @@ def residual(deviations: Array, settings: Settings) -> Chart:
         marks = (Mark("undamped", float(own), here, "as set"),)
     bands: tuple[Band, ...] = ()
     if others := [left(i, t0) for i in np.flatnonzero(chains.exists)[1:]]:
-        lower, upper = np.min(others, axis=0), np.max(others, axis=0)
-        bands = (Band("tolerances", "rad", lower, upper),)
+        lower, upper = np.quantile(others, BAND, axis=0)
+        words = f"undamped, 5..95 % of {len(others)} machines"
+        bands = (Band(words, "rad", lower, upper),)
     above_zero = ("undamped", "integrated", *(band.name for band in bands))
     names = (*above_zero, *(each.name for each in curves[2:]))
     return Chart(

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tolstat.machines.rolling_block.antiphase import antiphase
 from tolstat.machines.rolling_block.drive import Drive, nominal
-from tolstat.machines.rolling_block.frequency_response import contributions
+from tolstat.machines.rolling_block.frequency_response import NO_PART, contributions
 from tolstat.machines.rolling_block.modes import Modes, modes_of
 from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.speeds import free_speeds, speed_margin
@@ -28,6 +28,7 @@ def modal_answers(drive: Drive, modes: Modes, settings: Settings) -> dict[str, A
     """
     a = contributions(modes, drive.C, {32: 1.0, 33: 1.0})[:, 0]
     main = np.abs(a[:, 0])
+    local = np.maximum(np.abs(a[:, 2]), np.abs(a[:, 3]))
     typical = nominal(settings)
     pattern = antiphase(modes_of(typical.Q, typical.C).phi)
     total, widest = free_speeds(modes.omega, settings)
@@ -35,7 +36,7 @@ def modal_answers(drive: Drive, modes: Modes, settings: Settings) -> dict[str, A
     return {
         **{f"frequency_{r}": f for r, f in enumerate(frequencies, start=1)},
         "cancellation": np.abs(a[:, 1]) / main,
-        "leakage": np.maximum(np.abs(a[:, 2]), np.abs(a[:, 3])) / main,
+        "leakage": np.where(local > NO_PART * main, local, 0.0) / main,
         "antiphase_pattern": np.where(
             np.all(antiphase(modes.phi) == pattern, axis=(1, 2)), 1.0, 0.0
         ),

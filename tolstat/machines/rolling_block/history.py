@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,16 +39,29 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
         for ij, moment in zip(LINK_NAMES, moments.T, strict=True):
             said = words[f"{kind}_{ij}"]
             sentence = said.sentence.removeprefix("peak ")
-            curves.append(Curve(said.name, said.unit, f"M{ij}", sentence, moment))
+            curves.append(
+                Curve(
+                    said.name, said.unit, f"M{ij}", sentence, moment, shown=said.shown
+                )
+            )
             if np.isfinite(moment).all():
                 top = int(np.abs(moment).argmax())
                 at, value = float(time[top]), float(moment[top])
                 marks.append(Mark(said.name, at, value, "peak"))
-    entering = Span(0.0, settings.entries[-1], f"stands {_listed(STANDS)} enter")
+    ends = settings.entries[-1], min(settings.pulse_length, settings.horizon)
+    stands = ", ".join(map(str, STANDS))
+    shaded = (
+        Span(0.0, ends[0], f"loads: stands {stands} enter"),
+        Span(0.0, ends[1], "pulse: while it lasts"),
+    )
     pairs = tuple(zip(LINK_NAMES[::2], LINK_NAMES[1::2], strict=True))
     panels = [
-        Panel(f"{pair}, {what}", tuple(f"{kind}_{ij}" for ij in links))
-        for kind, what in zip(KINDS, ("loads", "pulse"), strict=True)
+        Panel(
+            f"{pair}, {what}",
+            tuple(f"{kind}_{ij}" for ij in links),
+            spans=(span,) if span.upper else (),
+        )
+        for kind, what, span in zip(KINDS, ("loads", "pulse"), shaded, strict=True)
         for pair, links in zip(PAIRS, pairs, strict=True)
     ]
     return Chart(
@@ -58,10 +69,5 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
         time,
         tuple(curves),
         marks=tuple(marks),
-        spans=(entering,) if settings.entries[-1] else (),
         panels=tuple(panels),
     )
-
-
-def _listed(stands: Iterable[int]) -> str:
-    return ", ".join(map(str, stands))

@@ -12,14 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.integrator.integrate import integrate
-from tolstat.integrator.trials import Accuracy, Solution
 from tolstat.machines.rolling_block.damping import damping_matrix
 from tolstat.machines.rolling_block.drive import Drive, nominal
 from tolstat.machines.rolling_block.modes import Modes, modes_of
 from tolstat.machines.rolling_block.motion import Machine
 from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.topology import STANDS
+from tolstat.moving import Accuracy, Solution, integrate
 
 Array = NDArray[np.float64]
 

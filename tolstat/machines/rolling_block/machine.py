@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.integrator.trials import Solution
 from tolstat.machines.rolling_block.answers import modal_answers, moment_answers
 from tolstat.machines.rolling_block.declarations import DESCRIPTION, RESPONSES
 from tolstat.machines.rolling_block.drive import Drive, drives
@@ -19,6 +18,7 @@ from tolstat.machines.rolling_block.views.offers import OFFERS, shown
 from tolstat.model.contract import History, Model, Outcome, closer
 from tolstat.model.description import Description
 from tolstat.model.view import View
+from tolstat.moving import Solution
 from tolstat.status import Status
 
 Array = NDArray[np.float64]
@@ -47,7 +47,8 @@ class RollingBlock(Model):
         "Amplification is the greatest elastic moment over the static one from the "
         "first load to the horizon, the loads stepping, a quarter on each stand.",
         "Dormand-Prince 5(4) with a step of its own for each drive; rtol bounds the "
-        "error of each step on the twists of the static load.",
+        "error of each step on the twists of the static load; a link a million times "
+        "stiffer, or damped so, takes minutes.",
     )
 
     def describe(self, settings: Settings) -> Description:

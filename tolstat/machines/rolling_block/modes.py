@@ -14,6 +14,7 @@ from tolstat.machines.rolling_block.topology import stiffness_matrix, twists
 
 Array = NDArray[np.float64]
 
+AT_REST = 1e-12  # of a shape: what rounding leaves of a mass that does not move
 TIE = 1e-6  # parts of a shape that are as large as the largest, but for rounding
 
 
@@ -66,7 +67,7 @@ def unit_shapes(phi: Array) -> Array:
     last = phi.shape[-2] - 1 - np.argmax(tied[..., ::-1, :], axis=-2)
     largest = np.take_along_axis(unit, last[..., None, :], axis=-2)
     signed: Array = unit * np.sign(largest)
-    return signed
+    return np.where(size < AT_REST, 0.0, signed)
 
 
 def mac(phi: Array, reference: Array) -> Array:

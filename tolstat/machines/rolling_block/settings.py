@@ -52,7 +52,7 @@ class Settings:
         above=0.0,
     )
     damping_ratio: float = setting(
-        0.02, "of every elastic mode, below 1", unit="1", at_least=0.0
+        0.02, "of every elastic mode", unit="1", at_least=0.0
     )
     motor: str = setting(
         "matched",
@@ -139,11 +139,6 @@ class Settings:
                     f"combination = {list(self.combination)}: stage {name.upper()} has "
                     f"the positions 0 to {positions - 1}, not {position}"
                 )
-        if self.damping_ratio >= 1:
-            raise ModelError(
-                f"damping_ratio = {self.damping_ratio:g}: below 1 is expected, such as "
-                "0.02; a drive that does not vibrate is not modelled"
-            )
         if len(self.delay) == 2:
             raise ModelError(
                 "delay: one time is expected, or three: from 31 to 32, to 33, to 34"

@@ -18,7 +18,8 @@ def step(time: Array, omega: Array, zeta: Array) -> Array:
     """Return how a mode follows a unit step of its load at time 0, from rest.
 
     s(t) = 1 - exp(-zeta omega t) (cos omega_d t + zeta omega/omega_d sin omega_d t),
-    with omega_d = omega sqrt(1 - zeta^2).
+    with omega_d = omega sqrt(1 - zeta^2); written by its two roots, so that damping may
+    be critical or more.
 
     Parameters
     ----------
@@ -27,7 +28,7 @@ def step(time: Array, omega: Array, zeta: Array) -> Array:
     omega : float64[trial, mode]
         Natural frequencies, rad/s.
     zeta : float64[trial]
-        Damping ratio, below 1.
+        Damping ratio.
 
     Returns
     -------
@@ -36,9 +37,12 @@ def step(time: Array, omega: Array, zeta: Array) -> Array:
     z = zeta[:, None, None]
     w = omega[:, :, None]
     t = np.maximum(time, 0.0)
-    damped = w * np.sqrt(1.0 - z * z)
-    swing = np.cos(damped * t) + z * w / damped * np.sin(damped * t)
-    followed: Array = 1.0 - np.exp(-z * w * t) * swing
+    j_omega_d = w * np.sqrt(z * z - 1.0 + 0j)
+    slow = j_omega_d - z * w  # of two roots that are real
+    # (exp(slow t) - exp(fast t))/(slow - fast), which is t exp(slow t) where they meet
+    apart = np.where(j_omega_d == 0.0, 1.0, 2.0 * j_omega_d)
+    parted = np.where(j_omega_d == 0.0, t, -np.expm1(-2.0 * j_omega_d * t) / apart)
+    followed: Array = (1.0 - np.exp(slow * t) * (1.0 - slow * parted)).real
     return followed
 
 
@@ -54,7 +58,7 @@ def moments(
     modes : Modes
         Of the drives.
     zeta : float64[trial]
-        Damping ratio, below 1.
+        Damping ratio.
     steps : list of (float, float64[trial, link, mode])
         When, s; and the static modal contributions of what steps then, N m.
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.integrator.integrate import System
-from tolstat.integrator.signatures import rates_signature
-from tolstat.lanes.compiled import compiled
-from tolstat.lanes.rows import named, write
 from tolstat.machines.stand import motion as equations
 from tolstat.machines.stand.motion import SCALE, Loads, Moment, Powers, State
 from tolstat.machines.stand.parameters import Parameters
+from tolstat.moving import System, compiled, named, rates_signature, write
 
 motion = compiled(within=True)(equations.motion)
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.integrator.integrate import integrate
-from tolstat.integrator.trials import Accuracy, Solution
 from tolstat.machines.stand.carriage import initial_position
 from tolstat.machines.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES
 from tolstat.machines.stand.history import LOADS, chart_of
@@ -15,6 +13,7 @@ from tolstat.machines.stand.parameters import Parameters, build
 from tolstat.machines.stand.settings import Settings
 from tolstat.model.contract import History, Model, Outcome, closer
 from tolstat.model.description import Description
+from tolstat.moving import Accuracy, Solution, integrate
 from tolstat.status import Status
 
 Array = NDArray[np.float64]

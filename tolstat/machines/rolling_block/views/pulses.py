@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import ModelError
 from tolstat.machines.rolling_block.frequency_response import contributions
 from tolstat.machines.rolling_block.modes import Modes
 from tolstat.machines.rolling_block.topology import LINK_NAMES
@@ -26,19 +25,9 @@ def pulses(seen: Seen) -> Chart:
     Parameters
     ----------
     seen : Seen
-        Bands are of the link of the setting response_link, and of drives that swing.
-
-    Raises
-    ------
-    ModelError
-        If the drive that is shown is damped so much that it does not swing.
+        Bands are of the link of the setting response_link.
     """
     settings, drive = seen.settings, seen.drive
-    if drive.zeta[0] >= 1:
-        raise ModelError(
-            f"a damping ratio of {drive.zeta[0]:g} leaves no swings to draw; below 1 "
-            "is expected"
-        )
     shown = settings.response_link
     length = settings.pulse_length
     end = min(settings.horizon, PERIODS * 2 * np.pi / float(seen.modes.omega[0, 0]))
@@ -54,30 +43,30 @@ def pulses(seen: Seen) -> Chart:
         return found
 
     links = [
-        Curve(f"M{ij}", "N m", f"M{ij}", "after the pulse", moment)
+        Curve(f"M{ij}", "N m", f"M{ij}", "after the pulse", moment, shown="N m")
         for ij, moment in zip(LINK_NAMES, followed(length), strict=True)
     ]
     one = LINK_NAMES.index(shown)
     others = [
         Curve(
             f"{1e3 * each:g} ms", "N m", f"M{shown}", "pulse of this length",
-            followed(each)[one],
+            followed(each)[one], shown="N m",
         )
         for each in LENGTHS
     ]  # fmt: skip
-    step = Curve("step", "N m", f"M{shown}", "load that stays", followed()[one])
+    stays = followed()[one]
+    step = Curve("step", "N m", f"M{shown}", "load that stays", stays, shown="N m")
     others.append(step)
 
-    swinging = seen.others[drive.zeta[seen.others] < 1]
-    spread = Modes(*(each[swinging] for each in seen.modes))
-    of_others = a[swinging, one : one + 1]
+    spread = Modes(*(each[seen.others] for each in seen.modes))
+    of_others = a[seen.others, one : one + 1]
     opened = bands(
         f"M{shown}",
         "N m",
         moments(
             time,
             Modes(spread.omega, spread.phi, spread.phi_ij[:, one : one + 1]),
-            drive.zeta[swinging],
+            drive.zeta[seen.others],
             [(0.0, of_others), (length, -of_others)],
         )[:, 0],
     )

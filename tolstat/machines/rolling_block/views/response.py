@@ -46,9 +46,10 @@ def frequency_response(seen: Seen) -> Chart:
         Bands are of the amplitude when all loads act at once.
     """
     omega = seen.modes.omega[0] / (2 * np.pi)
-    # the peaks themselves among the points
     even = np.geomspace(BELOW * omega[0], BEYOND * omega[-1], POINTS)
-    frequency = np.unique(np.concatenate([even, omega]))
+    # the peaks themselves among the points, where they are finite
+    damped = seen.drive.zeta[0] > 0
+    frequency = np.unique(np.concatenate([even, omega])) if damped else even
     link = seen.settings.response_link
     amplitudes, phases = [], []
     spreads: tuple[Band, ...] = ()

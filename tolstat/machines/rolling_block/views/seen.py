@@ -40,4 +40,4 @@ def bands(name: str, unit: str, values: Array) -> tuple[Band, ...]:
     if not len(values):
         return ()
     lower, upper = np.quantile(values, (LOWER, UPPER), axis=0)
-    return (Band(f"{name}, {BAND_WORDS}", unit, lower, upper),)
+    return (Band(f"{name}, {BAND_WORDS}", unit, lower, upper, of=name),)

@@ -10,7 +10,7 @@ from tolstat.model.view import Axis, Band, Chart, Curve, Level, Panel
 
 
 def mode_shapes(seen: Seen) -> Chart:
-    """Chart the shapes over the number of the mass.
+    """Chart the shapes over the number of the mass, as points: the drive branches.
 
     Parameters
     ----------
@@ -27,8 +27,11 @@ def mode_shapes(seen: Seen) -> Chart:
     for r, frequency in enumerate(hz):
         name = f"mode {r + 1}"
         curves.append(
-            Curve(name, "1", f"phi{r + 1}", f"{frequency:.3f} Hz", first[:, r])
-        )
+            Curve(
+                name, "1", f"phi{r + 1}", f"{frequency:.3f} Hz", first[:, r],
+                points=True,
+            )
+        )  # fmt: skip
         opened = bands(name, "1", others[:, :, r])
         spreads += opened
         names = (name, *(band.name for band in opened))

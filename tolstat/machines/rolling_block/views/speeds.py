@@ -6,9 +6,11 @@ import numpy as np
 
 from tolstat.machines.rolling_block.speeds import forbidden, free_gaps, named_orders
 from tolstat.machines.rolling_block.views.seen import Seen, bands
-from tolstat.model.view import Axis, Chart, Curve, Listing, Panel, Span
+from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span
+from tolstat.statistics.proportions import proportion
 
 POINTS = 851  # of a range of speeds: one each rpm of the paper's
+SURE = "95 % interval"
 NEAR = 0.85  # modes that an excitation misses by less are drawn with it
 
 
@@ -49,8 +51,12 @@ def campbell(seen: Seen) -> Chart:
     resonates = np.zeros(POINTS)
     for machine in drawn:
         hit = (n >= lower[machine, :, None]) & (n <= upper[machine, :, None])
-        resonates += np.any(hit, axis=0) / len(drawn)
-    share = Curve("resonating", "1", "P", "share of machines that resonate", resonates)
+        resonates += np.any(hit, axis=0)
+    resonates /= len(drawn)
+    words = "share of machines that resonate"
+    share = Curve("resonating", "1", "P", words, resonates, shown="%")
+    if len(seen.others):
+        spreads.append(sure_of(share, len(seen.others)))
     return Chart(
         Axis("motor speed", "rad/s", "rpm"),
         n,
@@ -59,9 +65,26 @@ def campbell(seen: Seen) -> Chart:
         spans=tuple(Span(b, e, "without resonance") for b, e in free),
         panels=(
             *_frequency_panels(modes, excitations, [band.name for band in spreads]),
-            Panel("Share of machines that resonate", ("resonating",)),
+            Panel(
+                f"Share of {len(drawn)} machines that resonate"
+                if len(seen.others)
+                else "Whether the drive resonates",
+                ("resonating", SURE) if len(seen.others) else ("resonating",),
+            ),
         ),
     )
+
+
+def sure_of(share: Curve, machines: int) -> Band:
+    """Return the interval of a share of so many machines, at each point by itself."""
+    ends = {
+        count: proportion(count, machines)
+        for count in set(np.rint(machines * share.values).astype(int).tolist())
+    }
+    found = [ends[count] for count in np.rint(machines * share.values).astype(int)]
+    lower = np.array([each.lower for each in found])
+    upper = np.array([each.upper for each in found])
+    return Band(SURE, share.unit, lower, upper, of=share.name)
 
 
 def _frequency_panels(
@@ -76,7 +99,8 @@ def _frequency_panels(
         if met:
             names = (each.name, *met, *opened)
             panels.append(Panel(f"What {each.name} meets", names))
-    return panels
+    apart = tuple(curve.name for curve in (*excitations, *modes))
+    return panels or [Panel("Excitations and modes do not meet", apart)]
 
 
 def resonances(seen: Seen) -> Listing:
@@ -101,6 +125,9 @@ def resonances(seen: Seen) -> Listing:
     mode = place % n_modes
     turns = np.array(list(orders.values()))[place // n_modes]
     hit = (lower[machines][:, place] <= work) & (work <= upper[machines][:, place])
+    many = len(seen.others) > 0
+    each = [proportion(int(count), len(machines)) for count in hit.sum(axis=0)]
+    sure = [np.array([getattr(e, end) for e in each]) for end in ("lower", "upper")]
     return Listing(
         (
             Axis("excitation", "1"),
@@ -110,6 +137,7 @@ def resonances(seen: Seen) -> Listing:
             Axis("from", "rad/s", "rpm"),
             Axis("to", "rad/s", "rpm"),
             Axis("meets at the working speed", "1", "%"),
+            *(Axis(f"{end} 95 %", "1", "%") for end in ("from,", "to,") if many),
         ),
         (
             np.array(list(orders))[place // n_modes],
@@ -119,6 +147,7 @@ def resonances(seen: Seen) -> Listing:
             lower[0, place],
             upper[0, place],
             hit.mean(axis=0),
+            *(sure if many else ()),
         ),
         "what meets within the speeds of the motor, and the speeds to keep away from",
     )
