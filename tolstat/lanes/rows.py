@@ -22,7 +22,7 @@ from numba.extending import (
 )
 from numpy.typing import NDArray
 
-from tolstat.lanes import arctan, sine  # noqa: F401  NumPy's functions on vectors
+from tolstat.lanes import arctan, power, sine  # noqa: F401  NumPy's functions on them
 from tolstat.lanes.vector import DOUBLES, WIDTH, vector
 
 Names = TypeVar("Names")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from llvmlite import ir
 from numba.extending import intrinsic, overload, register_jitable
 
+from tolstat.lanes.binary import INTEGERS, WHOLE, each
 from tolstat.lanes.elementary import multiply_add
-from tolstat.lanes.vector import DOUBLES, WIDTH, mask, vector
+from tolstat.lanes.vector import DOUBLES, mask, vector
 
 FARTHEST = 1e6
 TWO_OVER_PI = 0.6366197723675814
@@ -15,15 +15,8 @@ TWO_OVER_PI = 0.6366197723675814
 PI_2_A = 1.5707963267948966
 PI_2_B = 6.123233995736765e-17
 PI_2_C = 1.082856673921914e-32
-# 1.5 2^52: what is added to it ends as a whole number in the last bits
-WHOLE = 6755399441055744.0
 
 STRICT = {"fastmath": False}
-INTEGERS = ir.VectorType(ir.IntType(64), WIDTH)
-
-
-def _each(number):
-    return ir.Constant(INTEGERS, [number] * WIDTH)
 
 
 @intrinsic
@@ -31,8 +24,8 @@ def _is_odd(typingctx, turns):
     """Tell where the whole number in the last bits is odd."""
 
     def codegen(context, builder, sig, args):
-        last = builder.and_(builder.bitcast(args[0], INTEGERS), _each(1))
-        return builder.icmp_unsigned("!=", last, _each(0))
+        last = builder.and_(builder.bitcast(args[0], INTEGERS), each(1))
+        return builder.icmp_unsigned("!=", last, each(0))
 
     return mask(vector), codegen
 
@@ -42,8 +35,8 @@ def _signed_by(typingctx, x, turns):
     """Change the sign of x where the second last bit of the turns is set."""
 
     def codegen(context, builder, sig, args):
-        value, turns = (builder.bitcast(each, INTEGERS) for each in args)
-        sign = builder.and_(builder.shl(turns, _each(62)), _each(-(2**63)))
+        value, turns = (builder.bitcast(arg, INTEGERS) for arg in args)
+        sign = builder.and_(builder.shl(turns, each(62)), each(-(2**63)))
         return builder.bitcast(builder.xor(value, sign), DOUBLES)
 
     return vector(vector, vector), codegen
