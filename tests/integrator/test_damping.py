@@ -100,7 +100,8 @@ def test_the_compiled_step_is_that_of_the_constants():
     k = np.zeros((7, 3, WIDTH))
     k[0] = -z, z, -z
     damping = Damping(np.array([0]), np.zeros((1, WIDTH)), np.zeros((1, WIDTH)))
-    step = Step(np.zeros((2, WIDTH)), k, none, np.zeros((1, WIDTH)), none, damping)
+    now, end, crossings = np.zeros((2, WIDTH)), np.zeros((1, WIDTH)), damping.states[:0]
+    step = Step(now, k, none, end, none, none, crossings, damping)
     error = np.zeros((1, WIDTH))
     one_step(decay, one, one.copy(), np.stack([z, 0 * z]), step, error)
     stages, expected = stages_of(-z)

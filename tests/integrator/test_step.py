@@ -25,7 +25,8 @@ def one_step(rates, moment, h, t_new, y, p, k, y_new, error, middle):
     none = np.zeros((0, WIDTH))
     damping = Damping(np.zeros(0, np.int64), none, none)
     t, h, t_new = rows(moment)[0], rows(h)[0], rows(t_new)[0]
-    advance(rates, t, h, t_new, y, p, Step(moment, k, middle, y_new, none, damping))
+    step = Step(moment, k, middle, y_new, none, none, damping.states, damping)
+    advance(rates, t, h, t_new, y, p, step)
     for i in range(len(y)):
         rows(error)[i] = error_of(h, k, i)
     halfway(h, y, k, middle)

@@ -15,9 +15,10 @@ TRIED = 7  # s, the step tried last; kept up where samples are taken
 ACCEPTED = 8  # whether it was accepted: 1 or 0; likewise
 ERROR = 9  # its error, 1 at the tolerance; kept up where something happens
 EVENT = 10  # what happened: one of the three below
+AFTER = 11  # s, the step to go on with behind a crossing that is aimed at; else 0
 
 MOMENT_ROWS = 2
-CLOCK_ROWS = 11
+CLOCK_ROWS = 12
 
 NOTHING = 0.0
 MARK_REACHED = 1.0

@@ -32,12 +32,16 @@ class System:
         The states that relax so fast that they alone would shorten the step: they are
         damped in it. lambda is minus the derivative of a state's rate by the state
         itself; one that is ten times too great gives wrong answers, see `damping`.
+    crossings : tuple of int
+        Which of the watched quantities, extremes first, are kinks of the rates where
+        they change their sign: a step ends there, see `crossing`.
 
     Raises
     ------
     ModelError
-        If what is damped is no state, or named twice. `integrate` raises it where the
-        equations fill other rows than are declared here.
+        If what is damped is no state, what crosses is not watched, or either is named
+        twice. `integrate` raises it where the equations fill other rows than are
+        declared here.
     """
 
     rates: Callable[..., None]
@@ -47,16 +51,26 @@ class System:
     n_extremes: int = 0
     n_above: int = 0
     damped: tuple[int, ...] = ()
+    crossings: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what would be read beside the states."""
-        n = len(self.scale)
-        damped = self.damped if isinstance(self.damped, tuple) else ("",)
-        if len(set(damped) & set(range(n))) < len(damped):
-            raise ModelError(
-                f"System(damped={self.damped!r}): a tuple of numbers of states, "
-                f"0 to {n - 1}, each once"
-            )
+        """Refuse what would be read beside the states, or beside what is watched."""
+        for name, given, n, words in (
+            ("damped", self.damped, len(self.scale), "states"),
+            (
+                "crossings",
+                self.crossings,
+                self.n_extremes + self.n_above,
+                "watched quantities",
+            ),
+        ):
+            numbers = given if isinstance(given, tuple) else ("",)
+            if len(set(numbers) & set(range(n))) < len(numbers):
+                allowed = f"0 to {n - 1}, each once" if n else "of which there are none"
+                raise ModelError(
+                    f"System({name}={given!r}): a tuple of numbers of {words}, "
+                    f"{allowed}"
+                )
 
 
 def integrate(
@@ -119,7 +133,7 @@ def integrate(
     )
     solution = unsolved(system, block)
     lanes = idle_lanes(block, solution)
-    step = room_for_steps(lanes, system.damped)
+    step = room_for_steps(lanes, system.damped, system.crossings)
     check_rows(system, lanes, step)
     per_scale = 1.0 / np.ascontiguousarray(system.scale, float)
     march(system.rates, system.watch, per_scale, lanes, step, block, solution)

@@ -25,6 +25,7 @@ from tolstat.integrator.clock import (
     TRIED,
 )
 from tolstat.integrator.control import aim, step_factor
+from tolstat.integrator.crossing import aim_at_crossing, first_crossing, go_on
 from tolstat.integrator.occupancy import sort_out
 from tolstat.integrator.signatures import march_signature
 from tolstat.integrator.step import (
@@ -112,12 +113,15 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
     """
     rtol, max_step, max_steps = block.accuracy
     clock, now = rows(lanes.clock), rows(step.moment)
+    crossing = len(step.crossings) > 0
     n_begun, n_busy = sort_out(0, lanes, block, solution)
     _renew_rates(rates, lanes, step)
 
     while n_busy > 0:
         t = clock[TIME]
         h, t_new, landing = aim(t, clock[STEP], clock[TARGET])
+        if crossing:
+            h, t_new = aim_at_crossing(h, t_new, clock)
         now[PHASE] = clock[PHASE]
         advance(rates, t, h, t_new, lanes.y, lanes.p, step)
         error = worst_error(h, step.k, per_scale) * (1.0 / rtol)
@@ -126,11 +130,16 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
         running = clock[PHASE] >= 0.0
         accepted = (error <= 1.0) & running
 
+        first = 2.0 + 0.0 * h
         taking = accepted & (clock[PHASE] >= float(block.watch_from))
-        if len(step.watched_middle) > 0 and np.any(taking):
+        if len(step.watched_middle) > 0 and (crossing or np.any(taking)):
             halfway(h, lanes.y, step.k, step.middle)
             now[TIME] = t + 0.5 * h
             watch(step.moment, step.middle, lanes.p, step.watched_middle)
+            if crossing:
+                first = first_crossing(watch, t, h, accepted, lanes, step)
+                accepted = accepted & (first > 1.0)
+                taking = taking & accepted
             follow(taking, h, lanes, step)
         if len(block.samples) > 0:
             clock[TRIED] = h
@@ -140,6 +149,8 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
 
         clock[TIME] = np.where(accepted, t_new, t)
         clock[STEP] = np.minimum(h * factor, max_step)
+        if crossing:
+            go_on(h, first, accepted, max_step, clock)
         clock[COUNT] = clock[COUNT] + np.where(running, 1.0, 0.0)
 
         reached = accepted & landing

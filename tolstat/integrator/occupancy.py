@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.integrator.clock import (
+    AFTER,
     COUNT,
     ERROR,
     EVENT,
@@ -109,6 +110,7 @@ def _pass_marks(lane, lanes, block, solution):
     first = FIRST_STEP * min(block.accuracy.max_step, length)
     clock[STEP, lane] = max(first, 2.0 * clock[SMALLEST, lane])
     clock[ROOT, lane] = 1.0
+    clock[AFTER, lane] = 0.0
     return clock[PHASE, lane] >= last
 
 

@@ -52,8 +52,13 @@ def idle_lanes(block: Block, solution: Solution) -> Lanes:
     )
 
 
-def room_for_steps(lanes: Lanes, damped: tuple[int, ...]) -> Step:
-    """Make room for the steps of some lanes; of their states some are damped."""
+def room_for_steps(
+    lanes: Lanes, damped: tuple[int, ...], crossings: tuple[int, ...]
+) -> Step:
+    """Make room for the steps of some lanes.
+
+    Of their states some are damped, of what is watched some are kinks where they cross.
+    """
     n_states, n_damped = len(lanes.y), len(damped)
     n_watched = len(lanes.greatest) + len(lanes.above)
     return Step(
@@ -62,6 +67,8 @@ def room_for_steps(lanes: Lanes, damped: tuple[int, ...]) -> Step:
         middle=_lanes(n_states),
         end=_lanes(n_states),
         watched_middle=_lanes(n_watched),
+        watched_inside=_lanes(n_watched),
+        crossings=np.array(crossings, np.int64),
         damping=Damping(
             states=np.array(damped, np.int64),
             lambda_h=_lanes(n_damped),

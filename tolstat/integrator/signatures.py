@@ -73,6 +73,8 @@ step_type = _tuple_type(
         middle=table,
         end=table,
         watched_middle=table,
+        watched_inside=table,
+        crossings=integers,
         damping=_tuple_type(Damping(states=integers, lambda_h=table, share=table)),
     )
 )

@@ -129,12 +129,30 @@ def halfway(h, y, k, y_middle):
 
 
 @compiled(within=True)
+def _dense_weight(stage, theta):
+    """Weigh a stage, counted from 0, for the state at a fraction of the step."""
+    weight = DENSE[stage, 0] + theta * (
+        DENSE[stage, 1] + theta * (DENSE[stage, 2] + theta * DENSE[stage, 3])
+    )
+    return weight * theta
+
+
+@compiled(within=True)
 def interpolate(h, theta, y, k, lane, i):
     """Interpolate the i-th state of one lane at the fraction theta of the step."""
     total = 0.0
     for stage in range(7):
-        weight = DENSE[stage, 0] + theta * (
-            DENSE[stage, 1] + theta * (DENSE[stage, 2] + theta * DENSE[stage, 3])
-        )
-        total += weight * theta * k[stage, i, lane]
+        total += _dense_weight(stage, theta) * k[stage, i, lane]
     return y[i, lane] + h * total
+
+
+@compiled(within=True)
+def inside(h, theta, y, k, y_inside):
+    """Interpolate the states of all lanes, each at its own fraction of its step."""
+    old, new = rows(y), rows(y_inside)
+    for i in range(len(old)):
+        new[i] = old[i]
+    for stage in range(7):
+        weight, K = h * _dense_weight(stage, theta), rows(k[stage])
+        for i in range(len(old)):
+            new[i] = new[i] + weight * K[i]

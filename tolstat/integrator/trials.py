@@ -82,4 +82,6 @@ class Step(NamedTuple):
     middle: Array  # [state, lane]
     end: Array  # [state, lane]
     watched_middle: Array  # [watched, lane]
+    watched_inside: Array  # [watched, lane], where a crossing is looked for
+    crossings: NDArray[np.int64]  # [crossing], which of the watched quantities
     damping: Damping

@@ -9,6 +9,25 @@ from tolstat.lanes.rows import rows
 
 
 @compiled(within=True)
+def vertex_of(a, m, b):
+    """Return where in the step the parabola through three values turns, and its value.
+
+    Parameters
+    ----------
+    a, m, b : vector
+        Values in the start, the middle and the end of the step.
+
+    Returns
+    -------
+    tuple of vector
+        The fraction of the step, and the value there.
+    """
+    slope = 4.0 * m - 3.0 * a - b
+    theta = -0.25 * slope / (a - 2.0 * m + b)
+    return theta, a + 0.5 * slope * theta
+
+
+@compiled(within=True)
 def _follow_extremes(taking, start, middle, end, greatest, least):
     """Raise the greatest and lower the least value of each watched quantity.
 
@@ -26,9 +45,7 @@ def _follow_extremes(taking, start, middle, end, greatest, least):
     greatest, least = rows(greatest), rows(least)
     for i in range(len(greatest)):
         a, m, b = start[i], middle[i], end[i]
-        slope = 4.0 * m - 3.0 * a - b
-        theta = -0.25 * slope / (a - 2.0 * m + b)
-        vertex = a + 0.5 * slope * theta
+        theta, vertex = vertex_of(a, m, b)
         vertex = np.where((theta > 0.0) & (theta < 1.0), vertex, m)
         high = np.maximum(np.maximum(a, b), np.maximum(m, vertex))
         low = np.minimum(np.minimum(a, b), np.minimum(m, vertex))

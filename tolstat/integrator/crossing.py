@@ -1,0 +1,146 @@
+"""Kinks of the rates: a step ends where a quantity that they hang on changes its sign.
+
+A force that acts on one side alone has a kink where it begins. A step over the kink is
+of a low order, and a short visit to the other side can pass between two evaluations of
+the rates, unseen. So the quantities that a system names are looked at in the start, the
+middle and the end of every step that the error permits, and at the vertex of the
+parabola through these. Where one has changed sides, the step is tried again, to end at
+the first crossing found on its dense output; then the march goes on with the step it
+had. A start that is zero within rounding is on the side to which the step goes: a step
+that ends at a crossing and the one that begins there lie each on one side. The rates
+themselves do not jump there: the last stage of a step is the first of the next.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tolstat.integrator.clock import AFTER, SMALLEST, STEP, TARGET, TIME
+from tolstat.integrator.step import inside
+from tolstat.integrator.watching import vertex_of
+from tolstat.lanes.compiled import compiled
+from tolstat.lanes.rows import rows
+
+ROUNDING = 1e-9  # of the most that the quantity is in the step: that small is zero
+LOOKS = 50  # at most, for one crossing
+
+
+@compiled(within=True)
+def aim_at_crossing(h, t_new, clock):
+    """Return the step and the time after it: to the crossing, where one was found."""
+    t, step, target = clock[TIME], clock[STEP], clock[TARGET]
+    short = (clock[AFTER] > 0.0) & (step < target - t)
+    return np.where(short, step, h), np.where(short, t + step, t_new)
+
+
+@compiled(within=True)
+def _look(watch, t, h, theta, number, lanes, step):
+    """Return a watched quantity at the fraction theta of the step."""
+    inside(h, theta, lanes.y, step.k, step.middle)
+    rows(step.moment)[TIME] = t + theta * h
+    watch(step.moment, step.middle, lanes.p, step.watched_inside)
+    return rows(step.watched_inside)[number]
+
+
+@compiled()
+def _first_of(watch, t, h, permitted, number, lanes, step):
+    """Return the fraction of the step at which one quantity first changes its sign.
+
+    Parameters
+    ----------
+    watch
+        See `integrate.System`.
+    t, h : vector
+        Start of the step and its length, s.
+    permitted : mask
+        The lanes that are to be looked at.
+    number : int
+        Of the quantity, among those that are watched.
+    lanes, step : Lanes, Step
+        With the rates at both ends, and what is watched in the middle.
+
+    Returns
+    -------
+    vector
+        2 where it does not.
+    """
+    row = len(lanes.y) + len(lanes.quadratures) + number
+    a, b = rows(step.k[0])[row], rows(step.k[6])[row]
+    m = rows(step.watched_middle)[number]
+    zero = ROUNDING * np.maximum(np.abs(a), np.maximum(np.abs(m), np.abs(b)))
+    goes = np.where(np.abs(m) > zero, m, b)
+    side = np.copysign(1.0 + 0.0 * h, np.where(np.abs(a) > zero, a, goes))
+
+    # a visit to the other side and back, as far as three points show it
+    theta, vertex = vertex_of(a, m, b)
+    visit = permitted & (theta > 0.0) & (theta < 1.0) & (side * vertex < -zero)
+    between, value = 0.5 + 0.0 * h, m
+    if np.any(visit):
+        there = _look(watch, t, h, np.where(visit, theta, 0.5), number, lanes, step)
+        visit = visit & (side * there < -zero)
+        between, value = np.where(visit, theta, between), np.where(visit, there, m)
+
+    early = side * value < -zero
+    found = permitted & (early | (side * b < -zero))
+    # 0 at the crossing, below behind it
+    lower, upper = np.where(early, 0.0, between), np.where(early, between, 1.0)
+    f_lower = np.maximum(side * np.where(early, a, value), 0.0)
+    f_upper = np.where(found, side * np.where(early, value, b), -1.0)
+    at, looking, last = upper, found, 0.0 * h
+    for _ in range(LOOKS):
+        if not np.any(looking):
+            break
+        # regula falsi; an end that stays twice counts half (Illinois)
+        guess = (lower * f_upper - upper * f_lower) / (f_upper - f_lower)
+        at = np.where(looking, guess, at)
+        f = side * _look(watch, t, h, at, number, lanes, step)
+        behind = f < 0.0
+        f_lower = np.where(behind & (last < 0.0), 0.5 * f_lower, f_lower)
+        f_upper = np.where(~behind & (last > 0.0), 0.5 * f_upper, f_upper)
+        upper, f_upper = np.where(behind, at, upper), np.where(behind, f, f_upper)
+        lower, f_lower = np.where(behind, lower, at), np.where(behind, f_lower, f)
+        last = np.where(behind, -1.0, 1.0)
+        looking = looking & (np.abs(f) > 0.5 * zero)
+    return np.where(found, at, 2.0)
+
+
+@compiled()
+def first_crossing(watch, t, h, permitted, lanes, step):
+    """Return the fraction of the step at which it first crosses; 2 where it does not.
+
+    Parameters
+    ----------
+    watch, t, h, permitted, lanes, step
+        As of `_first_of`.
+    """
+    # a step that is as short as steps may be ends at the crossing
+    looked_at = permitted & (h > 2.0 * rows(lanes.clock)[SMALLEST])
+    first = 2.0 + 0.0 * h
+    for i in range(len(step.crossings)):
+        number = step.crossings[i]
+        found = _first_of(watch, t, h, looked_at, number, lanes, step)
+        first = np.minimum(first, found)
+    return first
+
+
+@compiled(within=True)
+def go_on(h, first, accepted, max_step, clock):
+    """Choose the next step: to the crossing; behind it, the one before it.
+
+    Parameters
+    ----------
+    h, first : vector
+        The step, s, and the fraction of it at which it crosses.
+    accepted : mask
+        The lanes whose step is taken.
+    max_step : float
+        The longest step, s.
+    clock : rows
+        With the step that the controller wants; changed in place.
+    """
+    crosses, after = first < 1.0, clock[AFTER]
+    resumed = np.minimum(np.maximum(clock[STEP], after), max_step)
+    wanted = np.where(accepted, resumed, clock[STEP])
+    short = np.maximum(h * first, 2.0 * clock[SMALLEST])
+    clock[STEP] = np.where(crosses, short, wanted)
+    clock[AFTER] = np.where(crosses, np.maximum(after, h), 0.0)
