@@ -103,7 +103,7 @@ def test_start_ups_that_pass_the_steps_of_the_load():
             for load, more in zip(machine["load_torque"], steps, strict=True)
         ]
         _, peaks = solved(alone, [], step=5e-5)
-        np.testing.assert_allclose(row.iloc[:6].to_numpy(float), peaks, rtol=2e-6)
+        np.testing.assert_allclose(row.iloc[:6].to_numpy(float), peaks, rtol=2e-7)
         exact = tolstat.evaluate(MODEL, None, {**alone, **TIGHT, "max_step": 1e-3})
         # only the scale of its errors differs
         np.testing.assert_allclose(
@@ -131,10 +131,10 @@ def test_the_two_masses_have_the_factor_32_15():
     case = CASES["two masses"]
     row = tolstat.evaluate(MODEL, None, {**case.settings, **TIGHT}).iloc[0]
     unit = 2.0 * 10.0 / 800.0
-    assert row["dynamic_factor_2"] == pytest.approx(32 / 15, rel=1e-8)
-    assert row["error_2"] == pytest.approx(16 / 3 * unit, rel=1e-8)
+    assert row["dynamic_factor_2"] == pytest.approx(32 / 15, rel=1e-9)
+    assert row["error_2"] == pytest.approx(16 / 3 * unit, rel=1e-9)
     # statically -1.5 J eps0/c for the first mass, peak 8/3
-    assert row["dynamic_factor_1"] == pytest.approx(8 / 3 / 1.5, rel=1e-8)
+    assert row["dynamic_factor_1"] == pytest.approx(8 / 3 / 1.5, rel=1e-9)
     assert row["frequency_2"] == pytest.approx(2 * row["frequency_1"], rel=1e-12)
 
 

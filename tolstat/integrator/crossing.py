@@ -16,8 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.integrator.clock import AFTER, SMALLEST, STEP, TARGET, TIME
-from tolstat.integrator.step import inside
-from tolstat.integrator.watching import vertex_of
+from tolstat.integrator.watching import look, vertex_of
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 
@@ -31,15 +30,6 @@ def aim_at_crossing(h, t_new, clock):
     t, step, target = clock[TIME], clock[STEP], clock[TARGET]
     short = (clock[AFTER] > 0.0) & (step < target - t)
     return np.where(short, step, h), np.where(short, t + step, t_new)
-
-
-@compiled(within=True)
-def _look(watch, t, h, theta, number, lanes, step):
-    """Return a watched quantity at the fraction theta of the step."""
-    inside(h, theta, lanes.y, step.k, step.middle)
-    rows(step.moment)[TIME] = t + theta * h
-    watch(step.moment, step.middle, lanes.p, step.watched_inside)
-    return rows(step.watched_inside)[number]
 
 
 @compiled()
@@ -76,7 +66,7 @@ def _first_of(watch, t, h, permitted, number, lanes, step):
     visit = permitted & (theta > 0.0) & (theta < 1.0) & (side * vertex < -zero)
     between, value = 0.5 + 0.0 * h, m
     if np.any(visit):
-        there = _look(watch, t, h, np.where(visit, theta, 0.5), number, lanes, step)
+        there = look(watch, t, h, np.where(visit, theta, 0.5), number, lanes, step)
         visit = visit & (side * there < -zero)
         between, value = np.where(visit, theta, between), np.where(visit, there, m)
 
@@ -93,7 +83,7 @@ def _first_of(watch, t, h, permitted, number, lanes, step):
         # regula falsi; an end that stays twice counts half (Illinois)
         guess = (lower * f_upper - upper * f_lower) / (f_upper - f_lower)
         at = np.where(looking, guess, at)
-        f = side * _look(watch, t, h, at, number, lanes, step)
+        f = side * look(watch, t, h, at, number, lanes, step)
         behind = f < 0.0
         f_lower = np.where(behind & (last < 0.0), 0.5 * f_lower, f_lower)
         f_upper = np.where(~behind & (last > 0.0), 0.5 * f_upper, f_upper)

@@ -140,7 +140,7 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
                 first = first_crossing(watch, t, h, accepted, lanes, step)
                 accepted = accepted & (first > 1.0)
                 taking = taking & accepted
-            follow(taking, h, lanes, step)
+            follow(watch, taking, t, h, lanes, step)
         if len(block.samples) > 0:
             clock[TRIED] = h
             clock[ACCEPTED] = np.where(accepted, 1.0, 0.0)

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from tolstat.integrator.clock import TIME
+from tolstat.integrator.step import inside
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
+
+# of the bend of the parabola over a step: so near to the greatest it may be beyond it
+NEAR = 0.01
 
 
 @compiled(within=True)
@@ -27,30 +32,45 @@ def vertex_of(a, m, b):
     return theta, a + 0.5 * slope * theta
 
 
+@compiled()
+def look(watch, t, h, theta, number, lanes, step):
+    """Return a watched quantity at the fraction theta of the step, by dense output."""
+    inside(h, theta, lanes.y, step.k, step.middle)
+    rows(step.moment)[TIME] = t + theta * h
+    watch(step.moment, step.middle, lanes.p, step.watched_inside)
+    return rows(step.watched_inside)[number]
+
+
 @compiled(within=True)
-def _follow_extremes(taking, start, middle, end, greatest, least):
+def _follow_extremes(watch, taking, t, h, first, lanes, step):
     """Raise the greatest and lower the least value of each watched quantity.
+
+    Where the parabola through start, middle and end turns beyond all before, the
+    quantity is evaluated there: at an extremum its place is of the second order.
 
     Parameters
     ----------
-    taking : mask
-        The lanes that are to be followed.
-    start, middle, end : float64[n or more, lanes]
-        The watched quantities over one step; a parabola through the three gives the
-        peak between them.
-    greatest, least : float64[n, lanes]
-        Changed in place.
+    watch, taking, t, h, lanes, step
+        As of `follow`.
+    first : int
+        The rate that is the first of these quantities.
     """
-    start, middle, end = rows(start), rows(middle), rows(end)
-    greatest, least = rows(greatest), rows(least)
+    start, middle, end = rows(step.k[0]), rows(step.watched_middle), rows(step.k[6])
+    greatest, least = rows(lanes.greatest), rows(lanes.least)
     for i in range(len(greatest)):
-        a, m, b = start[i], middle[i], end[i]
+        a, m, b = start[first + i], middle[i], end[first + i]
+        high = np.maximum(greatest[i], np.maximum(a, np.maximum(m, b)))
+        low = np.minimum(least[i], np.minimum(a, np.minimum(m, b)))
         theta, vertex = vertex_of(a, m, b)
-        vertex = np.where((theta > 0.0) & (theta < 1.0), vertex, m)
-        high = np.maximum(np.maximum(a, b), np.maximum(m, vertex))
-        low = np.minimum(np.minimum(a, b), np.minimum(m, vertex))
-        greatest[i] = np.where(taking, np.maximum(greatest[i], high), greatest[i])
-        least[i] = np.where(taking, np.minimum(least[i], low), least[i])
+        near = NEAR * np.abs(a - 2.0 * m + b)
+        beyond = (vertex > high - near) | (vertex < low + near)
+        turns = taking & beyond & (theta > 0.0) & (theta < 1.0)
+        if np.any(turns):
+            there = look(watch, t, h, np.where(turns, theta, 0.5), i, lanes, step)
+            high = np.where(turns, np.maximum(high, there), high)
+            low = np.where(turns, np.minimum(low, there), low)
+        greatest[i] = np.where(taking, high, greatest[i])
+        least[i] = np.where(taking, low, least[i])
 
 
 @compiled(within=True)
@@ -83,15 +103,17 @@ def _follow_times(taking, h, start, middle, end, above):
 
 
 @compiled(within=True)
-def follow(taking, h, lanes, step):
+def follow(watch, taking, t, h, lanes, step):
     """Follow the watched quantities over a step.
 
     Parameters
     ----------
+    watch
+        See `integrate.System`.
     taking : mask
         The lanes that are to be followed.
-    h : vector
-        The step, s.
+    t, h : vector
+        Start of the step and its length, s.
     lanes : Lanes
         Their peaks and times above zero are changed in place.
     step : Step
@@ -100,14 +122,7 @@ def follow(taking, h, lanes, step):
     n_extremes = len(lanes.greatest)
     first_extreme = len(lanes.y) + len(lanes.quadratures)
     first_above = first_extreme + n_extremes
-    _follow_extremes(
-        taking,
-        step.k[0, first_extreme:],
-        step.watched_middle,
-        step.k[6, first_extreme:],
-        lanes.greatest,
-        lanes.least,
-    )
+    _follow_extremes(watch, taking, t, h, first_extreme, lanes, step)
     _follow_times(
         taking,
         h,
