@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from tolstat.asking.view import view
     from tolstat.catalogue import names as models
     from tolstat.execution.execute import run
+    from tolstat.execution.going_on import extend, resume
+    from tolstat.execution.verifying import verify
     from tolstat.machines.rolling_block.identification import identify_drive
     from tolstat.model.contract import History, Model, Outcome, closer
     from tolstat.model.description import (
@@ -66,14 +68,17 @@ _HOMES = {
     "column": "tolstat.model.settings",
     "compare": "tolstat.reporting.making",
     "evaluate": "tolstat.asking.evaluate",
+    "extend": "tolstat.execution.going_on",
     "identify_drive": "tolstat.machines.rolling_block.identification",
     "models": "tolstat.catalogue",
     "open": "tolstat.store.opening",
     "replay": "tolstat.asking.replay",
     "report": "tolstat.reporting.making",
+    "resume": "tolstat.execution.going_on",
     "run": "tolstat.execution.execute",
     "setting": "tolstat.model.settings",
     "trajectory": "tolstat.asking.trajectory",
+    "verify": "tolstat.execution.verifying",
     "view": "tolstat.asking.view",
 }
 _ELSEWHERE = {"models": "names"}
@@ -82,8 +87,8 @@ __all__ = [
     "Axis", "Band", "Chart", "Contributor", "Curve", "Description", "History",
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
     "Range", "Region", "Response", "Run", "Span", "StudyNumber", "closer", "column",
-    "compare", "evaluate", "identify_drive", "models", "open", "replay", "report",
-    "run", "setting", "trajectory", "view",
+    "compare", "evaluate", "extend", "identify_drive", "models", "open", "replay",
+    "report", "resume", "run", "setting", "trajectory", "verify", "view",
 ]  # fmt: skip
 
 

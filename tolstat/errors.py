@@ -7,7 +7,16 @@ from collections.abc import Iterable
 
 
 class TolstatError(Exception):
-    """Anything that tolstat refuses; the message is meant to be read by people."""
+    """Anything that tolstat refuses; the message is meant to be read by people.
+
+    Attributes
+    ----------
+    exit_code : int
+        Of a command that ends so: 2 where something asked for is wrong, 1 where
+        something broke.
+    """
+
+    exit_code = 2
 
 
 class UnitError(TolstatError, ValueError):
@@ -44,6 +53,18 @@ class PictureError(TolstatError):
 
 class RunFileError(TolstatError):
     """A run file that exists already, is missing, or cannot be read."""
+
+
+class BrokenError(RunFileError):
+    """Something broke on the way, a full disk: what was stored before is safe."""
+
+    exit_code = 1
+
+
+class DamagedError(RunFileError):
+    """A run file whose bytes are not those that were written."""
+
+    exit_code = 1
 
 
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:

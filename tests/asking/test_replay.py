@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import h5py
 import numpy as np
 import pytest
 
 import tolstat
+from tests.store.tampering import resealed
 from tolstat.asking.replay import replay
 from tolstat.errors import ModelError
 
@@ -33,7 +33,7 @@ def test_bit_for_bit(stored, index):
 def test_one_unit_in_the_last_place_is_seen(stored, tmp_path):
     path = tmp_path / "tampered.h5"
     path.write_bytes(stored.path.read_bytes())
-    with h5py.File(path, "r+") as file:
+    with resealed(path) as file:
         file["yaw"][5] = np.nextafter(file["yaw"][5], 1.0)
         file["steps"][6] += 1
         file.attrs["source_digest"] = "0123"
@@ -56,7 +56,7 @@ def test_a_trial_that_ends_otherwise_is_seen(toy, toy_study):
     """Not a number both times, but for another reason."""
     run = tolstat.run(toy_study, model=toy)
     failed = int(np.flatnonzero(run.status != 1)[0])
-    with h5py.File(run.path, "r+") as file:
+    with resealed(run.path) as file:
         file["status"][failed] = 3
     assert replay(tolstat.open(run.path), failed, toy).differences == ("status",)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import tolstat
+from tests.store.tampering import resealed
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +66,7 @@ def test_as_a_run_has_it(run):
 def test_before_trials_were_chosen_on_purpose_all_were_random(run, tmp_path):
     old = tmp_path / "old.h5"
     shutil.copy(run.path, old)
-    with h5py.File(old, "r+") as file:
+    with resealed(old) as file:
         del file["audit/chosen-at-random"], file["audit/chosen-by"]
     found = tolstat.open(old).audited
     assert found.at_random.all() and found.chosen_by == {}

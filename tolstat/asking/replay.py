@@ -16,7 +16,6 @@ from tolstat.model.contract import Answers, Model
 from tolstat.model.settings import as_typed, read, setting_of
 from tolstat.model.view import Chart
 from tolstat.store.opening import open as open_run
-from tolstat.store.provenance import processor
 from tolstat.store.run import Run
 from tolstat.study.links import settings_with_links
 from tolstat.study.points import setting_name
@@ -73,7 +72,7 @@ def replay(
     ModelError
         If there is no such trial.
     """
-    run = run if isinstance(run, Run) else open_run(run)
+    run = run if isinstance(run, Run) else open_run(run, damaged=True)
     if index is not None and not 0 <= index < run.trials:
         raise ModelError(
             f"trial {index}: {run.path} has the trials 0 to {run.trials - 1}"
@@ -97,7 +96,7 @@ def replay(
         run.words.get(int(outcome.status[0]), "unknown"),
         chart,
         _differences(run, index, outcome),
-        _reason(run, machine),
+        "; ".join(run.made_otherwise(machine.source_digest)),
     )
 
 
@@ -133,15 +132,3 @@ def _differences(run: Run, index: int | None, outcome: Answers) -> tuple[str, ..
         if outcome.steps[0] != steps:
             different.append("steps")
     return tuple(different)
-
-
-def _reason(run: Run, model: Model) -> str:
-    """Say what could make a trial differ from the stored one."""
-    if run.source_digest != model.source_digest:
-        return (
-            f"the run was made by tolstat {run.provenance['version_tolstat']} of "
-            f"another source ({run.source_digest}, not {model.source_digest})"
-        )
-    if run.provenance["processor"] != processor():
-        return f"the run was made on another processor ({run.provenance['processor']})"
-    return ""

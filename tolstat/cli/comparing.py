@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from tolstat.cli.interrupting import leave_on_interrupt
 from tolstat.cli.reporting import deliver
 from tolstat.cli.showing import print_table, screen
 from tolstat.reporting.comparison import compared, comparison_table, pair_of
@@ -37,8 +36,7 @@ def compare_runs(
     pair = pair_of(open_run(first), open_run(second))
     if output:
         check_folder(output)
-    with leave_on_interrupt():
-        found = compared(pair, responses)
+    found = compared(pair, responses)
     if form:
         deliver(found, output, form)
         return
@@ -50,6 +48,5 @@ def compare_runs(
     if output:
         from tolstat.reporting.comparison_page import make_comparison_page
 
-        with leave_on_interrupt():
-            write(output, make_comparison_page(pair, found))
+        write(output, make_comparison_page(pair, found))
         console.print(f"report in {output}")

@@ -1,33 +1,42 @@
-"""Ctrl-C: what is done is kept, what is computed is left."""
+"""Ctrl-C, and what ends a session or a job: what is done is kept."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from threading import Event
 from types import FrameType
+from typing import Any
 
 INTERRUPTED = 130
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # not every system has the last
+
+Handler = Callable[[int, FrameType | None], object]
 
 
-@contextmanager
-def leave_on_interrupt() -> Iterator[None]:
-    """End the process at the first Ctrl-C, whatever its threads still compute."""
-    before = signal.getsignal(signal.SIGINT)
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
+def leave(number: int, frame: FrameType | None) -> None:
+    """End the process, whatever its threads still compute."""
+    with suppress(OSError):  # the terminal may be gone
         sys.stderr.write("stopped: nothing is written\n")
         sys.stderr.flush()
-        os._exit(INTERRUPTED)
+    os._exit(INTERRUPTED)
 
-    signal.signal(signal.SIGINT, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+
+def on_interrupt(handler: Handler) -> dict[signal.Signals, Any]:
+    """Let a function handle Ctrl-C and its like; return what did before.
+
+    What is ignored stays so: `nohup`, jobs in the background.
+    """
+    before: dict[signal.Signals, Any] = {}
+    for name in SIGNALS:
+        number = getattr(signal, name, None)
+        if number and (known := signal.getsignal(number)) is not signal.SIG_IGN:
+            before[number] = known
+            signal.signal(number, handler)
+    return before
 
 
 @contextmanager
@@ -40,15 +49,15 @@ def stop_on_interrupt() -> Iterator[Event]:
         Set once the user wants to stop.
     """
     stop = Event()
-    before = signal.getsignal(signal.SIGINT)
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         if stop.is_set():
             os._exit(INTERRUPTED)
         stop.set()
 
-    signal.signal(signal.SIGINT, interrupt)
+    before = on_interrupt(interrupt)
     try:
         yield stop
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 
+from tolstat.cli.interrupting import leave, on_interrupt
 from tolstat.errors import TolstatError
 
-USAGE_ERROR = 2
+LIMITS_NOT_MET = 3
+EXIT_CODES = """
+\b
+Exit codes:
+  0    done
+  1    something broke, or is damaged; what was stored before is safe
+  2    what was asked for is wrong, and nothing was done
+  3    done, and a limit is not met (run, resume, extend)
+  130  stopped by Ctrl-C, SIGTERM or SIGHUP; what is finished is stored
+"""
 
 
 def _load_machine(ctx: click.Context, option: click.Parameter, place: str) -> None:
@@ -30,7 +41,7 @@ class _Group(click.Group):
             return super().invoke(ctx)
         except TolstatError as error:
             click.echo(f"tolstat: {error}", err=True)
-            sys.exit(USAGE_ERROR)
+            sys.exit(error.exit_code)
 
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
         machine = click.Option(
@@ -45,7 +56,11 @@ class _Group(click.Group):
         super().add_command(cmd, name)
 
 
-@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=_Group,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=EXIT_CODES,
+)
 @click.version_option(package_name="tolstat", prog_name="tolstat")
 def main() -> None:
     """Monte Carlo tolerance analysis with the dynamics in the loop.
@@ -55,22 +70,29 @@ def main() -> None:
     """
 
 
-@main.command()
-@click.argument("study", type=click.Path(path_type=Path))
-@click.option("--trials", type=click.IntRange(min=1), help="Instead of the study's.")
-@click.option("--seed", type=click.IntRange(min=0), help="Instead of the study's.")
-@click.option(
+_workers = click.option(
     "--workers",
     type=click.IntRange(min=1),
     help="Threads; all processors if not given. The numbers do not depend on it.",
 )
+
+
+@main.command()
+@click.argument("study", type=click.Path(path_type=Path))
+@click.option("--trials", type=click.IntRange(min=1), help="Instead of the study's.")
+@click.option("--seed", type=click.IntRange(min=0), help="Instead of the study's.")
+@_workers
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
     help="Run file; beside the study, ending in .h5, if not given.",
 )
-@click.option("--force", is_flag=True, help="Replace an existing run file.")
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Replace an existing run file, which stays until the new one is complete.",
+)
 def run(
     study: Path,
     trials: int | None,
@@ -81,14 +103,87 @@ def run(
 ) -> None:
     """Run the study STUDY.toml and store it in an HDF5 file.
 
-    Ctrl-C stops within two seconds; what is finished by then is stored.
+    Ctrl-C stops within two seconds; what is finished by then is stored, and `tolstat
+    resume` goes on with it.
     """
     from tolstat.cli.running import run_study
     from tolstat.study.study import load
 
     asked = load(study, trials=trials, seed=seed)
     path = output or study.with_suffix(".h5")
-    run_study(asked, path, workers=workers, force=force)
+    _judge(run_study(asked, path, workers=workers, force=force))
+
+
+def _judge(met: bool) -> None:
+    """End with the exit code of limits that are not met."""
+    if not met:
+        sys.exit(LIMITS_NOT_MET)
+
+
+_run_file = click.argument("source", metavar="RUN.h5", type=click.Path(path_type=Path))
+_regardless = click.option(
+    "--regardless",
+    is_flag=True,
+    help="Go on though the source, the processor or the study file is another now.",
+)
+
+
+@main.command()
+@_run_file
+@_workers
+@click.option(
+    "--rerun-failed",
+    is_flag=True,
+    help="Evaluate failed trials again with tighter settings, and keep that apart.",
+)
+@_regardless
+def resume(
+    source: Path, workers: int | None, rerun_failed: bool, regardless: bool
+) -> None:
+    """Finish what is missing of a run, and repair what is damaged.
+
+    It becomes, bit for bit, the run that was never interrupted.
+    """
+    from tolstat.cli.running import go_on_with
+
+    met = go_on_with(source, workers=workers, rerun=rerun_failed, regardless=regardless)
+    _judge(met)
+
+
+@main.command()
+@_run_file
+@click.option(
+    "--trials",
+    type=click.IntRange(min=1),
+    required=True,
+    help="How many there are to be in all.",
+)
+@_workers
+@_regardless
+def extend(source: Path, trials: int, workers: int | None, regardless: bool) -> None:
+    """Add trials to a run of random or Sobol' machines.
+
+    It becomes, bit for bit, one run of so many trials.
+    """
+    from tolstat.cli.running import go_on_with
+
+    _judge(go_on_with(source, workers=workers, trials=trials, regardless=regardless))
+
+
+@main.command()
+@_run_file
+@click.option("--all", "every", is_flag=True, help="Evaluate all trials again.")
+@_workers
+def verify(source: Path, every: bool, workers: int | None) -> None:
+    """Say whether a run is as it was written, and name what is damaged.
+
+    The checksum of every trial is compared, all deviations are drawn again, and one
+    trial of each hundred is evaluated again. Exit code 1 if anything is not as stored.
+    """
+    from tolstat.cli.verifying import verify_run
+
+    if not verify_run(source, every=every, workers=workers):
+        sys.exit(1)
 
 
 @main.command()
@@ -188,7 +283,7 @@ def _findings(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @main.command()
-@click.argument("source", metavar="RUN.h5", type=click.Path(path_type=Path))
+@_run_file
 @click.option(
     "-o",
     "--output",
@@ -241,4 +336,11 @@ def models() -> None:
 
 def entry(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; the entry point of the package."""
+    on_interrupt(leave)
+    warnings.showwarning = _note  # type: ignore[assignment]
     main(arguments)
+
+
+def _note(message: Warning | str, *_: object) -> None:
+    """Say what Python would wrap into the place of a line of source."""
+    click.echo(f"tolstat: note: {message}", err=True)

@@ -42,7 +42,7 @@ def show_trial(path: Path, index: int | None, picture: Path | None) -> bool:
     """
     if picture:
         check_view_ending(picture)
-    run = open_run(path)
+    run = open_run(path, damaged=True)
     ran = index is None or run.status[index : index + 1] != Status.NOT_RUN
     if not np.all(ran):
         raise RunFileError(f"{path}: trial {index} has not run")
@@ -64,6 +64,10 @@ def show_trial(path: Path, index: int | None, picture: Path | None) -> bool:
         console.print(f"not bit for bit as stored{reason}; different: {listed}")
     else:
         console.print("bit for bit as stored")
+    if run.damage:
+        console.print(
+            f"the run is damaged: {run.damage.words}; `tolstat resume` repairs it"
+        )
     if picture:
         if found.history is None:
             raise ModelError(f"model '{run.model}' does not move: it has no histories")

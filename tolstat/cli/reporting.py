@@ -9,7 +9,6 @@ from typing import Any
 
 import click
 
-from tolstat.cli.interrupting import leave_on_interrupt
 from tolstat.reporting import making
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.plain import as_csv, as_json
@@ -36,12 +35,11 @@ def report_run(
     # the process ends with the page: what is left over needs no collecting
     gc.disable()
     run = open_run(path)
-    with leave_on_interrupt():
-        if form == "html":
-            made = making.report(run, output, responses)
-            click.echo(f"report in {made}")
-        else:
-            deliver(findings_of(run, responses), output, form)
+    if form == "html":
+        made = making.report(run, output, responses)
+        click.echo(f"report in {made}")
+    else:
+        deliver(findings_of(run, responses), output, form)
 
 
 def deliver(found: Any, output: Path | None, form: str) -> None:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 import os
 import sys
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from typing import NoReturn
 
 from rich.console import Console
 from rich.progress import (
@@ -20,8 +23,11 @@ from rich.text import Text
 
 from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
 from tolstat.cli.showing import print_comparisons, print_summary
-from tolstat.execution.execute import Progress, execute
+from tolstat.execution.carrying_out import Progress, Telling
+from tolstat.execution.execute import execute
+from tolstat.execution.going_on import go_on
 from tolstat.execution.workers import Workers
+from tolstat.store.run import Run
 from tolstat.study.study import Study
 
 AFTERWARDS = {"audit": "evaluating the audit", "evidence": "slopes and worst cases"}
@@ -38,20 +44,19 @@ class _Rate(TextColumn):
         return Text(f"{speed:.0f} trials/s" if speed else "", style="cyan")
 
 
-def _out_of_reach(study: Study, wanted: float) -> str:
+def _out_of_reach(progress: Progress) -> str:
     """Say that a stopping rule asks for more trials than it may have."""
-    assert study.until
-    rules = "; ".join(study.until.rules)
+    rules, wanted = "; ".join(progress.rules), progress.wanted
     if math.isinf(wanted):
         return f"{rules}: the first look cannot tell yet how many trials that takes"
     more = f"{float(f'{wanted:.2g}'):,.0f}".replace(",", " ")
     return (
         f"{rules}: as far as the first look can tell, that takes about {more} trials; "
-        f"at_most = {study.trials} will hardly do"
+        f"at_most = {progress.at_most} will hardly do"
     )
 
 
-def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> None:
+def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> bool:
     """Run a study, show how it goes and print its summary.
 
     Parameters
@@ -64,10 +69,65 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         Threads.
     force : bool
         Whether an existing run file may be replaced.
+
+    Returns
+    -------
+    bool
+        Whether no limit is found to be not met.
     """
-    screen = Console(stderr=True, markup=False, highlight=False)
     for doubt in study.doubts:
-        screen.print(f"note: {doubt}", soft_wrap=True)
+        _screen().print(f"note: {doubt}", soft_wrap=True)
+
+    def work(crew: Workers, tell: Telling) -> Run:
+        return execute(study, path, crew, force=force, progress=tell)
+
+    return _watched(path, workers, work)
+
+
+def go_on_with(
+    path: Path,
+    *,
+    workers: int | None,
+    trials: int | None = None,
+    rerun: bool = False,
+    regardless: bool = False,
+) -> bool:
+    """Go on with a run, show how it goes and print its summary.
+
+    Parameters
+    ----------
+    path : Path
+        The run file.
+    workers : int, optional
+        Threads.
+    trials : int, optional
+        How many there are to be; as many as were asked for if not given.
+    rerun, regardless : bool
+        As of `tolstat.resume`.
+
+    Returns
+    -------
+    bool
+        Whether no limit is found to be not met.
+    """
+
+    def work(crew: Workers, tell: Telling) -> Run:
+        return go_on(
+            path, crew, trials=trials, rerun=rerun, regardless=regardless, progress=tell
+        )
+
+    return _watched(path, workers, work)
+
+
+def _screen() -> Console:
+    return Console(stderr=True, markup=False, highlight=False)
+
+
+def _watched(
+    path: Path, workers: int | None, work: Callable[[Workers, Telling], Run]
+) -> bool:
+    """Let a run be worked on, and show how it goes and what it says."""
+    screen = _screen()
     bar = Bar(
         TextColumn("{task.description}", markup=False),
         BarColumn(),
@@ -78,28 +138,44 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         console=screen,
         transient=True,
     )
-    with stop_on_interrupt() as stop, bar, Workers(workers, stop.is_set) as crew:
-        task = bar.add_task("compiling, if need be", total=None, failed="")
+    with stop_on_interrupt() as stop:
+        with bar, Workers(workers, stop.is_set) as crew:
+            task = bar.add_task("compiling, if need be", total=None, failed="")
 
-        def tell(progress: Progress) -> None:
-            over, failed, asked, doing, wanted = progress
-            if wanted:
-                bar.print(_out_of_reach(study, wanted))
-            if bar.tasks[task].total is None:
-                bar.reset(task, total=asked, description=path.stem)
-            if doing in AFTERWARDS:
-                bar.update(task, description=AFTERWARDS[doing])
-            bar.update(task, total=asked, completed=over, failed=f"{failed} failed")
+            def tell(progress: Progress) -> None:
+                if progress.wanted:
+                    bar.print(_out_of_reach(progress))
+                if bar.tasks[task].total is None:
+                    bar.reset(task, total=progress.asked, description=path.stem)
+                if progress.doing in AFTERWARDS:
+                    bar.update(task, description=AFTERWARDS[progress.doing])
+                bar.update(
+                    task, total=progress.asked, completed=progress.over,
+                    failed=f"{progress.failed} failed",
+                )  # fmt: skip
 
-        done = execute(study, path, crew, force=force, progress=tell)
-    if stop.is_set():
-        stored = f"{done.ended} of {done.trials} trials are stored in {path}"
-        screen.print(f"stopped: {stored}")
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(INTERRUPTED)  # a compilation under way would hold up sys.exit
-    print_summary(done)
-    print_comparisons(done)
+            done = work(crew, tell)
+        if not done.complete:
+            _say_how_to_go_on(done, screen)
+        met = print_summary(done)
+        print_comparisons(done)
     seconds = done.provenance["seconds"]
     rate = f"{done.trials / seconds:.0f} trials/s"
-    screen.print(f"{done.trials} trials in {seconds:.1f} s ({rate}), stored in {path}")
+    stored = f"stored in {done.path}"
+    screen.print(f"{done.trials} trials in {seconds:.1f} s ({rate}), {stored}")
+    return met
+
+
+def _say_how_to_go_on(run: Run, screen: Console) -> NoReturn:
+    """Say what is stored and how it is gone on with; end the process."""
+    machine = f" --machine {run.machine}" if run.machine else ""
+    with suppress(OSError):  # the terminal may be gone
+        screen.print(
+            f"stopped: {run.ended} of {run.trials} trials are stored in {run.path}; go "
+            "on with:",
+            soft_wrap=True,
+        )
+        screen.print(f"tolstat resume {run.path}{machine}", soft_wrap=True)
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(INTERRUPTED)  # a compilation under way would hold up sys.exit

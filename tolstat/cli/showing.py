@@ -36,13 +36,18 @@ def screen(least: int = 0) -> Console:
     return Console(width=max(width, least), highlight=False, markup=False)
 
 
-def print_summary(run: Run) -> None:
+def print_summary(run: Run) -> bool:
     """Print the summary tables of a run.
 
     Parameters
     ----------
     run : Run
         Complete or not.
+
+    Returns
+    -------
+    bool
+        Whether no limit is found to be not met.
     """
     console = screen()
     summary = summary_table(run)
@@ -53,6 +58,7 @@ def print_summary(run: Run) -> None:
         print_table(title, heads, rows, wide=console.width >= WIDE)
     for note in summary.notes:
         console.print(note)
+    return not summary.not_met
 
 
 def print_table(

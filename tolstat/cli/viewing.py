@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from tolstat.asking.view import view_of
-from tolstat.cli.interrupting import leave_on_interrupt
 from tolstat.cli.showing import print_table, screen
 from tolstat.model.checked import offers
 from tolstat.model.view import Listing
@@ -34,11 +33,10 @@ def show_view(path: Path, name: str, output: Path | None) -> None:
         check_view_ending(output)
     study = load(path)
     nominal = np.zeros((1, len(study.description.contributors)))
-    with leave_on_interrupt():
-        view = view_of(study.model, study.settings, name, nominal, study)
-        title, sentence = f"{study.title}: {name}", offers(study.model)[name].sentence
-        if output:
-            save_view(view, output, title, sentence)
+    view = view_of(study.model, study.settings, name, nominal, study)
+    title, sentence = f"{study.title}: {name}", offers(study.model)[name].sentence
+    if output:
+        save_view(view, output, title, sentence)
     console = screen()
     if output:
         console.print(f"written to {output}")

@@ -65,6 +65,17 @@ def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
     return joined(found, _audited(study, trials, more, numbers, workers))
 
 
+def evaluated_again(
+    study: Study, trials: Trials, chosen: NDArray[np.int64], workers: Workers
+) -> Audited | None:
+    """Evaluate chosen trials more precisely; None for a machine that cannot be."""
+    tight = tightened(study.model, study.settings)
+    if tight is None:
+        return None
+    choice = Choice(chosen, np.zeros(len(chosen), bool), {})
+    return _audited(study, trials, choice, tightening(study.settings, tight), workers)
+
+
 def _audited(
     study: Study,
     trials: Trials,

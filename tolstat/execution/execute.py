@@ -1,55 +1,21 @@
-"""A study run and stored: plan, nominal machine, stages of blocks, ending."""
+"""A study run and stored."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
 
-import numpy as np
-
-from tolstat.errors import ModelError, StudyError
-from tolstat.execution.audit import audit
-from tolstat.execution.further import gather
+from tolstat.errors import StudyError
+from tolstat.execution.carrying_out import Telling, carry_out
 from tolstat.execution.planning import plan_of
 from tolstat.execution.trials import Trials
-from tolstat.execution.workers import Interrupted, Workers
+from tolstat.execution.workers import Workers
 from tolstat.model.contract import Model
-from tolstat.statistics.precision import FIRST, next_stage, trials_wanted
-from tolstat.statistics.sample import Sample
-from tolstat.store.evidence import Evidence
+from tolstat.store.lock import Lock
 from tolstat.store.opening import open as open_run
-from tolstat.store.plan import Ending, Stopped
 from tolstat.store.run import Run
 from tolstat.store.run_writer import RunWriter
-from tolstat.study.points import Case
 from tolstat.study.study import Source, Study, load
-
-
-class Progress(NamedTuple):
-    """How far a run is.
-
-    Attributes
-    ----------
-    over, failed, asked : int
-        Trials that are over, those of them that failed, and all of this stage.
-    doing : str
-        "trials", or what follows them: "audit", "evidence".
-    wanted : float
-        Trials that the stopping rule asks for after its first look, if these are more
-        than it may have; infinite where it cannot tell yet, else 0.
-    """
-
-    over: int
-    failed: int
-    asked: int
-    doing: str = "trials"
-    wanted: float = 0.0
-
-
-Telling = Callable[[Progress], None]
 
 
 def run(
@@ -140,84 +106,17 @@ def execute(
     Run
         Complete, or as far as it came.
     """
-    _carry_out(study, path, workers, force, progress or (lambda progress: None))
-    return open_run(path)  # whose trials are read when those that ran are let go
+    tell = progress or (lambda progress: None)
+    return open_run(_stored(study, path, workers, force, tell))
 
 
-def _carry_out(
+def _stored(
     study: Study, path: Path, workers: Workers, force: bool, tell: Telling
-) -> None:
-    """Run a checked study into its file: plan, nominal machine, stages, ending."""
-    trials = Trials.planned(study.description, study.deviations())
-    plan = plan_of(study, trials.deviations)
-    stages: list[int] = []
-    with RunWriter(path, plan, force=force) as file, suppress(Interrupted):
-        # alone and first: who finds code that is not compiled waits for it here
-        nominal = np.zeros((1, len(study.description.contributors)))
-        file.write_nominal(workers.simulate(study.model, nominal, study.settings))
-        for stop in _stages(study, trials, tell):
-            cases = _between(study.cases, trials.over, stop)
-            for blocks in workers.blocks(study.model, cases, trials.deviations):
-                file.write_blocks(blocks)
-                trials.take(blocks)
-                tell(Progress(trials.over, trials.failed, stop))
-            if trials.over < stop:
-                raise Interrupted
-            stages.append(stop)
-        file.finish(_ending(study, trials.first(stages[-1]), stages, workers, tell))
-
-
-def _stages(study: Study, trials: Trials, tell: Telling) -> Iterator[int]:
-    """Yield how many trials are to be over before anyone looks at them again."""
-    stop = min(FIRST, study.trials) if study.until else study.trials
-    yield stop
-    while stop < study.trials and (wanted := _wanted(study, trials, stop)):
-        if wanted > study.trials and stop == FIRST:
-            tell(Progress(trials.over, trials.failed, stop, wanted=wanted))
-        stop = min(next_stage(stop, wanted), study.trials)
-        yield stop
-
-
-def _wanted(study: Study, trials: Trials, over: int) -> float:
-    """Say how many trials the stopping rule wants in all; 0 if there are enough."""
-    if study.until is None:
-        return 0.0
-    assert study.sampler  # checked with the study
-    responses = study.description.responses
-    names = [response.name for response in responses]
-    return trials_wanted(
-        study.until.precisions,
-        dict(zip(names, trials.responses[:over].T, strict=True)),
-        Sample(trials.status[:over], study.sampler.replicates),
-        {name: limit.permitted for name, limit in study.limits.items()},
-        {each.name: each.range for each in responses if each.range},
-    )
-
-
-def _between(cases: tuple[Case, ...], first: int, stop: int) -> list[Case]:
-    """Return what of the cases lies between two trials."""
-    cut = (c._replace(first=max(c.first, first), stop=min(c.stop, stop)) for c in cases)
-    return [case for case in cut if case.first < case.stop]
-
-
-def _ending(
-    study: Study, trials: Trials, stages: list[int], workers: Workers, tell: Telling
-) -> Ending:
-    """Evaluate what is wanted beyond the trials, all of which are over."""
-    stopped = None
-    if study.until:
-        wanted = _wanted(study, trials, trials.over)
-        stopped = Stopped(
-            study.until.rules, not wanted, tuple(stages), study.trials, wanted
-        )
-    audited, evidence = None, Evidence(missing="the run was stopped before it")
-    try:
-        tell(Progress(trials.over, trials.failed, trials.over, "audit"))
-        audited = audit(study, trials, workers)
-        tell(Progress(trials.over, trials.failed, trials.over, "evidence"))
-        evidence = gather(study, trials, audited, workers)
-    except Interrupted:
-        pass
-    except ModelError as error:  # the trials are worth more than what follows them
-        evidence = Evidence(missing=str(error))
-    return Ending(trials.over, stopped, audited, evidence)
+) -> Path:
+    """Run a study; its trials are let go before those that are stored are read."""
+    with Lock(path) as lock:
+        trials = Trials.planned(study.description, study.deviations())
+        plan = plan_of(study, trials.deviations)
+        with RunWriter.made(lock, plan, force=force) as file:
+            carry_out(study, trials, file, workers, tell)
+    return file.path

@@ -61,6 +61,8 @@ def plan_of(study: Study, deviations: NDArray[np.float64]) -> Plan:
         notes=study.notes,
         assumptions=tuple(model.assumptions),
         numbers=_numbers(study, assumed),
+        rules=study.until.rules if study.until else (),
+        study_file=study.path.resolve() if study.path else None,
     )
 
 

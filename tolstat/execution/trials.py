@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tolstat.model.contract import Answers
 from tolstat.model.description import Description
 from tolstat.status import Status
+from tolstat.store.run import Run
 
 Array = NDArray[np.float64]
 
@@ -45,6 +46,18 @@ class Trials:
         n = len(deviations)
         answers = np.full((n, len(description.responses)), np.nan)
         return cls(description, deviations, np.zeros(n, np.uint8), answers)
+
+    @classmethod
+    def of_run(cls, run: Run, deviations: Array, whole: NDArray[np.bool_]) -> Trials:
+        """Return the trials of a run, drawn again; only whole ones have run."""
+        found = cls.planned(Description(run.contributors, run.responses), deviations)
+        rows = np.flatnonzero(whole)
+        for column, response in enumerate(run.responses):
+            found.responses[rows, column] = run.column(response.name)[rows]
+        found.status[rows] = run.status[rows]
+        found.over = len(rows)
+        found.failed = int(np.count_nonzero(run.status[rows] != Status.DONE))
+        return found
 
     def take(self, blocks: list[tuple[int, Answers]]) -> None:
         """Keep finished blocks."""

@@ -76,8 +76,8 @@ def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
             f"{run.path}: machines of a grid or a table were chosen and not drawn, and "
             "have no statistics; `tolstat show --plot` draws them"
         )
-    if not np.any(drawn.sample.done):
-        raise PictureError(f"{run.path}: no trial is done; there is nothing to report")
+    if not np.any(drawn.sample.ran):
+        raise PictureError(f"{run.path}: no trial has run; there is nothing to report")
     return drawn, responses_of_interest(run, chosen)
 
 

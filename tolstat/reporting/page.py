@@ -188,6 +188,8 @@ def pictures_of(run: Run, found: Findings) -> Pictures:
     """
     drawn = drawn_trials(run)
     assert drawn is not None  # there are no findings otherwise
+    if not drawn.sample.done.any():
+        return {name: {} for name in found.interest}  # nothing to be drawn
     return {
         name: {
             "histogram": distributions.histogram(drawn, name, each),

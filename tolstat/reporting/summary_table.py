@@ -12,7 +12,7 @@ from tolstat.reporting.drawn import Drawn, drawn_trials
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import Limited, Summary, summarize
-from tolstat.statistics.yields import joint_yield
+from tolstat.statistics.yields import NOT_MET, joint_yield
 from tolstat.status import Status
 from tolstat.store.run import Run
 from tolstat.units.scale import PLAIN, Scale
@@ -44,6 +44,8 @@ class SummaryTable(NamedTuple):
         One for each limit; empty without limits.
     notes : list of str
         What must be known to read them: failures first.
+    not_met : tuple of str
+        Responses whose limit is not met.
     """
 
     title: str
@@ -52,6 +54,7 @@ class SummaryTable(NamedTuple):
     limit_heads: list[str]
     limit_rows: list[list[Cell]]
     notes: list[str]
+    not_met: tuple[str, ...] = ()
 
 
 def summaries_of(drawn: Drawn) -> dict[str, Summary]:
@@ -107,6 +110,11 @@ def summary_table(run: Run) -> SummaryTable:
         ["response", *(judged if sample else ["limit", "machines beyond"])],
         limit_rows,
         [*_joint(drawn), *notes_of(run, sample)],
+        tuple(
+            name
+            for name, each in summaries.items()
+            if each.limited and each.limited.yields.verdict == NOT_MET
+        ),
     )
 
 

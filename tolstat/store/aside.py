@@ -1,16 +1,16 @@
-"""Files written aside and renamed: what may be replaced, and whether there is room."""
+"""Files beside a run: written aside and renamed, moved aside; and room for them."""
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 from contextlib import suppress
 from itertools import count
 from pathlib import Path
 
-import h5py
-
-from tolstat.errors import RunFileError
+from tolstat.errors import BrokenError, RunFileError
+from tolstat.store.seal import is_run
 
 _numbers = count()
 
@@ -41,8 +41,19 @@ def _alive(process: int) -> bool:
     return True
 
 
+def free_name(path: Path, word: str, folder: Path | None = None) -> Path:
+    """Name a file that is not there yet: run.h5 becomes run.WORD.h5, run.WORD-2.h5."""
+    folder = folder or path.parent
+    for number in count(1):
+        ending = f"-{number}" if number > 1 else ""
+        found = folder / f"{path.stem}.{word}{ending}{path.suffix}"
+        if not os.path.lexists(found):
+            break
+    return found
+
+
 def check_replaceable(path: Path, *, force: bool) -> None:
-    """Refuse to write over what exists, unless that is a run nobody is writing.
+    """Refuse to write over what exists, unless that is a run.
 
     Raises
     ------
@@ -51,47 +62,48 @@ def check_replaceable(path: Path, *, force: bool) -> None:
     """
     if not os.path.lexists(path):
         return
-    if not path.is_file() or not h5py.is_hdf5(path):
+    if not path.is_file() or not is_run(path):
         raise RunFileError(f"{path} exists and is no run; it is not replaced")
-    try:
-        h5py.File(path, "r+").close()
-    except BlockingIOError:
-        raise RunFileError(f"{path}: another run is writing it") from None
-    except OSError:
-        pass  # damaged, or read only: as it may be
     if not force:
         raise RunFileError(
             f"{path} exists already; give --force (force=True) to replace it, or -o "
-            "(output=) for another name"
+            "(output=) for another name; `tolstat resume` goes on with it"
         )
 
 
 def check_room(folder: Path, size: int) -> None:
-    """Refuse to begin a file that cannot be finished: HDF5 dies of a full disk.
+    """Refuse to begin a file that cannot be finished.
 
     Parameters
     ----------
     folder : Path
         Where it is to lie.
     size : int
-        Bytes that it will have.
+        Bytes that it will have; as many are needed again while its end is written.
 
     Raises
     ------
-    RunFileError
-        If that much is not free, or more than a file may have.
+    BrokenError
+        If that much is not free, or a file may not be so large.
     """
     try:
         free = shutil.disk_usage(folder).free
     except OSError as error:
-        raise RunFileError(f"{folder} cannot be written: {error}") from error
+        raise BrokenError(f"{folder} cannot be written: {error}") from error
+    most = math.inf
     with suppress(ImportError):  # not on every system
         import resource
 
-        most, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
-        free = free if most == resource.RLIM_INFINITY else min(free, most)
-    if size > free:
-        raise RunFileError(
-            f"{folder}: the run needs {size / 1e6:.1f} MB, and {free / 1e6:.1f} MB are "
-            "free; make room, or write it elsewhere (-o)"
+        limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
+        most = math.inf if limit == resource.RLIM_INFINITY else limit
+    if size > most:
+        raise BrokenError(
+            f"{folder}: the run needs a file of {size / 1e6:.1f} MB, and "
+            f"{most / 1e6:.1f} MB are allowed (ulimit -f)"
+        )
+    if 2 * size > free:
+        raise BrokenError(
+            f"{folder}: the run needs {2 * size / 1e6:.1f} MB, its file and a copy "
+            f"while its end is written, and {free / 1e6:.1f} MB are free; make room, "
+            "or write it elsewhere (-o)"
         )

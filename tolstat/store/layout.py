@@ -7,30 +7,39 @@ settings, as written, in the group `settings`, numbers of the study, alike for a
 machines, in the group `numbers`; everything about the run as a whole in
 the attributes of the root. A grid has its swept settings as further datasets, and known
 points to compare with in the group `reference`. All these datasets are contiguous and
-allocated when the file is made: while trials run only raw data change, and a kill
-cannot tear the file. What is known at the end lies in the groups `audit` (trials
-evaluated again, more precisely) and `evidence`; they come with the whole file, written
-aside and renamed.
+allocated when the file is made: while trials run only the bytes of rows change, and a
+kill cannot tear the file. The group `checks` holds a checksum of each trial, written
+before its status, one of the nominal machine, the seal of all that is no row, and how
+long the run took so far. What is known at the end lies in the groups `audit` (trials
+evaluated again, more precisely), `rerun` (failed trials, likewise) and `evidence`; they
+come with the whole file, written aside and renamed: a file with `evidence` is complete.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from tolstat.model.description import Contributor, Response
 from tolstat.store.attributes import write_texts
 from tolstat.store.plan import Chosen, Plan, Stopped
+from tolstat.store.seal import length_of
 
-FORMAT = 2
 TRIAL, STATUS, STEPS = "trial", "status", "steps"
 # groups
 NOMINAL, SETTINGS, REFERENCE = "nominal", "settings", "reference"
 NUMBERS = "numbers"
-AUDIT, EVIDENCE = "audit", "evidence"
+AUDIT, RERUN, EVIDENCE = "audit", "rerun", "evidence"
+CHECKS = "checks"
+CHECKSUM, ALONE = f"{CHECKS}/trial", f"{CHECKS}/nominal"  # of a trial, of the nominal
+CLOCK = f"{CHECKS}/clock"
+SEAL = f"{CHECKS}/seal"
 SWEPT = "setting"  # role of a setting that a grid changes
 # attributes of a column
 SHOWN = "shown"  # the unit in which the study writes it, or the machine declares it
@@ -60,14 +69,12 @@ def allocate(
     shape : tuple of int
         Empty for one number.
     dtype
-        NumPy type; floating numbers start as NaN, integers as 0.
+        NumPy type.
     """
-    fill = np.full((), np.nan if np.dtype(dtype).kind == "f" else 0, dtype)
     plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     plan.set_layout(h5py.h5d.CONTIGUOUS)
     plan.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-    plan.set_fill_time(h5py.h5d.FILL_TIME_ALLOC)
-    plan.set_fill_value(fill)
+    plan.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
     space = h5py.h5s.create_simple(shape) if shape else h5py.h5s.create(h5py.h5s.SCALAR)
     kind = h5py.h5t.py_create(np.dtype(dtype))
     made = h5py.h5d.create(group.id, name.encode(), kind, space, dcpl=plan)
@@ -75,20 +82,17 @@ def allocate(
 
 
 def lay_out(file: h5py.File, plan: Plan, trials: int) -> None:
-    """Make the datasets of the first planned trials, and fill in what is known of them.
-
-    That is everything but responses, status and steps.
-    """
+    """Make the datasets of the first planned trials; rows are filled in by others."""
     contributors, responses = plan.description
+    _lay_out_checks(file.create_group(CHECKS), plan, trials)
     index = allocate(file, TRIAL, (trials,), np.int64)
     index[...] = np.arange(trials)
     index.attrs["long_name"] = "number of the trial"
     index.make_scale(TRIAL)
     nominal = file.create_group(NOMINAL)
     nominal.attrs["long_name"] = "the machine without deviations; it is no trial"
-    for place, contributor in enumerate(contributors):
+    for contributor in contributors:
         column = allocate(file, contributor.name, (trials,), np.float64)
-        column[...] = plan.deviations[:trials, place]
         column.dims[0].attach_scale(index)
         _describe(column, contributor, plan)
         if assumed := plan.assumed.get(contributor.name):
@@ -111,11 +115,7 @@ def lay_out(file: h5py.File, plan: Plan, trials: int) -> None:
     for group, shape in ((file, (trials,)), (nominal, ())):
         _lay_out_status(group, shape, plan)
     for name, swept in plan.swept.items():
-        values = swept.values
-        if values.dtype.kind == "U":
-            values = np.char.encode(values, "utf-8")
-        column = allocate(file, name, values.shape, values.dtype)
-        column[...] = values
+        column = allocate(file, name, (trials,), encoded(swept.values).dtype)
         column.attrs["role"] = SWEPT
         column.attrs["units"], column.attrs["long_name"] = swept.unit, swept.sentence
         if swept.shown:
@@ -139,6 +139,25 @@ def lay_out(file: h5py.File, plan: Plan, trials: int) -> None:
         group.attrs["label"] = plan.reference.label
         for name, values in plan.reference.columns.items():
             group[name] = values
+
+
+def encoded(values: NDArray[Any]) -> NDArray[Any]:
+    """Return values as a file holds them."""
+    return np.char.encode(values, "utf-8") if values.dtype.kind == "U" else values
+
+
+def _lay_out_checks(group: h5py.Group, plan: Plan, trials: int) -> None:
+    """Make the datasets of checksums; the seal first, near the file's beginning."""
+    group.attrs["long_name"] = "what tells whether the file is as it was written"
+    contributors, responses = plan.description
+    columns = len(contributors) + 2 * len(responses) + len(plan.swept) + 8
+    allocate(file := group.file, SEAL, (), f"S{length_of(columns)}")
+    each = allocate(file, CHECKSUM, (trials,), np.uint64)
+    each.attrs["long_name"] = "checksum of all that is stored of a trial; 0 for none"
+    alone = allocate(file, ALONE, (), np.uint64)
+    alone.attrs["long_name"] = "checksum of the nominal machine"
+    clock = allocate(file, CLOCK, (3,), np.float64)
+    clock.attrs["long_name"] = "seconds the run took so far, last written at, checksum"
 
 
 def _describe(dataset: h5py.Dataset, what: Contributor | Response, plan: Plan) -> None:
@@ -182,10 +201,14 @@ def _lay_out_settings(group: h5py.Group, settings: Mapping[str, Chosen]) -> None
         group[name].attrs["given"] = chosen.given
 
 
-def write_facts(file: h5py.File, plan: Plan, stopped: Stopped | None) -> None:
-    """Store what is known of the run as a whole."""
+def write_facts(
+    file: h5py.File, plan: Plan, path: Path, stopped: Stopped | None
+) -> None:
+    """Store what is known of the run as a whole, whose file will have this path."""
     attrs = file.attrs
-    attrs["format"], attrs["study"] = FORMAT, plan.study_text
+    attrs["study"] = plan.study_text
+    if plan.study_file:  # from here: both may be moved together
+        attrs["study_file"] = os.path.relpath(plan.study_file, path.parent)
     attrs["title"], attrs["model"] = plan.title, plan.model
     attrs["sampling"], attrs["source_digest"] = plan.sampling, plan.source_digest
     attrs["machine"] = plan.machine
@@ -201,7 +224,7 @@ def write_facts(file: h5py.File, plan: Plan, stopped: Stopped | None) -> None:
         attrs["replicates"] = plan.sampled.replicates
         attrs["group"] = plan.sampled.group
         write_texts(file, "factors", plan.sampled.factors)
+    write_texts(file, "until", plan.rules)
     if stopped:
-        write_texts(file, "until", stopped.rules)
         attrs["until_reached"], attrs["until_stages"] = stopped.reached, stopped.stages
         attrs["at_most"], attrs["until_wanted"] = stopped.at_most, stopped.wanted

@@ -12,26 +12,29 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import RunFileError
+from tolstat.errors import DamagedError, RunFileError
 from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.limit import Limit
-from tolstat.store.attributes import plain, texts
+from tolstat.store.attributes import texts
 from tolstat.store.audited import read_audited
+from tolstat.store.clock import seconds_of, written_at
+from tolstat.store.damage import damage_of
 from tolstat.store.evidence import read_evidence
 from tolstat.store.layout import (
     ASSUMED,
     AUDIT,
     BATCH,
+    CLOCK,
     CODES,
     DEMANDED,
     EVIDENCE,
-    FORMAT,
     LIMIT,
     NOMINAL,
     NUMBERS,
     PART,
     RANGE,
     REFERENCE,
+    RERUN,
     SETTINGS,
     SHOWN,
     STATUS,
@@ -42,16 +45,21 @@ from tolstat.store.layout import (
     WRITTEN,
 )
 from tolstat.store.plan import Assumed, Chosen, Reference, Sampled, Stopped
+from tolstat.store.provenance import facts_of
 from tolstat.store.run import Run, StudyText
+from tolstat.store.seal import check_seal
 
 
-def open(path: str | os.PathLike[str]) -> Run:
+def open(path: str | os.PathLike[str], *, damaged: bool = False) -> Run:
     """Open a run file, also one that is still being written.
 
     Parameters
     ----------
     path : path
         As `tolstat run` wrote it.
+    damaged : bool
+        Whether a run is wanted though some of its trials are damaged: its attribute
+        `damage` names them.
 
     Returns
     -------
@@ -62,46 +70,51 @@ def open(path: str | os.PathLike[str]) -> Run:
     ------
     RunFileError
         If there is no such file or it holds no run.
+    DamagedError
+        If it is not as it was written.
     """
-    path = Path(path)
-    if path.suffix == ".toml":
-        raise RunFileError(f"{path} is a study; `tolstat run {path}` makes a run of it")
-    if not path.is_file():
-        raise RunFileError(f"{path}: there is no such file")
+    path = existing(Path(path))
+    check_seal(path)
     try:
         with h5py.File(path, "r", locking=False) as file:
-            _check_format(path, file)
-            return _read(path, file)
+            run = _read(path, file)
     except OSError as error:
         raise RunFileError(f"{path} cannot be read as HDF5: {error}") from error
     except (KeyError, ValueError, TypeError, RuntimeError, AttributeError) as error:
         raise RunFileError(f"{path} is no whole run: {error}") from error
-
-
-def _check_format(path: Path, file: h5py.File) -> None:
-    if "study" not in file.attrs or "format" not in file.attrs:
-        raise RunFileError(f"{path} is an HDF5 file, but not a run of tolstat")
-    if str(file.attrs["format"]) != str(FORMAT):
-        version = file.attrs.get("version_tolstat", "of its time")
-        raise RunFileError(
-            f"{path} has format {file.attrs['format']}, this tolstat reads format "
-            f"{FORMAT}; open it with tolstat {version}, or run its study again"
+    if run.damage and not damaged:
+        raise DamagedError(
+            f"{path} is damaged: {run.damage.words}; `tolstat resume {path}` computes "
+            "that again"
         )
+    return run
+
+
+def existing(path: Path) -> Path:
+    """Return a path; refuse one where no run can be."""
+    if path.suffix == ".toml":
+        raise RunFileError(f"{path} is a study; `tolstat run {path}` makes a run of it")
+    if not path.is_file():
+        raise RunFileError(f"{path}: there is no such file")
+    return path
 
 
 def _read(path: Path, file: h5py.File) -> Run:
+    # status first: what a writer adds meanwhile has not run yet
+    status = file[STATUS][...]
     attrs = file.attrs
     text = str(attrs["study"])
     datasets = {n: item for n, item in file.items() if isinstance(item, h5py.Dataset)}
     swept = {n: d for n, d in datasets.items() if d.attrs.get("role") == SWEPT}
-    lengths = {len(item) for item in datasets.values()}
-    if len(lengths) > 1:
-        raise ValueError(f"its columns are of different lengths: {sorted(lengths)}")
-    contributors = tuple(_contributor(file[n]) for n in texts(file, "contributors"))
-    responses = tuple(_response(file[n]) for n in texts(file, "responses"))
+    columns = {name: item[...] for name, item in datasets.items()} | {STATUS: status}
     words = dict(
         zip(file[STATUS].attrs[CODES].tolist(), texts(file[STATUS], WORDS), strict=True)
     )
+    complete = EVIDENCE in file
+    damage = damage_of(file, columns, words, complete=complete)
+    clock = file[CLOCK][...]
+    contributors = tuple(_contributor(file[n]) for n in texts(file, "contributors"))
+    responses = tuple(_response(file[n]) for n in texts(file, "responses"))
     return Run(
         path,
         StudyText(text, tomllib.loads(text)),
@@ -126,7 +139,7 @@ def _read(path: Path, file: h5py.File) -> Run:
             for c in contributors
             if TOLERANCE in file[c.name].attrs
         },
-        _stopped(file) if "until" in attrs else None,
+        _stopped(file) if "until_stages" in attrs else None,
         read_audited(file.get(AUDIT), responses),
         read_evidence(file.get(EVIDENCE)),
         _reference(file[REFERENCE]) if REFERENCE in file else None,
@@ -134,16 +147,32 @@ def _read(path: Path, file: h5py.File) -> Run:
         texts(file, "assumptions"),
         words,
         str(attrs["source_digest"]),
-        _provenance(file),
+        {
+            **facts_of(file),
+            "ended_at": written_at(clock),
+            "seconds": seconds_of(clock),
+        },
         {n: str(d.attrs[SHOWN]) for n, d in datasets.items() if SHOWN in d.attrs},
-        {name: _column(item) for name, item in datasets.items()},
+        {name: _decoded(values) for name, values in columns.items()},
         tuple(_number(n, item) for n, item in file.get(NUMBERS, {}).items()),
+        rerun=read_audited(file.get(RERUN), responses),
+        rules=texts(file, "until"),
+        complete=complete,
+        damage=damage,
+        study_file=_study_file(path, file),
     )
 
 
-def _column(dataset: h5py.Dataset) -> NDArray[Any]:
-    values: NDArray[Any] = dataset[...]
-    return np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
+def _decoded(values: NDArray[Any]) -> NDArray[Any]:
+    text = values.dtype.kind == "S"
+    return np.char.decode(values, "utf-8", "replace") if text else values
+
+
+def _study_file(path: Path, file: h5py.File) -> Path | None:
+    """Say where the study lies that a run was made from."""
+    if "study_file" not in file.attrs:
+        return None
+    return Path(os.path.normpath(path.resolve().parent / file.attrs["study_file"]))
 
 
 def _described(dataset: h5py.Dataset) -> tuple[str, str, str, str, str]:
@@ -170,7 +199,7 @@ def _nominal(
     group: h5py.Group, responses: tuple[Response, ...], words: dict[int, str]
 ) -> dict[str, Any]:
     found: dict[str, Any] = {r.name: float(group[r.name][()]) for r in responses}
-    found[STATUS] = words[int(group[STATUS][()])]
+    found[STATUS] = words.get(int(group[STATUS][()]), "unknown")
     if STEPS in group:
         found[STEPS] = int(group[STEPS][()])
     return found
@@ -222,12 +251,3 @@ def _stopped(file: h5py.File) -> Stopped:
 def _reference(group: h5py.Group) -> Reference:
     columns = {name: item[...] for name, item in group.items()}
     return Reference(str(group.attrs["label"]), columns)
-
-
-def _provenance(file: h5py.File) -> dict[str, Any]:
-    known = ("processor", "platform", "command", "started_at", "ended_at", "seconds")
-    return {
-        name: plain(value)
-        for name, value in file.attrs.items()
-        if name in known or name.startswith(("version_", "trials_"))
-    }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -146,6 +147,10 @@ class Plan:
         What has to be known of the deviations, and of the machine's answers.
     numbers : tuple of StudyNumber
         Numbers of the study, shown beside those of its machines.
+    rules : tuple of str
+        The stopping rule, as it is written; empty without one.
+    study_file : Path or None
+        Where the study lies; None for one that is no file.
     """
 
     study_text: str
@@ -169,6 +174,8 @@ class Plan:
     notes: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     numbers: tuple[StudyNumber, ...] = ()
+    rules: tuple[str, ...] = ()
+    study_file: Path | None = None
 
 
 class Stopped(NamedTuple):
@@ -177,7 +184,7 @@ class Stopped(NamedTuple):
     Attributes
     ----------
     rules : tuple of str
-        As they are written.
+        As they are written: `Plan.rules`.
     reached : bool
         Whether all of them were.
     stages : tuple of int
@@ -209,9 +216,12 @@ class Ending(NamedTuple):
         None for a machine that cannot be evaluated more precisely.
     evidence : Evidence
         What further simulations say.
+    rerun : Audited or None
+        Failed trials evaluated again; None where nobody asked for that.
     """
 
     trials: int
     stopped: Stopped | None
     audited: Audited | None
     evidence: Evidence
+    rerun: Audited | None = None

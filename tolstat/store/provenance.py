@@ -9,6 +9,10 @@ from importlib.metadata import version
 
 import h5py
 
+from tolstat.store.attributes import plain
+
+DECISIVE = ("numba", "llvmlite", "numpy", "scipy")  # other versions, other bits
+FACTS = ("processor", "platform", "command", "started_at")
 PACKAGES = ("tolstat", "numba", "llvmlite", "numpy", "scipy", "pandas", "h5py")
 
 
@@ -43,4 +47,13 @@ def provenance() -> dict[str, str]:
         "processor": processor(),
         "platform": platform.platform(),
         "command": " ".join(sys.argv[1:]) if sys.argv else "",
+    }
+
+
+def facts_of(file: h5py.File) -> dict[str, str]:
+    """Read what a run says about how it came to be."""
+    return {
+        name: str(plain(value))
+        for name, value in file.attrs.items()
+        if name in FACTS or name.startswith("version_")
     }

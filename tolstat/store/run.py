@@ -15,9 +15,11 @@ from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.limit import Limit, within
 from tolstat.status import Status, status_words
 from tolstat.store.audited import Audited
+from tolstat.store.damage import Damage
 from tolstat.store.evidence import Evidence
 from tolstat.store.layout import STATUS, STEPS
 from tolstat.store.plan import Assumed, Chosen, Reference, Sampled, Stopped
+from tolstat.store.provenance import DECISIVE, provenance
 from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:
@@ -86,8 +88,16 @@ class Run:
         The word of each status that a trial can have.
     source_digest : str
         Of the source that decided the numbers.
-    provenance : dict
-        Versions, processor, times, command.
+    rerun : Audited or None
+        Failed trials evaluated again with tighter settings; they still count as failed.
+    rules : tuple of str
+        The stopping rule that it follows; empty without one.
+    complete : bool
+        Whether it came to its end.
+    damage : Damage
+        What is not as it was written; false if nothing is.
+    study_file : Path or None
+        Where the study lay that it was made from.
     """
 
     path: Path
@@ -113,10 +123,15 @@ class Run:
     assumptions: tuple[str, ...]
     words: dict[int, str]
     source_digest: str
-    provenance: dict[str, Any]
+    _facts: dict[str, Any]
     _shown: dict[str, str]
     _columns: dict[str, NDArray[Any]] = field(repr=False)
     numbers: tuple[StudyNumber, ...] = ()
+    rerun: Audited | None = None
+    rules: tuple[str, ...] = ()
+    complete: bool = False
+    damage: Damage = field(default_factory=Damage)
+    study_file: Path | None = None
 
     @property
     def trials(self) -> int:
@@ -128,6 +143,12 @@ class Run:
         """Status of each trial: a key of `words`."""
         return self._columns[STATUS]
 
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """How it came to be: versions, processor, times, trials of each status."""
+        counts = {f"trials_{w.replace(' ', '_')}": n for w, n in self.counts.items()}
+        return {**self._facts, **counts}
+
     @cached_property
     def counts(self) -> dict[str, int]:
         """Number of trials of each status, by its word."""
@@ -136,7 +157,7 @@ class Run:
 
     def ended_as(self, trial: int) -> str:
         """Return the word of how a trial ended."""
-        return self.words[int(self.status[trial])]
+        return self.words.get(int(self.status[trial]), "unknown")
 
     @property
     def ended(self) -> int:
@@ -190,6 +211,33 @@ class Run:
         """Return which trials ended beyond a limit, failed ones among them."""
         ended: NDArray[np.bool_] = self.status != Status.NOT_RUN
         return ended & ~within(self.column(response), self.limits[response].permitted)
+
+    def made_otherwise(self, source_digest: str) -> list[str]:
+        """Say what may change the bits of a trial that is evaluated again here.
+
+        Parameters
+        ----------
+        source_digest : str
+            Of the machine, as it is now.
+
+        Returns
+        -------
+        list of str
+            Source, processor, versions; empty where a trial comes out bit for bit.
+        """
+        said, facts, here = [], self._facts, provenance()
+        if self.source_digest != source_digest:
+            said.append(
+                f"the run was made by tolstat {facts['version_tolstat']} of another "
+                f"source ({self.source_digest}, not {source_digest})"
+            )
+        if facts["processor"] != here["processor"]:
+            said.append(f"the run was made on another processor ({facts['processor']})")
+        for name in DECISIVE:
+            was, now = facts[f"version_{name}"], here[f"version_{name}"]
+            if was != now:
+                said.append(f"the run was made with {name} {was}, and this is {now}")
+        return said
 
     @property
     def steps(self) -> NDArray[np.int64] | None:

@@ -1,122 +1,228 @@
-"""A run file being filled: data first, status last."""
+"""A run file being filled: data and checksums first, status last.
+
+A file is made, or made anew, aside and renamed: under its own name it is whole. Between
+that only its rows are written, as plain bytes.
+"""
 
 from __future__ import annotations
 
 import os
+import shutil
+import tempfile
 import time
+import warnings
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
-from tolstat.errors import RunFileError
+from tolstat.errors import BrokenError
 from tolstat.model.contract import Answers
-from tolstat.store.aside import aside_of, check_replaceable, check_room
+from tolstat.status import Status
+from tolstat.store.aside import aside_of, check_replaceable, check_room, free_name
+from tolstat.store.attributes import texts
 from tolstat.store.audited import write_audited
+from tolstat.store.clock import clock_of, seconds_of
 from tolstat.store.evidence import write_evidence
+from tolstat.store.fingerprint import fingerprints
 from tolstat.store.layout import (
+    ALONE,
     AUDIT,
+    CHECKSUM,
+    CLOCK,
     EVIDENCE,
     NOMINAL,
+    RERUN,
+    SEAL,
     STATUS,
     STEPS,
+    encoded,
     lay_out,
     write_facts,
 )
-from tolstat.store.plan import Ending, Plan, Stopped
-from tolstat.store.provenance import now, provenance
+from tolstat.store.lock import Lock
+from tolstat.store.memory_file import MemoryFile
+from tolstat.store.plan import Ending, Plan
+from tolstat.store.provenance import facts_of, now, provenance
+from tolstat.store.rows import Place, Rows, places_of
+from tolstat.store.seal import write_seal
 
 SAFE_EVERY = 2.0  # s, between two times at which data are made safe from a power cut
+ALIGNED = 64  # bytes: no value lies across two pages, where a kill could tear it
 
 Blocks = list[tuple[int, Answers]]
 
 
 class RunWriter(AbstractContextManager["RunWriter"]):
-    """The one process that has a run file open for writing.
+    """The one process that writes a run file: `made` or `opened`.
 
-    Parameters
+    Attributes
     ----------
     path : Path
-        Made anew.
+        The file; another one once that was removed or moved.
     plan : Plan
-        Written first of all, with every trial "not run".
-    force : bool
-        Whether an existing file may be replaced.
-
-    Raises
-    ------
-    RunFileError
-        If the file exists and is not to be replaced, or cannot be written.
+        What is written of it.
     """
 
-    def __init__(self, path: Path, plan: Plan, *, force: bool = False) -> None:
-        self.path = path = path.resolve()  # a link stays one
-        self.plan = plan
-        self._columns = [each.name for each in plan.description.responses]
-        if plan.integrates:
-            self._columns.append(STEPS)
-        self._began, self._safe = time.perf_counter(), time.monotonic()
-        self._facts = {**provenance(), "started_at": now()}
+    def __init__(self, lock: Lock, plan: Plan, facts: Mapping[str, Any]) -> None:
+        self.path, self.plan = lock.path, plan
+        self._facts = facts
+        self._rows: Rows | None = None
+        self._before: Path | None = None  # what was there, until this run is complete
+        self._rescued: Lock | None = None
+        self._broken = False
+        self._spent, self._began = 0.0, time.perf_counter()
+        self._safe = time.monotonic()
         self._unsafe: Blocks = []
-        with suppress(OSError):
-            path.parent.mkdir(parents=True, exist_ok=True)
-        check_replaceable(path, force=force)
-        self._file = self._replaced(None)
 
-    def _replaced(self, ending: Ending | None) -> h5py.File:
+    @classmethod
+    def made(cls, lock: Lock, plan: Plan, *, force: bool = False) -> RunWriter:
+        """Make a file, with every trial "not run".
+
+        Parameters
+        ----------
+        lock : Lock
+            On the path.
+        plan : Plan
+            Written first of all.
+        force : bool
+            Whether an existing run may be replaced: it stays, under another name, until
+            the new one is complete.
+
+        Raises
+        ------
+        RunFileError
+            If the path is taken by what may not be replaced.
+        BrokenError
+            If it cannot be written, or there is no room.
+        """
+        check_replaceable(lock.path, force=force)
+        writer = cls(lock, plan, {**provenance(), "started_at": now()})
+        writer._replace(len(plan.deviations), None)
+        return writer
+
+    @classmethod
+    def opened(
+        cls,
+        lock: Lock,
+        plan: Plan,
+        whole: NDArray[np.bool_],
+        ending: Ending | None = None,
+    ) -> RunWriter:
+        """Open a file to go on with it.
+
+        Parameters
+        ----------
+        lock : Lock
+            On the path.
+        plan : Plan
+            With at least as many trials as the file holds; with more, or with other
+            notes, the file is made anew, and keeps its rows.
+        whole : bool[trial]
+            Which of its trials have run and may stay. All others are not run.
+        ending : Ending or None
+            Of a complete run, if that stays what it is.
+
+        Raises
+        ------
+        BrokenError
+            If it cannot be written, or there is no room.
+        """
+        with h5py.File(lock.path, "r", locking=False) as file:
+            writer = cls(lock, plan, facts_of(file))
+            places, notes = places_of(file), texts(file, "notes")
+        try:
+            writer._rows = rows = Rows(lock.path.open("r+b", buffering=0), places)
+            status = rows.read(STATUS)
+            rows.write(STATUS, np.where(whole, status, Status.NOT_RUN))
+            for name, values in writer._given(slice(len(whole))):
+                rows.write(name, values)  # as they were drawn, whatever became of them
+            rows.sync()
+        except OSError as error:
+            raise BrokenError(f"{lock.path} cannot be written: {error}") from error
+        writer._spent = np.nan_to_num(seconds_of(rows.read(CLOCK)))
+        if len(whole) < len(plan.deviations) or notes != plan.notes:
+            writer._replace(len(plan.deviations), ending)
+        return writer
+
+    def _replace(self, trials: int, ending: Ending | None) -> None:
         """Write the file aside and rename it: under its own name a file is whole."""
-        trials = ending.trials if ending else len(self.plan.deviations)
-        check_room(self.path.parent, self._bytes(trials))
+        draft, places = self._draft(trials, ending)
+        if ending is None:
+            check_room(self.path.parent, draft.size)
         aside = aside_of(self.path)
         try:
-            with h5py.File(aside, "x") as file:
-                if ending is None:
-                    self._write_plan(file, trials, None)
-                else:
-                    self._write_plan(file, trials, ending.stopped)
-                    self._write_ending(file, ending)
-                file.flush()
-                os.fsync(file.id.get_vfd_handle())
+            file = aside.open("xb+", buffering=0)
+            draft.copy_to(file)
+            rows = Rows(file, places)
+            given = dict(self._given(slice(trials)))
+            for name, place in places.items():
+                empty = np.nan if place.dtype.kind == "f" else 0
+                values = np.full(place.length, empty, place.dtype)
+                rows.write(name, given.get(name, values))
+            rows.write(CLOCK, clock_of(0.0))
+            if before := self._rows:
+                for name in self._kept(before):
+                    count = min(places[name].length, before.places[name].length)
+                    rows.write(name, before.read(name, 0, count))
+            rows.sync()
+            if self._rows is None and self.path.exists():
+                self._before = _moved_aside(self.path)
             os.replace(aside, self.path)
-            return h5py.File(self.path, "r+")
-        except (OSError, RuntimeError, ValueError) as error:
+        except OSError as error:
             with suppress(OSError):
                 aside.unlink()
-            stored = "; its trials are stored, without evidence" if ending else ""
-            message = f"{self.path} cannot be written: {error}{stored}"
-            raise RunFileError(message) from error
+            raise self._lost_hope(error) from error
+        if self._rows:
+            self._rows.file.close()
+        self._rows = rows
 
-    def _bytes(self, trials: int) -> int:
-        """Estimate how large the file becomes."""
-        contributors, responses = self.plan.description
-        row = 8 * (len(contributors) + len(responses) + 3)
-        return trials * row + 4096 * (len(contributors) + len(responses) + 64)
+    def _draft(
+        self, trials: int, ending: Ending | None
+    ) -> tuple[MemoryFile, dict[str, Place]]:
+        """Make all of a file but its rows, in memory."""
+        draft = MemoryFile()
+        with h5py.File(
+            draft, "w", alignment_threshold=1, alignment_interval=ALIGNED
+        ) as file:
+            write_facts(file, self.plan, self.path, ending.stopped if ending else None)
+            for name, fact in self._facts.items():
+                file.attrs[name] = fact
+            lay_out(file, self.plan, trials)
+            if ending:
+                responses = self.plan.description.responses
+                for name, audited in ((AUDIT, ending.audited), (RERUN, ending.rerun)):
+                    if audited:
+                        write_audited(file.create_group(name), audited, responses)
+                write_evidence(file.create_group(EVIDENCE), ending.evidence)
+            places = places_of(file)
+            seal = file[SEAL]
+            where, length = seal.id.get_offset(), seal.dtype.itemsize
+        rows = [
+            (each.offset, each.dtype.itemsize * each.length) for each in places.values()
+        ]
+        write_seal(draft, where, length, rows)
+        return draft, places
 
-    def _write_plan(
-        self, file: h5py.File, trials: int, stopped: Stopped | None
-    ) -> None:
-        write_facts(file, self.plan, stopped)
-        for name, fact in self._facts.items():
-            file.attrs[name] = fact
-        # room for what is known at the end: attributes are only overwritten then
-        for code, word in self.plan.words.items():
-            file.attrs[_count(word)] = np.int64(trials * (code == 0))
-        file.attrs["ended_at"] = np.bytes_(now())
-        file.attrs["seconds"] = np.float64(np.nan)
-        lay_out(file, self.plan, trials)
+    def _given(self, trials: slice) -> Iterator[tuple[str, NDArray[Any]]]:
+        """Yield what is known of trials before anything runs."""
+        for column, each in enumerate(self.plan.description.contributors):
+            yield each.name, self.plan.deviations[trials, column]
+        for name, swept in self.plan.swept.items():
+            yield name, encoded(swept.values[trials])
 
-    def _write_ending(self, file: h5py.File, ending: Ending) -> None:
-        for name in (*self._columns, STATUS):
-            file[name][...] = self._file[name][: ending.trials]
-            file[NOMINAL][name][...] = self._file[NOMINAL][name][()]
-        if ending.audited:
-            write_audited(
-                file.create_group(AUDIT),
-                ending.audited,
-                self.plan.description.responses,
-            )
-        write_evidence(file.create_group(EVIDENCE), ending.evidence)
+    def _kept(self, rows: Rows) -> list[str]:
+        """Name the columns that trials fill."""
+        own = [*self._answers(), STATUS, CHECKSUM, ALONE, CLOCK]
+        return [*own, *rows.of_nominal]
+
+    def _answers(self) -> list[str]:
+        names = [each.name for each in self.plan.description.responses]
+        return [*names, STEPS] if self.plan.integrates else names
 
     def write_nominal(self, outcome: Answers) -> None:
         """Store the machine without deviations.
@@ -126,12 +232,16 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         outcome : Answers
             Of one trial.
         """
-        nominal = self._file[NOMINAL]
-        for name, values in self._filled(outcome):
-            nominal[name][...] = values[0]
-        self._file.flush()
-        nominal[STATUS][...] = outcome.status[0]
-        self._file.flush()
+        rows = self._open_rows()
+        values = {f"{NOMINAL}/{name}": v for name, v in self._filled(outcome)}
+        values[f"{NOMINAL}/{STATUS}"] = outcome.status.astype(np.uint8)
+        try:
+            for name in rows.of_nominal:
+                rows.write(name, values[name])
+            rows.write(ALONE, fingerprints([values[name] for name in rows.of_nominal]))
+            rows.sync()
+        except OSError as error:
+            raise self._lost_hope(error) from error
 
     def write_blocks(self, blocks: Blocks) -> None:
         """Keep finished blocks; each two seconds, and at the end, what waits is stored.
@@ -140,6 +250,11 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         ----------
         blocks : list of (int, Answers)
             Each with the number of its first trial.
+
+        Raises
+        ------
+        BrokenError
+            If they cannot be written; what was stored before is safe.
         """
         self._unsafe += blocks
         if time.monotonic() - self._safe > SAFE_EVERY:
@@ -147,15 +262,80 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def _make_safe(self) -> None:
         """Store what waits: its data are on the disk before its status is."""
+        rows = self._open_rows()
         found = _in_a_row(self._unsafe)
-        for trials, outcome in found:
-            for name, values in self._filled(outcome):
-                self._file[name][trials] = values
-        self._sync()
-        for trials, outcome in found:
-            self._file[STATUS][trials] = outcome.status
-        self._file.flush()
+        try:
+            for trials, outcome in found:
+                columns = dict(self._filled(outcome))
+                for name, values in columns.items():
+                    rows.write(name, values, trials.start)
+                columns[STATUS] = outcome.status.astype(np.uint8)
+                columns.update(self._given(trials))
+                every = [columns[n].astype(rows.places[n].dtype) for n in rows.columns]
+                rows.write(CHECKSUM, fingerprints(every, trials.start), trials.start)
+            self._sync()
+            for trials, outcome in found:
+                rows.write(STATUS, outcome.status, trials.start)
+            spent = self._spent + time.perf_counter() - self._began
+            rows.write(CLOCK, clock_of(spent))
+        except OSError as error:
+            raise self._lost_hope(error) from error
         self._unsafe, self._safe = [], time.monotonic()
+
+    def _filled(self, outcome: Answers) -> list[tuple[str, NDArray[Any]]]:
+        columns = [*outcome.responses.T]
+        if outcome.steps is not None:
+            columns.append(outcome.steps)
+        return list(zip(self._answers(), columns, strict=True))
+
+    def _sync(self) -> None:
+        self._open_rows().sync()
+
+    def _open_rows(self) -> Rows:
+        """Return the rows; of a copy, if the file is no longer where it was."""
+        assert self._rows
+        with suppress(OSError):
+            here = os.fstat(self._rows.file.fileno())
+            if os.path.samestat(here, self.path.stat()):
+                return self._rows
+        for folder in (self.path.parent, Path.cwd(), Path(tempfile.gettempdir())):
+            rescued = free_name(self.path, "rescued", folder)
+            with suppress(OSError, BrokenError):
+                lock = Lock(rescued)
+                with rescued.open("xb") as copy:
+                    self._rows.file.seek(0)
+                    shutil.copyfileobj(self._rows.file, copy)
+                file = rescued.open("r+b", buffering=0)
+                break
+        else:
+            error = OSError("it was removed or moved, and no copy of it can be written")
+            raise self._lost_hope(error)
+        warnings.warn(
+            f"{self.path} was removed or moved while it was written: the run goes on "
+            f"in {rescued}",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        self._rows.file.close()
+        if self._rescued:
+            self._rescued.__exit__()
+        self._rescued, self.path, self._before = lock, rescued, None
+        self._rows = Rows(file, self._rows.places)
+        return self._rows
+
+    def _lost_hope(self, error: OSError) -> BrokenError:
+        """Say what could not be written, and what is stored all the same."""
+        self._broken = True
+        said = f"{self.path} cannot be written: {error.strerror or error}"
+        if self._rows:
+            with suppress(OSError):
+                status = self._rows.read(STATUS)
+                ended = np.count_nonzero(status != Status.NOT_RUN)
+                said += (
+                    f"; {ended} of {len(status)} trials are stored, once this is "
+                    f"mended go on with: tolstat resume {self.path}"
+                )
+        return BrokenError(said)
 
     def finish(self, ending: Ending) -> None:
         """Leave the trials that are kept, and what is known at the end.
@@ -167,42 +347,55 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
         Raises
         ------
-        RunFileError
+        BrokenError
             If it cannot be written; the trials are stored all the same.
         """
         self._make_safe()
-        before = self._file
-        self._file = self._replaced(ending)
-        before.close()
-
-    def _filled(self, outcome: Answers) -> list[tuple[str, np.ndarray]]:
-        columns = [*outcome.responses.T]
-        if outcome.steps is not None:
-            columns.append(outcome.steps)
-        return list(zip(self._columns, columns, strict=True))
-
-    def _sync(self) -> None:
-        self._file.flush()
-        os.fsync(self._file.id.get_vfd_handle())
+        self._replace(ending.trials, ending)
+        if self._before:
+            with suppress(OSError):
+                self._before.unlink()
+            self._before = None
 
     def close(self) -> None:
-        """Store the counts of each status and how long the run took; close the file."""
+        """Store what waits; close the file."""
+        assert self._rows
         try:
-            self._make_safe()
-            status = self._file[STATUS][...]
-            for code, word in self.plan.words.items():
-                count = np.count_nonzero(status == code)
-                self._file.attrs.modify(_count(word), np.int64(count))
-            seconds = np.float64(time.perf_counter() - self._began)
-            self._file.attrs.modify("seconds", seconds)
-            self._file.attrs.modify("ended_at", np.bytes_(now()))
-            self._sync()
+            if not self._broken:
+                self._make_safe()
         finally:
-            self._file.close()
+            self._give_up_before()
+            self._rows.file.close()
+            if self._rescued:
+                self._rescued.__exit__()
+
+    def _give_up_before(self) -> None:
+        """Put back the run that was to be replaced, if nothing of the new one ran."""
+        if self._before is None or self._rows is None:
+            return
+        with suppress(OSError):
+            if not self._rows.read(STATUS).any():
+                os.replace(self._before, self.path)
+                return
+        warnings.warn(
+            f"the run that was there before is kept as {self._before}",
+            RuntimeWarning,
+            stacklevel=2,
+        )
 
     def __exit__(self, *_: object) -> None:
         """Close the file."""
         self.close()
+
+
+def _moved_aside(path: Path) -> Path:
+    """Keep a run under another name; its own is never without one of them."""
+    before = free_name(path, "before")
+    try:
+        os.link(path, before)
+    except OSError:  # a file system without links
+        os.replace(path, before)
+    return before
 
 
 def _in_a_row(blocks: Blocks) -> list[tuple[slice, Answers]]:
@@ -216,7 +409,3 @@ def _in_a_row(blocks: Blocks) -> list[tuple[slice, Answers]]:
         stop = first + len(outcome.status)
     joined = [(first, Answers.joined(answers)) for first, answers in rows]
     return [(slice(first, first + len(a.status)), a) for first, a in joined]
-
-
-def _count(word: str) -> str:
-    return "trials_" + word.replace(" ", "_")

@@ -159,6 +159,7 @@ def load(
     model: Model | None = None,
     trials: int | None = None,
     seed: int | None = None,
+    folder: Path | None = None,
 ) -> Study:
     """Read a study and check all of it.
 
@@ -170,6 +171,8 @@ def load(
         A machine of your own; else the study names one of the catalogue.
     trials, seed : int, optional
         Instead of the study's.
+    folder : Path, optional
+        Where its files lie; beside it if not given.
 
     Returns
     -------
@@ -182,7 +185,7 @@ def load(
         With every problem found: key, value, what is allowed.
     """
     path = None if isinstance(source, Mapping) else Path(source)
-    folder = path.parent if path else Path()
+    folder = folder or (path.parent if path else Path())
     problems = Problems(str(path or "the study"))
     text, document = read(path or cast(Mapping[str, Any], source), problems)
     machine = _machine(document, model, problems)

@@ -1,0 +1,236 @@
+"""A stored run gone on with: what is missing, more trials, failed ones once more."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tolstat.errors import RunFileError, StudyError
+from tolstat.execution.carrying_out import Telling, carry_out
+from tolstat.execution.planning import plan_of
+from tolstat.execution.sameness import check_same, study_differs
+from tolstat.execution.trials import Trials
+from tolstat.execution.workers import Workers
+from tolstat.model.contract import Model
+from tolstat.status import Status
+from tolstat.store.lock import Lock
+from tolstat.store.opening import existing
+from tolstat.store.opening import open as open_run
+from tolstat.store.plan import Ending, Plan
+from tolstat.store.provenance import now
+from tolstat.store.run import Run
+from tolstat.store.run_writer import RunWriter
+from tolstat.study.sampling import sampler_of
+from tolstat.study.study import Study, load
+
+
+def resume(
+    path: str | os.PathLike[str],
+    *,
+    workers: int | None = None,
+    model: Model | None = None,
+    rerun_failed: bool = False,
+    regardless: bool = False,
+    progress: Telling | None = None,
+) -> Run:
+    """Finish what is missing of a run, and repair what is damaged.
+
+    Parameters
+    ----------
+    path : path
+        The run file.
+    workers : int, optional
+        Threads; as many as there are processors if not given.
+    model : Model, optional
+        A machine of your own, if the run is of one.
+    rerun_failed : bool
+        Whether failed trials are evaluated again, with the machine's tighter settings,
+        once all are over. What was stays: the others are kept in `run.rerun`.
+    regardless : bool
+        Whether to go on though source, processor or versions are others, or the study
+        file has changed: the run's own text is what counts, and the run says so.
+    progress : callable, optional
+        As of `tolstat.run`.
+
+    Returns
+    -------
+    Run
+        Bit for bit the run that was never interrupted.
+
+    Raises
+    ------
+    RunFileError
+        If it is no run that can be gone on with: what differs.
+    """
+    with Workers(workers) as crew:
+        return go_on(
+            Path(path), crew, model=model, rerun=rerun_failed, regardless=regardless,
+            progress=progress,
+        )  # fmt: skip
+
+
+def extend(
+    path: str | os.PathLike[str],
+    trials: int,
+    *,
+    workers: int | None = None,
+    model: Model | None = None,
+    regardless: bool = False,
+    progress: Telling | None = None,
+) -> Run:
+    """Add trials to a run.
+
+    Parameters
+    ----------
+    path : path
+        The run file.
+    trials : int
+        How many there are to be in all.
+    workers, model, regardless, progress
+        As of `resume`.
+
+    Returns
+    -------
+    Run
+        Bit for bit one run of so many trials.
+
+    Raises
+    ------
+    RunFileError
+        If there are as many already, if other trials would then have to be drawn, or as
+        of `resume`.
+    """
+    with Workers(workers) as crew:
+        return go_on(
+            Path(path), crew, trials=trials, model=model, regardless=regardless,
+            progress=progress,
+        )  # fmt: skip
+
+
+def go_on(
+    path: Path,
+    workers: Workers,
+    *,
+    trials: int | None = None,
+    model: Model | None = None,
+    rerun: bool = False,
+    regardless: bool = False,
+    progress: Telling | None = None,
+) -> Run:
+    """Go on with a run: see `resume`; with a number of trials see `extend`."""
+    tell = progress or (lambda progress: None)
+    with Lock(existing(path)) as lock:
+        file = _gone_on(lock, workers, trials, model, rerun, regardless, tell)
+    return open_run(file)
+
+
+def _gone_on(
+    lock: Lock,
+    workers: Workers,
+    wanted: int | None,
+    model: Model | None,
+    rerun: bool,
+    regardless: bool,
+    tell: Telling,
+) -> Path:
+    run = open_run(lock.path, damaged=True)
+    if wanted is not None:
+        _check_wanted(run, wanted)
+    study = study_of(run, wanted, model)
+    plan = _plan(run, study, regardless)
+    whole = run.status != Status.NOT_RUN
+    whole[run.damage.trials] = False
+    ending = None
+    if run.complete and wanted is None:
+        ending = Ending(run.trials, run.stopped, run.audited, run.evidence, run.rerun)
+    known = np.pad(whole, (0, study.trials - run.trials))
+    trials = Trials.of_run(run, plan.deviations, known)
+    nominal = run.nominal_values["status"] != Status.NOT_RUN.word
+    nominal &= not run.damage.nominal
+    del run  # its columns are in the trials
+    with RunWriter.opened(lock, plan, whole, ending) as file:
+        carry_out(
+            study, trials, file, workers, tell, nominal=nominal, ending=ending,
+            rerun=rerun,
+        )  # fmt: skip
+    return file.path
+
+
+def study_of(run: Run, trials: int | None = None, model: Model | None = None) -> Study:
+    """Read the study of a run again, as the run has it.
+
+    Parameters
+    ----------
+    run : Run
+        Stored.
+    trials : int, optional
+        How many there are to be; as many as were asked for if not given.
+    model : Model, optional
+        A machine of your own, if the run is of one.
+    """
+    folder = run.study_file.parent if run.study_file else None
+    if run.sampled is None:
+        return load(run.study.table, model=model, folder=folder)
+    if trials is None and (run.complete or not run.rules):
+        trials = run.trials
+    return load(
+        run.study.table,
+        model=model,
+        trials=trials,
+        seed=run.sampled.seed,
+        folder=folder,
+    )
+
+
+def plan_again(run: Run, study: Study) -> Plan:
+    """Plan a run again, in the words of the one that is stored."""
+    return replace(
+        plan_of(study, study.deviations()),
+        study_text=run.study.text,
+        title=run.title,
+        machine=run.machine,
+        source_digest=run.source_digest,
+        notes=run.notes,
+        study_file=run.study_file,
+    )
+
+
+def _plan(run: Run, study: Study, regardless: bool) -> Plan:
+    """Plan the run again, and refuse what would not be the same run."""
+    plan = plan_again(run, study)
+    check_same(run, plan, plan.deviations)
+    differing = run.made_otherwise(study.model.source_digest)
+    doubts = [*study_differs(run), *differing]
+    if doubts and not regardless:
+        raise RunFileError(
+            f"{run.path} would not become the run that it was to be: "
+            + "; ".join(doubts)
+            + "; run the study again, or go on with what the run has stored, "
+            "--regardless (regardless=True)"
+        )
+    if differing:
+        note = f"gone on with at {now()}, though " + "; ".join(differing)
+        plan = replace(plan, notes=(*run.notes, note))
+    return plan
+
+
+def _check_wanted(run: Run, trials: int) -> None:
+    """Refuse more trials where they would not be added to those that there are."""
+    if run.sampled is None:
+        raise RunFileError(
+            f'{run.path}: sampling = "{run.sampling}" draws nothing; its machines are '
+            "those of the study"
+        )
+    if trials <= run.trials:
+        raise RunFileError(
+            f"{run.path} has {run.trials} trials; more than that are expected"
+        )
+    if not sampler_of(run.sampling).extensible:
+        raise StudyError(
+            f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
+            f"with {trials} every one would be another; run the study again, with "
+            f"--trials {trials}"
+        )

@@ -1,0 +1,113 @@
+"""Whether a run can be gone on with: what differs between it and its study now."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.errors import RunFileError
+from tolstat.model.description import Contributor, Response
+from tolstat.store.damage import ranges_of
+from tolstat.store.layout import encoded
+from tolstat.store.plan import Plan
+from tolstat.store.run import Run
+
+
+def study_differs(run: Run) -> list[str]:
+    """Say what has changed in the study file since a run was made from it."""
+    try:
+        text = run.study_file.read_text("utf-8") if run.study_file else run.study.text
+        now = tomllib.loads(text)
+    except (OSError, ValueError, RecursionError):
+        return []  # moved, or at work in an editor: the run has its own text
+    return [
+        f"{run.study_file}: {key} was {was!r} when the run was made, and is {is_now!r}"
+        for key, was, is_now in _changes(run.study.table, now, ())
+    ]
+
+
+def _changes(
+    was: Mapping[str, Any], now: Mapping[str, Any], path: tuple[str, ...]
+) -> Iterator[tuple[str, Any, Any]]:
+    for key in dict.fromkeys([*was, *now]):
+        a, b, here = was.get(key), now.get(key), (*path, key)
+        if isinstance(a, Mapping) and isinstance(b, Mapping):
+            yield from _changes(a, b, here)
+        elif a != b:
+            yield ".".join(here), a, b
+
+
+def check_same(run: Run, plan: Plan, deviations: NDArray[np.float64]) -> None:
+    """Refuse to go on with a run whose machines are no longer those of its study.
+
+    Parameters
+    ----------
+    run : Run
+        Stored.
+    plan : Plan
+        Of its study, as it is read now.
+    deviations : float64[trial, contributor]
+        Of its trials, drawn again.
+
+    Raises
+    ------
+    RunFileError
+        With every difference.
+    """
+    said = []
+    contributors, responses = plan.description
+    stored = units_of([*run.contributors, *run.responses])
+    asked = units_of([*contributors, *responses])
+    pairs: list[tuple[str, Mapping[str, Any], Mapping[str, Any]]] = [
+        ("column", stored, asked),
+        ("setting", words_of(run.settings), words_of(plan.settings)),
+        ("limit", words_of(run.limits), words_of(plan.limits)),
+        ("deviation", words_of(run.assumed), words_of(plan.assumed)),
+        ("status", {str(k): v for k, v in run.words.items()},
+         {str(k): v for k, v in plan.words.items()}),
+    ]  # fmt: skip
+    for what, was, now in pairs:
+        said += [f"{what} {k}: {a}, now {b}" for k, a, b in _changes(was, now, ())]
+    if not said:
+        other = trials_drawn_otherwise(run, plan, deviations)
+        healthy = np.setdiff1d(other[run.status[other] > 0], run.damage.trials)
+        if len(healthy):
+            said.append(
+                f"the deviations of trials {ranges_of(healthy)} are not those that the "
+                "study draws now: its data, or the number of its trials, are others"
+            )
+    if said:
+        raise RunFileError(
+            f"{run.path} cannot be gone on with: "
+            + "; ".join(said)
+            + "; run the study again, with --force or under another name (-o)"
+        )
+
+
+def units_of(columns: Sequence[Contributor | Response]) -> dict[str, str]:
+    """Return the SI unit of each column."""
+    return {each.name: each.unit for each in columns}
+
+
+def words_of(named: Mapping[str, Any]) -> dict[str, str]:
+    """Return what settings, limits or deviations are, in words."""
+    return {name: str(each.words) for name, each in named.items()}
+
+
+def trials_drawn_otherwise(
+    run: Run, plan: Plan, deviations: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Return the trials of a run whose deviations are not those drawn again."""
+    other = np.zeros(run.trials, bool)
+    for column, each in enumerate(plan.description.contributors):
+        drawn = np.ascontiguousarray(deviations[: run.trials, column])
+        stored = np.ascontiguousarray(run.column(each.name))
+        other |= stored.view(np.uint64) != drawn.view(np.uint64)
+    for name, swept in plan.swept.items():
+        values = encoded(swept.values)[: run.trials]
+        other |= encoded(run.column(name)) != values
+    return np.flatnonzero(other)

@@ -1,0 +1,188 @@
+"""Whether a stored run is what it says: checksums, draws, trials evaluated again."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.execution.choosing import random_trials
+from tolstat.execution.going_on import plan_again, study_of
+from tolstat.execution.sameness import trials_drawn_otherwise
+from tolstat.execution.workers import Workers
+from tolstat.model.contract import Answers, Model
+from tolstat.status import Status
+from tolstat.store.damage import ranges_of
+from tolstat.store.opening import open as open_run
+from tolstat.store.run import Run
+from tolstat.study.points import Case
+from tolstat.study.study import Study
+
+Numbers = NDArray[np.int64]
+
+
+class Verification(NamedTuple):
+    """What was found of a run whose seal is whole.
+
+    Attributes
+    ----------
+    run : Run
+        With its `damage`: trials whose checksum is not that of what is stored.
+    contradicting : int64[n]
+        Trials whose status says something else than their responses.
+    drawn_otherwise : int64[n]
+        Trials whose deviations are not those drawn again from the seed.
+    evaluated : int64[n]
+        Trials that were evaluated again.
+    different : int64[n]
+        Those of them that are not bit for bit as stored.
+    nominal_differs : bool
+        Whether the nominal machine is not.
+    reasons : tuple of str
+        Why they may differ though nothing is damaged: another source, processor.
+    """
+
+    run: Run
+    contradicting: Numbers
+    drawn_otherwise: Numbers
+    evaluated: Numbers
+    different: Numbers
+    nominal_differs: bool
+    reasons: tuple[str, ...]
+
+    @property
+    def trials(self) -> Numbers:
+        """Every trial that is not as it should be."""
+        some = (self.contradicting, self.drawn_otherwise, self.different)
+        return np.unique(np.concatenate([self.run.damage.trials, *some]))
+
+    @property
+    def whole(self) -> bool:
+        """Whether everything is as it should be."""
+        return not (self.run.damage or len(self.trials) or self.nominal_differs)
+
+
+def verify(
+    path: str | os.PathLike[str],
+    *,
+    every: bool = False,
+    workers: int | None = None,
+    model: Model | None = None,
+) -> Verification:
+    """Say whether a run is as it was written, and name the trials that are not.
+
+    Parameters
+    ----------
+    path : path
+        The run file.
+    every : bool
+        Whether all its trials are evaluated again; else one of each hundred.
+    workers : int, optional
+        Threads; as many as there are processors if not given.
+    model : Model, optional
+        A machine of your own, if the run is of one.
+
+    Returns
+    -------
+    Verification
+        What is not as it should be; `tolstat.resume` repairs it.
+
+    Raises
+    ------
+    DamagedError
+        If the file is damaged where all of it hangs on.
+    """
+    run = open_run(Path(path), damaged=True)
+    study = study_of(run, run.trials, model)
+    plan = plan_again(run, study)
+    ran = np.flatnonzero(run.status != Status.NOT_RUN)
+    chosen = np.intersect1d(ran, random_trials(study.seed or 0, run.trials))
+    chosen = ran if every else chosen
+    with Workers(workers) as crew:
+        cases = list(_alone(study, chosen))
+        found = None
+        if len(chosen):
+            machines = plan.deviations[chosen]
+            found = crew.simulate_cases(study.model, cases, machines)
+        alone = np.zeros((1, len(run.contributors)))
+        nominal = crew.simulate(study.model, alone, study.settings)
+    return Verification(
+        run,
+        _contradicting(run),
+        trials_drawn_otherwise(run, plan, plan.deviations),
+        chosen,
+        chosen[_differing(run, chosen, found)] if found else chosen,
+        _nominal_differs(run, nominal),
+        tuple(run.made_otherwise(study.model.source_digest)),
+    )
+
+
+def _alone(study: Study, chosen: Numbers) -> Iterator[Case]:
+    """Yield the cases of chosen trials, numbered among these."""
+    for case in study.cases:
+        first, stop = np.searchsorted(chosen, (case.first, case.stop)).tolist()
+        if first < stop:
+            yield Case(first, stop, case.settings)
+
+
+def _contradicting(run: Run) -> Numbers:
+    """Find trials that are done without responses, or failed with some."""
+    finite = [np.isfinite(run.column(each.name)) for each in run.responses]
+    known = np.isin(run.status, list(run.words))
+    done, ran = run.status == Status.DONE, run.status != Status.NOT_RUN
+    answered = np.all(finite, axis=0)
+    return np.flatnonzero(~known | (ran & (done != answered)))
+
+
+def _differing(run: Run, chosen: Numbers, found: Answers) -> NDArray[np.bool_]:
+    """Compare trials with what is stored of them, bit for bit."""
+    other: NDArray[np.bool_] = run.status[chosen] != found.status
+    for column, each in enumerate(run.responses):
+        other |= ~_same(run.column(each.name)[chosen], found.responses[:, column])
+    if run.steps is not None and found.steps is not None:
+        other |= run.steps[chosen] != found.steps
+    return other
+
+
+def _same(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.bool_]:
+    ours, theirs = (np.ascontiguousarray(each).view(np.uint64) for each in (one, other))
+    same: NDArray[np.bool_] = (ours == theirs) | (np.isnan(one) & np.isnan(other))
+    return same
+
+
+def _nominal_differs(run: Run, found: Answers) -> bool:
+    """Compare the nominal machine with what is stored of it, if anything is."""
+    stored = run.nominal_values
+    if stored["status"] == Status.NOT_RUN.word:
+        return run.complete
+    values = np.array([stored[each.name] for each in run.responses])
+    steps = found.steps is not None and stored["steps"] != found.steps[0]
+    status = run.words.get(int(found.status[0])) != stored["status"]
+    return bool(steps or status or not _same(values, found.responses[0]).all())
+
+
+def findings(found: Verification) -> list[str]:
+    """Say in sentences what was found."""
+    run, said = found.run, []
+    stored = int(np.count_nonzero(run.status != Status.NOT_RUN))
+    damaged = run.damage.words or "all fit"
+    said.append(f"checksums of {stored} trials and the nominal machine: {damaged}")
+    for what, trials in (
+        ("status and responses", found.contradicting),
+        (f"deviations of {run.trials} trials, drawn again", found.drawn_otherwise),
+        (f"{len(found.evaluated)} trials, evaluated again", found.different),
+    ):
+        words = f"different in {ranges_of(trials)}" if len(trials) else "as stored"
+        said.append(f"{what}: {words}")
+    if found.nominal_differs:
+        said.append("the nominal machine, evaluated again: different")
+    missing = run.trials - stored
+    if missing and not run.complete:
+        said.append(f"{missing} of {run.trials} trials have not run")
+    if len(found.different) or found.nominal_differs:
+        said += found.reasons
+    return said

@@ -1,0 +1,91 @@
+"""One writer: a lock beside the run file, which names who holds it."""
+
+from __future__ import annotations
+
+import os
+import socket
+from contextlib import AbstractContextManager, suppress
+from pathlib import Path
+from typing import IO
+
+from tolstat.errors import BrokenError, RunFileError
+from tolstat.store.provenance import now
+
+
+class Lock(AbstractContextManager["Lock"]):
+    """The right to write a run file, held until it is given back or the process ends.
+
+    Parameters
+    ----------
+    path : Path
+        The run file; the lock has its name and ends in `.lock`.
+
+    Attributes
+    ----------
+    path : Path
+        The run file itself, where a link was given.
+
+    Raises
+    ------
+    RunFileError
+        If another process holds it: its number, its host and since when.
+    BrokenError
+        If the folder cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path = path.resolve()  # a link stays one
+        self._place = path.with_name(path.name + ".lock")
+        with suppress(OSError):
+            path.parent.mkdir(parents=True, exist_ok=True)
+        while True:
+            try:
+                file = self._place.open("a+")
+            except OSError as error:
+                raise BrokenError(f"{path} cannot be written: {error}") from error
+            if not _taken(file):
+                file.seek(0)
+                holder = file.read().strip() or "another process"
+                file.close()
+                raise RunFileError(
+                    f"{path} is being written by {holder}; wait for it, or give "
+                    "another name (-o, output=)"
+                )
+            if self._is_there(file):
+                break
+            file.close()  # who held it has just removed it
+        self._file: IO[str] | None = file
+        with suppress(OSError):  # a full disk: the lock holds without its words
+            file.truncate(0)
+            file.write(f"process {os.getpid()} on {socket.gethostname()} since {now()}")
+            file.flush()
+
+    def _is_there(self, file: IO[str]) -> bool:
+        try:
+            return os.path.samestat(os.fstat(file.fileno()), self._place.stat())
+        except OSError:
+            return False
+
+    def __exit__(self, *_: object) -> None:
+        """Let others write."""
+        if self._file:
+            with suppress(OSError):
+                self._place.unlink()
+            with suppress(OSError):
+                self._file.close()
+            self._file = None
+
+
+def _taken(file: IO[str]) -> bool:
+    """Take a lock that the system lets go with the process, however that ends."""
+    try:
+        import fcntl
+    except ImportError:  # not on every system
+        return True
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks
+        return True
+    return True

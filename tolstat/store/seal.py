@@ -1,0 +1,179 @@
+"""The seal of a run file: what of it never changes is known to be whole.
+
+HDF5 may end the process over a damaged file. So nobody shows it one: a dataset among
+the first of the file, found without HDF5, holds a digest of every byte but those of the
+rows, which have checksums of their own. A file is sealed when it is made; while trials
+run only rows change.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from tolstat.errors import DamagedError, RunFileError
+from tolstat.store.memory_file import MemoryFile
+
+FORMAT = 3
+MARK = b"tolstat seal, format "
+NEAR = 1 << 16  # bytes from the beginning of a file, in which its seal begins
+AT_ONCE = 1 << 20
+DIGITS = 64
+PATTERN = re.compile(
+    rb"(\d+)\nsize (\d+)\nsha256 ([0-9a-f]{64})\nrows((?: \d+ \d+)*) *\n"
+)
+
+Hole = tuple[int, int]  # where it begins, and how many bytes it has
+
+
+class Seal(NamedTuple):
+    """What a file says it is.
+
+    Attributes
+    ----------
+    format : int
+        How it is laid out.
+    size : int
+        Bytes of the file.
+    digest : str
+        Of all that is in no hole.
+    rows : tuple of (int, int)
+        Holes: where the rows lie, ascending.
+    place : int
+        Where the digest stands: a hole too.
+    """
+
+    format: int
+    size: int
+    digest: str
+    rows: tuple[Hole, ...]
+    place: int
+
+
+def text_of(size: int, rows: list[Hole], digest: str = "0" * DIGITS) -> bytes:
+    """Write a seal, of the same length for any digest and nearly any size."""
+    holes = "".join(f" {first} {length}" for first, length in sorted(rows))
+    return MARK + f"{FORMAT}\nsize {size}\nsha256 {digest}\nrows{holes}".encode()
+
+
+def length_of(columns: int) -> int:
+    """Say how many bytes the seal of a file takes that has so many columns."""
+    return 160 + 32 * columns
+
+
+def write_seal(
+    file: BinaryIO | MemoryFile, place: int, length: int, rows: list[Hole]
+) -> None:
+    """Seal a file: the last that is written to it.
+
+    Parameters
+    ----------
+    file : binary file
+        Written and read.
+    place, length : int
+        Where the seal goes, and how many bytes it has.
+    rows : list of (int, int)
+        What will change.
+    """
+    size = file.seek(0, 2)
+    _put(file, place, length, text_of(size, rows))
+    found = read_seal(file)
+    assert found
+    _put(file, place, length, text_of(size, rows, digest_of(file, found)))
+
+
+def _put(file: BinaryIO | MemoryFile, place: int, length: int, text: bytes) -> None:
+    assert len(text) < length
+    file.seek(place)
+    file.write(text.ljust(length - 1) + b"\n")
+
+
+def read_seal(file: BinaryIO | MemoryFile) -> Seal | None:
+    """Read the seal of a file; None if it has none."""
+    file.seek(0)
+    head = file.read(NEAR)
+    begin = head.find(MARK)
+    if begin < 0:
+        return None
+    file.seek(begin + len(MARK))
+    number = re.match(rb"\d{1,9}\n", head[begin + len(MARK) :])
+    if number and int(number[0]) != FORMAT:
+        return Seal(int(number[0]), 0, "", (), 0)
+    found = PATTERN.match(file.read(NEAR * 16))
+    if not found:
+        return Seal(FORMAT, 0, "", (), 0)
+    holes = [int(each) for each in found[4].split()]
+    rows = tuple(zip(holes[::2], holes[1::2], strict=True))
+    place = begin + len(MARK) + found.start(3)
+    return Seal(FORMAT, int(found[2]), found[3].decode(), rows, place)
+
+
+def digest_of(file: BinaryIO | MemoryFile, seal: Seal) -> str:
+    """Digest all of a file but its holes."""
+    digest, at = hashlib.sha256(), 0
+    for first, length in sorted([*seal.rows, (seal.place, DIGITS)]):
+        for some in _read(file, at, first):
+            digest.update(some)
+        at = max(at, first + length)
+    for some in _read(file, at, file.seek(0, 2)):
+        digest.update(some)
+    return digest.hexdigest()
+
+
+def _read(file: BinaryIO | MemoryFile, first: int, stop: int) -> Iterator[bytes]:
+    file.seek(first)
+    while first < stop and (some := file.read(min(stop - first, AT_ONCE))):
+        yield some
+        first += len(some)
+
+
+def is_run(path: Path) -> bool:
+    """Tell whether a file is a run, damaged or not."""
+    with path.open("rb") as file:
+        return read_seal(file) is not None
+
+
+def check_seal(path: Path) -> None:
+    """Refuse a file that HDF5 must not see.
+
+    Raises
+    ------
+    RunFileError
+        If it is no run, one of another format, or damaged where nothing can be told.
+    """
+    try:
+        with path.open("rb") as file:
+            seal = read_seal(file)
+            hdf5 = _begins_as_hdf5(file)
+            size = file.seek(0, 2)
+            whole = seal and seal.size == size and digest_of(file, seal) == seal.digest
+    except OSError as error:
+        raise RunFileError(f"{path} cannot be read: {error.strerror}") from error
+    if seal is None:
+        what = (
+            "is an HDF5 file, but not" if hdf5 else "cannot be read as HDF5: it is not"
+        )
+        raise RunFileError(
+            f"{path} {what} a run of tolstat, or one made before format {FORMAT}: run "
+            "its study again"
+        )
+    if seal.format != FORMAT:
+        raise RunFileError(
+            f"{path} has format {seal.format}, this tolstat reads format {FORMAT}; "
+            "open it with the tolstat of its time, or run its study again"
+        )
+    if not whole:
+        short = f": {size} bytes of {seal.size} are there" if size < seal.size else ""
+        raise DamagedError(
+            f"{path} is damaged where all of it hangs on{short}, or was changed by "
+            "another program; nothing in it can be trusted: run its study again, with "
+            "--force"
+        )
+
+
+def _begins_as_hdf5(file: BinaryIO | MemoryFile) -> bool:
+    file.seek(0)
+    return file.read(8) == b"\x89HDF\r\n\x1a\n"
