@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import signal
 import subprocess
+import sys
 import time
 
 import numpy as np
@@ -31,11 +32,14 @@ def wait_for_trials(path, process, trials):
     raise AssertionError(process.communicate())
 
 
-def test_ctrl_c_stops_in_two_seconds_and_keeps_what_is_done(small_study):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_ctrl_c_and_its_like_stop_in_two_seconds_and_keep_what_is_done(
+    small_study, number
+):
     path = small_study.with_suffix(".h5")
     process = start(small_study, "--trials", "100000")
     wait_for_trials(path, process, 100)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     began = time.monotonic()
     _, shown = process.communicate(timeout=30)
     assert time.monotonic() - began < 2.0
@@ -44,10 +48,57 @@ def test_ctrl_c_stops_in_two_seconds_and_keeps_what_is_done(small_study):
     assert f"{run.counts['done']} of 100000 trials are stored" in " ".join(
         shown.split()
     )
+    assert shown.splitlines()[-1] == f"tolstat resume {path}"
     assert run.provenance["trials_done"] == run.counts["done"] >= 100
     done = run.status == 1
     assert np.all(np.isfinite(run.column("extra_loss")[done]))
     assert np.all(np.isnan(run.column("extra_loss")[~done]))
+    assert not list(path.parent.glob("*.lock"))
+
+
+def test_ctrl_c_while_tolstat_is_loaded(small_study):
+    for seconds in (0.3, 0.6):
+        process = start(small_study)
+        time.sleep(seconds)
+        process.send_signal(signal.SIGINT)
+        _, shown = process.communicate(timeout=30)
+        assert process.returncode == 130 and "Traceback" not in shown, shown
+
+
+def test_what_is_ignored_stays_so(small_study):
+    """As `nohup` has it."""
+    code = "import signal, os, sys; signal.signal(signal.SIGHUP, signal.SIG_IGN);"
+    code += "os.execv(sys.argv[1], sys.argv[1:])"
+    path = small_study.with_suffix(".h5")
+    command = [sys.executable, "-c", code, TOLSTAT, "run", small_study]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    wait_for_trials(path, process, 0)
+    process.send_signal(signal.SIGHUP)
+    assert "stored in" in process.communicate(timeout=60)[1]
+    assert process.returncode in (0, 3)
+
+
+def test_ctrl_c_in_python_does_not_wait_for_the_nominal_machine(small_study):
+    """A machine that takes minutes, and knows no interruption."""
+    text = small_study.read_text().replace("cycles = 2", "cycles = 200000")
+    small_study.write_text(text)
+    code = (
+        "import sys, tolstat\n"
+        "try:\n    tolstat.run(sys.argv[1], workers=1)\n"
+        "except KeyboardInterrupt:\n    print('interrupted', flush=True)\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, small_study], stdout=subprocess.PIPE, text=True
+    )
+    while process.poll() is None and not small_study.with_suffix(".h5").exists():
+        time.sleep(0.05)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    assert process.communicate(timeout=30)[0] == "interrupted\n"
+    assert time.monotonic() - began < 2.0 and process.returncode == 0
+    run = tolstat.open(small_study.with_suffix(".h5"))
+    assert run.ended == 0 and run.nominal["status"] == "not run"
 
 
 def test_ctrl_c_during_one_endless_trial(small_study):

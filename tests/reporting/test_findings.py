@@ -226,5 +226,5 @@ def test_what_cannot_be_reported_is_refused(tmp_path, toy, toy_study, mill):
     with pytest.raises(PictureError, match="did you mean 'yaw'"):
         findings_of(mill, ["jaw"])
     toy_study.write_text(toy_study.read_text().replace('"+-1 mm"', '"1..2 mm"'))
-    with pytest.raises(PictureError, match="no trial is done"):
+    with pytest.raises(PictureError, match="no trial has run"):
         findings_of(tolstat.run(toy_study, model=toy))

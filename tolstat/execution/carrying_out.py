@@ -106,7 +106,7 @@ def carry_out(
         over, found = trials.first(stages[-1]), ending
         if found is None:
             found = _ending(study, over, stages, workers, tell)
-        if rerun:
+        if rerun and over.failed:
             found = found._replace(rerun=_rerun(study, over, workers))
         if found is not ending:
             file.finish(found)

@@ -10,7 +10,6 @@ from concurrent.futures import (
     FIRST_COMPLETED,
     Executor,
     Future,
-    ThreadPoolExecutor,
     wait,
 )
 from contextlib import AbstractContextManager
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.execution.threads import Threads
 from tolstat.model.checked import simulate
 from tolstat.model.contract import Answers, Model
 from tolstat.study.points import Case
@@ -65,9 +65,7 @@ class Workers(AbstractContextManager["Workers"]):
     ) -> None:
         self.number = number or processors()
         self.stopping = stopping
-        self._executor = executor or ThreadPoolExecutor(
-            self.number, thread_name_prefix="worker"
-        )
+        self._executor = executor or Threads(self.number)
         self._fixed = block
 
     def blocks(
@@ -179,9 +177,10 @@ class Workers(AbstractContextManager["Workers"]):
                 raise Interrupted
         return [future.result() for future in futures]
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Dismiss them; who stops does not wait for a compilation."""
-        self._executor.shutdown(wait=not self.stopping(), cancel_futures=True)
+        wait = kind is None and not self.stopping()
+        self._executor.shutdown(wait=wait, cancel_futures=True)
 
 
 class BlockSize:

@@ -14,6 +14,7 @@ from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import Limited, Summary, summarize
 from tolstat.statistics.yields import NOT_MET, joint_yield
 from tolstat.status import Status
+from tolstat.store.audited import Audited
 from tolstat.store.run import Run
 from tolstat.units.scale import PLAIN, Scale
 
@@ -192,6 +193,19 @@ def _in_words(run: Run, number: StudyNumber) -> str:
     return f"{number.name} {value}{caveat}"
 
 
+def _rerun(run: Run, rerun: Audited) -> str:
+    """Say how failed trials ended when they were evaluated again."""
+    settings = ", ".join(f"{key} = {value:g}" for key, value in rerun.settings.items())
+    codes, counts = np.unique(rerun.status, return_counts=True)
+    pairs = zip(codes.tolist(), counts, strict=True)
+    ended = (f"{count} {run.words[code]}" for code, count in pairs)
+    return (
+        f"{len(rerun.trials)} failed trials evaluated again with {settings}: "
+        + ", ".join(ended)
+        + "; they count as failed all the same"
+    )
+
+
 def notes_of(run: Run, sample: Sample | None) -> list[str]:
     """Say what must be known to read the numbers of a run: failures first."""
     notes = []
@@ -207,6 +221,8 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
             said = (f"{count} {word}" for word, count in run.failures.items())
             text += ": " + ", ".join(said) + "; they count as beyond every limit"
         notes.append(text)
+    if run.rerun:
+        notes.append(_rerun(run, run.rerun))
     if run.ended < run.trials:
         left = run.trials - run.ended
         notes.append(f"{left} of {run.trials} trials have not run")

@@ -23,7 +23,7 @@ class Lock(AbstractContextManager["Lock"]):
     Attributes
     ----------
     path : Path
-        The run file itself, where a link was given.
+        The run file.
 
     Raises
     ------
@@ -34,10 +34,10 @@ class Lock(AbstractContextManager["Lock"]):
     """
 
     def __init__(self, path: Path) -> None:
-        self.path = path = path.resolve()  # a link stays one
-        self._place = path.with_name(path.name + ".lock")
+        self.path, real = path, path.resolve()  # a link stays one
+        self._place = real.with_name(real.name + ".lock")
         with suppress(OSError):
-            path.parent.mkdir(parents=True, exist_ok=True)
+            real.parent.mkdir(parents=True, exist_ok=True)
         while True:
             try:
                 file = self._place.open("a+")

@@ -154,7 +154,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         draft, places = self._draft(trials, ending)
         if ending is None:
             check_room(self.path.parent, draft.size)
-        aside = aside_of(self.path)
+        path = self.path.resolve()  # a link stays one
+        aside, file = aside_of(path), None
         try:
             file = aside.open("xb+", buffering=0)
             draft.copy_to(file)
@@ -170,12 +171,14 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                     count = min(places[name].length, before.places[name].length)
                     rows.write(name, before.read(name, 0, count))
             rows.sync()
-            if self._rows is None and self.path.exists():
-                self._before = _moved_aside(self.path)
-            os.replace(aside, self.path)
+            if self._rows is None and path.exists():
+                self._before = _moved_aside(path)
+            os.replace(aside, path)
         except OSError as error:
             with suppress(OSError):
                 aside.unlink()
+            if file:
+                file.close()
             raise self._lost_hope(error) from error
         if self._rows:
             self._rows.file.close()
@@ -189,7 +192,9 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         with h5py.File(
             draft, "w", alignment_threshold=1, alignment_interval=ALIGNED
         ) as file:
-            write_facts(file, self.plan, self.path, ending.stopped if ending else None)
+            write_facts(
+                file, self.plan, self.path.resolve(), ending.stopped if ending else None
+            )
             for name, fact in self._facts.items():
                 file.attrs[name] = fact
             lay_out(file, self.plan, trials)
@@ -375,7 +380,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             return
         with suppress(OSError):
             if not self._rows.read(STATUS).any():
-                os.replace(self._before, self.path)
+                os.replace(self._before, self.path.resolve())
                 return
         warnings.warn(
             f"the run that was there before is kept as {self._before}",

@@ -1,0 +1,274 @@
+"""Runs gone on with become, bit for bit, the runs that were never interrupted."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+import pytest
+
+import tolstat
+from tests.conftest import Toy
+from tests.store.tampering import resealed
+from tolstat.errors import ModelError, RunFileError, StudyError
+from tolstat.execution.execute import execute
+from tolstat.execution.going_on import go_on
+from tolstat.execution.workers import Workers
+from tolstat.study.study import load
+
+HEAD = """\
+model = "toy"
+trials = 1000
+seed = 1
+"""
+DEVIATING = """\
+[deviations]
+part = "+-1 mm"
+angle = { tolerance = "0..360 deg", distribution = "uniform" }
+[limits]
+gap = "-1..2 mm"
+"""
+GRID = """\
+model = "toy"
+sampling = "grid"
+[grid]
+part_1 = { from = "0 mm", to = "1 mm", points = 200 }
+mode = ["plain", "odd"]
+[limits]
+gap = "<= 1 mm"
+"""
+UNTIL = 'trials = { until = "gap p95 +-3 %", at_most = 20000 }'
+
+
+def of(sampling):
+    return f'sampling = "{sampling}"\n{HEAD}{DEVIATING}'
+
+
+STUDIES = {
+    "random": HEAD + DEVIATING,
+    "sobol": of("sobol"),
+    "latin": of("latin"),
+    "saltelli": of("saltelli"),
+    "grid": GRID,
+    "until": HEAD.replace("trials = 1000", UNTIL) + DEVIATING,
+}
+
+
+def written(tmp_path, text):
+    path = tmp_path / "study.toml"
+    path.write_text(text)
+    return path
+
+
+class Enough:
+    """Stops a run once so many of its trials are over."""
+
+    def __init__(self, trials):
+        self.trials, self.over = trials, 0
+
+    def __call__(self):
+        return self.over >= self.trials
+
+    def tell(self, progress):
+        self.over = progress.over
+
+
+def stopped(study, path, trials):
+    enough = Enough(trials)
+    with Workers(2, enough, block=20) as crew:
+        asked = load(study, model=Toy())
+        return execute(asked, path, crew, progress=enough.tell)
+
+
+def same(one, other):
+    """Everything but times and names."""
+    for name in (*one.units, "status"):
+        np.testing.assert_array_equal(one.column(name), other.column(name))
+    for found in ("nominal_values", "evidence", "stopped", "notes", "limits", "study"):
+        assert repr(getattr(one, found)) == repr(getattr(other, found)), found
+    assert repr(one.audited) == repr(other.audited)
+    return True
+
+
+@pytest.mark.parametrize("sampling", STUDIES)
+def test_a_stopped_run_becomes_the_run_that_was_not(tmp_path, sampling):
+    study = written(tmp_path, STUDIES[sampling])
+    whole = tolstat.run(study, model=Toy(), output=tmp_path / "whole.h5")
+    path = tmp_path / "part.h5"
+    for trials in (0, 200) if sampling in ("random", "grid") else (200,):
+        path.unlink(missing_ok=True)
+        part = stopped(study, path, trials)
+        assert not part.complete and trials <= part.ended < whole.trials
+        assert part.provenance["trials_done"] == np.count_nonzero(part.status == 1)
+        assert same(tolstat.resume(path, model=Toy()), whole)
+    assert tolstat.resume(path, model=Toy()).complete
+
+
+def test_a_run_is_stopped_again_and_again(tmp_path):
+    study = written(tmp_path, STUDIES["until"])
+    whole = tolstat.run(study, model=Toy(), output=tmp_path / "whole.h5")
+    path = tmp_path / "part.h5"
+    part, spent, times = stopped(study, path, 5), 0.0, 0
+    while not part.complete:
+        assert part.provenance["seconds"] > spent
+        spent, times = part.provenance["seconds"], times + 1
+        enough = Enough(part.ended + 1200)
+        with Workers(2, enough, block=150) as crew:
+            part = go_on(path, crew, model=Toy(), progress=enough.tell)
+    assert times > 2 and same(part, whole)
+
+
+@pytest.mark.parametrize(
+    ("sampling", "trials"), [("random", 200), ("sobol", 100_000), ("until", 100_000)]
+)
+def test_an_extended_run_is_one_run(tmp_path, sampling, trials):
+    study = written(tmp_path, STUDIES[sampling])
+    path = tmp_path / "part.h5"
+    part = stopped(study, path, trials)
+    wanted = part.trials + 700
+    whole = tolstat.run(study, model=Toy(), trials=wanted, output=tmp_path / "whole.h5")
+    assert same(tolstat.extend(path, wanted, model=Toy()), whole)
+    with pytest.raises(RunFileError, match=f"has {wanted} trials; more than that"):
+        tolstat.extend(path, wanted, model=Toy())
+
+
+@pytest.mark.parametrize(
+    ("sampling", "words"),
+    [("latin", "made for a number of trials"), ("grid", "draws nothing")],
+)
+def test_what_cannot_be_extended_says_why(tmp_path, sampling, words):
+    study = written(tmp_path, STUDIES[sampling])
+    run = tolstat.run(study, model=Toy())
+    before = run.path.read_bytes()
+    with pytest.raises((RunFileError, StudyError), match=words):
+        tolstat.extend(run.path, 5000, model=Toy())
+    assert run.path.read_bytes() == before
+
+
+def damage(path):
+    with h5py.File(path, "r+") as file:
+        file["gap"][17] *= 2
+        file["part_1"][40] = 0.5e-3
+        file["status"][41] = 2
+        file["status"][42] = 0
+        file["nominal/gap"][...] = 1.0
+        file["checks/clock"][...] = 7.0
+
+
+def test_damage_is_found_and_repaired(tmp_path):
+    study = written(tmp_path, STUDIES["until"])
+    run = tolstat.run(study, model=Toy())
+    assert tolstat.verify(run.path, model=Toy()).whole
+    damage(run.path)
+    found = tolstat.verify(run.path, model=Toy())
+    assert found.trials.tolist() == [17, 40, 41, 42]
+    assert found.drawn_otherwise.tolist() == [40] and found.run.damage.clock
+    assert found.nominal_differs and not found.whole
+    assert same(tolstat.resume(run.path, model=Toy()), run)
+    assert tolstat.verify(run.path, model=Toy(), every=True).whole
+
+
+def test_what_fits_its_checksum_is_evaluated_again(tmp_path):
+    """A forgery, or a processor that erred."""
+    run = tolstat.run(written(tmp_path, STUDIES["random"]), model=Toy())
+    with resealed(run.path) as file:
+        file["gap"][17] *= 2
+        file["status"][18] = 4
+        file["part_1"][40] = 0.5e-3
+    found = tolstat.verify(run.path, model=Toy(), every=True)
+    assert not found.run.damage and found.contradicting.tolist() == [18]
+    assert found.drawn_otherwise.tolist() == [40]
+    assert found.different.tolist() == [17, 18]
+    with pytest.raises(RunFileError, match="deviations of trials 40 are not those"):
+        tolstat.resume(run.path, model=Toy())
+
+
+def test_other_sources_and_processors_are_named(tmp_path):
+    study = written(tmp_path, STUDIES["random"])
+    whole = tolstat.run(study, model=Toy(), output=tmp_path / "whole.h5")
+    path = tmp_path / "part.h5"
+    stopped(study, path, 200)
+    with resealed(path) as file:
+        file.attrs["source_digest"] = "0123"
+        file.attrs["processor"] = "abacus"
+        file.attrs["version_numba"] = "0.1"
+    with pytest.raises(RunFileError) as refused:
+        tolstat.resume(path, model=Toy())
+    for words in ("(0123, not", "processor (abacus)", "numba 0.1", "--regardless"):
+        assert words in str(refused.value)
+    run = tolstat.resume(path, model=Toy(), regardless=True)
+    assert run.frame().equals(whole.frame())
+    assert "another source (0123, not" in run.notes[-1]
+
+
+def test_a_study_that_was_changed_is_named(tmp_path):
+    study = written(tmp_path, STUDIES["random"])
+    whole = tolstat.run(study, model=Toy(), output=tmp_path / "whole.h5")
+    path = tmp_path / "part.h5"
+    stopped(study, path, 200)
+    study.write_text(study.read_text().replace("-1..2 mm", "-1..3 mm"))
+    with pytest.raises(RunFileError, match=r"limits\.gap was '-1\.\.2 mm' when"):
+        tolstat.resume(path, model=Toy())
+    assert same(tolstat.resume(path, model=Toy(), regardless=True), whole)
+
+
+@dataclass(frozen=True)
+class Wider(Toy):
+    def describe(self, settings):
+        found = super().describe(settings)
+        return found._replace(responses=found.responses[:1])
+
+
+def test_a_machine_with_other_columns_is_refused(tmp_path):
+    run = tolstat.run(written(tmp_path, STUDIES["random"]), model=Toy())
+    for regardless in (False, True):
+        with pytest.raises(RunFileError, match="column ratio: 1, now None"):
+            tolstat.resume(run.path, model=Wider(), regardless=regardless)
+
+
+def test_data_of_a_study_that_were_changed_are_seen(tmp_path):
+    parts = tmp_path / "parts.csv"
+    parts.write_text("length [mm]\n" + "".join(f"{0.01 * i}\n" for i in range(40)))
+    text = HEAD + "[deviations]\n"
+    text += 'part_1 = { data = "parts.csv", column = "length", nominal = "0.2 mm" }\n'
+    study = written(tmp_path, text)
+    path = tmp_path / "elsewhere" / "part.h5"
+    stopped(study, path, 200)
+    moved = tmp_path / "moved"
+    moved.mkdir()
+    for each in ("study.toml", "parts.csv", "elsewhere"):
+        shutil.move(tmp_path / each, moved / each)
+    path, parts = moved / "elsewhere" / "part.h5", moved / "parts.csv"
+    parts.write_text(parts.read_text().replace("0.3\n", "0.31\n"))
+    with pytest.raises(RunFileError, match=r"deviations of trials .* are not those"):
+        tolstat.resume(path, model=Toy())
+    parts.write_text(parts.read_text().replace("0.31\n", "0.3\n", 1))
+    assert tolstat.resume(path, model=Toy()).complete
+
+
+def test_failed_trials_once_more_are_kept_apart(tmp_path):
+    """What failed still counts as failed; what came of it then stands beside it."""
+    study = written(
+        tmp_path,
+        'model = "stand"\ntrials = 12\nseed = 5\n[deviations]\nrod_length = "+-1 mm"\n',
+    )
+    run = tolstat.run(study)
+    before = run.frame()
+    with resealed(run.path) as file:
+        file["status"][[3, 7]] = 2
+        for response in run.responses:
+            file[response.name][[3, 7]] = np.nan
+    again = tolstat.resume(run.path, rerun_failed=True)
+    assert again.counts["too many steps"] == 2 and again.failed == 2
+    assert again.rerun.trials.tolist() == [3, 7] and (again.rerun.status == 1).all()
+    assert again.rerun.settings == pytest.approx({"rtol": 1e-6})
+    precise, known = again.rerun.responses["rod_force_1"], before["rod_force_1"][[3, 7]]
+    assert np.all(precise != known) and np.allclose(precise, known, rtol=1e-2)
+    assert repr(again.evidence) == repr(run.evidence)
+    with pytest.raises(ModelError, match="no tighter settings"):
+        failing = tolstat.run(
+            written(tmp_path, STUDIES["random"]), model=Toy(), output=tmp_path / "t.h5"
+        )
+        tolstat.resume(failing.path, model=Toy(), rerun_failed=True)

@@ -1,0 +1,206 @@
+"""What breaks while a run is written: what was stored before is safe."""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+
+import tolstat
+from tests.conftest import TOY_STUDY, Toy
+from tolstat.errors import BrokenError, ModelError, RunFileError
+from tolstat.execution.execute import execute
+from tolstat.execution.workers import Workers
+from tolstat.store import run_writer
+from tolstat.store.lock import Lock
+from tolstat.study.study import load
+
+
+@pytest.fixture(autouse=True)
+def _commit_each_block(monkeypatch):
+    monkeypatch.setattr(run_writer, "SAFE_EVERY", 0.0)
+
+
+def watched(study, path, tell, *, force=False, stopping=lambda: False, model=None):
+    with Workers(1, stopping, block=100) as crew:
+        asked = load(study, model=model or Toy())
+        return execute(asked, path, crew, force=force, progress=tell)
+
+
+@pytest.mark.parametrize("after", [0, 500, 1000])
+def test_a_disk_that_gets_full_is_a_message(toy_study, tmp_path, after):
+    """A file may not grow any more, from some moment on: its end does not fit."""
+    path, before = tmp_path / "r.h5", resource.getrlimit(resource.RLIMIT_FSIZE)
+    whole = tolstat.run(toy_study, model=Toy(), output=tmp_path / "whole.h5")
+
+    def tell(progress):
+        if progress.over >= after:
+            size = 10_000 if after == 500 else path.stat().st_size
+            resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+
+    try:
+        with pytest.raises(
+            BrokenError, match=r"File too large; \d+ of 1000 trials are"
+        ):
+            watched(toy_study, path, tell)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert sorted(p.name for p in tmp_path.iterdir()) == [
+        "r.h5",
+        "toy.toml",
+        "whole.h5",
+    ]
+    stored = tolstat.open(path)
+    assert stored.ended == (1000 if after != 500 else 500) and not stored.complete
+    assert tolstat.resume(path, model=Toy()).frame().equals(whole.frame())
+
+
+@pytest.mark.parametrize("size", [0, 100, 5_000, 20_000, 60_000])
+def test_a_disk_that_is_full_already_keeps_nothing(
+    toy_study, tmp_path, monkeypatch, size
+):
+    # somebody else has taken the room since it was looked at
+    monkeypatch.setattr(run_writer, "check_room", lambda *_: None)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        with pytest.raises(BrokenError, match=r"cannot be written: File too large"):
+            tolstat.run(toy_study, model=Toy())
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert [path.name for path in tmp_path.iterdir()] == ["toy.toml"]
+
+
+@pytest.mark.parametrize("how", ["removed", "moved", "replaced"])
+def test_a_run_that_vanishes_goes_on_in_another_file(toy_study, tmp_path, how):
+    path, whole = tmp_path / "r.h5", tolstat.run(toy_study, model=Toy())
+    precious, seen = whole.path.read_bytes(), []
+
+    def tell(progress):
+        if progress.over >= 300 and not seen:
+            seen.append(progress.over)
+            if how == "removed":
+                path.unlink()
+            else:
+                path.rename(tmp_path / "moved.h5")
+            if how == "replaced":
+                path.write_bytes(precious)
+
+    with pytest.warns(RuntimeWarning, match=r"goes on in .*r\.rescued\.h5"):
+        run = watched(toy_study, path, tell)
+    assert run.path.name == "r.rescued.h5" and run.frame().equals(whole.frame())
+    assert path.exists() == (how == "replaced")
+    if how == "replaced":
+        assert path.read_bytes() == precious
+    if how != "removed":
+        assert tolstat.open(tmp_path / "moved.h5").ended == seen[0]
+
+
+def test_a_folder_that_vanishes(toy_study, tmp_path, monkeypatch):
+    folder, seen = tmp_path / "folder", []
+    monkeypatch.chdir(tmp_path)
+
+    def tell(progress):
+        if progress.over >= 300 and not seen:
+            seen.append(progress.over)
+            for each in folder.iterdir():
+                each.unlink()
+            folder.rmdir()
+
+    with pytest.warns(RuntimeWarning, match=r"goes on in .*r\.rescued\.h5"):
+        run = watched(toy_study, folder / "r.h5", tell)
+    assert run.complete and run.path.parent == folder  # made again
+
+
+class Broken(Toy):
+    """Breaks from some trial on."""
+
+    at = 0.0
+
+    def evaluate(self, deviations, settings):
+        if np.any(deviations[:, 0] > self.at):
+            raise ZeroDivisionError("broken")
+        return super().evaluate(deviations, settings)
+
+
+def test_the_run_before_stays_until_the_new_one_is_complete(toy_study, tmp_path):
+    path = tmp_path / "r.h5"
+    before = tolstat.run(toy_study, model=Toy(), output=path)
+    data = path.read_bytes()
+    with pytest.raises(ModelError, match="ZeroDivisionError"):
+        watched(toy_study, path, lambda progress: None, force=True, model=Broken())
+    assert path.read_bytes() == data  # nothing of the new one ran
+    over = [0]
+
+    def tell(progress):
+        over[0] = progress.over
+        assert (tmp_path / "r.before.h5").read_bytes() == data
+
+    with pytest.warns(RuntimeWarning, match=r"is kept as .*r\.before\.h5"):
+        part = watched(
+            toy_study, path, tell, force=True, stopping=lambda: over[0] >= 300
+        )
+    assert 300 <= part.ended < 1000
+    assert tolstat.open(tmp_path / "r.before.h5").frame().equals(before.frame())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert tolstat.run(toy_study, model=Toy(), output=path, force=True).complete
+    left = {each.name for each in tmp_path.iterdir()}
+    assert left == {"toy.toml", "r.h5", "r.before.h5"}
+
+
+def test_a_device_and_the_study_itself_are_not_replaced(toy_study, tmp_path):
+    for path in ("/dev/null", toy_study):
+        with pytest.raises(RunFileError, match="is no run; it is not replaced"):
+            tolstat.run(toy_study, model=Toy(), output=path, force=True)
+    assert toy_study.read_text() == TOY_STUDY
+
+
+def test_one_writer(toy_study, tmp_path):
+    path = tmp_path / "r.h5"
+    with Lock(path):
+        for force in (False, True):
+            with pytest.raises(
+                RunFileError, match=f"is being written by process {os.getpid()} on "
+            ):
+                tolstat.run(toy_study, model=Toy(), output=path, force=force)
+    run = tolstat.run(toy_study, model=Toy(), output=path)
+    (tmp_path / "link.h5").symlink_to(path)
+    with Lock(tmp_path / "link.h5"):
+        for go_on in (tolstat.resume, lambda p, model: tolstat.extend(p, 2000)):
+            with pytest.raises(RunFileError, match="is being written by process"):
+                go_on(path, model=Toy())
+    assert tolstat.verify(run.path, model=Toy()).whole
+    assert not list(tmp_path.glob("*.lock"))
+
+
+def test_two_runs_started_together(toy_study, tmp_path):
+    """One runs, the other is refused: whichever; nothing of either is lost."""
+    code = (
+        "import sys; from tests.conftest import Toy; import tolstat;"
+        f"study = {str(toy_study)!r}; seed = int(sys.argv[1]); sys.stdin.readline();"
+        "tolstat.run(study, model=Toy(), trials=40000, seed=seed)"
+    )
+    pair = [
+        subprocess.Popen(
+            [sys.executable, "-c", code, str(seed)],
+            stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )
+        for seed in (5, 6)
+    ]  # fmt: skip
+    for each in pair:
+        each.stdin.write("go\n")
+        each.stdin.flush()
+    said = [each.communicate()[1] for each in pair]
+    codes = [each.returncode for each in pair]
+    assert sorted(codes) == [0, 1]
+    loser, winner = codes.index(1), codes.index(0)
+    words = said[loser].splitlines()[-1]
+    assert "is being written by process" in words or "exists already" in words
+    run = tolstat.open(toy_study.with_suffix(".h5"))
+    assert run.sampled.seed == 5 + winner and run.ended == 40000
