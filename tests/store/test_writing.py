@@ -56,7 +56,7 @@ def test_a_disk_that_gets_full_is_a_message(toy_study, tmp_path, after):
         "whole.h5",
     ]
     stored = tolstat.open(path)
-    assert stored.ended == (1000 if after != 500 else 500) and not stored.complete
+    assert not stored.complete and stored.ended >= after
     assert tolstat.resume(path, model=Toy()).frame().equals(whole.frame())
 
 

@@ -70,13 +70,15 @@ class Marginal:
 
 def _tabulated(table: Array, scores: Array) -> Array:
     """Look float64[trial] normal scores up in a table between the farthest ones."""
-    place = (np.clip(scores, -FARTHEST, FARTHEST) + FARTHEST) * (
-        (STEPS - 1) / (2 * FARTHEST)
-    )
+    # a million scores: no more arrays of them than it takes
+    place = np.clip(scores, -FARTHEST, FARTHEST)
+    place += FARTHEST
+    place *= (STEPS - 1) / (2 * FARTHEST)
     below = np.minimum(place.astype(np.int64), STEPS - 2)
-    return np.asarray(
-        table[below] + (place - below) * (table[below + 1] - table[below]), np.float64
-    )
+    place -= below
+    place *= np.diff(table)[below]
+    place += table[below]
+    return np.asarray(place, np.float64)
 
 
 class Halving:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.halving import Halving
@@ -41,7 +42,9 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     if sampler is None or sampler.replicates:
         return {}
     group = sampler.group(len(study.factors))
-    own = np.arange(len(trials.status)) % group < (OWN if group > 1 else 1)
+    own: slice | NDArray[np.bool_] = slice(None)
+    if group > 1:
+        own = np.arange(len(trials.status)) % group < OWN
     deviating = study.deviating
     every = {
         each.name: trials.deviations[own, column]

@@ -70,20 +70,27 @@ def least_mean(values: Array, lower: float, miss: float) -> float:
     if scale <= 0:
         return lower
     y = (values - lower) / scale
-    n, wanted = len(y), math.log(1 / miss)
+    wanted, tiny = math.log(1 / miss), 1e-300
+    bets = y, _stakes(y, wanted), wanted
+    if not _gain(tiny, *bets) > 0:
+        return lower
+    # nobody wins who bets on more than the largest; a closure would stay in memory
+    m = brentq(_gain, tiny, 1.0, args=bets, xtol=1e-15, rtol=PRECISION)
+    return lower + scale * float(m)
+
+
+def _stakes(y: Array, wanted: float) -> Array:
+    """Choose what is staked in each trial."""
+    n = len(y)
     count = np.arange(1, n + 1)
     mean = (0.5 + np.cumsum(y)) / (count + 1)
     variance = (0.25 + np.cumsum((y - mean) ** 2)) / (count + 1)
     # each stake knows the trials before it, and not its own, but for the scale
-    stake = np.sqrt(2 * wanted / (n * np.append(0.25, variance[:-1])))
+    return np.asarray(np.sqrt(2 * wanted / (n * np.append(0.25, variance[:-1]))))
 
-    def gain(m: float) -> float:
-        """Return the logarithm of the capital over what is wanted."""
-        capital = np.log1p(np.minimum(stake, MOST_STAKED / m) * (y - m)).sum()
-        return float(capital) - wanted
 
-    tiny = 1e-300
-    if not gain(tiny) > 0:
-        return lower
-    # nobody wins who bets on more than the largest
-    return lower + scale * float(brentq(gain, tiny, 1.0, xtol=1e-15, rtol=PRECISION))
+def _gain(m: float, y: Array, stake: Array, wanted: float) -> float:
+    """Return the logarithm of the capital over what is wanted."""
+    capital = np.minimum(stake, MOST_STAKED / m)
+    capital *= y - m
+    return float(np.log1p(capital, out=capital).sum()) - wanted
