@@ -107,3 +107,9 @@ def test_damaged_compiled_code_is_compiled_anew(folder):
     again = once()
     assert again.stdout == "3.0\n" and "is damaged" in again.stderr
     assert once().stderr == ""
+    (code_file,) = cache.rglob("*.nbc")
+    flipped = bytearray(code_file.read_bytes())
+    flipped[len(flipped) // 2] ^= 1  # in machine code, which is believed whatever it is
+    code_file.write_bytes(flipped)
+    again = once()
+    assert again.stdout == "3.0\n" and f"({code_file.name}): compi" in again.stderr

@@ -101,6 +101,51 @@ def cache_folder(source: Path, module: str) -> str | None:
     return str(folder / module)
 
 
+def remove_damaged(folder: str) -> list[str]:
+    """Remove compiled code that is not as it was written: it could do anything.
+
+    Parameters
+    ----------
+    folder : str
+        Of `cache_folder`.
+
+    Returns
+    -------
+    list of str
+        Names of what was damaged. What nobody vouches for is removed without a word.
+    """
+    damaged = []
+    for path in _kept(folder):
+        mark = _mark_of(path)
+        known = mark.read_bytes() if mark.is_file() else None
+        if known != _digest_of(path):
+            damaged += [path.name] if known is not None else []
+            path.unlink(missing_ok=True)
+    return damaged
+
+
+def vouch_for(folder: str) -> None:
+    """Write beside each file of compiled code what tells that it is whole."""
+    for path in _kept(folder):
+        mark, digest = _mark_of(path), _digest_of(path)
+        if not (mark.is_file() and mark.read_bytes() == digest):
+            aside = mark.with_name(f"{mark.name}.{os.getpid()}")
+            aside.write_bytes(digest)
+            aside.replace(mark)
+
+
+def _kept(folder: str) -> list[Path]:
+    return [path for path in Path(folder).rglob("*.nb[ic]") if path.is_file()]
+
+
+def _mark_of(path: Path) -> Path:
+    return path.with_name(f"{path.name}.sha256")
+
+
+def _digest_of(path: Path) -> bytes:
+    return hashlib.sha256(path.read_bytes()).hexdigest().encode()
+
+
 def _remove_unused(home: Path, kept: Path) -> None:
     """Remove folders of other sources that nobody used for UNUSED_DAYS."""
     oldest = time.time() - UNUSED_DAYS * 86400.0

@@ -12,7 +12,12 @@ import numba
 from numba import njit
 from numba.core.errors import NumbaError
 
-from tolstat.lanes.cache import PACKAGE, cache_folder
+from tolstat.lanes.cache import (
+    PACKAGE,
+    cache_folder,
+    remove_damaged,
+    vouch_for,
+)
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -67,20 +72,25 @@ def compiled(
             # global to every user of Numba in the process: put back at once
             numba.config.CACHE_DIR = folder or before[0]
             numba.config.OPT = min(LEVEL, before[1])
+            if folder is None:
+                return njit(signature, **options)(function)
             try:
-                return njit(signature, cache=folder is not None, **options)(function)
+                damaged = ", ".join(remove_damaged(folder))
+                made = njit(signature, cache=True, **options)(function)
+                vouch_for(folder)
             except NumbaError:
                 raise
-            except Exception as error:  # what is kept there cannot be read
-                if folder is None:
-                    raise
+            except Exception as error:  # what is kept there cannot be read, or written
+                damaged = str(error) or type(error).__name__
+                shutil.rmtree(folder, ignore_errors=True)
+                made = njit(signature, **options)(function)
+            if damaged:
                 warnings.warn(
-                    f"compiled code in {folder} is damaged ({error}): compiled anew",
+                    f"compiled code in {folder} is damaged ({damaged}): compiled anew",
                     RuntimeWarning,
                     stacklevel=2,
                 )
-                shutil.rmtree(folder, ignore_errors=True)
-                return njit(signature, cache=True, **options)(function)
+            return made
         finally:
             numba.config.CACHE_DIR, numba.config.OPT = before
 
