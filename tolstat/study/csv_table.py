@@ -9,8 +9,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tolstat.errors import DataError, UnitError, allowed_names
+from tolstat.study.files import as_text, beside, content
 from tolstat.units.grammar import bare_number
 
+MOST_MEGABYTES = 32  # of a CSV file
+LONGEST_CELL = 1000  # characters
 _HEAD = re.compile(r"(?P<name>.+?)\s*(?:\[(?P<unit>[^\]]*)\])?")
 
 
@@ -67,13 +70,15 @@ class CsvTable(NamedTuple):
         return found
 
 
-def read_csv(path: Path) -> CsvTable:
+def read_csv(folder: Path | None, name: str) -> CsvTable:
     """Read a CSV file: commas between columns, a head, `#` before remarks.
 
     Parameters
     ----------
-    path : Path
-        The file. A head may carry its unit: `rod_length_1 [mm]`.
+    folder : Path or None
+        Of the study.
+    name : str
+        The file in it. A head may carry its unit: `rod_length_1 [mm]`.
 
     Returns
     -------
@@ -85,8 +90,10 @@ def read_csv(path: Path) -> CsvTable:
     DataError
         If it cannot be read or is not rectangular.
     """
+    path = beside(folder, name)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        found = content(path, MOST_MEGABYTES)
+        text = as_text(found, "utf-8-sig")
     except FileNotFoundError:
         near = [p.name for p in sorted(path.parent.glob("*.csv"))]
         hint = allowed_names(path.name, near) if near else "no .csv file lies there"
@@ -94,7 +101,7 @@ def read_csv(path: Path) -> CsvTable:
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(f"{path} cannot be read: {error}") from None
     numbered = [
-        (line, [cell.strip() for cell in next(csv.reader([row]))])
+        (line, _cells(path, line, row))
         for line, row in enumerate(text.splitlines(), start=1)
         if row.strip() and not row.lstrip().startswith("#")
     ]
@@ -111,10 +118,23 @@ def read_csv(path: Path) -> CsvTable:
             raise DataError(
                 f"{path}, line {line}: {len(cells)} cells under {len(head)} heads"
             )
-    found = [_HEAD.fullmatch(cell) for cell in head]
-    names = [each["name"] if each else "" for each in found]
+    each_head = [_HEAD.fullmatch(cell) for cell in head]
+    names = [each["name"] if each else "" for each in each_head]
     if "" in names or len(set(names)) < len(names):
         raise DataError(f"{path}: every column needs a name of its own")
-    units = [(each["unit"] or "").strip() if each else "" for each in found]
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    return CsvTable(path, digest, names, units, lines)
+    units = [(each["unit"] or "").strip() if each else "" for each in each_head]
+    return CsvTable(path, hashlib.sha256(found).hexdigest(), names, units, lines)
+
+
+def _cells(path: Path, line: int, row: str) -> list[str]:
+    """Return the cells of a row, and refuse those that no table has."""
+    try:
+        cells = [cell.strip() for cell in next(csv.reader([row]))]
+    except csv.Error as error:
+        raise DataError(f"{path}, line {line}: {error}") from None
+    if (longest := max(map(len, cells))) > LONGEST_CELL:
+        raise DataError(
+            f"{path}, line {line}: a cell of {longest} characters; up to "
+            f"{LONGEST_CELL} are read"
+        )
+    return cells

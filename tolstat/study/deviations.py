@@ -50,7 +50,7 @@ def read_deviations(
     lines: Mapping[str, str | dict[str, Any]],
     correlations: Mapping[str, Mapping[str, float]],
     contributors: Sequence[Contributor],
-    folder: Path,
+    folder: Path | None,
     problems: Problems,
     linked: Container[str] = (),
 ) -> Deviations:
@@ -64,7 +64,7 @@ def read_deviations(
         The section [correlation].
     contributors : sequence of Contributor
         Of the model.
-    folder : Path
+    folder : Path or None
         Of the study, for data beside it.
     problems : Problems
         Takes what is wrong.

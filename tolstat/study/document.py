@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from tolstat.errors import StudyError, allowed_names
+from tolstat.errors import DataError, StudyError, allowed_names
+from tolstat.study.bounds import TOO_DEEP, check_bounds
+from tolstat.study.files import as_text, content
 from tolstat.study.problems import Problems
+
+MOST_MEGABYTES = 1  # of a study
+LONG_NUMBER = re.compile(r"[0-9_]{4000,}")  # what Python reads no more
 
 
 class Document(BaseModel):
@@ -84,8 +90,8 @@ def read(source: Path | Mapping[str, Any], problems: Problems) -> tuple[str, Doc
         If the file cannot be read or its keys are wrong.
     """
     text, table = _of_file(source) if isinstance(source, Path) else _of_mapping(source)
-    if any("\0" in text for text in _texts(table)):
-        raise StudyError(f"{problems.source}: a text holds the character NUL; leave it")
+    check_bounds(table, problems)
+    problems.raise_if_any()
     try:
         return text, Document.model_validate(table)
     except ValidationError as error:
@@ -95,46 +101,52 @@ def read(source: Path | Mapping[str, Any], problems: Problems) -> tuple[str, Doc
         raise
 
 
-def _texts(value: Any) -> Iterator[str]:
-    """Yield every text of a study, keys among them."""
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, Mapping):
-        for key, each in value.items():
-            yield key
-            yield from _texts(each)
-    elif isinstance(value, list):
-        for each in value:
-            yield from _texts(each)
-
-
 def _of_file(path: Path) -> tuple[str, dict[str, Any]]:
     """Return the text of a TOML file, and what it holds."""
     if path.suffix == ".h5":
         raise StudyError(f"{path} is a stored run; a study is a .toml file")
     try:
-        text = path.read_text(encoding="utf-8")
+        text = as_text(content(path, MOST_MEGABYTES), "utf-8")
     except FileNotFoundError:
         near = [str(p) for p in sorted(path.parent.glob("*.toml"))]
         hint = (
             allowed_names(str(path), near) if near else "no study lies in that folder"
         )
         raise StudyError(f"{path}: there is no such file; {hint}") from None
+    except DataError as error:
+        raise StudyError(f"{error}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(f"{path} cannot be read: {error}") from None
+    return text, _table(text, f"{path}")
+
+
+def _table(text: str, source: str) -> dict[str, Any]:
+    """Return what a TOML file holds."""
     try:
-        return text, tomllib.loads(text)
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise StudyError(f"{path} is not a TOML file: {error}") from None
+        raise StudyError(f"{source} is not a TOML file: {error}") from None
+    except RecursionError:
+        raise StudyError(f"{source} cannot be run: {TOO_DEEP}") from None
+    except ValueError:  # a whole number that Python does not read
+        if not (found := LONG_NUMBER.search(text)):
+            raise
+        line = text.count("\n", 0, found.start()) + 1
+        raise StudyError(
+            f"{source} cannot be run:\n  line {line}: "
+            f"{text.splitlines()[line - 1][:40]}...: a number of "
+            f"{len(found[0])} digits; no key of a study takes such a number"
+        ) from None
 
 
 def _of_mapping(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """Write a study given in Python as a study file, and return what that holds."""
     try:
         text = tomli_w.dumps(given)
-    except TypeError as error:
-        raise StudyError(f"the study holds what no study file can: {error}") from None
-    return text, tomllib.loads(text)
+    except (TypeError, ValueError, RecursionError) as error:
+        reason = TOO_DEEP if isinstance(error, RecursionError) else error
+        raise StudyError(f"the study holds what no study file can: {reason}") from None
+    return text, _table(text, "the study")
 
 
 def _note(error: Any, table: dict[str, Any], problems: Problems) -> None:

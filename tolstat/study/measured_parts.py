@@ -46,7 +46,9 @@ class Parts(NamedTuple):
     fitted: str = ""
 
 
-def read_parts(keys: dict[str, Any], contributor: Contributor, folder: Path) -> Parts:
+def read_parts(
+    keys: dict[str, Any], contributor: Contributor, folder: Path | None
+) -> Parts:
     """Read measured parts from a CSV file.
 
     Parameters
@@ -57,7 +59,7 @@ def read_parts(keys: dict[str, Any], contributor: Contributor, folder: Path) -> 
         or "lognormal").
     contributor : Contributor
         Whose deviations they are: its unit and nominal size.
-    folder : Path
+    folder : Path or None
         Of the study.
 
     Returns
@@ -83,7 +85,7 @@ def read_parts(keys: dict[str, Any], contributor: Contributor, folder: Path) -> 
     kind = keys.get("fit")
     if kind is not None and kind not in FITS:
         raise DistributionError(f"fit = '{kind}': {allowed_names(kind, FITS)}")
-    table = read_csv(folder / keys["data"])
+    table = read_csv(folder, keys["data"])
     head = dict(zip(table.heads, table.units, strict=True)).get(keys["column"], "")
     written = keys.get("unit", head)
     if head and head != written:

@@ -262,13 +262,18 @@ def _steps(given: dict[str, Any], unit: str) -> list[float]:
     return steps
 
 
-def read_table(path: Path, settings: Any, description: Description) -> Points:
+def read_table(
+    folder: Path | None, name: str, settings: Any, description: Description
+) -> Points:
     """Read the deviations of machines from a CSV file.
 
     Parameters
     ----------
-    path : Path
-        Heads are contributors with their unit, `rod_length_1 [mm]`; a row is a machine.
+    folder : Path or None
+        Of the study.
+    name : str
+        The file in it: heads are contributors with their unit, `rod_length_1 [mm]`; a
+        row is a machine.
     settings : object
         Of all of them.
     description : Description
@@ -284,7 +289,8 @@ def read_table(path: Path, settings: Any, description: Description) -> Points:
     DataError, ModelError, UnitError
         If a column is no contributor, or a cell no number.
     """
-    table = read_csv(path)
+    table = read_csv(folder, name)
+    path = table.path
     units = {each.name: each.unit for each in description.contributors}
     deviations = np.zeros((len(table.lines), len(units)))
     names, shown = list(units), {}

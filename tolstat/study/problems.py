@@ -9,6 +9,8 @@ from typing import Any, TypeVar
 from tolstat.errors import StudyError, TolstatError
 
 Found = TypeVar("Found")
+LONGEST = 300  # characters of what a message repeats
+MOST_SAID = 50  # problems of one study
 
 
 class Problems:
@@ -36,8 +38,8 @@ class Problems:
         message : str
             What is wrong, what is allowed, what to do.
         """
-        shown = "" if value is None else f" = {_toml(value)}"
-        self.found.append(f"{key}{shown}: {message}")
+        shown = "" if value is None else f" = {shortened(_toml(value))}"
+        self.found.append(f"{shortened(key)}{shown}: {message}")
 
     @contextmanager
     def noting(self, key: str, value: Any) -> Iterator[None]:
@@ -69,8 +71,15 @@ class Problems:
             With one line for each problem.
         """
         if self.found:
-            lines = "\n".join(f"  {problem}" for problem in self.found)
+            said, more = self.found[:MOST_SAID], len(self.found) - MOST_SAID
+            said += [f"and {more} problems more"] * (more > 0)
+            lines = "\n".join(f"  {problem}" for problem in said)
             raise StudyError(f"{self.source} cannot be run:\n{lines}")
+
+
+def shortened(text: str) -> str:
+    """Return what a message can repeat of a text."""
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def _toml(value: Any) -> str:

@@ -19,7 +19,7 @@ def read_reference(
     given: dict[str, Any],
     swept: tuple[Swept, ...],
     description: Description,
-    folder: Path,
+    folder: Path | None,
 ) -> tuple[str, dict[str, NDArray[np.float64]]]:
     """Read the section [reference].
 
@@ -32,7 +32,7 @@ def read_reference(
         Axes of the grid.
     description : Description
         Of the model.
-    folder : Path
+    folder : Path or None
         Of the study.
 
     Returns
@@ -51,7 +51,7 @@ def read_reference(
             raise DataError(f"the key {key} is missing, or no text")
     if unknown := [key for key in given if key not in ("data", "label")]:
         raise DataError(f"no key {unknown[0]}; allowed: data, label")
-    table = read_csv(folder / given["data"])
+    table = read_csv(folder, given["data"])
     units = {axis.name: axis.unit for axis in swept if axis.words is None}
     if table.heads[0] not in units:
         raise DataError(

@@ -185,7 +185,7 @@ def load(
         With every problem found: key, value, what is allowed.
     """
     path = None if isinstance(source, Mapping) else Path(source)
-    folder = folder or (path.parent if path else Path())
+    folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
     text, document = read(path or cast(Mapping[str, Any], source), problems)
     machine = _machine(document, model, problems)
@@ -306,7 +306,7 @@ def _points(
     model: Model,
     settings: Any,
     description: Description,
-    folder: Path,
+    folder: Path | None,
     problems: Problems,
 ) -> Points | None:
     """Read the machines of a grid or a table."""
@@ -322,7 +322,7 @@ def _points(
         return points
     if document.sampling == "table" and document.table:
         with problems.noting("table", document.table):
-            return read_table(folder / document.table, settings, description)
+            return read_table(folder, document.table, settings, description)
     return None
 
 

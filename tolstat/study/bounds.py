@@ -1,0 +1,81 @@
+"""What no study can hold, whatever the key: the too deep, too long, too large."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from tolstat.study.problems import Problems
+
+DEEPEST = 16  # tables and lists inside each other
+LONGEST, LONGEST_KEY = 10_000, 200  # characters
+LEAST_WHOLE, MOST_WHOLE = -(2**63), 2**64 - 1  # what a run file can hold
+TOO_DEEP = f"more than {DEEPEST} tables or lists inside each other"
+
+Path = tuple[str, ...]
+
+
+def check_bounds(table: Mapping[str, Any], problems: Problems) -> None:
+    """Refuse what no key of a study can hold.
+
+    Parameters
+    ----------
+    table : mapping
+        The study, as TOML has it.
+    problems : Problems
+        Takes what is wrong.
+    """
+    for path, value in _values(table):
+        if wrong := _unusable(value, path):
+            number = isinstance(value, int | float)
+            problems.add(_key(path), value if number else None, wrong)
+
+
+def _values(table: Mapping[str, Any]) -> Iterator[tuple[Path, Any]]:
+    """Yield every value with where it stands; nothing below what is too deep."""
+    left: list[tuple[Path, Any]] = [((), table)]
+    while left:
+        path, value = left.pop()
+        if path:
+            yield path, value
+        if len(path) > DEEPEST:
+            continue
+        if isinstance(value, Mapping):
+            left += reversed([((*path, key), each) for key, each in value.items()])
+        elif isinstance(value, list):
+            numbered = enumerate(value, start=1)
+            left += reversed([((*path, f"value {i}"), each) for i, each in numbered])
+
+
+def _unusable(value: Any, path: Path) -> str:
+    """Say why a study cannot hold a value there; empty where it can."""
+    if len(path) > DEEPEST:
+        return TOO_DEEP
+    if wrong := _unusable_text(path[-1], "key", LONGEST_KEY):
+        return wrong
+    if isinstance(value, str):
+        return _unusable_text(value, "text", LONGEST)
+    if isinstance(value, float) and not math.isfinite(value):
+        return "a finite number is expected"
+    if isinstance(value, int) and not LEAST_WHOLE <= value <= MOST_WHOLE:
+        return f"a whole number from {LEAST_WHOLE} to {MOST_WHOLE} is expected"
+    return ""
+
+
+def _unusable_text(text: str, what: str, longest: int) -> str:
+    if len(text) > longest:
+        return f"a {what} of {len(text)} characters; up to {longest} are read"
+    if "\0" in text:
+        return f"a {what} holds the character NUL; leave it"
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return f"a {what} holds half a character; leave it"
+    return ""
+
+
+def _key(path: Path) -> str:
+    """Name a place in a study: "trials", "[deviations] rod_length, cp"."""
+    section, *rest = path
+    return f"[{section}] {', '.join(rest)}" if rest else section
