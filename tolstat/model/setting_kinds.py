@@ -15,7 +15,16 @@ import numpy as np
 
 from tolstat.errors import ModelError, allowed_names
 from tolstat.units.conversion import check_si
-from tolstat.units.grammar import Measure, Range, measure, quantity, quantity_range
+from tolstat.units.grammar import (
+    MOST,
+    Measure,
+    Range,
+    measure,
+    quantity,
+    quantity_range,
+)
+
+MOST_WHOLE = 2**53  # up to which every whole number is a float too
 
 
 @dataclass(frozen=True)
@@ -67,8 +76,10 @@ class Number:
         if isinstance(value, bool) or not isinstance(value, int | float):
             words = f", or one of {', '.join(presets)}" if presets else ""
             raise ModelError(f"a number is expected{words}")
-        if not math.isfinite(value):
+        if isinstance(value, float) and not math.isfinite(value):
             raise ModelError("a finite number is expected")
+        if abs(value) > (most := MOST_WHOLE if self.whole else MOST):
+            raise ModelError(f"it must be at most {most:g}")
         if self.whole and value != int(value):
             raise ModelError("a whole number is expected")
         value = int(value) if self.whole else float(value)

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from tolstat.study.problems import Problems
+from tolstat.units.grammar import MOST
 
 DEEPEST = 16  # tables and lists inside each other
 LONGEST, LONGEST_KEY = 10_000, 200  # characters
-LEAST_WHOLE, MOST_WHOLE = -(2**63), 2**64 - 1  # what a run file can hold
 TOO_DEEP = f"more than {DEEPEST} tables or lists inside each other"
 
 Path = tuple[str, ...]
@@ -58,8 +58,8 @@ def _unusable(value: Any, path: Path) -> str:
         return _unusable_text(value, "text", LONGEST)
     if isinstance(value, float) and not math.isfinite(value):
         return "a finite number is expected"
-    if isinstance(value, int) and not LEAST_WHOLE <= value <= MOST_WHOLE:
-        return f"a whole number from {LEAST_WHOLE} to {MOST_WHOLE} is expected"
+    if isinstance(value, int | float) and abs(value) > MOST:
+        return f"a number of at most {MOST:g} is expected"
     return ""
 
 

@@ -136,7 +136,7 @@ def _batch(name: str, common: Any, members: list[str]) -> Batch | None:
     """Read the key `common`."""
     if common is None or common is False:
         return None
-    if isinstance(common, str) or not 0 < float(common) <= 1:
+    if not isinstance(common, int | float) or not 0 < common <= 1:
         raise DependenceError(
             "common is true (all parts alike), or the share of the variance that the "
             "parts of one batch have in common, above 0 and at most 1"

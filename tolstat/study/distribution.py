@@ -6,6 +6,8 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from tolstat.deviations import distributions
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.grades import iso286, iso1328
@@ -13,10 +15,12 @@ from tolstat.deviations.parts import find_in, names_in
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import DistributionError, GradeError, allowed_names
 from tolstat.model.description import Contributor
-from tolstat.units.grammar import quantity, tolerance, unit_of
+from tolstat.units.grammar import MOST, quantity, tolerance, unit_of
 from tolstat.units.scale import scale_of
 
 DEFAULT = "normal"
+# the least and the largest unit sample that is ever drawn, and the middle
+OUTERMOST = np.array([2.0**-53, 0.5, 1 - 2.0**-53])
 OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module")
 
 
@@ -72,7 +76,23 @@ def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distri
         hint = f": {' or '.join(words)}" if words else ""
         raise DistributionError(f"the {name} distribution needs the key {key}{hint}")
     found: Distribution = kind(**values)
+    if not _computable(found):
+        words = ", ".join(f"{k} {v}" for k, v in given.items() if k != "distribution")
+        raise DistributionError(
+            f"the {name} distribution with {words} has deviations too large to "
+            "be computed with, or none: it is too lopsided"
+        )
     return found
+
+
+def _computable(distribution: Distribution) -> bool:
+    """Tell whether its middle and its outermost deviations are numbers."""
+    with np.errstate(all="ignore"):
+        try:
+            ends = distribution.deviations(OUTERMOST)
+        except OverflowError:
+            return False
+    return bool(np.all(np.abs(ends) <= MOST))  # NaN is not
 
 
 def written_unit(given: Mapping[str, Any]) -> str:

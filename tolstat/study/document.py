@@ -17,7 +17,7 @@ from tolstat.study.files import as_text, content
 from tolstat.study.problems import Problems
 
 MOST_MEGABYTES = 1  # of a study
-LONG_NUMBER = re.compile(r"[0-9_]{4000,}")  # what Python reads no more
+MOST_SEED = 2**64 - 1
 
 
 class Document(BaseModel):
@@ -28,7 +28,7 @@ class Document(BaseModel):
     title: str = ""
     model: str
     trials: Annotated[int, Field(ge=1)] | dict[str, Any] | None = None
-    seed: int | None = Field(default=None, ge=0)
+    seed: int | None = Field(default=None, ge=0, le=MOST_SEED)
     sampling: str = "random"
     table: str | None = None
     settings: dict[str, Any] = {}
@@ -51,7 +51,7 @@ EXPECTED = {
     "model": "the name of a machine is expected, in quotes",
     "trials": "a whole number from 1 is expected, or a stopping rule such as "
     '{ until = "extra_loss p95 +-2 %", at_most = 200000 }',
-    "seed": "a whole number from 0 is expected",
+    "seed": f"a whole number from 0 to {MOST_SEED} is expected",
     "sampling": "the name of a sampling is expected, in quotes",
     "table": 'the name of a CSV file is expected, such as table = "machines.csv"',
     "settings": "a table of settings is expected (`tolstat show MODEL` lists them)",
@@ -127,16 +127,12 @@ def _table(text: str, source: str) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"{source} is not a TOML file: {error}") from None
     except RecursionError:
-        raise StudyError(f"{source} cannot be run: {TOO_DEEP}") from None
+        wrong = TOO_DEEP
+        line = max(text.split("\n"), key=lambda each: sum(map(each.count, "[{.")))
     except ValueError:  # a whole number that Python does not read
-        if not (found := LONG_NUMBER.search(text)):
-            raise
-        line = text.count("\n", 0, found.start()) + 1
-        raise StudyError(
-            f"{source} cannot be run:\n  line {line}: "
-            f"{text.splitlines()[line - 1][:40]}...: a number of "
-            f"{len(found[0])} digits; no key of a study takes such a number"
-        ) from None
+        wrong = "a number of thousands of digits; no key of a study takes one"
+        line = max(text.split("\n"), key=lambda each: len(re.sub("[^0-9]", "", each)))
+    raise StudyError(f"{source} cannot be run:\n  {line[:40]}...: {wrong}") from None
 
 
 def _of_mapping(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:

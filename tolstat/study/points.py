@@ -21,10 +21,11 @@ from tolstat.model.setting_kinds import Number
 from tolstat.model.settings import as_typed, setting_of, settings_of
 from tolstat.study.csv_table import read_csv
 from tolstat.study.problems import Problems
+from tolstat.study.size import too_large
 from tolstat.units.conversion import to_si
 from tolstat.units.grammar import quantity, unit_of
 
-MOST_TRIALS = 10_000_000
+MOST_TRIALS, MOST_CASES = 10_000_000, 10_000  # of a grid; cases: other settings
 DEVIATIONS = "deviations"  # in [grid]: the table of what is meant as a deviation
 TAKEN = "settings."  # before the column of a setting that bears a contributor's name
 EXAMPLE = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
@@ -133,8 +134,14 @@ def read_grid(
     # settings outermost: trials of the same settings are integrated together
     axes.sort(key=lambda axis: bool(axis.members))
     trials = math.prod(len(axis.values) for axis in axes)
+    cases = math.prod(len(axis.values) for axis in axes if not axis.members)
+    wrong = too_large(trials, description)
     if trials > MOST_TRIALS:
-        problems.add("[grid]", None, f"{trials} points are more than {MOST_TRIALS}")
+        wrong = f"{trials} points are more than {MOST_TRIALS}"
+    if cases > MOST_CASES:
+        wrong = f"{cases} combinations of settings are more than {MOST_CASES}"
+    if wrong:
+        problems.add("[grid]", None, wrong)
         return None
     return _product(axes, trials, model, settings, description, problems)
 
@@ -255,6 +262,8 @@ def _steps(given: dict[str, Any], unit: str) -> list[float]:
     points = given["points"]
     if isinstance(points, bool) or not isinstance(points, int) or points < 2:
         raise ModelError(f"points = {points}: a whole number from 2 is expected")
+    if points > MOST_TRIALS:
+        raise ModelError(f"points = {points}: at most {MOST_TRIALS} are expected")
     first, last = (quantity(str(given[key]), unit) for key in ("from", "to"))
     if first == last:
         raise ModelError("from and to are the same")

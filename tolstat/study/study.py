@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -23,7 +24,7 @@ from tolstat.model.contract import Model
 from tolstat.model.description import Description
 from tolstat.statistics.limit import Limit
 from tolstat.study.deviations import Deviations, read_deviations
-from tolstat.study.document import Document, read
+from tolstat.study.document import MOST_SEED, Document, read
 from tolstat.study.doubts import doubts_of
 from tolstat.study.limit import read_limit
 from tolstat.study.links import check_sizes, read_links
@@ -31,6 +32,7 @@ from tolstat.study.points import Case, Points, read_grid, read_table, setting_na
 from tolstat.study.problems import Problems
 from tolstat.study.reference import read_reference
 from tolstat.study.sampling import check_sampling, check_trials, sampler_of
+from tolstat.study.size import large, too_large
 from tolstat.study.until import Until, read_until
 from tolstat.units.grammar import unit_of
 
@@ -114,9 +116,11 @@ class Study:
     @property
     def doubts(self) -> tuple[str, ...]:
         """What it will not tell, though it can be run: known before it is."""
+        much = large(self.trials, self.description)
         if self.points:
-            return ()
-        return doubts_of(self.sampling, self.trials, len(self.factors))
+            return (much,) if much else ()
+        doubts = doubts_of(self.sampling, self.trials, len(self.factors))
+        return (*doubts, much) if much else doubts
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -217,7 +221,10 @@ def load(
         trials = len(points.deviations)
     elif trials is None:
         trials = until.at_most if until else cast(int, document.trials)
-    if not points and (wrong := check_trials(trials, document.sampling, deviating)):
+    wrong = too_large(trials, description)
+    if not points and not wrong:
+        wrong = check_trials(trials, document.sampling, deviating)
+    if wrong:
         raise StudyError(f"{problems.source}: trials = {trials}: {wrong}")
     return Study(
         path,
@@ -258,6 +265,7 @@ def _check_instead(
 ) -> None:
     """Refuse trials or a seed of the caller where nothing is drawn."""
     least = {"trials": 1, "seed": 0}
+    most = {"trials": math.inf, "seed": MOST_SEED}
     for name, value in instead.items():
         if value is not None and points:
             raise StudyError(
@@ -265,6 +273,8 @@ def _check_instead(
             )
         if value is not None and value < least[name]:
             raise StudyError(f"{name} = {value}: it must be at least {least[name]}")
+        if value is not None and value > most[name]:
+            raise StudyError(f"{name} = {value}: it must be at most {most[name]}")
 
 
 def _machine(document: Document, model: Model | None, problems: Problems) -> Model:

@@ -69,6 +69,7 @@ KNOWN = {
 BASES = {"kg": "mass", "m": "length", "s": "time", "rad": "angle"}
 
 MOST_POWER = 4
+LONGEST = 100  # characters
 
 SPELLINGS = {"µm": "um", "μm": "um", "µs": "us", "μs": "us", "°": "deg"}
 
@@ -169,6 +170,8 @@ def _registry() -> Any:
 @cache
 def _measure(unit: str) -> tuple[float, Any]:
     """Return the SI factor and the dimensions of a unit."""
+    if len(unit) > LONGEST:
+        raise UnitError(f"'{unit[:20]}...' is no unit: it has {len(unit)} characters")
     total = _registry().Quantity(1.0)
     position, sign = 0, 1
     text = f"1{unit}" if unit.startswith("/") else unit

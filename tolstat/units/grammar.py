@@ -23,6 +23,10 @@ _RANGE = re.compile(rf"(?P<lower>{_NUMBER})\s*\.\.\s*(?P<upper>{_NUMBER})\s*{_UN
 _BOUND = re.compile(rf"(?P<sign><=|>=)\s*(?P<value>{_NUMBER})\s*{_UNIT}")
 
 
+# squares and products of what lies between are numbers too, and no machine goes so far
+LEAST, MOST = 1e-100, 1e100
+
+
 class Range(NamedTuple):
     """Two ends, SI; an open end is infinite."""
 
@@ -211,13 +215,25 @@ def _range(found: re.Match[str], unit: str) -> Range:
 
 
 def _si(number: str, given: str | None, unit: str) -> float:
-    return to_si(_finite(number), (given or "").strip(), unit)
+    written = _finite(number)
+    return _computable(number, to_si(written, (given or "").strip(), unit))
 
 
 def _finite(number: str) -> float:
     value = float(number)
     if not math.isfinite(value):
         raise UnitError(f"{number} is not a finite number")
+    return _computable(number, value)
+
+
+def _computable(number: str, value: float) -> float:
+    """Refuse what over- or underflows as soon as it is computed with."""
+    if value != 0 and not LEAST <= abs(value) <= MOST:
+        side = "small" if abs(value) < LEAST else "large"
+        raise UnitError(
+            f"{number} is too {side}: in SI, numbers other than 0 lie between "
+            f"{LEAST:g} and {MOST:g}"
+        )
     return value
 
 
