@@ -12,6 +12,7 @@ import click
 
 from tolstat.cli.interrupting import leave, on_interrupt
 from tolstat.errors import TolstatError
+from tolstat.literal import visible
 
 LIMITS_NOT_MET = 3
 EXIT_CODES = """
@@ -40,8 +41,11 @@ class _Group(click.Group):
         try:
             return super().invoke(ctx)
         except TolstatError as error:
-            click.echo(f"tolstat: {error}", err=True)
+            click.echo(f"tolstat: {visible(str(error))}", err=True)
             sys.exit(error.exit_code)
+        except MemoryError:
+            click.echo("tolstat: there is not enough memory for this", err=True)
+            sys.exit(1)
 
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
         machine = click.Option(

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from tolstat.literal import visible
 from tolstat.reporting import making
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.plain import as_csv, as_json
@@ -37,7 +38,7 @@ def report_run(
     run = open_run(path)
     if form == "html":
         made = making.report(run, output, responses)
-        click.echo(f"report in {made}")
+        click.echo(f"report in {visible(str(made))}")
     else:
         deliver(findings_of(run, responses), output, form)
 

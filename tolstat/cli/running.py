@@ -10,7 +10,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NoReturn
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -22,11 +21,12 @@ from rich.progress import Progress as Bar
 from rich.text import Text
 
 from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
-from tolstat.cli.showing import print_comparisons, print_summary
+from tolstat.cli.showing import Screen, print_comparisons, print_summary
 from tolstat.execution.carrying_out import Progress, Telling
 from tolstat.execution.execute import execute
 from tolstat.execution.going_on import go_on
 from tolstat.execution.workers import Workers
+from tolstat.literal import visible
 from tolstat.store.run import Run
 from tolstat.study.study import Study
 
@@ -76,7 +76,7 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         Whether no limit is found to be not met.
     """
     for doubt in study.doubts:
-        _screen().print(f"note: {doubt}", soft_wrap=True)
+        Screen(stderr=True).print(f"note: {doubt}", soft_wrap=True)
 
     def work(crew: Workers, tell: Telling) -> Run:
         return execute(study, path, crew, force=force, progress=tell)
@@ -119,15 +119,11 @@ def go_on_with(
     return _watched(path, workers, work)
 
 
-def _screen() -> Console:
-    return Console(stderr=True, markup=False, highlight=False)
-
-
 def _watched(
     path: Path, workers: int | None, work: Callable[[Workers, Telling], Run]
 ) -> bool:
     """Let a run be worked on, and show how it goes and what it says."""
-    screen = _screen()
+    screen = Screen(stderr=True)
     bar = Bar(
         TextColumn("{task.description}", markup=False),
         BarColumn(),
@@ -146,7 +142,7 @@ def _watched(
                 if progress.wanted:
                     bar.print(_out_of_reach(progress))
                 if bar.tasks[task].total is None:
-                    bar.reset(task, total=progress.asked, description=path.stem)
+                    bar.reset(task, total=progress.asked, description=visible(path.stem))
                 if progress.doing in AFTERWARDS:
                     bar.update(task, description=AFTERWARDS[progress.doing])
                 bar.update(
@@ -166,7 +162,7 @@ def _watched(
     return met
 
 
-def _say_how_to_go_on(run: Run, screen: Console) -> NoReturn:
+def _say_how_to_go_on(run: Run, screen: Screen) -> NoReturn:
     """Say what is stored and how it is gone on with; end the process."""
     machine = f" --machine {run.machine}" if run.machine else ""
     with suppress(OSError):  # the terminal may be gone

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from tolstat.literal import visible
 from tolstat.reporting.summary_table import Cell, summary_table
 from tolstat.reporting.sweep import comparisons
 from tolstat.store.opening import open as open_run
@@ -22,7 +25,24 @@ UNBOUNDED = 100_000
 WORDS = ("response", "unit", "limit", "status", "beyond")  # columns that hold words
 
 
-def screen(least: int = 0) -> Console:
+class Screen(Console):
+    """A terminal on which every text is what it is: no markup, no ESC, no emoji.
+
+    Parameters
+    ----------
+    **options
+        Of Rich's console.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(highlight=False, markup=False, emoji=False, **options)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Make a text, of which everything is seen."""
+        return super().render_str(visible(text), **options)
+
+
+def screen(least: int = 0) -> Screen:
     """Return the standard output.
 
     Parameters
@@ -30,10 +50,9 @@ def screen(least: int = 0) -> Console:
     least : int
         Columns that it has at least: a terminal that has fewer wraps its lines.
     """
-    # no markup: titles, names and paths are anybody's
-    console = Console(highlight=False, markup=False)
+    console = Screen()
     width = console.width if console.is_terminal else PIPED_WIDTH
-    return Console(width=max(width, least), highlight=False, markup=False)
+    return Screen(width=max(width, least))
 
 
 def print_summary(run: Run) -> bool:
@@ -110,7 +129,7 @@ def _of_columns(heads: list[str], lines: list[list[str]], chosen: list[int]) -> 
 
 def _width(table: Table) -> int:
     """Return how wide a table is where nothing of it is cut."""
-    return Console(width=UNBOUNDED).measure(table).maximum
+    return Screen(width=UNBOUNDED).measure(table).maximum
 
 
 def words_table(title: str, *heads: str, numbers: Sequence[str] = ()) -> Table:
@@ -137,10 +156,10 @@ def words_table(title: str, *heads: str, numbers: Sequence[str] = ()) -> Table:
 def print_words(table: Table) -> None:
     """Print a table of `words_table`: no word or number of it is cut."""
     for column in table.columns:
-        cells = [str(cell) for cell in column.cells]
+        cells = [visible(str(cell)) for cell in column.cells]
         words = cells if column.no_wrap else " ".join(cells).split()
         column.min_width = max(map(len, words), default=0)
-    least = Console(width=UNBOUNDED).measure(table).minimum
+    least = Screen(width=UNBOUNDED).measure(table).minimum
     screen(least=least).print(table)
 
 

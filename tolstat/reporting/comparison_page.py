@@ -22,7 +22,7 @@ from tolstat.reporting.page_picture import (
     legend_above,
     page_figure,
 )
-from tolstat.reporting.picture import COLOURS
+from tolstat.reporting.picture import COLOURS, logarithmic
 from tolstat.reporting.plain import share_words
 from tolstat.statistics.summary import QUANTILES
 
@@ -115,7 +115,7 @@ def _differences(pair: Pair, name: str, found: ResponseCompared) -> Markup:
             linewidth=0,
         )  # fmt: skip
         axes.axvline(0.0, color=INK, linewidth=1, label="no difference")
-        axes.set_yscale("symlog", linthresh=10)
+        logarithmic(axes.yaxis, linthresh=10)
         axes.set_ylim(bottom=0)
         axes.set_xlabel(found.scale.label(f"B - A of {name}"))
         axes.set_ylabel("machines a bar")

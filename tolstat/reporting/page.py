@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from tolstat.literal import visible
 from tolstat.reporting import distribution_pictures as distributions
 from tolstat.reporting import response_pictures as pictures
 from tolstat.reporting.drawn import drawn_trials
@@ -37,6 +38,7 @@ def environment() -> Environment:
     made = Environment(
         loader=PackageLoader("tolstat.reporting"),
         autoescape=True,
+        finalize=lambda each: visible(each) if type(each) is str else each,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

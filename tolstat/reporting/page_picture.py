@@ -15,7 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, FixedLocator, MaxNLocator
 
-from tolstat.reporting.picture import COLOURS, LIMIT, styled
+from tolstat.literal import visible
+from tolstat.reporting.picture import COLOURS, LIMIT, literally, styled
 
 # stand-ins that the page's style replaces: the same picture in light and in dark
 INK, GRID = "#101418", "#e1e3e6"
@@ -93,6 +94,7 @@ def inline(figure: Figure, alternative: str) -> Markup:
     Markup
         One element; its names are its own on the page.
     """
+    literally(figure)
     buffer = io.StringIO()
     if engine := figure.get_layout_engine():
         # once, and no engine left: with one, matplotlib draws everything twice
@@ -113,7 +115,7 @@ def inline(figure: Figure, alternative: str) -> Markup:
     svg = re.sub(
         r'\bd="[^"]*"', lambda d: re.sub(r"(\.\d{2})\d+", r"\1", d.group()), svg
     )
-    head = f'<svg role="img" aria-label="{escape(alternative)}"'
+    head = f'<svg role="img" aria-label="{escape(visible(alternative))}"'
     svg = re.sub(r"<svg\b", head, svg, count=1)
     svg = re.sub(r'\b(width|height)="[\d.]+pt"\s*', "", svg, count=2)
     return Markup(svg)

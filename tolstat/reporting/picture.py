@@ -10,10 +10,14 @@ from typing import Any
 import matplotlib as mpl
 from cycler import cycler
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Text
+from matplotlib.ticker import LogFormatter
 
 from tolstat.errors import PictureError
+from tolstat.literal import visible
 
 ENDINGS = (".png", ".svg", ".pdf")
 # told apart in print and by the colour-blind (Okabe and Ito, 2008)
@@ -58,6 +62,39 @@ def check_ending(path: Path) -> None:
         )
 
 
+def logarithmic(axis: Axis, **options: Any) -> None:
+    """Make an axis logarithmic, with plain numbers: pictures read no markup.
+
+    Parameters
+    ----------
+    axis : Axis
+        Along a picture, or up.
+    **options
+        `linthresh`: up to which it is linear, through zero.
+    """
+    axes = axis.axes
+    scale = axes.set_xscale if axis is axes.xaxis else axes.set_yscale
+    scale("symlog" if options else "log", **options)
+    axis.set_major_formatter(_Plain(**options))
+    if not options:
+        axis.set_minor_formatter(_Plain())
+
+
+class _Plain(LogFormatter):
+    """Numbers along a logarithmic axis, those of them that have room."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return f"{x:g}" if super().__call__(x, pos) else ""
+
+
+def literally(figure: Figure) -> None:
+    """Let every text of a picture be what it is, before it is written."""
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        if (words := visible(text.get_text())) != text.get_text():
+            text.set_text(words)
+
+
 def write(figure: Figure, path: Path) -> None:
     """Write a picture.
 
@@ -74,6 +111,7 @@ def write(figure: Figure, path: Path) -> None:
         If it cannot be written.
     """
     svg = path.suffix.lower() == ".svg"
+    literally(figure)
     try:
         with styled():
             # no date: the same picture is the same file

@@ -7,11 +7,12 @@ import dataclasses
 import io
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from tolstat.literal import csv_cell
 from tolstat.statistics.estimate import Estimate
 
 HEADS = ("path", "value", "lower", "upper", "reason")
@@ -72,10 +73,23 @@ def _finite(found: Any) -> Any:
 
 def as_csv(found: Any) -> str:
     """Write all numbers of findings as CSV: a row for each, with its interval, SI."""
+    return csv_text(HEADS, _rows(plain(found), ()))
+
+
+def csv_text(heads: Iterable[str], rows: Iterable[Sequence[Any]]) -> str:
+    """Write a table as CSV; no text in it is a formula to a spreadsheet.
+
+    Parameters
+    ----------
+    heads : iterable of str
+        Of the columns.
+    rows : iterable of sequences
+        Numbers and texts.
+    """
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(HEADS)
-    writer.writerows(_rows(plain(found), ()))
+    writer.writerow(map(csv_cell, heads))
+    writer.writerows(map(csv_cell, row) for row in rows)
     return buffer.getvalue()
 
 

@@ -26,7 +26,7 @@ from tolstat.reporting.page_picture import (
     legend_above,
     page_figure,
 )
-from tolstat.reporting.picture import COLOURS
+from tolstat.reporting.picture import COLOURS, logarithmic
 from tolstat.reporting.plain import share_words
 from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.convergence import running
@@ -121,9 +121,8 @@ def convergence(drawn: Drawn, name: str, found: ResponseFindings) -> Markup:
             )  # fmt: skip
             axes.plot(found_so.trials, times * found_so.value, color=WITHIN)
             axes.set_ylabel(label)
-            axes.set_xscale("log")
+            logarithmic(axes.xaxis)
             axes.xaxis.set_minor_locator(NullLocator())
-            axes.xaxis.set_major_formatter("{x:g}")
             few_ticks(axes)
         every[-1].set_xlabel("trials")
         legend_above(every[0])

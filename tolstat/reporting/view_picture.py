@@ -9,11 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import LogFormatter
 
 from tolstat.errors import PictureError
 from tolstat.model.view import Array, Band, Chart, Curve, Listing, Panel, Region, View
-from tolstat.reporting.picture import COLOURS, mark_level, styled
+from tolstat.reporting.picture import COLOURS, logarithmic, mark_level, styled
 from tolstat.reporting.view_table import view_rows, view_scale
 from tolstat.units.scale import Scale
 
@@ -21,13 +20,6 @@ WINDOW = "#f2f2f2"
 LEGEND_COLUMNS = 4
 MOST_ROWS = 60  # of a listing that is drawn
 Handles = list[Line2D | Patch]
-
-
-class _Plain(LogFormatter):
-    """Numbers along a logarithmic axis; pictures read no mathematical markup."""
-
-    def __call__(self, x: float, pos: int | None = None) -> str:
-        return f"{x:g}" if super().__call__(x, pos) else ""
 
 
 def draw_view(view: View, title: str) -> Figure:
@@ -82,17 +74,13 @@ def _chart(chart: Chart) -> Figure:
         )  # fmt: skip
         legend.set_in_layout(len(handles) > LEGEND_COLUMNS)  # further lines need room
         if panel.logarithmic:
-            axes.set_yscale("log")
-            axes.yaxis.set_major_formatter(_Plain())
-            axes.yaxis.set_minor_formatter(_Plain())
+            logarithmic(axes.yaxis)
     shaded = [*chart.spans, *(span for panel in panels for span in panel.spans)]
     words = "; ".join(dict.fromkeys(span.words for span in shaded if span.words))
     label = along.label(chart.axis.name)
     every[-1].set_xlabel(f"{label} (shaded: {words})" if words else label)
     if chart.axis.logarithmic:
-        every[0].set_xscale("log")
-        every[-1].xaxis.set_major_formatter(_Plain())
-        every[-1].xaxis.set_minor_formatter(_Plain())
+        logarithmic(every[-1].xaxis)
     places = np.concatenate([at for _, at, _ in chart.parts()] or [chart.at])
     places = places[np.isfinite(places)]
     if len(places) and places.min() < places.max():

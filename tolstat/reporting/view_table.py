@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.model.view import Band, Chart, Curve, Region, View
+from tolstat.reporting.plain import csv_text
 from tolstat.units.scale import COUNT, PLAIN, Scale, scale_of
 
 
@@ -106,10 +105,8 @@ def _cell(scale: Scale | None, value: float | str) -> str:
 
 def as_csv(view: View) -> str:
     """Write a view as CSV, all figures, in the units that its heads name."""
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
     columns = list(_scaled(view))
-    writer.writerow(
+    heads = (
         f"{name} [{scale.mark}]" if scale and scale.mark else name
         for name, scale, _ in columns
     )
@@ -117,5 +114,4 @@ def as_csv(view: View) -> str:
         [v if s is None or s.factor == 1 else s.factor * v for v in values.tolist()]
         for _, s, values in columns
     ]
-    writer.writerows(zip(*shown, strict=True))
-    return buffer.getvalue()
+    return csv_text(heads, zip(*shown, strict=True))

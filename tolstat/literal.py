@@ -1,0 +1,48 @@
+"""Anybody's text, shown as it is in every medium: nothing in it is an instruction.
+
+Titles, names, paths and words come from study files, run files and machines of others.
+Each medium has one place where they pass: the screen of the command line, the
+environment of pages, the pictures before they are written, the cells of CSV files.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from typing import Any
+
+# controls and formats (ESC, changes of direction), halves of characters, separators
+UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+KEPT = "\n\t"
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+
+def visible(text: str) -> str:
+    r"""Write out what a medium would obey or not show: ESC becomes \x1b.
+
+    Parameters
+    ----------
+    text : str
+        Line breaks and tabs stay.
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        c.encode("unicode_escape").decode()
+        if unicodedata.category(c) in UNSEEN and c not in KEPT
+        else c
+        for c in text
+    )
+
+
+def csv_cell(value: Any) -> Any:
+    """Return what a cell of a CSV file holds, so that no text of it is a formula.
+
+    Parameters
+    ----------
+    value
+        A number stays one; a text that a spreadsheet would calculate begins with an
+        apostrophe.
+    """
+    if not isinstance(value, str):
+        return value
+    return f"'{visible(value)}" if value.startswith(FORMULA) else visible(value)

@@ -1,0 +1,85 @@
+"""How much memory and time the trials of a study take, and whether that can be."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+from tolstat.model.description import Description
+
+NUMBER = 8  # bytes
+RATE = 1000  # trials per second that times are said for
+LARGE = 0.25  # share of the memory from which on it is said beforehand
+LIMITS = (  # of the group of processes that this one belongs to
+    "/sys/fs/cgroup/memory.max",
+    "/sys/fs/cgroup/memory/memory.limit_in_bytes",
+)
+TIMES = (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0))
+
+
+def too_large(trials: int, description: Description) -> str:
+    """Say why a computer cannot hold so many trials; empty where it can.
+
+    Parameters
+    ----------
+    trials : int
+        How many machines.
+    description : Description
+        Of the model.
+    """
+    needed, there = trials * _row(description), memory()
+    if needed <= there:
+        return ""
+    most = float(f"{there / _row(description):.1g}")
+    return (
+        f"{_takes(trials, needed)}, and this process may have {_gigabytes(there)}; at "
+        f"most about {most:.0f} fit"
+    )
+
+
+def large(trials: int, description: Description) -> str:
+    """Say what many trials take, if that is worth knowing beforehand; else nothing."""
+    needed = trials * _row(description)
+    if needed <= LARGE * memory():
+        return ""
+    return f"{_takes(trials, needed)}, and as much on the disk"
+
+
+def memory() -> float:
+    """Return how much memory this process may have, bytes."""
+    found = []
+    with suppress(AttributeError, ValueError, OSError):  # not on every system
+        found.append(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    with suppress(ImportError):
+        import resource
+
+        limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+        if limit != resource.RLIM_INFINITY:
+            found.append(limit)
+    for path in LIMITS:
+        with suppress(OSError, ValueError):  # ValueError: "max"
+            found.append(int(Path(path).read_text()))
+    return float(min(found, default=2**63))
+
+
+def _row(description: Description) -> int:
+    """Estimate what a trial takes: what is drawn, deviations, answers; bytes."""
+    contributors, responses = description
+    return NUMBER * (2 * len(contributors) + len(responses) + 4)
+
+
+def _takes(trials: int, needed: float) -> str:
+    seconds = trials / RATE
+    unit, length = next(
+        ((unit, length) for unit, length in TIMES if seconds >= 2 * length),
+        ("seconds", 1.0),
+    )
+    return (
+        f"{trials} trials take about {_gigabytes(needed)} of memory and, at {RATE} a "
+        f"second, {seconds / length:.2g} {unit}"
+    )
+
+
+def _gigabytes(size: float) -> str:
+    return f"{size / 1e9:.3g} GB"
