@@ -60,6 +60,8 @@ def watch(moment, y, p, out):
     write(out, 0, (rows(y)[0],))
 
 
+NOT_BUILT = "cannot be built"
+CONDITIONS = {NOT_BUILT: "mass and stiffness are above 0, damping not below"}
 SYSTEM = System(rates, watch, np.array([1e-3, 0.1]), n_quadratures=1, n_extremes=1)
 
 
@@ -76,6 +78,8 @@ class Oscillator(Model):
     title = "damped oscillator of 2 kg on 8 kN/m, pushed"
     settings = Settings
     integrates = True
+    failures = tuple(CONDITIONS)
+    conditions = CONDITIONS
 
     def describe(self, settings):
         parts = ("mass", "m"), ("damping", "b"), ("stiffness", "c")
@@ -90,6 +94,11 @@ class Oscillator(Model):
 
     def tightened(self, settings):
         return closer(settings)  # for the audit: rtol a thousand times smaller
+
+    def impossible(self, deviations, settings):
+        mass, damping, stiffness = 1 + deviations.T
+        built = (mass > 0) & (stiffness > 0) & (damping >= 0)
+        return {NOT_BUILT: ~built}
 
     def evaluate(self, deviations, settings):
         return outcome_of(*solved(deviations, settings))

@@ -44,7 +44,9 @@ def show_model(name: str) -> None:
             table.add_row(offer.name, offer.sentence)
         print_words(table)
     for word in model.failures:
-        console.print(f"a trial may end as: {word}")
+        sentence = model.conditions.get(word)
+        why = f" (what can be built: {sentence})" if sentence else ""
+        console.print(f"a trial may end as: {word}{why}")
 
 
 def _print_contributors(contributors: tuple[Contributor, ...]) -> None:

@@ -139,10 +139,15 @@ def _watched(
             task = bar.add_task("compiling, if need be", total=None, failed="")
 
             def tell(progress: Progress) -> None:
+                if progress.doubt:
+                    bar.print(f"note: {progress.doubt}", soft_wrap=True)
+                    return
                 if progress.wanted:
                     bar.print(_out_of_reach(progress))
                 if bar.tasks[task].total is None:
-                    bar.reset(task, total=progress.asked, description=visible(path.stem))
+                    bar.reset(
+                        task, total=progress.asked, description=visible(path.stem)
+                    )
                 if progress.doing in AFTERWARDS:
                     bar.update(task, description=AFTERWARDS[progress.doing])
                 bar.update(

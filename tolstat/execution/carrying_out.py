@@ -41,6 +41,8 @@ class Progress(NamedTuple):
         This stopping rule, as it is written.
     at_most : int
         Trials that it may have.
+    doubt : str
+        What has to be known of the machines before any trial runs.
     """
 
     over: int
@@ -50,6 +52,7 @@ class Progress(NamedTuple):
     wanted: float = 0.0
     rules: tuple[str, ...] = ()
     at_most: int = 0
+    doubt: str = ""
 
 
 Telling = Callable[[Progress], None]

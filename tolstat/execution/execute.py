@@ -6,8 +6,8 @@ import os
 from pathlib import Path
 
 from tolstat.errors import StudyError
-from tolstat.execution.carrying_out import Telling, carry_out
-from tolstat.execution.planning import plan_of
+from tolstat.execution.carrying_out import Progress, Telling, carry_out
+from tolstat.execution.planning import cannot_be_built, plan_of
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Workers
 from tolstat.model.contract import Model
@@ -116,6 +116,8 @@ def _stored(
     """Run a study; its trials are let go before those that are stored are read."""
     with Lock(path) as lock:
         trials = Trials.planned(study.description, study.deviations())
+        if doubt := cannot_be_built(study, trials.deviations):
+            tell(Progress(0, 0, study.trials, doubt=doubt))
         plan = plan_of(study, trials.deviations)
         with RunWriter.made(lock, plan, force=force) as file:
             carry_out(study, trials, file, workers, tell)

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from tolstat import catalogue
 from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.spread import Spread, spread_of
-from tolstat.model.checked import numbers_of
+from tolstat.errors import StudyError
+from tolstat.model.checked import impossible, numbers_of
 from tolstat.model.description import StudyNumber
 from tolstat.model.settings import settings_of
 from tolstat.status import words_of
@@ -64,6 +65,44 @@ def plan_of(study: Study, deviations: NDArray[np.float64]) -> Plan:
         rules=study.until.rules if study.until else (),
         study_file=study.path.resolve() if study.path else None,
     )
+
+
+def cannot_be_built(study: Study, deviations: NDArray[np.float64]) -> str:
+    """Say which share of the machines cannot be built; empty where all can.
+
+    Parameters
+    ----------
+    study : Study
+        Checked.
+    deviations : float64[trial, contributor]
+        Of all its trials, SI.
+
+    Raises
+    ------
+    StudyError
+        If none of them can.
+    """
+    model = study.model
+    status = np.concatenate(
+        [
+            impossible(model, deviations[case.first : case.stop], case.settings)
+            for case in study.cases
+        ]
+    )
+    words, trials = words_of(model.failures), len(deviations)
+    codes, counts = np.unique(status[status > 0], return_counts=True)
+    why = "; ".join(
+        f"{words[code]} ({model.conditions[words[code]]}): {count}"
+        for code, count in zip(codes.tolist(), counts.tolist(), strict=True)
+    )
+    failing = int(counts.sum())
+    if failing == trials:
+        raise StudyError(
+            f"{study.path or 'the study'}: none of the {trials} machines can be built: "
+            f"{why}; their trials would have no answer"
+        )
+    share = f"{failing} of {trials} machines, {100 * failing / trials:.3g} %,"
+    return f"{share} cannot be built, and have no answer: {why}" if failing else ""
 
 
 def _sampled(study: Study) -> Sampled | None:

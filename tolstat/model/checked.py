@@ -56,6 +56,12 @@ def check_model(model: object) -> Model:
             raise ModelError(
                 f"model '{model.name}': the failure {word!r} is no new word"
             )
+    for word, sentence in dict(model.conditions).items():
+        if word not in model.failures or not _printable(sentence):
+            raise ModelError(
+                f"model '{model.name}': conditions are sentences, each for one of its "
+                f"failures, not {word!r}: {sentence!r}"
+            )
     if len(model.failures) > MOST_FAILURES:
         raise ModelError(f"model '{model.name}': at most {MOST_FAILURES} failures")
     return model
@@ -231,9 +237,55 @@ def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
     """
     rows = deviations.view()
     rows.flags.writeable = False  # what is stored is what was drawn
+    ruled_out = impossible(model, rows, settings)
+    if not ruled_out.any():
+        return _evaluated(model, rows, settings)
+    status, possible = ruled_out.copy(), ruled_out == 0
+    responses = np.full((len(rows), len(model.describe(settings).responses)), np.nan)
+    steps = np.zeros(len(rows), np.int64) if model.integrates else None
+    if possible.any():
+        found = _evaluated(model, rows[possible], settings)
+        status[possible], responses[possible] = found.status, found.responses
+        if steps is not None and found.steps is not None:
+            steps[possible] = found.steps
+    return Answers(responses, status, steps)
+
+
+def _evaluated(model: Model, rows: Array, settings: Any) -> Answers:
+    """Evaluate machines that can be built."""
     with _asking(model, "evaluate"):
         outcome = model.evaluate(rows, settings)
-    return complete(model, outcome, len(deviations), settings)
+    return complete(model, outcome, len(rows), settings)
+
+
+def impossible(model: Model, deviations: Array, settings: Any) -> NDArray[np.int64]:
+    """Tell which machines cannot be built, and why.
+
+    Parameters
+    ----------
+    model : Model
+        The machine.
+    deviations : float64[trial, contributor]
+        SI.
+    settings : object
+        Of it.
+
+    Returns
+    -------
+    int64[trial]
+        0 where a machine can be built, else the status that its trial ends with.
+    """
+    where = f"model '{model.name}'"
+    with _asking(model, "impossible"):
+        told = {**model.impossible(deviations, settings)}
+    status = np.zeros(len(deviations), np.int64)
+    for word, ruled_out in told.items():
+        if word not in model.conditions:
+            raise ModelError(f"{where}: '{word}' is none of its conditions")
+        shape = (len(deviations),)
+        those = _shaped(where, f"impossible '{word}'", ruled_out, shape) != 0
+        status[those & (status == 0)] = FIRST_OWN + model.failures.index(word)
+    return status
 
 
 def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answers:
@@ -352,6 +404,8 @@ def history_of(
     with _asking(model, "history"):
         chart, outcome = model.history(deviations, settings, step)
     _check_view(model, chart)
+    if impossible(model, deviations[None, :], settings).any():
+        return chart, simulate(model, deviations[None, :], settings)
     return chart, complete(model, outcome, 1, settings)
 
 

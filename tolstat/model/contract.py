@@ -20,7 +20,8 @@ from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer, View
 
 Array = NDArray[np.float64]
-NOTHING_FAILED: Mapping[str, NDArray[np.bool_]] = {}
+Truths = NDArray[np.bool_]
+NOTHING_FAILED: Mapping[str, Truths] = {}
 
 
 class Outcome(NamedTuple):
@@ -42,7 +43,7 @@ class Outcome(NamedTuple):
     responses: Array
     status: NDArray[np.int64] | None = None
     steps: NDArray[np.int64] | None = None
-    failed: Mapping[str, NDArray[np.bool_]] = NOTHING_FAILED
+    failed: Mapping[str, Truths] = NOTHING_FAILED
 
 
 class Answers(NamedTuple):
@@ -110,6 +111,9 @@ class Model(ABC):
         Sentences on what its answers rest on, for reports.
     failures : tuple of str
         Why a trial may have no answer, in its own words, beside the integrator's.
+    conditions : mapping of str to str
+        What a machine can be built from, a sentence for each of `failures` that says
+        that it cannot.
     integrates : bool
         Whether its outcomes count integration steps.
     views : tuple of Offer
@@ -121,6 +125,7 @@ class Model(ABC):
     settings: ClassVar[type] = NoSettings
     assumptions: ClassVar[tuple[str, ...]] = ()
     failures: ClassVar[tuple[str, ...]] = ()
+    conditions: ClassVar[Mapping[str, str]] = {}
     integrates: ClassVar[bool] = False
     views: ClassVar[tuple[Offer, ...]] = ()
 
@@ -131,6 +136,18 @@ class Model(ABC):
     @abstractmethod
     def evaluate(self, deviations: Array, settings: Any) -> Outcome:
         """Answer one trial for each row of deviations[trial, contributor], SI."""
+
+    def impossible(self, deviations: Array, settings: Any) -> Mapping[str, Truths]:
+        """Tell which machines of deviations[trial, contributor] cannot be built.
+
+        They are not evaluated: a trial ends with the first word that holds for it.
+
+        Returns
+        -------
+        mapping of str to bool[trial]
+            By a word of `conditions`.
+        """
+        return NOTHING_FAILED
 
     def tightened(self, settings: Any) -> Any | None:
         """Return settings that integrate much more precisely; None without any."""

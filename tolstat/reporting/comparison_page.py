@@ -9,7 +9,7 @@ from scipy.special import ndtri
 
 from tolstat.reporting.comparison import SIDES, Comparison, Pair, ResponseCompared
 from tolstat.reporting.distribution_pictures import (
-    BINS,
+    edges_of,
     mark_limit,
     scale_of_probability,
     spread_out,
@@ -109,7 +109,8 @@ def _differences(pair: Pair, name: str, found: ResponseCompared) -> Markup:
     scale = found.scale.factor
     with page_figure() as figure:
         axes = figure.subplots()
-        counts, edges = np.histogram(scale * (second - first), BINS)
+        differences = scale * (second - first)
+        counts, edges = np.histogram(differences, edges_of(differences))
         axes.bar(
             edges[:-1], counts, np.diff(edges), align="edge", color=COLOURS[2],
             linewidth=0,

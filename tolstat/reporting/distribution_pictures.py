@@ -51,7 +51,7 @@ def histogram(drawn: Drawn, name: str, found: ResponseFindings) -> Markup:
         axes = figure.subplots()
         if len(values):
             low, high = float(values.min()), float(values.max())
-            edges = np.linspace(low, high if high > low else low + 1, BINS + 1)
+            edges = edges_of(values)
             # an edge on each end of the limit, so that no bar lies on both sides
             inside = [end for end in ends_of(found) if low < end < high]
             edges = np.unique([*edges, *inside])
@@ -158,6 +158,15 @@ def distribution(drawn: Drawn, name: str, found: ResponseFindings) -> Markup:
             f"Distribution of {name} on a probability scale: {_summary_words(found)}"
         )
         return inline(figure, words)
+
+
+def edges_of(values: Array) -> Array:
+    """Return the edges of the bars of a histogram; fewer where values hardly differ."""
+    low, high = float(values.min()), float(values.max())
+    if not high > low:
+        high = low + (abs(low) or 1.0)
+    edges: Array = np.unique(np.linspace(low, high, BINS + 1))
+    return edges
 
 
 def scale_of_probability(axes: Axes, least: float) -> None:

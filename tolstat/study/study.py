@@ -19,10 +19,11 @@ from tolstat.deviations.names import expand
 from tolstat.deviations.samplers import Sampler
 from tolstat.errors import ModelError, StudyError, TolstatError
 from tolstat.model import settings as model_settings
-from tolstat.model.checked import described
+from tolstat.model.checked import described, impossible
 from tolstat.model.contract import Model
 from tolstat.model.description import Description
 from tolstat.statistics.limit import Limit
+from tolstat.status import words_of
 from tolstat.study.deviations import Deviations, read_deviations
 from tolstat.study.document import MOST_SEED, Document, read
 from tolstat.study.doubts import doubts_of
@@ -216,6 +217,7 @@ def load(
     problems.raise_if_any()
     if trials is not None:
         until = None
+    _check_nominal(machine, settings, description, problems)
     _check_instead(document, points, trials=trials, seed=seed)
     if points:
         trials = len(points.deviations)
@@ -258,6 +260,21 @@ def _shown(description: Description, written: dict[str, str]) -> dict[str, str]:
     """Leave out bare numbers of what is declared as a count or a plain ratio."""
     own = {each.name for some in description for each in some if each.shown}
     return {n: unit for n, unit in written.items() if not (unit == "1" and n in own)}
+
+
+def _check_nominal(
+    model: Model, settings: Any, description: Description, problems: Problems
+) -> None:
+    """Refuse settings whose machine without deviations cannot be built."""
+    with problems.noting("[settings]", None):
+        nominal = np.zeros((1, len(description.contributors)))
+        if status := int(impossible(model, nominal, settings)[0]):
+            word = words_of(model.failures)[status]
+            raise ModelError(
+                f"the machine without deviations cannot be built: {word} "
+                f"({model.conditions[word]})"
+            )
+    problems.raise_if_any()
 
 
 def _check_instead(

@@ -19,6 +19,10 @@ from tolstat.units.scale import scale_of
 Array = NDArray[np.float64]
 
 GAP = "gap"
+NO_VALUE = "the formula has no value"
+CONDITIONS = {
+    NO_VALUE: "the links close: no root of less than nothing, no division by 0"
+}
 
 
 class DimensionChain(Model):
@@ -27,7 +31,8 @@ class DimensionChain(Model):
     name = "dimension_chain"
     title = "a dimension chain: links in the study file, the gap as a formula of them"
     settings = Settings
-    failures = ("the formula has no value",)
+    failures = (NO_VALUE,)
+    conditions = CONDITIONS
     assumptions = (
         "Parts are rigid and have the form that the formula gives them.",
         "Root sum square: slopes at the middle of the tolerances, links independent of "
@@ -59,6 +64,20 @@ class DimensionChain(Model):
         )
         return Description(tuple(links), (gap,))
 
+    def impossible(
+        self, deviations: Array, settings: Settings
+    ) -> dict[str, NDArray[np.bool_]]:
+        """Tell which chains do not close.
+
+        Parameters
+        ----------
+        deviations : float64[trial, link]
+            SI.
+        settings : Settings
+            Nominals and formula.
+        """
+        return {NO_VALUE: ~np.isfinite(_gap(deviations, settings))}
+
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         """Close the chain of each machine.
 
@@ -69,13 +88,7 @@ class DimensionChain(Model):
         settings : Settings
             Nominals and formula.
         """
-        links = {
-            name: nominal + deviations[:, i]
-            for i, (name, nominal) in enumerate(settings.nominal.items())
-        }
-        found = settings.formula.worked_out(Values(links))
-        gap = np.broadcast_to(found, len(deviations))[:, None]
-        return Outcome(gap, failed={self.failures[0]: ~np.isfinite(gap[:, 0])})
+        return Outcome(_gap(deviations, settings)[:, None])
 
     def numbers(
         self,
@@ -130,3 +143,13 @@ class DimensionChain(Model):
             )
             for name, of, value, words, but in numbers
         )
+
+
+def _gap(deviations: Array, settings: Settings) -> Array:
+    """Work the formula out: float64[trial]; not finite where it has no value."""
+    links = {
+        name: nominal + deviations[:, i]
+        for i, (name, nominal) in enumerate(settings.nominal.items())
+    }
+    found = settings.formula.worked_out(Values(links))
+    return np.broadcast_to(found, len(deviations))

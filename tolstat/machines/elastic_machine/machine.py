@@ -8,8 +8,15 @@ from numpy.typing import NDArray
 from tolstat.machines.elastic_machine import views
 from tolstat.machines.elastic_machine.declarations import description_of
 from tolstat.machines.elastic_machine.history import chart_of
+from tolstat.machines.elastic_machine.parameters import build
 from tolstat.machines.elastic_machine.settings import Settings
-from tolstat.machines.elastic_machine.trials import FAILURES, outcome_of, simulated
+from tolstat.machines.elastic_machine.trials import (
+    CONDITIONS,
+    FAILURES,
+    IMPOSSIBLE,
+    outcome_of,
+    simulated,
+)
 from tolstat.model.contract import History, Model, Outcome, closer
 from tolstat.model.description import Description
 from tolstat.model.view import View
@@ -25,6 +32,7 @@ class ElasticMachine(Model):
     settings = Settings
     integrates = True
     failures = FAILURES
+    conditions = CONDITIONS
     views = views.OFFERS
     assumptions = (
         "Dormand-Prince 5(4), with a step of its own for each machine, restarted "
@@ -47,6 +55,20 @@ class ElasticMachine(Model):
             The chain and its load.
         """
         return description_of(settings)
+
+    def impossible(
+        self, deviations: Array, settings: Settings
+    ) -> dict[str, NDArray[np.bool_]]:
+        """Tell which machines cannot be built.
+
+        Parameters
+        ----------
+        deviations : float64[trial, contributor]
+            SI, relative ones as fractions, in the order of `describe`.
+        settings : Settings
+            The nominal machine.
+        """
+        return {IMPOSSIBLE: ~build(deviations, settings).exists}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         """Simulate one machine for each row of deviations.

@@ -28,6 +28,10 @@ IMPOSSIBLE = "cannot exist"
 TOO_LONG = "still starting at the horizon"
 NO_REFERENCE = "no static error"
 FAILURES = (IMPOSSIBLE, TOO_LONG, NO_REFERENCE)
+CONDITIONS = {
+    IMPOSSIBLE: "inertias, stiffnesses and the start-up time are above 0, damping not "
+    "below"
+}
 
 
 class Trials(NamedTuple):
@@ -101,6 +105,5 @@ def outcome_of(trials: Trials, settings: Settings) -> Outcome:
         {
             NO_REFERENCE: ~failed & (reference == 0.0).any(axis=1),
             TOO_LONG: ~chains.ends,
-            IMPOSSIBLE: ~chains.exists,
         },
     )

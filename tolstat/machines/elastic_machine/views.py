@@ -12,7 +12,7 @@ from tolstat.machines.elastic_machine.modes import Modes, left_by_start_up, mode
 from tolstat.machines.elastic_machine.parameters import Chains, build
 from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.machines.elastic_machine.start_up import LAWS, Law
-from tolstat.machines.elastic_machine.trials import simulated
+from tolstat.machines.elastic_machine.trials import CONDITIONS, IMPOSSIBLE, simulated
 from tolstat.model.view import (
     Axis,
     Band,
@@ -55,10 +55,7 @@ def existing(deviations: Array, settings: Settings) -> Chains:
     """
     chains = build(deviations, settings)
     if not chains.exists[0]:
-        raise ModelError(
-            "this machine cannot exist: inertias, stiffnesses and the start-up time "
-            "are above 0, damping not below"
-        )
+        raise ModelError(f"this machine {IMPOSSIBLE}: {CONDITIONS[IMPOSSIBLE]}")
     return chains
 
 

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.deviations.spread import Spread
+from tolstat.machines.planetary.buildable import CONDITIONS, faults
 from tolstat.machines.planetary.declarations import description_of
-from tolstat.machines.planetary.design import design_of
+from tolstat.machines.planetary.design import Design, design_of
 from tolstat.machines.planetary.settings import Settings
 from tolstat.machines.planetary.sharing import shared
 from tolstat.machines.planetary.tolerances import (
@@ -31,6 +32,8 @@ class Planetary(Model):
     name = "planetary"
     title = "planetary gear AA, II or AI with helical wheels, axial forces balanced"
     settings = Settings
+    failures = tuple(CONDITIONS)
+    conditions = CONDITIONS
     views = OFFERS
     assumptions = (
         "Satellites are equal springs that push and cannot pull; all other members are "
@@ -54,6 +57,21 @@ class Planetary(Model):
         """
         return description_of(settings, design_of(settings))
 
+    def impossible(
+        self, deviations: Array, settings: Settings
+    ) -> dict[str, NDArray[np.bool_]]:
+        """Tell which gears cannot be built.
+
+        Parameters
+        ----------
+        deviations : float64[trial, contributor]
+            SI, in the order of `describe`.
+        settings : Settings
+            The gear.
+        """
+        design = design_of(settings)
+        return faults(*_parted(deviations, design, settings), design, settings)
+
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         """Answer one gear for each row of deviations.
 
@@ -67,22 +85,18 @@ class Planetary(Model):
         Returns
         -------
         Outcome
-            All responses; no trial fails.
+            All responses.
         """
         design, k = design_of(settings), settings.satellites
-        db2, db3 = deviations[:, 0], deviations[:, 1]
-        e = deviations[:, 2 : 2 + k]
-        da, *E = deviations[:, 2 + k :].T
+        (db2, db3), e, da, E = _parted(deviations, design, settings)
         F = design.F
-        if settings.position_at == "pin":
-            e = felt_in_mesh(design) * e
         K, forces = shared(e, F, settings.mesh_stiffness)
         responses = (
             residual_axial_force(F / k, db2, db3, design),
             K,
             K * (F / k),
             np.count_nonzero(forces == 0, axis=1),
-            backlash(tuple(E), da, design),
+            backlash(E, da, design),
         )
         return Outcome(np.stack(responses, axis=1))
 
@@ -131,3 +145,25 @@ class Planetary(Model):
         if name == "designs":
             return designs_listing(settings, own)
         return existence_chart(settings, own)
+
+
+def _parted(
+    deviations: Array, design: Design, settings: Settings
+) -> tuple[tuple[Array, Array], Array, Array, tuple[Array, ...]]:
+    """Part deviations: helix angles, positions as mesh 1-2 feels them, distance, teeth.
+
+    Parameters
+    ----------
+    deviations : float64[trial, contributor]
+        SI, in the order of `describe`.
+    design : Design
+        The gear without deviations.
+    settings : Settings
+        How many satellites it has, and where their positions are told.
+    """
+    k = settings.satellites
+    e = deviations[:, 2 : 2 + k]
+    if settings.position_at == "pin":
+        e = felt_in_mesh(design) * e
+    da, *E = deviations[:, 2 + k :].T
+    return (deviations[:, 0], deviations[:, 1]), e, da, tuple(E)

@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from tolstat.machines.rolling_block.answers import modal_answers, moment_answers
 from tolstat.machines.rolling_block.declarations import DESCRIPTION, RESPONSES
-from tolstat.machines.rolling_block.drive import Drive, drives
+from tolstat.machines.rolling_block.drive import (
+    CANNOT_EXIST,
+    CONDITIONS,
+    Drive,
+    drives,
+)
 from tolstat.machines.rolling_block.history import chart_of
 from tolstat.machines.rolling_block.loading import followed, load_steps, pulse
 from tolstat.machines.rolling_block.modes import Modes, modes_of
@@ -23,8 +28,6 @@ from tolstat.status import Status
 
 Array = NDArray[np.float64]
 
-CANNOT_EXIST = "cannot exist"
-
 
 class RollingBlock(Model):
     """Torsional drive of a reducing-sizing block with a switched gearbox."""
@@ -33,6 +36,7 @@ class RollingBlock(Model):
     title = "drive of a wire-rod rolling block: nine masses, gearbox of 128 ratios"
     settings = Settings
     failures = (CANNOT_EXIST,)
+    conditions = CONDITIONS
     integrates = True
     views = OFFERS
     assumptions = (
@@ -66,6 +70,21 @@ class RollingBlock(Model):
         """
         return DESCRIPTION
 
+    def impossible(
+        self, deviations: Array, settings: Settings
+    ) -> dict[str, NDArray[np.bool_]]:
+        """Tell which drives cannot be built.
+
+        Parameters
+        ----------
+        deviations : float64[trial, contributor]
+            Relative, in the order of `describe`.
+        settings : Settings
+            The nominal drive.
+        """
+        _, exist = drives(deviations, settings)
+        return {CANNOT_EXIST: ~exist}
+
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         """Answer one drive for each row of deviations.
 
@@ -81,10 +100,10 @@ class RollingBlock(Model):
         Outcome
             The responses, NaN where a trial failed; status and steps.
         """
-        drive, exist = drives(deviations, settings)
+        drive, _ = drives(deviations, settings)
         modes = modes_of(drive.Q, drive.C)
         moved = both_moved(drive, modes, settings)
-        return outcome_of(drive, modes, exist, moved, settings)
+        return outcome_of(drive, modes, moved, settings)
 
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
         """Load one drive and tell how its moments went.
@@ -115,7 +134,7 @@ class RollingBlock(Model):
             settings.pulse_moment * C * moved.pulsed.history[0, :, : C.shape[1]],
             settings,
         )
-        return History(chart, outcome_of(drive, modes, exist, moved, settings))
+        return History(chart, outcome_of(drive, modes, moved, settings))
 
     def view(self, name: str, deviations: Array, settings: Settings) -> View:
         """Show one of `views`.
@@ -163,7 +182,6 @@ def both_moved(
 def outcome_of(
     drive: Drive,
     modes: Modes,
-    exist: NDArray[np.bool_],
     moved: Moved,
     settings: Settings,
 ) -> Outcome:
@@ -181,5 +199,4 @@ def outcome_of(
         np.where((status != Status.DONE)[:, None], np.nan, table),
         status,
         moved.loaded.steps + moved.pulsed.steps,
-        {CANNOT_EXIST: ~exist},
     )

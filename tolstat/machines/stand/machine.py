@@ -6,10 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.machines.stand.carriage import initial_position
-from tolstat.machines.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES
+from tolstat.machines.stand.declarations import (
+    CONTRIBUTORS,
+    DESCRIPTION,
+    RESPONSES,
+    SHARE,
+)
 from tolstat.machines.stand.history import LOADS, chart_of
 from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
 from tolstat.machines.stand.parameters import Parameters, build
+from tolstat.machines.stand.parts import CONDITIONS, faults, parts_of
 from tolstat.machines.stand.settings import Settings
 from tolstat.model.contract import History, Model, Outcome, closer
 from tolstat.model.description import Description
@@ -17,6 +23,9 @@ from tolstat.moving import Accuracy, Solution, integrate
 from tolstat.status import Status
 
 Array = NDArray[np.float64]
+
+# parts so far off that the start-up releases more than the drive puts in
+NO_SHARE = "more lost than driven"
 
 # marks of a trial
 START, STEADY, WINDOW, END = range(4)
@@ -29,6 +38,8 @@ class Stand(Model):
     title = "KhPT-75 cold pilger mill: carriage driven by two parallel crank-rod chains"
     settings = Settings
     integrates = True
+    failures = (*CONDITIONS, NO_SHARE)
+    conditions = CONDITIONS
     assumptions = (
         "Dormand-Prince 5(4), the yaw rate linearly damped in it, with a step of its "
         "own for each machine; rtol bounds the error of each step on each state's "
@@ -53,6 +64,21 @@ class Stand(Model):
             With units, symbols and equation numbers.
         """
         return DESCRIPTION
+
+    def impossible(
+        self, deviations: Array, settings: Settings
+    ) -> dict[str, NDArray[np.bool_]]:
+        """Tell which machines cannot be built.
+
+        Parameters
+        ----------
+        deviations : float64[trial, contributor]
+            SI, in the order of `describe`.
+        settings : Settings
+            Drive, and where guides are touched.
+        """
+        by_name = named(deviations)
+        return faults(parts_of(by_name, settings), by_name)
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         """Simulate one machine for each row of deviations.
@@ -113,8 +139,12 @@ class Stand(Model):
 
 def machines_of(deviations: Array, settings: Settings) -> Parameters:
     """Build machines from deviations[trial, contributor]."""
-    by_name = {c.name: deviations[:, i] for i, c in enumerate(CONTRIBUTORS)}
-    return build(by_name, settings)
+    return build(named(deviations), settings)
+
+
+def named(deviations: Array) -> dict[str, Array]:
+    """Return deviations[trial, contributor] by name."""
+    return {c.name: deviations[:, i] for i, c in enumerate(CONTRIBUTORS)}
 
 
 def simulated(
@@ -141,8 +171,12 @@ def outcome_of(solution: Solution, p: Parameters, settings: Settings) -> Outcome
         responses = responses_of(solution, p, settings)
     table = np.stack([responses[r.name] for r in RESPONSES], axis=1)
     failed = solution.status != Status.DONE
+    shares = np.stack([responses[r.name] for r in RESPONSES if r.range == SHARE])
     return Outcome(
-        np.where(failed[:, None], np.nan, table), solution.status, solution.steps
+        np.where(failed[:, None], np.nan, table),
+        solution.status,
+        solution.steps,
+        {NO_SHARE: ~failed & ((shares < 0) | (shares > 1)).any(axis=0)},
     )
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tolstat.machines.stand.carriage import friction_arm, initial_position
 from tolstat.machines.stand.gears import gear_deformations
 from tolstat.machines.stand.nominal import NOMINAL
+from tolstat.machines.stand.parts import faults, parts_of
 from tolstat.machines.stand.settings import Settings
 
 Array = NDArray[np.float64]
@@ -97,39 +98,19 @@ def build(deviations: Mapping[str, Array], settings: Settings) -> Parameters:
     Returns
     -------
     p : Parameters
-        Each float64[n]; the drive law is NaN for a machine that cannot exist, whose
-        trial then ends as "not finite".
+        Each float64[n]; the drive law is NaN for a machine that cannot be built.
     """
     d, N = deviations, NOMINAL
-    dl, dr = d["rod_difference"], d["crank_difference"]
-    l1 = N.l + dl + d["rod_length_1"]
-    l2 = N.l - dl + d["rod_length_2"]
-    r_1 = N.r - dr / 2 + d["crank_radius_1"]
-    r_2 = N.r + dr / 2 + d["crank_radius_2"]
+    parts = parts_of(d, settings)
+    l1, l2, r_1, r_2, k30, k31, k32, k1, k2, I1, I2, m, mu, c2, c3, delta, F0 = parts
     psi1, psi2 = (d[f"crank_angle_{i}"] for i in (1, 2))
-    k30, k31, k32 = (N.k3 * (1 + d[f"mesh_stiffness_{i}"]) for i in range(3))
-    k1, k2 = (N.k * (1 + d[f"rod_stiffness_{i}"]) for i in (1, 2))
-    I1, I2 = (N.I * (1 + d[f"wheel_inertia_{i}"]) for i in (1, 2))
     E7, E8, E10, E11 = (d[f"runout_{i}"] for i in (7, 8, 10, 11))
     th7, th8, th10, th11 = (d[f"runout_phase_{i}"] for i in (7, 8, 10, 11))
-    m = N.m * (1 + d["carriage_mass"])
-    mu = N.mu * (1 + d["friction"])
-    c3 = N.c3 * (1 + d["shaft_9_stiffness"])
-    balanced = settings.drive == "balanced"
-    c2 = 0 * m if balanced else N.c2 * (1 + d["shaft_12_stiffness"])
-    delta = (N.dL + d["guide_clearance"]) / N.dh
-    if settings.contact_yaw is not None:
-        delta = 0 * delta + settings.contact_yaw
     omega0 = settings.crank_speed * N.r3 / N.r1
     phi31_0, _, _ = initial_position(l1, l2, r_1, r_2)
+    balanced = settings.drive == "balanced"
     B = gear_deformations(k30, k31, k32, c2, balanced)
-
-    # c2 may be zero by a sum of deviations or by the balanced drive, never negative
-    positive = np.minimum.reduce(
-        [l1, l2, r_1, r_2, k30, k31, k32, k1, k2, I1, I2, m, c3, delta]
-    )
-    exists = (positive > 0) & (c2 >= 0) & (mu >= 0)
-    one = np.where(exists, 1.0, np.nan)
+    one = np.where(np.any([*faults(parts, d).values()], axis=0), np.nan, 1.0)
 
     return Parameters(
         # drive law
@@ -166,5 +147,5 @@ def build(deviations: Mapping[str, Array], settings: Settings) -> Parameters:
         m=m, per_m=1 / m,
         mu=mu, mu_rot=mu * friction_arm(),
         delta=delta,
-        F0=N.F0 * (1 + d["rolling_force"]),
+        F0=F0,
     )  # fmt: skip

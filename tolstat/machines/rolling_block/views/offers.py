@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import ModelError
-from tolstat.machines.rolling_block.drive import drives
+from tolstat.machines.rolling_block.drive import CANNOT_EXIST, CONDITIONS, drives
 from tolstat.machines.rolling_block.modes import modes_of
 from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.views import (
@@ -65,10 +65,7 @@ def shown(name: str, deviations: NDArray[np.float64], settings: Settings) -> Vie
     """
     drive, exist = drives(deviations, settings)
     if not exist[0]:
-        raise ModelError(
-            "this drive cannot exist: each inertia and stiffness is above 0, the "
-            "damping not below; their deviations are above -100 %"
-        )
+        raise ModelError(f"this drive {CANNOT_EXIST}: {CONDITIONS[CANNOT_EXIST]}")
     modes = modes_of(drive.Q, drive.C)
     others = np.flatnonzero(exist[1:]) + 1
     return SHOWN[name](Seen(drive, modes, others, settings))

@@ -1,0 +1,119 @@
+"""The parts as built, and what of them no stand can be built from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.machines.stand.carriage import initial_position
+from tolstat.machines.stand.nominal import NOMINAL
+from tolstat.machines.stand.settings import Settings
+
+Array = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+
+NOTHING = "nothing left of a part"
+NO_REACH = "rod does not reach"
+NO_FIT = "carriage does not fit"
+OFF_CENTRE = "axis outside its wheel"
+CONDITIONS = {
+    NOTHING: "rods, cranks, clearance, stiffnesses, inertias and masses are above 0, "
+    "shaft 12, friction and rolling force not below",
+    NO_REACH: f"each rod is longer than its crank by more than {NOMINAL.h:g} m, the "
+    "height of the hinges",
+    NO_FIT: "the rods put the ends of the carriage less than its length of "
+    f"{NOMINAL.dl_s:g} m apart",
+    OFF_CENTRE: "run-outs and tooth positions are smaller than the wheel",
+}
+
+
+class Parts(NamedTuple):
+    """What deviations make of the parts, float64[n] each, SI."""
+
+    l1: Array
+    l2: Array
+    r_1: Array
+    r_2: Array
+    k30: Array
+    k31: Array
+    k32: Array
+    k1: Array
+    k2: Array
+    I1: Array
+    I2: Array
+    m: Array
+    mu: Array
+    c2: Array
+    c3: Array
+    delta: Array
+    F0: Array
+
+
+def parts_of(deviations: Mapping[str, Array], settings: Settings) -> Parts:
+    """Return the parts of machines.
+
+    Parameters
+    ----------
+    deviations : mapping of str to float64[n]
+        By contributor name, SI, every contributor of the stand.
+    settings : Settings
+        Drive, and where guides are touched.
+    """
+    d, N = deviations, NOMINAL
+    dl, dr = d["rod_difference"], d["crank_difference"]
+    k30, k31, k32 = (N.k3 * (1 + d[f"mesh_stiffness_{i}"]) for i in range(3))
+    k1, k2 = (N.k * (1 + d[f"rod_stiffness_{i}"]) for i in (1, 2))
+    I1, I2 = (N.I * (1 + d[f"wheel_inertia_{i}"]) for i in (1, 2))
+    m = N.m * (1 + d["carriage_mass"])
+    balanced = settings.drive == "balanced"
+    delta = (N.dL + d["guide_clearance"]) / N.dh
+    if settings.contact_yaw is not None:
+        delta = 0 * delta + settings.contact_yaw
+    return Parts(
+        l1=N.l + dl + d["rod_length_1"],
+        l2=N.l - dl + d["rod_length_2"],
+        r_1=N.r - dr / 2 + d["crank_radius_1"],
+        r_2=N.r + dr / 2 + d["crank_radius_2"],
+        k30=k30, k31=k31, k32=k32,
+        k1=k1, k2=k2,
+        I1=I1, I2=I2,
+        m=m,
+        mu=N.mu * (1 + d["friction"]),
+        c2=0 * m if balanced else N.c2 * (1 + d["shaft_12_stiffness"]),
+        c3=N.c3 * (1 + d["shaft_9_stiffness"]),
+        delta=delta,
+        F0=N.F0 * (1 + d["rolling_force"]),
+    )  # fmt: skip
+
+
+def faults(parts: Parts, deviations: Mapping[str, Array]) -> dict[str, Truths]:
+    """Tell which machines cannot be built, by the words of `CONDITIONS`.
+
+    Parameters
+    ----------
+    parts : Parts
+        Of the machines.
+    deviations : mapping of str to float64[n]
+        Of which they are made.
+    """
+    p, N = parts, NOMINAL
+    # c2 may be zero by a sum of deviations or by the balanced drive, never negative
+    positive = np.minimum.reduce(
+        [p.l1, p.l2, p.r_1, p.r_2, p.k30, p.k31, p.k32, p.k1, p.k2, p.I1, p.I2, p.m,
+         p.c3, p.delta]
+    )  # fmt: skip
+    not_negative = np.minimum.reduce([p.c2, p.mu, p.F0])
+    reach = np.minimum(p.l1 - p.r_1, p.l2 - p.r_2)
+    _, _, sin_alpha = initial_position(p.l1, p.l2, p.r_1, p.r_2)
+    radii = {7: N.r3, 8: N.r3, 10: N.r2, 11: N.r2}
+    off = [np.abs(deviations[f"runout_{i}"]) / r for i, r in radii.items()]
+    off += [np.abs(deviations[f"tooth_position_{i}"]) / N.r3 for i in (1, 2)]
+    return {
+        NOTHING: ~((positive > 0) & (not_negative >= 0)),
+        NO_REACH: ~(reach > N.h),
+        NO_FIT: ~(np.abs(sin_alpha) < 1),
+        OFF_CENTRE: ~(np.maximum.reduce(off) < 1),
+    }
