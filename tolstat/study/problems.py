@@ -10,6 +10,7 @@ from tolstat.errors import StudyError, TolstatError
 
 Found = TypeVar("Found")
 LONGEST = 300  # characters of what a message repeats
+LONGEST_MESSAGE = 2000
 MOST_SAID = 50  # problems of one study
 
 
@@ -39,7 +40,8 @@ class Problems:
             What is wrong, what is allowed, what to do.
         """
         shown = "" if value is None else f" = {shortened(_toml(value))}"
-        self.found.append(f"{shortened(key)}{shown}: {message}")
+        what = shortened(message, LONGEST_MESSAGE)
+        self.found.append(f"{shortened(key)}{shown}: {what}")
 
     @contextmanager
     def noting(self, key: str, value: Any) -> Iterator[None]:
@@ -77,9 +79,9 @@ class Problems:
             raise StudyError(f"{self.source} cannot be run:\n{lines}")
 
 
-def shortened(text: str) -> str:
+def shortened(text: str, longest: int = LONGEST) -> str:
     """Return what a message can repeat of a text."""
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    return text if len(text) <= longest else f"{text[:longest]}..."
 
 
 def _toml(value: Any) -> str:
