@@ -34,12 +34,16 @@ def call(folder, *words, code=0, **environment):
 
 def test_markup_stays_text(folder):
     study = folder / "stack.toml"
-    title = "a[/nope] [bold]b $\\\\frac{a$"
+    title = "=1+1 a[/nope] [bold]b :warning: $\\\\frac{a$ \\u001b[31mred"
     study.write_text(study.read_text().replace("Gap in a housing", title))
     shown = call(folder, "run", "stack.toml", "--machine", STACK, "-o", "o[red]ut.h5")
-    assert "a[/nope] [bold]b" in shown and "o[red]ut.h5" in shown
-    call(folder, "show", "o[red]ut.h5")
-    call(folder, "report", "o[red]ut.h5")
+    assert "a[/nope] [bold]b :warning:" in shown and "o[red]ut.h5" in shown
+    assert "\\x1b[31mred" in shown
+    shown += call(folder, "show", "o[red]ut.h5") + call(folder, "report", "o[red]ut.h5")
+    table = call(folder, "report", "o[red]ut.h5", "--csv")
+    assert "\ntitle,'=1+1 a[/nope]" in table
+    page = (folder / "o[red]ut.html").read_text()
+    assert "\x1b" not in shown + table + page
 
 
 def test_a_machine_file_that_ends_the_process(folder):

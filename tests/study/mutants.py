@@ -33,6 +33,7 @@ ROOT = Path(__file__).parents[2]
 OWN = {"stack": "stack.py:Stack", "oscillator": "oscillator.py:Oscillator"}
 READ, RUN = 2500, 500
 SECONDS, MEMORY = 5, 10**9  # of a process
+COMMAND = "from tolstat.cli.main import entry; entry()"
 LONG = 5.0  # s, to read a study
 
 # what stands where something else was
@@ -248,7 +249,7 @@ def wrong_of_running(mutant: Mutant, folder: Path) -> str:
         resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
 
     study = folder_of(mutant, folder)
-    words = [sys.executable, "-m", "tolstat.cli.main", "run", study.name]
+    words = [sys.executable, "-c", COMMAND, "run", study.name]
     if mutant.seed.stem in OWN:
         words += ["--machine", OWN[mutant.seed.stem]]
     one_thread = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}

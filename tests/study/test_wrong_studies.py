@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,8 @@ FILES = {
     "short.csv": "rod,length\n1,2450.1\n2\n",
     "german.csv": "rod;length\n1;2450,1\n",
     "bare.csv": "rod_length_1\n0.1\n",
+    "wide.csv": f"length [mm]\n{'1' * 200_000}\n",
+    "broad.csv": f"length [mm]\n{'1' * 2000}\n",
 }
 
 WRONG = {
@@ -445,6 +448,87 @@ WRONG = {
         '[reference]\ndata = "rods.csv"\nlabel = "x"\n',
         ["[reference]", "'rod', is to be swept"],
     ),
+    # what no computer, file or folder can hold
+    "seed of 71 bits": (f'model = "stand"\ntrials = 8\nseed = {2**70}\n', ["seed = 1180591620717411303424", "18446744073709551615"]),
+    "seed of 5000 digits": ('model = "stand"\ntrials = 8\nseed = ' + "9" * 5000, ["seed = 999", "thousands of digits"]),
+    "NUL in a title": (HEAD + 'title = "a\\u0000b"\n', ["title: a text holds the character NUL"]),
+    "3000 brackets": (HEAD + "x = " + "[" * 3000 + "]" * 3000, ["x = [[[", "more than 16 tables or lists"]),
+    "100 brackets": (HEAD + "[settings]\nrtol = " + "[" * 100 + "]" * 100, ["[settings] rtol", "more than 16 tables or lists"]),
+    "100 tables": (HEAD + "a." * 100 + "b = 1\n", ["[a] a, a", "more than 16 tables or lists"]),
+    "long text": (HEAD + f'title = "{"a" * 20_000}"\n', ["title: a text of 20000 characters"]),
+    "long key": (HEAD + f"{'a' * 300} = 1\n", ["a key of 300 characters"]),
+    "long unit": (HEAD + f'[limits]\nyaw = "<= 1 {"m " * 100}"\n', ["yaw", "no unit: it has 199 characters"]),
+    "endless cycles": (HEAD + "[settings]\ncycles = inf\n", ["[settings] cycles = inf", "finite"]),
+    "no number of cycles": (HEAD + "[settings]\ncycles = nan\n", ["[settings] cycles = nan", "finite"]),
+    "too many cycles": (HEAD + "[settings]\ncycles = 1e30\n", ["cycles = 1e+30", "at most 9.0"]),
+    "cycles of 400 digits": (HEAD + f"[settings]\ncycles = 1{'0' * 400}\n", ["[settings] cycles = 1000", "at most 1e+100"]),
+    "common to a list": (HEAD + '[deviations]\nrod_length = { tolerance = "+-1 mm", common = [1] }\n', ["rod_length", "common is true"]),
+    "common to a day": (HEAD + '[deviations]\nrod_length = { tolerance = "+-1 mm", common = 1979-05-27 }\n', ["rod_length", "common is true"]),
+    "trials of a week": ('model = "stand"\nseed = 1\ntrials = 20_000_000_000\n', ["trials = 20000000000: ", "GB of memory", "231 days", "fit"]),
+    "trials of ages": (f'model = "stand"\nseed = 1\ntrials = 1{"0" * 26}\n', ["trials = 1000", "GB of memory", "years"]),
+    "ages until": (
+        'model = "stand"\nseed = 1\ntrials = { until = "yaw mean +-2 %", at_most = 1000000000000 }\n',
+        ["trials = 1000000000000", "GB of memory"],
+    ),
+    "grid of 1e14 points": (
+        GRID + '[grid]\ncrank_difference = { from = "0 mm", to = "3 mm", points = 100000000000000 }\n',
+        ["[grid] crank_difference", "at most 10000000"],
+    ),
+    "grid of too many settings": (
+        GRID + '[grid]\ncrank_speed = { from = "1 rad/s", to = "3 rad/s", points = 20000 }\n',
+        ["[grid]: 20000 combinations of settings", "10000"],
+    ),
+    "weibull without end": (
+        HEAD + '[deviations]\nrod_length = { tolerance = "+-1 mm", distribution = "weibull", shape = 0.002 }\n',
+        ["rod_length", "shape 0.002", "too large"],
+    ),
+    "beta of infinity": (
+        HEAD + '[deviations]\nrod_length = { tolerance = "+-1 mm", distribution = "beta", alpha = inf, beta = 1 }\n',
+        ["[deviations] rod_length, alpha = inf", "finite"],
+    ),
+    "infinite cp": (HEAD + '[deviations]\nrod_length = { tolerance = "+-1 mm", cp = inf }\n', ["rod_length, cp = inf", "finite"]),
+    "limit beyond numbers": (HEAD + '[limits]\nrod_force = "<= 1e308 kN"\n', ["rod_force", "1e308 is too large"]),
+    "limit beyond numbers in SI": (HEAD + '[limits]\nrod_force = "<= 1e98 kN"\n', ["rod_force", "1e98 is too large: in SI"]),
+    "tolerance below numbers": (HEAD + '[deviations]\nrod_length = "+-1e-320 m"\n', ["rod_length", "too small"]),
+    "ppk of 400 digits": (HEAD + f'[limits]\nyaw = {{ limit = "<= 1 mrad", ppk = 1{"0" * 400} }}\n', ["[limits] yaw, ppk", "at most 1e+100"]),
+    "a cell of 200 kB": (
+        HEAD + '[deviations]\nrod_length = { data = "wide.csv", column = "length" }\n',
+        ["rod_length", "wide.csv, line 2: field larger than"],
+    ),
+    "a cell of 2 kB": (
+        HEAD + '[deviations]\nrod_length = { data = "broad.csv", column = "length" }\n',
+        ["rod_length", "broad.csv, line 2: a cell of 2000 characters"],
+    ),
+    "data without end": (
+        HEAD + '[deviations]\nrod_length = { data = "/dev/zero", column = "length" }\n',
+        ["rod_length", "/dev/zero lies outside the folder of the study"],
+    ),
+    "data above": (
+        HEAD + '[deviations]\nrod_length = { data = "../rods.csv", column = "length" }\n',
+        ["rod_length", "../rods.csv lies outside"],
+    ),
+    "a link to data elsewhere": (
+        HEAD + '[deviations]\nrod_length = { data = "link.csv", column = "length" }\n',
+        ["rod_length", "link.csv lies outside"],
+    ),
+    "a pipe": (
+        HEAD + '[deviations]\nrod_length = { data = "pipe.csv", column = "length" }\n',
+        ["rod_length", "pipe.csv is no file"],
+    ),
+    "a folder": (
+        HEAD + '[deviations]\nrod_length = { data = ".", column = "length" }\n', ["rod_length", "is no file"],
+    ),
+    "a table without end": ('model = "stand"\nsampling = "table"\ntable = "/dev/zero"\n', ["table", "lies outside"]),
+    "a reference elsewhere": (
+        GRID + '[grid]\ncrank_difference = ["0 mm"]\n[reference]\ndata = "/etc/passwd"\nlabel = "x"\n',
+        ["[reference]", "/etc/passwd lies outside"],
+    ),
+    # machines that cannot be
+    "no machine without deviations": (
+        'model = "dimension_chain"\ntrials = 8\nseed = 1\n[settings]\ngap = "sqrt(A - B)"\n'
+        '[links]\nA = "1 mm"\nB = "2 mm"\n',
+        ["[settings]", "root of less than nothing"],
+    ),
     "no TOML": ("model = stand\n", ["not a TOML file", "line 1"]),
 }  # fmt: skip
 
@@ -456,6 +540,8 @@ def test_wrong_studies(name, tmp_path):
     path.write_text(text)
     for file, content in FILES.items():
         (tmp_path / file).write_text(content)
+    (tmp_path / "link.csv").symlink_to("/etc/passwd")
+    os.mkfifo(tmp_path / "pipe.csv")
     with pytest.raises(StudyError) as refused:
         load(path)
     for word in (str(path), *words):

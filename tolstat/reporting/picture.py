@@ -120,6 +120,11 @@ def write(figure: Figure, path: Path) -> None:
         raise PictureError(f"{path} cannot be written: {error}") from error
 
 
+def in_legend(words: str) -> str:
+    """Return a label that a legend shows: it hides those that begin with _."""
+    return f" {words}" if words.startswith("_") else words
+
+
 def mark_level(axes: Axes, value: float, words: str) -> Line2D:
     """Mark a value (in the unit shown) across all of a picture, for the legend."""
     return axes.axhline(

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tolstat.errors import PictureError
-from tolstat.reporting.picture import mark_level, styled
+from tolstat.reporting.picture import in_legend, mark_level, styled
 from tolstat.reporting.sweep import axis_scale, sweeps, swept_axis, words_along
 from tolstat.store.run import Run
 
@@ -99,7 +99,7 @@ def _draw(axes: Axes, runs: Sequence[Run], axis: str, response: str) -> None:
             of_run = run.path.stem if len(runs) > 1 else ""
             label = ": ".join(part for part in (of_run, sweep.label) if part)
             y = times * sweep.y
-            (line,) = axes.plot(along * sweep.x, y, label=label or "run")
+            (line,) = axes.plot(along * sweep.x, y, label=in_legend(label or "run"))
             if len(y) < FEW_POINTS or words:
                 line.set(marker=".", markersize=4)
             if words:
@@ -114,7 +114,7 @@ def _draw(axes: Axes, runs: Sequence[Run], axis: str, response: str) -> None:
         if run.reference and response in known and axis in known:
             axes.plot(
                 along * known[axis], times * known[response], "o", color="black",
-                fillstyle="none", label=run.reference.label,
+                fillstyle="none", label=in_legend(run.reference.label),
             )  # fmt: skip
     for limit in {run.limits[response] for run in runs if response in run.limits}:
         said = f"limit {limit.words}"

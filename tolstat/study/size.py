@@ -77,7 +77,7 @@ def _takes(trials: int, needed: float) -> str:
     )
     return (
         f"{trials} trials take about {_gigabytes(needed)} of memory and, at {RATE} a "
-        f"second, {seconds / length:.2g} {unit}"
+        f"second, {seconds / length:.3g} {unit}"
     )
 
 

@@ -1,0 +1,85 @@
+"""Anybody's text in every medium."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+
+import matplotlib as mpl
+import pytest
+from matplotlib.figure import Figure
+from rich.table import Table
+
+from tolstat.cli.showing import Screen
+from tolstat.literal import csv_cell, visible
+from tolstat.reporting.page import environment
+from tolstat.reporting.page_picture import inline, page_figure
+from tolstat.reporting.picture import logarithmic, styled, write
+from tolstat.reporting.plain import as_csv
+
+HOSTILE = "[/] [mm] [red]x :warning: $\\foo{ a$ <b>&\x1b[31m\u202ereversed\x07"
+SHOWN = "[/] [mm] [red]x :warning: $\\foo{ a$ <b>&\\x1b[31m\\u202ereversed\\x07"
+
+
+def test_what_is_seen_stays():
+    for text in (
+        "rods, 2450 mm \u00b1 1 \u00b5m",
+        "Stange \u00fc\u00df",
+        "\u0441\u0442\u0435\u043d\u0434",
+        "a\nb\tc",
+        "",
+    ):
+        assert visible(text) == text
+    assert visible(HOSTILE) == SHOWN
+
+
+def test_on_the_screen():
+    table = Table(title=HOSTILE)
+    table.add_column(HOSTILE, no_wrap=True)
+    table.add_row(HOSTILE)
+    written = io.StringIO()
+    screen = Screen(file=written, width=400, force_terminal=True, color_system=None)
+    screen.print(HOSTILE)
+    screen.print(table)
+    assert written.getvalue().count(SHOWN) == 4 and "\x1b[31" not in written.getvalue()
+
+
+def test_on_a_page():
+    made = environment().from_string("<p>{{ x }}</p>").render(x=HOSTILE)
+    assert (
+        made == "<p>" + SHOWN.replace("&", "&amp;").replace("<b>", "&lt;b&gt;") + "</p>"
+    )
+
+
+@pytest.mark.parametrize(
+    "text", ["=1+1", "+1", "-1", "@x", "\tx", "=cmd|' /C calc'!A0"]
+)
+def test_no_cell_is_a_formula(text):
+    rows = list(csv.reader(io.StringIO(as_csv({"title": text, "number": -1.5}))))
+    assert rows[1][1] == f"'{text}" and rows[2][1] == "-1.5"
+    assert csv_cell("rods") == "rods" and csv_cell(-1.0) == -1.0
+
+
+def test_in_pictures(tmp_path):
+    """What a picture writes is well-formed XML, its words the title's."""
+    from xml.etree import ElementTree
+
+    with styled(), mpl.rc_context({"svg.fonttype": "none"}):
+        figure = Figure()
+        figure.suptitle(HOSTILE)
+        write(figure, tmp_path / "title.svg")
+    words = "".join(ElementTree.parse(tmp_path / "title.svg").getroot().itertext())
+    assert SHOWN in words
+
+
+@pytest.mark.parametrize("options", [{}, {"linthresh": 10}])
+def test_logarithmic_axes_have_plain_numbers(options):
+    with page_figure() as figure:
+        axes = figure.subplots()
+        axes.plot([1, 2], [0.5 if not options else 0.0, 1e5])
+        logarithmic(axes.yaxis, **options)
+        drawn = inline(figure, "numbers")
+        numbers = [t.get_text() for t in axes.get_yticklabels() if t.get_text()]
+    assert "$" not in drawn and "mathdefault" not in drawn
+    assert len(numbers) > 3 and all(math.isfinite(float(each)) for each in numbers)
