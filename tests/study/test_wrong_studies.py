@@ -455,6 +455,8 @@ WRONG = {
     "3000 brackets": (HEAD + "x = " + "[" * 3000 + "]" * 3000, ["x = [[[", "more than 16 tables or lists"]),
     "100 brackets": (HEAD + "[settings]\nrtol = " + "[" * 100 + "]" * 100, ["[settings] rtol", "more than 16 tables or lists"]),
     "100 tables": (HEAD + "a." * 100 + "b = 1\n", ["[a] a, a", "more than 16 tables or lists"]),
+    "a hundred thousand tables": (HEAD + "a." * 100_000 + "b = 1\n", ["a.a.a", "more than 16 tables or lists"]),
+    "a thousand keys": (HEAD + "".join(f"k{i} = 1\n" for i in range(1000)), ["k49", "there are more"]),
     "long text": (HEAD + f'title = "{"a" * 20_000}"\n', ["title: a text of 20000 characters"]),
     "long key": (HEAD + f"{'a' * 300} = 1\n", ["a key of 300 characters"]),
     "long unit": (HEAD + f'[limits]\nyaw = "<= 1 {"m " * 100}"\n', ["yaw", "no unit: it has 199 characters"]),

@@ -12,12 +12,14 @@ import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from tolstat.errors import DataError, StudyError, allowed_names
-from tolstat.study.bounds import TOO_DEEP, check_bounds
+from tolstat.study.bounds import DEEPEST, TOO_DEEP, check_bounds
 from tolstat.study.files import as_text, content
 from tolstat.study.problems import Problems
 
 MOST_MEGABYTES = 1  # of a study
 MOST_SEED = 2**64 - 1
+NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
 
 
 class Document(BaseModel):
@@ -123,6 +125,10 @@ def _of_file(path: Path) -> tuple[str, dict[str, Any]]:
 def _table(text: str, source: str) -> dict[str, Any]:
     """Return what a TOML file holds."""
     try:
+        if found := DEEP_KEY.search(text):  # tomllib takes minutes for a long one
+            raise StudyError(
+                f"{source} cannot be run:\n  {found[0][:40]}...: {TOO_DEEP}"
+            )
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"{source} is not a TOML file: {error}") from None

@@ -38,10 +38,17 @@ class Problems:
             What stands there; None if nothing does.
         message : str
             What is wrong, what is allowed, what to do.
+
+        Raises
+        ------
+        StudyError
+            If there are so many that nobody would read more.
         """
         shown = "" if value is None else f" = {shortened(_toml(value))}"
         what = shortened(message, LONGEST_MESSAGE)
         self.found.append(f"{shortened(key)}{shown}: {what}")
+        if len(self.found) > MOST_SAID:
+            self.raise_if_any()
 
     @contextmanager
     def noting(self, key: str, value: Any) -> Iterator[None]:
@@ -73,8 +80,8 @@ class Problems:
             With one line for each problem.
         """
         if self.found:
-            said, more = self.found[:MOST_SAID], len(self.found) - MOST_SAID
-            said += [f"and {more} problems more"] * (more > 0)
+            said = self.found[:MOST_SAID]
+            said += ["there are more"] * (len(self.found) > MOST_SAID)
             lines = "\n".join(f"  {problem}" for problem in said)
             raise StudyError(f"{self.source} cannot be run:\n{lines}")
 

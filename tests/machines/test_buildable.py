@@ -1,0 +1,202 @@
+"""Machines that cannot be: each says so, none has numbers, a study is told before."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import tolstat
+from tests.conftest import ROOT, Toy
+from tolstat import Outcome, catalogue
+from tolstat.cli.main import main
+from tolstat.errors import ModelError, StudyError
+from tolstat.execution.execute import Progress
+from tolstat.model.checked import check_model, described, impossible, simulate
+from tolstat.model.settings import make
+from tolstat.status import words_of
+
+LENGTH = 2.45 - 0.35  # m, of the stand's rods less its cranks
+
+# machine, deviations, and the word that its trial ends with
+CANNOT_BE = [
+    ("stand", {"carriage_mass": -1.5}, "nothing left of a part"),
+    ("stand", {"carriage_mass": -1.0}, "nothing left of a part"),
+    ("stand", {"rod_length_2": -2.5}, "nothing left of a part"),
+    ("stand", {"friction": -1.01}, "nothing left of a part"),
+    ("stand", {"rolling_force": -1.01}, "nothing left of a part"),
+    ("stand", {"guide_clearance": -2.5e-3}, "nothing left of a part"),
+    ("stand", {"crank_radius": 4.0}, "rod does not reach"),
+    ("stand", {"crank_radius": LENGTH - 0.279}, "rod does not reach"),
+    ("stand", {"rod_length_1": 0.9}, "carriage does not fit"),
+    ("stand", {"runout_7": 512.0}, "axis outside its wheel"),
+    ("stand", {"runout_11": -0.22}, "axis outside its wheel"),
+    ("planetary", {"helix_error_2": 1.4}, "teeth do not mesh"),
+    ("planetary", {"centre_distance": 6e-3}, "teeth do not mesh"),
+    ("planetary", {"position_error_1": 0.1}, "teeth do not mesh"),
+    ("planetary", {"tooth_thickness_3": -5e-3}, "no tooth left, or no gap"),
+    ("elastic_machine", {"inertia_1": -1.0}, "cannot exist"),
+    ("rolling_block", {"stiffness_46": -1.5}, "cannot exist"),
+    ("rolling_block", {"damping": 49.0}, "cannot exist"),
+]
+CAN_BE = [
+    ("stand", {"crank_radius": LENGTH - 0.281}),
+    ("stand", {"friction": -1.0, "rolling_force": -1.0, "shaft_12_stiffness": -1.0}),
+    ("stand", {"carriage_mass": -0.99, "runout_7": -0.5}),
+    ("planetary", {"centre_distance": 4e-3, "tooth_thickness": -1e-3}),
+    ("elastic_machine", {"inertia": -0.99, "damping": -1.0}),
+    ("rolling_block", {"damping": -1.0, "stiffness": 20.0}),
+]
+
+
+def table_of(name, deviations):
+    machine = catalogue.find(name)
+    settings = make(machine)
+    names = [each.name for each in described(machine, settings).contributors]
+    row = np.zeros((1, len(names)))
+    for given, value in deviations.items():
+        row[0, [n == given or n.rpartition("_")[0] == given for n in names]] = value
+    assert np.any(row)
+    return machine, settings, row
+
+
+@pytest.mark.parametrize(("name", "deviations", "word"), CANNOT_BE)
+def test_what_cannot_be_built(name, deviations, word):
+    machine, settings, row = table_of(name, deviations)
+    answers = simulate(machine, row, settings)
+    assert words_of(machine.failures)[int(answers.status[0])] == word
+    assert np.isnan(answers.responses).all()
+    assert answers.steps is None or answers.steps[0] == 0
+    assert word in machine.conditions
+
+
+@pytest.mark.parametrize(("name", "deviations"), CAN_BE)
+def test_what_can_be_built_is_not_ruled_out(name, deviations):
+    machine, settings, row = table_of(name, deviations)
+    assert impossible(machine, row, settings).tolist() == [0]
+
+
+@pytest.mark.parametrize("name", catalogue.names())
+def test_every_machine_says_what_it_can_be_built_from(name):
+    machine = catalogue.find(name)
+    assert machine.conditions
+    shown = CliRunner().invoke(main, ["show", name]).output.replace("\n", " ")
+    for word in machine.conditions:
+        assert f"a trial may end as: {word} (what can be built: " in shown
+
+
+def test_a_chain_that_does_not_close():
+    links = {
+        n: {"nominal": (x, "m")} for n, x in {"hypotenuse": 0.05, "leg": 0.04}.items()
+    }
+    given = {"links": links, "gap": "sqrt(hypotenuse**2 - leg**2)"}
+    rows = tolstat.evaluate("dimension_chain", {"leg": [0.0, 0.011]}, given)
+    assert list(rows["status"]) == ["done", "the formula has no value"]
+
+
+def test_those_among_others_change_nothing_and_are_replayed(tmp_path):
+    """Deviations of 150 %: some carriages weigh less than nothing."""
+    study = {
+        "model": "stand", "trials": 150, "seed": 3,
+        "deviations": {"carriage_mass": "+-150 %"},
+        "settings": {"settle": 0, "cycles": 1},
+    }  # fmt: skip
+    told: list[Progress] = []
+    run = tolstat.run(study, output=tmp_path / "light.h5", progress=told.append)
+    mass = run.column("carriage_mass")
+    word = "nothing left of a part"
+    count = np.count_nonzero(mass <= -1)
+    assert run.failures[word] == count > 0
+    np.testing.assert_array_equal(run.frame()["status"] == word, mass <= -1)
+    # told before any trial has run, and kept
+    first = told[0]
+    assert first.over == 0 and f"{count} of 150 machines" in first.doubt
+    assert f"{word} (rods, cranks" in first.doubt and first.doubt in run.notes
+    assert all(not progress.doubt for progress in told[1:])
+    # a machine that can be is as it is alone
+    heavy = mass > -1
+    some = np.flatnonzero(heavy)[:3]
+    alone = tolstat.evaluate(
+        "stand", {"carriage_mass": mass[some]}, {"settle": 0, "cycles": 1}
+    )
+    np.testing.assert_array_equal(alone["yaw"], run.column("yaw")[some])
+    light = int(np.flatnonzero(~heavy)[0])
+    assert tolstat.replay(run, light).differences == ()
+
+
+def test_a_study_of_none_that_can_be_is_refused(tmp_path):
+    study = tmp_path / "long.toml"
+    study.write_text(
+        'model = "stand"\ntrials = 8\nseed = 1\n[deviations]\n'
+        'crank_radius = { distribution = "constant", value = "4 m" }\n'
+    )
+    said = CliRunner().invoke(main, ["run", str(study)])
+    assert said.exit_code == 2 and not study.with_suffix(".h5").exists()
+    assert (
+        "long.toml: none of the 8 machines can be built: rod does not reach (each"
+        in (said.stderr)
+    )
+
+
+def test_the_share_is_told_on_the_command_line(tmp_path):
+    study = tmp_path / "light.toml"
+    study.write_text(
+        'model = "oscillator"\ntrials = 300\nseed = 1\n[deviations]\nmass = "+-150 %"\n'
+    )
+    place = f"{ROOT / 'runs' / 'own' / 'oscillator.py'}:Oscillator"
+    said = CliRunner().invoke(main, ["run", str(study), "--machine", place])
+    assert "of 300 machines, " in said.stderr and "%, cannot be built" in said.stderr
+    assert "cannot be built (mass and stiffness are above 0" in said.stderr
+
+
+def test_a_stand_that_loses_more_than_it_is_driven_with():
+    """Rods 0.6 m apart: the start-up releases what mounting took."""
+    found = tolstat.evaluate("stand", {"rod_length_1": 0.6})
+    assert found["status"][0] == "more lost than driven"
+    assert np.isnan(found["extra_loss_run"][0])
+
+
+class Nominal(Toy):
+    """A machine that cannot be built without deviations."""
+
+    failures = ("too short",)
+    conditions = {"too short": "its parts are longer than 0.1 mm together"}  # noqa: RUF012
+
+    def impossible(self, deviations, settings):
+        return {"too short": deviations[:, :2].sum(axis=1) < 1e-4}
+
+    def evaluate(self, deviations, settings):
+        assert not self.impossible(deviations, settings)["too short"].any()
+        return Outcome(np.stack([deviations[:, 0], deviations[:, 1]], axis=1))
+
+
+def test_a_nominal_machine_that_cannot_be_is_refused(toy_study):
+    text = toy_study.read_text()
+    with pytest.raises(
+        StudyError, match=r"without deviations .* too short \(its parts"
+    ):
+        tolstat.run(toy_study, model=Nominal())
+    assert toy_study.read_text() == text
+
+
+def test_what_cannot_be_built_is_never_evaluated():
+    rows = tolstat.evaluate(Nominal(), {"part_1": [0.0, 1e-3, 0.0], "part_2": 1e-5})
+    assert list(rows["status"]) == ["too short", "done", "too short"]
+    assert rows["gap"].tolist()[1] == 1e-3 and rows["gap"].isna().tolist()[0]
+
+
+def test_conditions_are_sentences_for_failures():
+    class Wrong(Toy):
+        conditions = {"too long": "no word of its failures"}  # noqa: RUF012
+
+    with pytest.raises(
+        ModelError, match="conditions are sentences, each for one of its"
+    ):
+        check_model(Wrong())
+
+    class Unknown(Nominal):
+        def impossible(self, deviations, settings):
+            return {"too long": deviations[:, 0] > 0}
+
+    with pytest.raises(ModelError, match="'too long' is none of its conditions"):
+        tolstat.evaluate(Unknown(), {"part_1": 1e-3})
