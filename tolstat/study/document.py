@@ -18,6 +18,7 @@ from tolstat.study.problems import Problems
 
 MOST_MEGABYTES = 1  # of a study
 MOST_SEED = 2**64 - 1
+TOO_LONG = "a number of thousands of digits; no key of a study takes one"
 NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
 
@@ -124,21 +125,23 @@ def _of_file(path: Path) -> tuple[str, dict[str, Any]]:
 
 def _table(text: str, source: str) -> dict[str, Any]:
     """Return what a TOML file holds."""
+    if found := DEEP_KEY.search(text):  # which tomllib would take minutes to read
+        raise _unreadable(source, found[0], TOO_DEEP)
+    lines = text.split("\n")
     try:
-        if found := DEEP_KEY.search(text):  # tomllib takes minutes for a long one
-            raise StudyError(
-                f"{source} cannot be run:\n  {found[0][:40]}...: {TOO_DEEP}"
-            )
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"{source} is not a TOML file: {error}") from None
     except RecursionError:
-        wrong = TOO_DEEP
-        line = max(text.split("\n"), key=lambda each: sum(map(each.count, "[{.")))
-    except ValueError:  # a whole number that Python does not read
-        wrong = "a number of thousands of digits; no key of a study takes one"
-        line = max(text.split("\n"), key=lambda each: len(re.sub("[^0-9]", "", each)))
-    raise StudyError(f"{source} cannot be run:\n  {line[:40]}...: {wrong}") from None
+        deepest = max(lines, key=lambda line: line.count("[") + line.count("{"))
+        raise _unreadable(source, deepest, TOO_DEEP) from None
+    except ValueError:
+        longest = max(lines, key=lambda line: sum(map(str.isdigit, line)))
+        raise _unreadable(source, longest, TOO_LONG) from None
+
+
+def _unreadable(source: str, line: str, why: str) -> StudyError:
+    return StudyError(f"{source} cannot be run:\n  {line[:40]}...: {why}")
 
 
 def _of_mapping(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
