@@ -157,7 +157,9 @@ def test_commands_and_their_options_exist(readme):
             if isinstance(each, click.Option)
             for option in each.opts
         }
-        used = re.findall(r"(?<![\w-])--?[a-z][a-z-]*", " ".join(rest).partition("  ")[0])
+        used = re.findall(
+            r"(?<![\w-])--?[a-z][a-z-]*", " ".join(rest).partition("  ")[0]
+        )
         assert set(used) <= known, words
 
 
