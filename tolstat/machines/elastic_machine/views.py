@@ -166,8 +166,8 @@ def residual(deviations: Array, settings: Settings) -> Chart:
     bands: tuple[Band, ...] = ()
     if others := [left(i, t0) for i in np.flatnonzero(chains.exists)[1:]]:
         lower, upper = np.quantile(others, BAND, axis=0)
-        words = f"undamped, 5..95 % of {len(others)} machines"
-        bands = (Band(words, "rad", lower, upper),)
+        bands = (Band("5..95 %", "rad", lower, upper, of="undamped"),)
+    of_many = f"{len(others)} machines" if others else ""
     above_zero = ("undamped", "integrated", *(band.name for band in bands))
     names = (*above_zero, *(each.name for each in curves[2:]))
     return Chart(
@@ -179,7 +179,7 @@ def residual(deviations: Array, settings: Settings) -> Chart:
         spans=(Span(RULE[0] * T_1, RULE[1] * T_1, "5 to 10 periods of mode 1"),),
         panels=(
             Panel(f"Residual {len(settings.inertia)}", names),
-            Panel("", above_zero, logarithmic=True),
+            Panel(of_many, above_zero, logarithmic=True),
         ),
     )
 
