@@ -155,6 +155,17 @@ def test_modes_are_tracked_where_they_veer():
     assert (np.einsum("ir,ir->r", shapes[1], reference) > 0).all()
 
 
+def test_likeness_to_a_reference_of_each_drives_own():
+    """As one by one; nothing is like a shape of which only zeros are known."""
+    phi = np.random.default_rng(3).standard_normal((2, 9, 8))
+    reference = phi[:, :, ::-1] + 0.1
+    reference[1, 2:, 4], reference[1, :2, 4] = np.nan, 0.0
+    together = mac(phi, reference)
+    for one in range(2):
+        np.testing.assert_array_equal(together[one], mac(phi[one], reference[one]))
+    assert (together[1, :, 4] == 0).all() and (together[0] > 0).all()
+
+
 def test_antiphase_as_the_paper_says():
     found = antiphase(solved()[1].phi)[0]
     expected = np.zeros((8, 3), bool)

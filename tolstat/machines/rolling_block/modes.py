@@ -77,20 +77,22 @@ def mac(phi: Array, reference: Array) -> Array:
     ----------
     phi : float64[..., mass, mode]
         Shapes.
-    reference : float64[mass, mode]
+    reference : float64[mass, mode] or float64[..., mass, mode]
         Shapes, too; NaN where nothing is known: the other masses are compared.
 
     Returns
     -------
     float64[..., mode, reference mode]
-        1 where shapes are alike but for scale and sign, 0 where they are orthogonal.
+        1 where shapes are alike but for scale and sign, 0 where they are orthogonal,
+        or where nothing of them but zeros is known.
     """
     known = np.isfinite(reference)
     there = np.where(known, reference, 0.0)
-    product = np.einsum("...ir,is->...rs", phi, there)
-    lengths = np.einsum("...ir,is->...rs", phi * phi, known.astype(float))
-    squares = np.einsum("is,is->s", there, there)
-    criterion: Array = product * product / (lengths * squares)
+    product = np.einsum("...ir,...is->...rs", phi, there)
+    lengths = np.einsum("...ir,...is->...rs", phi * phi, known.astype(float))
+    squares = np.einsum("...is,...is->...s", there, there)[..., None, :]
+    both = lengths * squares
+    criterion: Array = product * product / np.where(both > 0, both, 1.0)
     return criterion
 
 
