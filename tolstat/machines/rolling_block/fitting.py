@@ -1,191 +1,181 @@
-"""A drive fitted to a table of its modes, or to some numbers of it."""
+"""Drives fitted to a table of modes, many at once, each to its own choice of numbers.
+
+By the method of Levenberg and Marquardt; each number weighs by what its last digit
+tells.
+"""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tolstat.errors import ModelError
-from tolstat.machines.rolling_block.modes import mac, modes_of
-from tolstat.machines.rolling_block.topology import LINK_NAMES, LINKS, MASSES
+from tolstat.machines.rolling_block.table import (
+    N_MASSES,
+    N_UNKNOWNS,
+    Array,
+    Flags,
+    Indices,
+    Table,
+    beside,
+)
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-
-N_MASSES, N_LINKS = len(MASSES), len(LINKS)
-# A number contradicts the others where it is farther from them than so many halves of
-# its last digit: rounding alone makes one, "0.001" for nothing makes two.
-CONTRADICTS = 3.0
-LEAST = 1e-3  # of the greatest of its kind: where a start is not positive
-MOST_EVALUATIONS = 60  # a table that a drive has takes about ten
-FAR = 5.0  # from the start, logarithms: beyond, nothing is sought
-STEP = 1e-6  # of the logarithms, for slopes
-
-
-class Table(NamedTuple):
-    """What is given, with its resolution; row 0 holds the frequencies."""
-
-    numbers: Array  # [1 + mass, mode], Hz and shapes
-    half: Array  # [1 + mass, mode], half of the last digit
-
-    @property
-    def frequencies(self) -> Array:
-        """Hz, by mode."""
-        hz: Array = self.numbers[0]
-        return hz
-
-    @property
-    def shapes(self) -> Array:
-        """By mass and mode."""
-        phi: Array = self.numbers[1:]
-        return phi
+# logarithms
+FURTHEST_STEP = 1.0
+FURTHEST = 8.0  # from the start: beyond, nothing is sought
+SETTLED = 1e-8
+GAINS_NOTHING = 1e-9  # of the cost
+MOST_STEPS = 30  # a table that a drive has takes about five
+# Damping: a share of the squares of the slopes, more where a step was too long, and
+# what holds each unknown where it is if the table does not tell it.
+FIRST, MORE, LESS, MOST = 1e-2, 10.0, 0.1, 1e8
+HOLD = 1e-3
+ROUNDING = 1.0 / 3.0  # variance of what is alike likely within half a last digit
+SURE = 1e-4  # least share of an error that is left in a number and told from nothing
+TINY = 1e-12
 
 
 class Fit(NamedTuple):
-    """A drive that fits some numbers of a table."""
+    """Drives, each fitted to some numbers of a table."""
 
-    logs: Array  # logarithms of Q1 ... Q9, C12 ... C59
-    numbers: Array  # of the table, as this drive has them
+    counts: Flags  # [drive, 1 + mass, mode]
+    logs: Array  # [drive, unknown], logarithms of Q1 ... Q9, C12 ... C59
+    numbers: Array  # [drive, 1 + mass, mode], of the table, as these drives have them
     off: Array  # numbers less those given, in halves of the last digit
-    slopes: Array  # [1 + mass, mode, unknown], of `off`
-    cost: float  # sum of squares over what counts
+    slopes: Array  # [drive, 1 + mass, mode, unknown], of `off`
+    scales: Array  # [drive, 1 + mass, mode], of `off`, by the scale of a column
+    cost: Array  # [drive], sum of squares over what counts
+
+    def of(self, drives: Indices | list[int]) -> Fit:
+        """Return some of the drives."""
+        counts, *rest = self
+        return Fit(counts[drives], *(each[drives] for each in rest))
+
+    def information(self, counts: Flags) -> Array:
+        """Return what some numbers tell of the unknowns, with errors of half a digit.
+
+        Parameters
+        ----------
+        counts : bool[drive or 1, 1 + mass, mode]
+            These numbers.
+
+        Returns
+        -------
+        float64[drive, unknown, unknown]
+        """
+        slopes = np.where(counts[..., None], self.slopes, 0.0)
+        slopes = slopes.reshape(len(slopes), -1, N_UNKNOWNS)
+        information: Array = np.matmul(np.swapaxes(slopes, 1, 2), slopes)
+        return information
+
+    def spread(self, counts: Flags) -> Array:
+        """Return standard deviations of the unknowns, of themselves, by rounding.
+
+        Parameters
+        ----------
+        counts : bool[drive or 1, 1 + mass, mode]
+            What is known and rounded.
+
+        Returns
+        -------
+        float64[drive, unknown]
+            The sum of all inertias being exact; large where the numbers tell nothing.
+        """
+        inertias = np.exp(self.logs[:, :N_MASSES])
+        share = np.zeros_like(self.logs)
+        share[:, :N_MASSES] = inertias / np.sum(inertias, axis=1, keepdims=True)
+        relative = np.eye(N_UNKNOWNS) - share[:, None, :]  # to the sum
+        held = self.information(counts) / ROUNDING + HOLD * np.eye(N_UNKNOWNS)
+        covariance = np.matmul(relative, np.linalg.inv(held))
+        variance = np.sum(covariance * relative, axis=2)
+        spread: Array = np.sqrt(np.maximum(variance, 0.0))
+        return spread
+
+    def left(self) -> Array:
+        """Return what an error of a number leaves in it; the rest moves the drive.
+
+        Returns
+        -------
+        float64[drive, 1 + mass, mode]
+            A share, for what counts. Above one for what does not: the variance of what
+            the others ask for, with that of the number itself, in terms of it.
+        """
+        held = self.information(self.counts) + HOLD * np.eye(N_UNKNOWNS)
+        flat = self.slopes.reshape(len(held), -1, N_UNKNOWNS)
+        drawn = np.sum(np.matmul(flat, np.linalg.inv(held)) * flat, axis=2)
+        drawn = drawn.reshape(self.off.shape) + self.scales**2
+        left: Array = np.where(self.counts, 1.0 - drawn, 1.0 + drawn)
+        return left
+
+    def strain(self) -> Array:
+        """Return how far each number is from what the others of its drive ask for.
+
+        Returns
+        -------
+        float64[drive, 1 + mass, mode]
+            In halves of the last digit, so weighted that it is as large for all if
+            errors are.
+        """
+        strain: Array = self.off / np.sqrt(np.maximum(self.left(), SURE))
+        return strain
+
+    def seen(self) -> Array:
+        """Return the strain by an error of half a last digit, [drive, ..., mode]."""
+        left = np.maximum(self.left(), TINY)
+        seen: Array = left / np.sqrt(np.maximum(left, SURE))
+        return seen
 
 
-class Linear(NamedTuple):
-    """The answer of the linear problem."""
-
-    misfit: (
-        float  # root of the mean square; infinite where some unknown is not positive
-    )
-    logs: Array  # logarithms of the unknowns, of their size where not positive
-
-
-def linear(table: Table, counts: Flags) -> Linear:
-    """Solve (K - omega^2 M) phi = 0 for the unknowns, by what counts of the table.
-
-    Parameters
-    ----------
-    table, counts : Table, bool[1 + mass, mode]
-        What is given, and what counts of it.
-
-    Raises
-    ------
-    ModelError
-        If too little counts.
-    """
-    phi = np.where(counts[1:], table.shapes, 0.0)
-    square = (2 * np.pi * table.frequencies) ** 2
-    equations = np.zeros((len(square), N_MASSES, N_MASSES + N_LINKS))
-    holds = counts[1:].T & counts[0][:, None]  # [mode, mass]: all that enters is known
-    for mass in range(N_MASSES):
-        equations[:, mass, mass] = -square * phi[mass]
-    for link, (i, j) in enumerate(LINKS):
-        twist = phi[i] - phi[j]
-        equations[:, i, N_MASSES + link] = twist
-        equations[:, j, N_MASSES + link] = -twist
-        holds[:, i] &= counts[1 + j]
-        holds[:, j] &= counts[1 + i]
-    # all modes alike, each by its own size
-    equations /= (square * np.sqrt(np.sum(phi * phi, axis=0)))[:, None, None]
-    chosen = equations[holds]
-    size = np.sqrt(np.sum(chosen * chosen, axis=0))
-    if len(chosen) < chosen.shape[1] - 1 or not size.all():
-        raise undetermined()
-    _, singular, vectors = np.linalg.svd(chosen / size)
-    unknowns = vectors[-1] / size
-    unknowns = unknowns * np.sign(np.sum(vectors[-1]))
-    least = singular[-1] if len(singular) == len(size) else 0.0
-    misfit = least / np.sqrt(len(chosen)) if (unknowns > 0).all() else np.inf
-    kinds = np.split(np.abs(unknowns), [N_MASSES])
-    sizes = [np.maximum(kind, LEAST * np.max(kind)) for kind in kinds]
-    return Linear(float(misfit), np.log(np.concatenate(sizes)))
-
-
-def fitted(table: Table, counts: Flags, last: Array | None = None) -> Fit:
-    """Fit the drive to what counts of the table.
-
-    It begins where the linear problem says, or with the last drive if there some
-    inertia or stiffness is not positive.
-
-    Parameters
-    ----------
-    table, counts : Table, bool[1 + mass, mode]
-        What is given, and what counts of it.
-    last : float64[unknown], optional
-        Logarithms of the unknowns of the last drive.
-    """
-    from scipy.optimize import least_squares
-
-    begin = linear(table, counts)
-    start = begin.logs if last is None or np.isfinite(begin.misfit) else last
-
-    # the scale is free: one more residual keeps it where it begins
-    scale = np.ones((1, len(start))) / len(start)
-
-    def off(logs: Array) -> Array:
-        found = _compared(table, counts, logs[None])[1][0][counts]
-        return np.concatenate([found, scale @ (logs - start)])
-
-    def slopes(logs: Array) -> Array:
-        return np.concatenate([_slopes(table, counts, logs)[counts], scale])
-
-    result = least_squares(
-        off,
-        start,
-        slopes,
-        bounds=(start - FAR, start + FAR),
-        loss="soft_l1",  # gross errors pull less than their square
-        f_scale=CONTRADICTS,
-        x_scale="jac",
-        max_nfev=MOST_EVALUATIONS,
-    )
-    logs: Array = result.x
-    numbers, every = _compared(table, counts, logs[None])
-    return Fit(logs, numbers[0], every[0], _slopes(table, counts, logs), result.cost)
-
-
-def _slopes(table: Table, counts: Flags, logs: Array) -> Array:
-    around = STEP * np.eye(len(logs))
-    both = np.concatenate([logs + around, logs - around])
-    off = _compared(table, counts, both)[1]
-    difference: Array = (off[: len(logs)] - off[len(logs) :]) / (2 * STEP)
-    return np.moveaxis(difference, 0, -1)
-
-
-def _compared(table: Table, counts: Flags, logs: Array) -> tuple[Array, Array]:
-    """Compare the tables of some drives with the one given.
+def fitted(table: Table, counts: Flags, start: Array, steps: int = MOST_STEPS) -> Fit:
+    """Fit drives to what counts of the table.
 
     Parameters
     ----------
-    table, counts : Table, bool[1 + mass, mode]
-        What is given, and what counts of it.
-    logs : float64[drive, unknown]
-        The drives.
-
-    Returns
-    -------
-    numbers : float64[drive, 1 + mass, mode]
-        Their modes that are most like those given, in scale and sign as these.
-    off : float64[drive, 1 + mass, mode]
-        Less what is given, in halves of the last digit; NaN where nothing is.
+    table, counts : Table, bool[drive, 1 + mass, mode]
+        What is given, and what counts of it for each drive.
+    start : float64[drive, unknown]
+        Logarithms, where to begin, from `linear`.
+    steps : int
+        At most; it ends earlier where all drives have settled.
     """
-    unknowns = np.exp(logs - np.mean(logs[:, :N_MASSES], axis=1, keepdims=True))
-    modes = modes_of(unknowns[:, :N_MASSES], unknowns[:, N_MASSES:])
-    given = np.where(counts[1:], table.shapes, np.nan)
-    alike = np.argmax(mac(modes.phi, given), axis=1)  # [drive, mode given]
-    hz = np.take_along_axis(modes.omega, alike, axis=1) / (2 * np.pi)
-    phi = np.take_along_axis(modes.phi, alike[:, None, :], axis=2)
-    seen = np.where(counts[1:], phi, np.nan)
-    size = np.nansum(seen * given, axis=1) / np.nansum(seen * seen, axis=1)
-    numbers = np.concatenate([hz[:, None], phi * size[:, None]], axis=1)
-    return numbers, (numbers - table.numbers) / table.half
+    fit = _there(table, counts, start)
+    damping = np.full(len(start), FIRST)
+    moving = np.arange(len(start))
+    for _ in range(steps):
+        now = fit.of(moving)
+        step = _step(now, damping[moving])
+        logs = np.clip(
+            now.logs + step, start[moving] - FURTHEST, start[moving] + FURTHEST
+        )
+        new = _there(table, now.counts, logs)
+        gain = now.cost - new.cost
+        better = gain > 0
+        for into, values in zip(fit, new, strict=True):
+            into[moving[better]] = values[better]
+        damping[moving] *= np.where(better, LESS, MORE)
+        rests = np.max(np.abs(step), axis=1) < SETTLED
+        rests |= np.abs(gain) <= GAINS_NOTHING * now.cost
+        moving = moving[~rests & (damping[moving] < MOST)]
+        if not len(moving):
+            break
+    return fit
 
 
-def undetermined() -> ModelError:
-    """Return what is raised where a table leaves some unknown open."""
-    return ModelError(
-        f"the table does not determine the {N_MASSES} inertias and the stiffnesses "
-        f"{', '.join(LINK_NAMES)}: give more modes, or more of their shapes"
-    )
+def _step(now: Fit, damping: Array) -> Array:
+    normal = now.information(now.counts)
+    off = np.where(now.counts, now.off, 0.0)[..., None]
+    pull = np.sum(off * now.slopes, axis=(1, 2))
+    diagonal = np.einsum("nuu->nu", normal)
+    held = damping[:, None] * diagonal + HOLD
+    held += 1e-13 * np.max(diagonal, axis=1, keepdims=True)  # rounding of the solver
+    normal = normal + held[:, None] * np.eye(N_UNKNOWNS)
+    step = -np.linalg.solve(normal, pull[..., None])[..., 0]
+    longest = np.max(np.abs(step), axis=1, keepdims=True)
+    short: Array = step * (FURTHEST_STEP / np.maximum(longest, FURTHEST_STEP))
+    return short
+
+
+def _there(table: Table, counts: Flags, logs: Array) -> Fit:
+    found = beside(table, counts, logs)
+    cost = np.sum(np.where(counts, found.off**2, 0.0), axis=(1, 2))
+    return Fit(counts.copy(), logs.copy(), *found, cost)
