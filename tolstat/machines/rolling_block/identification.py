@@ -13,6 +13,7 @@ P. V. Krot (2010), Table 1, for which this was made.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +26,7 @@ from tolstat.machines.rolling_block.contradictions import (
 )
 from tolstat.machines.rolling_block.table import N_LINKS, N_MASSES, Array, Table
 
+LEAST, MOST = 1e-9, 1e9  # of any number, in its unit: beyond, squares leave the doubles
 TABLE_1_INERTIA = 680.0  # kg m2, makes the drive of Table 1 one of round numbers
 
 
@@ -118,6 +120,20 @@ def identify_drive(
     )
 
 
+def _real(name: str, given: ArrayLike) -> Array:
+    """Return plain numbers, and refuse what would be turned into such in silence."""
+    try:
+        array = np.asarray(given)
+    except ValueError:
+        array = np.array("of different lengths")
+    if array.dtype.kind not in "fiu":
+        raise ModelError(
+            f"{name}: real numbers are expected, in rows of equal length; of a complex "
+            "shape its real part, turned so that the largest is real"
+        )
+    return array.astype(float)
+
+
 def _read(
     frequencies: ArrayLike,
     mode_shapes: ArrayLike,
@@ -125,8 +141,7 @@ def _read(
     shape_resolution: float,
     total_inertia: float,
 ) -> Table:
-    hz = np.atleast_1d(np.asarray(frequencies, dtype=float))
-    shapes = np.asarray(mode_shapes, dtype=float)
+    hz, shapes = _real("frequencies", frequencies), _real("mode_shapes", mode_shapes)
     if hz.ndim != 1 or not 2 <= len(hz) <= N_LINKS:
         raise ModelError(
             f"frequencies: 2 to {N_LINKS} are expected, a number for each mode"
@@ -136,17 +151,25 @@ def _read(
             f"mode_shapes: {N_MASSES} rows of {len(hz)} numbers are expected, one for "
             f"each mass; these are {' x '.join(map(str, shapes.shape)) or 'one'}"
         )
-    if not (np.isfinite(hz).all() and (hz > 0).all()):
-        raise ModelError("frequencies: numbers above 0 Hz are expected")
-    if np.isinf(shapes).any() or not (np.nan_to_num(shapes) != 0).any(axis=0).all():
-        raise ModelError("mode_shapes: finite numbers are expected, not all of them 0")
+    if not ((hz > LEAST) & (hz < MOST)).all():
+        raise ModelError(
+            f"frequencies: numbers from {LEAST:g} to {MOST:g} Hz are expected"
+        )
+    largest = np.nan_to_num(np.abs(shapes)).max(axis=0)
+    if not ((largest > LEAST) & (largest < MOST)).all():
+        raise ModelError(
+            "mode_shapes: the largest number of each mode is expected from "
+            f"{LEAST:g} to {MOST:g}; any scale will do"
+        )
     for name, value in (
         ("total_inertia", total_inertia),
         ("frequency_resolution", frequency_resolution),
         ("shape_resolution", shape_resolution),
     ):
-        if not 0 < value < np.inf:
-            raise ModelError(f"{name} = {value:g}: a number above 0 is expected")
+        if not isinstance(value, Real) or not LEAST <= value <= MOST:
+            raise ModelError(
+                f"{name} = {value!r}: a number from {LEAST:g} to {MOST:g} is expected"
+            )
     half = np.full((1 + N_MASSES, len(hz)), shape_resolution / 2)
     half[0] = frequency_resolution / 2
     return Table(np.vstack([hz, shapes]), half)
