@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from dataclasses import dataclass
 
@@ -16,6 +17,9 @@ from tolstat.errors import ModelError, RunFileError, StudyError
 from tolstat.execution.execute import execute
 from tolstat.execution.going_on import go_on
 from tolstat.execution.workers import Workers
+from tolstat.reporting.gather import findings_of
+from tolstat.reporting.plain import as_json
+from tolstat.reporting.summary_table import summary_table
 from tolstat.study.study import load
 
 HEAD = """\
@@ -104,6 +108,23 @@ def test_a_stopped_run_becomes_the_run_that_was_not(tmp_path, sampling):
         assert part.provenance["trials_done"] == np.count_nonzero(part.status == 1)
         assert same(tolstat.resume(path, model=Toy()), whole)
     assert tolstat.resume(path, model=Toy()).complete
+
+
+@pytest.mark.parametrize("trials", [0, 200])
+def test_a_run_in_part_has_a_report(tmp_path, trials):
+    """Its numbers as JSON, too: no time is missing."""
+    path = tmp_path / "part.h5"
+    part = stopped(written(tmp_path, STUDIES["random"]), path, trials)
+    assert part.provenance["ended_at"] >= part.provenance["started_at"]
+    if trials:
+        found = json.loads(as_json(findings_of(part)))
+        assert found["provenance"]["trials_done"] == part.counts["done"]
+        assert found["provenance"]["seconds"] > 0
+        tolstat.report(part)
+        tolstat.compare(part, part, tmp_path / "pair.html")
+    assert f"{part.trials - part.ended} of 1000 trials have not run" in " ".join(
+        summary_table(part).notes
+    )
 
 
 def test_a_run_is_stopped_again_and_again(tmp_path):

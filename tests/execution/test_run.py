@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -93,6 +96,19 @@ def test_bitwise_the_same_for_any_workers_and_blocks(khpt75, workers, block):
     np.testing.assert_array_equal(steps, whole.steps)
     assert np.count_nonzero(status != Status.DONE) == 5
     np.testing.assert_array_equal(before, np.random.get_state()[1])  # noqa: NPY002
+
+
+def test_bitwise_the_same_in_other_processes(khpt75):
+    """A block is a pure function of what is sent: any executor will do."""
+    study, deviations, whole = khpt75
+    context = multiprocessing.get_context("spawn")
+    with (
+        ProcessPoolExecutor(2, mp_context=context) as others,
+        Workers(2, executor=others, block=80) as crew,
+    ):
+        found = crew.simulate(study.model, deviations, study.settings)
+    np.testing.assert_array_equal(found.responses, whole.responses)
+    np.testing.assert_array_equal(found.steps, whole.steps)
 
 
 def test_bitwise_the_same_among_shuffled_neighbours(khpt75):
