@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import shlex
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -169,14 +170,15 @@ def _watched(
 
 def _say_how_to_go_on(run: Run, screen: Screen) -> NoReturn:
     """Say what is stored and how it is gone on with; end the process."""
-    machine = f" --machine {run.machine}" if run.machine else ""
+    machine = f" --machine {shlex.quote(run.machine)}" if run.machine else ""
     with suppress(OSError):  # the terminal may be gone
         screen.print(
             f"stopped: {run.ended} of {run.trials} trials are stored in {run.path}; go "
             "on with:",
             soft_wrap=True,
         )
-        screen.print(f"tolstat resume {run.path}{machine}", soft_wrap=True)
+        name = shlex.quote(str(run.path))
+        screen.print(f"tolstat resume {name}{machine}", soft_wrap=True)
         sys.stdout.flush()
         sys.stderr.flush()
     os._exit(INTERRUPTED)  # a compilation under way would hold up sys.exit

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from tolstat.status import Status
 from tolstat.store.clock import is_whole
 from tolstat.store.fingerprint import fingerprints
-from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, NOMINAL, STATUS
-from tolstat.store.rows import columns_of, places_of
+from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, STATUS
+from tolstat.store.rows import columns_of, nominal_columns_of
 
 NAMED = 20  # ranges of trials that are listed
 
@@ -88,9 +88,8 @@ def damage_of(
     stored = file[CHECKSUM][...]
     found = fingerprints([columns[name] for name in columns_of(file)])
     wrong = ran & (found != stored) if not complete else ~ran | (found != stored)
-    names = [n for n in places_of(file) if n.startswith(f"{NOMINAL}/")]
     checksum = file[ALONE][()]  # before what it is of: both may be written now
-    alone = [np.atleast_1d(file[name][()]) for name in names]
+    alone = [np.atleast_1d(file[name][()]) for name in nominal_columns_of(file)]
     nominal = bool(checksum or complete) and fingerprints(alone)[0] != checksum
     # that of a run which is being written may be caught in between
     clock = complete and not is_whole(file[CLOCK][...])

@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.store.attributes import texts
 from tolstat.store.layout import (
     ALONE,
     CHECKSUM,
@@ -42,16 +43,18 @@ def columns_of(file: h5py.File) -> list[str]:
     return [*(name for name in every if name not in (TRIAL, STATUS)), STATUS]
 
 
+def nominal_columns_of(file: h5py.File) -> list[str]:
+    """Name the columns that say how the nominal machine ended."""
+    names = (*sorted(texts(file, "responses")), STATUS, STEPS)
+    return [f"{NOMINAL}/{name}" for name in names if name in file]
+
+
 def places_of(file: h5py.File) -> dict[str, Place]:
     """Find where the rows lie: columns, the nominal machine, checksums, clock."""
-    names = [*columns_of(file), CHECKSUM, ALONE, CLOCK]
-    answers = [n for n, item in file.items() if item.attrs.get("role") == "response"]
-    names += [f"{NOMINAL}/{name}" for name in (*answers, STATUS, STEPS)]
     found = {}
-    for name in names:
-        if name in file:
-            item = file[name]
-            found[name] = Place(item.id.get_offset(), item.dtype, item.size)
+    for name in (*columns_of(file), CHECKSUM, ALONE, CLOCK, *nominal_columns_of(file)):
+        item = file[name]
+        found[name] = Place(item.id.get_offset(), item.dtype, item.size)
     return found
 
 
