@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.deviations import distributions
+from tolstat.deviations import distributions, measured
 from tolstat.deviations.distributions.arcsine import Arcsine
 from tolstat.deviations.distributions.beta import Beta
 from tolstat.deviations.distributions.constant import Constant
@@ -137,6 +137,17 @@ def test_fits_and_their_goodness():
     # the test with estimated parameters, not the table for known ones
     again = [fit(rng.normal(0, 1, 30), "normal").p_value for _ in range(60)]
     assert stats.kstest(again, "uniform").pvalue > 1e-3
+
+
+def test_many_parts_are_tested_against_fewer(monkeypatch):
+    """The level hardly depends on their number: as far off as 999 samples scatter."""
+    parts = np.random.default_rng(8).standard_t(25, 400)
+    exact = fit(parts, "normal").p_value
+    assert 0.02 < exact < 0.9
+    monkeypatch.setattr(measured, "MOST_SIMULATED", 150)
+    assert fit(parts, "normal").p_value == pytest.approx(exact, abs=0.05)
+    many = np.random.default_rng(9).normal(0, 1, 100_000)
+    assert 0.001 <= fit(many, "normal").p_value <= 1
 
 
 @pytest.mark.parametrize(

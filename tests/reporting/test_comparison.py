@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import h5py
 import numpy as np
 import pytest
 from scipy import stats
@@ -65,6 +66,23 @@ def test_runs_of_other_machines_are_refused(other):
         pair_of(base, other(("seed = 1", "seed = 2")))
     with pytest.raises(RunFileError, match=r"angle differs .* first in trial 0 .* rad"):
         pair_of(base, other(("0..360 deg", "0..180 deg")))
+
+
+def test_differences_that_are_all_alike_are_drawn(toy, tmp_path):
+    """But for rounding: no sixty bars have room between them."""
+    runs = []
+    for name, mode in (("a", "plain"), ("b", "odd")):
+        study = {
+            "model": "toy", "trials": 400, "seed": 1, "title": "$\\foo{ x",
+            "settings": {"mode": mode}, "deviations": {"part": "+-0.1 mm"},
+        }  # fmt: skip
+        runs.append(tolstat.run(study, model=toy, output=tmp_path / f"{name}.h5"))
+    table = runs[1].path
+    with h5py.File(table, "r+") as file:
+        file["gap"][...] = np.nextafter(file["gap"][...] + 1e-3, 1)
+    page = tmp_path / "pair.html"
+    tolstat.compare(runs[0].path, table, page, ["gap"])
+    assert "mathdefault" not in page.read_text()
 
 
 def test_machines_that_failed_in_either_are_left_out_and_counted(other):

@@ -1,0 +1,73 @@
+"""What fits a computer, and what is read of a file."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+
+import pytest
+
+import tolstat
+from tests.conftest import Toy
+from tolstat.errors import DataError, StudyError
+from tolstat.model.checked import described
+from tolstat.study import csv_table, size
+from tolstat.study.csv_table import read_csv
+from tolstat.study.files import content
+from tolstat.study.study import load
+
+TOY = described(Toy(), None)  # 3 contributors, 2 responses: 96 bytes a trial
+
+
+def test_what_fits_the_memory(monkeypatch):
+    monkeypatch.setattr(size, "memory", lambda: 96e6)
+    assert size.too_large(1_000_000, TOY) == "" != size.too_large(1_000_001, TOY)
+    assert size.large(250_000, TOY) == "" != size.large(250_001, TOY)
+    said = size.too_large(2 * 10**8, TOY)
+    assert (
+        "200000000 trials take about 19.2 GB of memory and, at 1000 a second," in said
+    )
+    assert "2.31 days" in said and "may have 0.096 GB" in said
+    assert "at most about 1000000 fit" in said
+
+
+def test_large_studies_are_told_so(monkeypatch):
+    monkeypatch.setattr(size, "memory", lambda: 96e3)
+    study = {"model": "toy", "trials": 500, "seed": 1, "deviations": {"part": "+-1 mm"}}
+    (doubt,) = load(study, model=Toy()).doubts
+    assert doubt.startswith("500 trials take about 4.8e-05 GB of memory")
+    with pytest.raises(StudyError, match="trials = 1001: 1001 trials take about"):
+        tolstat.run(study, trials=1001, model=Toy(), output="never.h5")
+    with pytest.raises(StudyError, match=r"seed = 18446744073709551616: .* at most"):
+        tolstat.run(study, seed=2**64, model=Toy(), output="never.h5")
+
+
+def test_a_limit_of_the_process_counts():
+    code = "from tolstat.study.size import memory; print(memory())"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (2 * 10**9,) * 2),
+    )  # fmt: skip
+    assert float(done.stdout) <= 2e9
+
+
+def test_files_are_read_as_far_as_they_may_be(tmp_path, monkeypatch):
+    path = tmp_path / "long.csv"
+    path.write_bytes(b"1" * 1_000_001)
+    with pytest.raises(DataError, match=r"long\.csv is larger than 1 MB"):
+        content(path, 1)
+    monkeypatch.setattr(csv_table, "MOST_MEGABYTES", 1)
+    with pytest.raises(DataError, match="larger than 1 MB"):
+        read_csv(tmp_path, "long.csv")
+    path.write_bytes(b"\xef\xbb\xbfa [mm]\r\n1\r\n")
+    assert read_csv(tmp_path, "long.csv").column("a") == [1.0]
+    below = tmp_path / "parts"
+    below.mkdir()
+    path.rename(below / "short.csv")
+    assert read_csv(tmp_path, "parts/short.csv").heads == ["a"]
+    assert read_csv(None, str(below / "short.csv")).heads == ["a"]
+    with pytest.raises(DataError, match="outside the folder"):
+        read_csv(tmp_path / "parts", str(tmp_path / "other.csv"))
+    with pytest.raises(DataError, match=r"no such file; did you mean 'short\.csv'"):
+        read_csv(below, "shrt.csv")
