@@ -11,6 +11,7 @@ from tolstat.execution.planning import cannot_be_built, plan_of
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Workers
 from tolstat.model.contract import Model
+from tolstat.store.aside import check_replaceable
 from tolstat.store.lock import Lock
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
@@ -114,6 +115,7 @@ def _stored(
     study: Study, path: Path, workers: Workers, force: bool, tell: Telling
 ) -> Path:
     """Run a study; its trials are let go before those that are stored are read."""
+    check_replaceable(path, force=True)  # no lock is laid beside a device
     with Lock(path) as lock:
         trials = Trials.planned(study.description, study.deviations())
         if doubt := cannot_be_built(study, trials.deviations):

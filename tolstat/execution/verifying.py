@@ -169,6 +169,8 @@ def findings(found: Verification) -> list[str]:
     """Say in sentences what was found."""
     run, said = found.run, []
     stored = int(np.count_nonzero(run.status != Status.NOT_RUN))
+    counts = (f"{count} {word}" for word, count in run.counts.items() if count)
+    said.append(f"{run.trials} trials: {', '.join(counts)}")
     damaged = run.damage.words or "all fit"
     said.append(f"checksums of {stored} trials and the nominal machine: {damaged}")
     for what, trials in (
@@ -180,9 +182,6 @@ def findings(found: Verification) -> list[str]:
         said.append(f"{what}: {words}")
     if found.nominal_differs:
         said.append("the nominal machine, evaluated again: different")
-    missing = run.trials - stored
-    if missing and not run.complete:
-        said.append(f"{missing} of {run.trials} trials have not run")
     if len(found.different) or found.nominal_differs:
         said += found.reasons
     return said

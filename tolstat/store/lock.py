@@ -34,7 +34,11 @@ class Lock(AbstractContextManager["Lock"]):
     """
 
     def __init__(self, path: Path) -> None:
-        self.path, real = path, path.resolve()  # a link stays one
+        self.path = path
+        try:
+            real = path.resolve()  # a link stays one
+        except (OSError, RuntimeError) as error:  # links in a circle
+            raise BrokenError(f"{path} cannot be written: {error}") from error
         self._place = real.with_name(real.name + ".lock")
         with suppress(OSError):
             real.parent.mkdir(parents=True, exist_ok=True)

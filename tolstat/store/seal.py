@@ -132,8 +132,11 @@ def _read(file: BinaryIO | MemoryFile, first: int, stop: int) -> Iterator[bytes]
 
 def is_run(path: Path) -> bool:
     """Tell whether a file is a run, damaged or not."""
-    with path.open("rb") as file:
-        return read_seal(file) is not None
+    try:
+        with path.open("rb") as file:
+            return read_seal(file) is not None
+    except OSError:  # not ours to read, nor to replace
+        return False
 
 
 def check_seal(path: Path) -> None:
