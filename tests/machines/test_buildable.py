@@ -156,6 +156,13 @@ def test_a_stand_that_loses_more_than_it_is_driven_with():
     assert np.isnan(found["extra_loss_run"][0])
 
 
+def test_a_history_that_nobody_looks_at():
+    with pytest.raises(
+        ModelError, match="more than 2000000 points; give a longer step"
+    ):
+        tolstat.trajectory("stand", step=1e-6)
+
+
 class Nominal(Toy):
     """A machine that cannot be built without deviations."""
 

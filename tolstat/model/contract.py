@@ -21,6 +21,7 @@ from tolstat.model.view import Chart, Offer, View
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
+MOST_SAMPLES = 2_000_000  # of a history
 NOTHING_FAILED: Mapping[str, Truths] = {}
 
 
@@ -209,6 +210,29 @@ class Model(ABC):
     def moves(self) -> bool:
         """Whether it has histories."""
         return type(self).history is not Model.history
+
+
+def sample_times(horizon: float, step: float) -> Array:
+    """Return the times at which a history is seen, for `Model.history`.
+
+    Parameters
+    ----------
+    horizon : float
+        How long it is, s.
+    step : float
+        About how far apart two of them are, s.
+
+    Raises
+    ------
+    ModelError
+        If there are more than anybody looks at.
+    """
+    if not horizon / step <= MOST_SAMPLES:
+        raise ModelError(
+            f"a history of {horizon:g} s, seen every {step:g} s, has more than "
+            f"{MOST_SAMPLES} points; give a longer step"
+        )
+    return np.linspace(0.0, horizon, 1 + round(horizon / step))
 
 
 def closer(settings: Any, *, times: float = 1000.0, least: float = 1e-12) -> Any:

@@ -31,7 +31,8 @@ def too_large(trials: int, description: Description) -> str:
     needed, there = trials * _row(description), memory()
     if needed <= there:
         return ""
-    most = float(f"{there / _row(description):.1g}")
+    most = there // _row(description)
+    most -= most % 10 ** max(0, len(f"{most:.0f}") - 2)  # two figures, rounded down
     return (
         f"{_takes(trials, needed)}, and this process may have {_gigabytes(there)}; at "
         f"most about {most:.0f} fit"

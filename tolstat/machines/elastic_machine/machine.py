@@ -17,7 +17,7 @@ from tolstat.machines.elastic_machine.trials import (
     outcome_of,
     simulated,
 )
-from tolstat.model.contract import History, Model, Outcome, closer
+from tolstat.model.contract import History, Model, Outcome, closer, sample_times
 from tolstat.model.description import Description
 from tolstat.model.view import View
 
@@ -99,7 +99,7 @@ class ElasticMachine(Model):
         step : float
             Time between two samples, s.
         """
-        time = np.linspace(0.0, settings.horizon, 1 + round(settings.horizon / step))
+        time = sample_times(settings.horizon, step)
         trials = simulated(deviations[None, :], settings, time)
         chart = chart_of(
             time,

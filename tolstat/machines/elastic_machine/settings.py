@@ -10,6 +10,7 @@ from tolstat.errors import ModelError
 from tolstat.machines.elastic_machine.start_up import LAWS
 from tolstat.model.settings import column, setting
 
+MOST_MASSES = 1000  # their modes take a second a machine
 LOAD = ({"time": 0.1, "mass": 4, "torque": -4.0},)
 
 
@@ -30,6 +31,7 @@ class Settings:
         "moment of inertia of each mass, from the programmed shaft outwards",
         unit="kg m^2",
         above=0.0,
+        count=(1, MOST_MASSES),
     )
     stiffness: tuple[float, ...] = setting(
         (1200.0, 900.0, 700.0, 500.0),

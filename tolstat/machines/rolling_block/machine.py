@@ -20,7 +20,7 @@ from tolstat.machines.rolling_block.loading import followed, load_steps, pulse
 from tolstat.machines.rolling_block.modes import Modes, modes_of
 from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.views.offers import OFFERS, shown
-from tolstat.model.contract import History, Model, Outcome, closer
+from tolstat.model.contract import History, Model, Outcome, closer, sample_times
 from tolstat.model.description import Description
 from tolstat.model.view import View
 from tolstat.moving import Solution
@@ -124,8 +124,7 @@ class RollingBlock(Model):
         """
         drive, exist = drives(deviations[None, :], settings)
         modes = modes_of(drive.Q, drive.C)
-        samples = 1 + round(settings.horizon / step)
-        time = np.linspace(0.0, settings.horizon, samples)
+        time = sample_times(settings.horizon, step)
         moved = both_moved(drive, modes, settings, time)
         C = np.where(exist, drive.C, np.nan)  # one that cannot exist has no moments
         chart = chart_of(

@@ -17,7 +17,7 @@ from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
 from tolstat.machines.stand.parameters import Parameters, build
 from tolstat.machines.stand.parts import CONDITIONS, faults, parts_of
 from tolstat.machines.stand.settings import Settings
-from tolstat.model.contract import History, Model, Outcome, closer
+from tolstat.model.contract import History, Model, Outcome, closer, sample_times
 from tolstat.model.description import Description
 from tolstat.moving import Accuracy, Solution, integrate
 from tolstat.status import Status
@@ -117,7 +117,7 @@ class Stand(Model):
         """
         p = machines_of(deviations[None, :], settings)
         marks = marks_of(settings)
-        time = np.linspace(0.0, marks[END], 1 + round(marks[END] / step))
+        time = sample_times(float(marks[END]), step)
         solution = simulated(p, settings, time)
         phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
         moved = motion(Moment(time, phase), State(*solution.history[0].T), p)
