@@ -75,7 +75,10 @@ def test_no_room_is_said_before_anything_runs(toy, tmp_path, monkeypatch):
     with pytest.raises(RunFileError, match=r"needs 2000000000000\.0 MB, its"):
         check_room(tmp_path, 10**18)
     resource = pytest.importorskip("resource")
-    monkeypatch.setattr(resource, "getrlimit", lambda what: (1000, 1000))
+    free, files = (resource.RLIM_INFINITY,) * 2, resource.RLIMIT_FSIZE
+    monkeypatch.setattr(
+        resource, "getrlimit", lambda what: (1000, 1000) if what == files else free
+    )
     with pytest.raises(RunFileError, match=r"\d\.\d MB, and 0\.0 MB are allowed"):
         tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
     assert list(tmp_path.iterdir()) == []
