@@ -24,6 +24,6 @@ def resealed(path):
         places = places_of(file).values()
         seal = file[SEAL]
         place, length = seal.id.get_offset(), seal.dtype.itemsize
-    holes = [(e.offset, e.dtype.itemsize * e.length) for e in places]
+    holes = [each.hole for each in places]
     with path.open("r+b", buffering=0) as file:
         write_seal(file, place, length, holes)

@@ -36,6 +36,11 @@ class Place(NamedTuple):
     dtype: np.dtype[Any]
     length: int
 
+    @property
+    def hole(self) -> tuple[int, int]:
+        """Where it begins, and how many bytes it has."""
+        return self.offset, self.dtype.itemsize * self.length
+
 
 def columns_of(file: h5py.File) -> list[str]:
     """Name the columns of a run whose values make up a row, status last."""

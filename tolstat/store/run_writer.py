@@ -7,8 +7,6 @@ that only its rows are written, as plain bytes.
 from __future__ import annotations
 
 import os
-import shutil
-import tempfile
 import time
 import warnings
 from collections.abc import Iterator, Mapping
@@ -25,34 +23,25 @@ from tolstat.model.contract import Answers
 from tolstat.status import Status
 from tolstat.store.aside import aside_of, check_replaceable, check_room, free_name
 from tolstat.store.attributes import texts
-from tolstat.store.audited import write_audited
 from tolstat.store.clock import clock_of, seconds_of
-from tolstat.store.evidence import write_evidence
+from tolstat.store.draft import draft_of
 from tolstat.store.fingerprint import fingerprints
 from tolstat.store.layout import (
     ALONE,
-    AUDIT,
     CHECKSUM,
     CLOCK,
-    EVIDENCE,
     NOMINAL,
-    RERUN,
-    SEAL,
     STATUS,
     STEPS,
     encoded,
-    lay_out,
-    write_facts,
 )
 from tolstat.store.lock import Lock
-from tolstat.store.memory_file import MemoryFile
 from tolstat.store.plan import Ending, Plan
 from tolstat.store.provenance import facts_of, now, provenance
-from tolstat.store.rows import Place, Rows, places_of
-from tolstat.store.seal import write_seal
+from tolstat.store.rescue import is_still, rescued
+from tolstat.store.rows import Rows, places_of
 
 SAFE_EVERY = 2.0  # s, between two times at which data are made safe from a power cut
-ALIGNED = 64  # bytes: no value lies across two pages, where a kill could tear it
 
 Blocks = list[tuple[int, Answers]]
 
@@ -151,7 +140,9 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def _replace(self, trials: int, ending: Ending | None) -> None:
         """Write the file aside and rename it: under its own name a file is whole."""
-        draft, places = self._draft(trials, ending)
+        draft, places = draft_of(
+            self.plan, self._facts, self.path.resolve(), trials, ending
+        )
         if ending is None:
             check_room(self.path.parent, draft.size)
         path = self.path.resolve()  # a link stays one
@@ -183,35 +174,6 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         if self._rows:
             self._rows.file.close()
         self._rows = rows
-
-    def _draft(
-        self, trials: int, ending: Ending | None
-    ) -> tuple[MemoryFile, dict[str, Place]]:
-        """Make all of a file but its rows, in memory."""
-        draft = MemoryFile()
-        with h5py.File(
-            draft, "w", alignment_threshold=1, alignment_interval=ALIGNED
-        ) as file:
-            write_facts(
-                file, self.plan, self.path.resolve(), ending.stopped if ending else None
-            )
-            for name, fact in self._facts.items():
-                file.attrs[name] = fact
-            lay_out(file, self.plan, trials)
-            if ending:
-                responses = self.plan.description.responses
-                for name, audited in ((AUDIT, ending.audited), (RERUN, ending.rerun)):
-                    if audited:
-                        write_audited(file.create_group(name), audited, responses)
-                write_evidence(file.create_group(EVIDENCE), ending.evidence)
-            places = places_of(file)
-            seal = file[SEAL]
-            where, length = seal.id.get_offset(), seal.dtype.itemsize
-        rows = [
-            (each.offset, each.dtype.itemsize * each.length) for each in places.values()
-        ]
-        write_seal(draft, where, length, rows)
-        return draft, places
 
     def _given(self, trials: slice) -> Iterator[tuple[str, NDArray[Any]]]:
         """Yield what is known of trials before anything runs."""
@@ -299,32 +261,22 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _open_rows(self) -> Rows:
         """Return the rows; of a copy, if the file is no longer where it was."""
         assert self._rows
-        with suppress(OSError):
-            here = os.fstat(self._rows.file.fileno())
-            if os.path.samestat(here, self.path.stat()):
-                return self._rows
-        for folder in (self.path.parent, Path.cwd(), Path(tempfile.gettempdir())):
-            rescued = free_name(self.path, "rescued", folder)
-            with suppress(OSError, BrokenError):
-                lock = Lock(rescued)
-                with rescued.open("xb") as copy:
-                    self._rows.file.seek(0)
-                    shutil.copyfileobj(self._rows.file, copy)
-                file = rescued.open("r+b", buffering=0)
-                break
-        else:
-            error = OSError("it was removed or moved, and no copy of it can be written")
-            raise self._lost_hope(error)
+        if is_still(self._rows.file, self.path):
+            return self._rows
+        try:
+            lock, file = rescued(self._rows.file, self.path)
+        except OSError as error:
+            raise self._lost_hope(error) from error
         warnings.warn(
             f"{self.path} was removed or moved while it was written: the run goes on "
-            f"in {rescued}",
+            f"in {lock.path}",
             RuntimeWarning,
             stacklevel=2,
         )
         self._rows.file.close()
         if self._rescued:
             self._rescued.__exit__()
-        self._rescued, self.path, self._before = lock, rescued, None
+        self._rescued, self.path, self._before = lock, lock.path, None
         self._rows = Rows(file, self._rows.places)
         return self._rows
 

@@ -1,0 +1,62 @@
+"""A run file but for its rows, made in memory: all that HDF5 ever writes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+from tolstat.store.audited import write_audited
+from tolstat.store.evidence import write_evidence
+from tolstat.store.layout import AUDIT, EVIDENCE, RERUN, SEAL, lay_out, write_facts
+from tolstat.store.memory_file import MemoryFile
+from tolstat.store.plan import Ending, Plan
+from tolstat.store.rows import Place, places_of
+from tolstat.store.seal import write_seal
+
+ALIGNED = 64  # bytes: no value lies across two pages, where a kill could tear it
+
+
+def draft_of(
+    plan: Plan, facts: Mapping[str, Any], path: Path, trials: int, ending: Ending | None
+) -> tuple[MemoryFile, dict[str, Place]]:
+    """Make all of a file but its rows, and seal it.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is known before anything has run.
+    facts : mapping of str to object
+        How the run came to be.
+    path : Path
+        Where the file will lie.
+    trials : int
+        How many of the planned ones it is to hold.
+    ending : Ending or None
+        What is known at the end.
+
+    Returns
+    -------
+    tuple of (MemoryFile, dict of str to Place)
+        The file, and where its rows go.
+    """
+    draft = MemoryFile()
+    with h5py.File(
+        draft, "w", alignment_threshold=1, alignment_interval=ALIGNED
+    ) as file:
+        write_facts(file, plan, path, ending.stopped if ending else None)
+        for name, fact in facts.items():
+            file.attrs[name] = fact
+        lay_out(file, plan, trials)
+        if ending:
+            responses = plan.description.responses
+            for name, audited in ((AUDIT, ending.audited), (RERUN, ending.rerun)):
+                if audited:
+                    write_audited(file.create_group(name), audited, responses)
+            write_evidence(file.create_group(EVIDENCE), ending.evidence)
+        places, seal = places_of(file), file[SEAL]
+        where, length = seal.id.get_offset(), seal.dtype.itemsize
+    write_seal(draft, where, length, [each.hole for each in places.values()])
+    return draft, places
