@@ -13,6 +13,7 @@ from tolstat.asking.replay import replay
 from tolstat.execution.choosing import random_trials
 from tolstat.execution.classical import Target, slopes, worst_corners
 from tolstat.execution.execute import execute
+from tolstat.execution.going_on import resume
 from tolstat.execution.picking import worst_trials
 from tolstat.execution.workers import Workers
 from tolstat.model.contract import closer
@@ -273,7 +274,7 @@ def test_what_was_not_gathered_says_why(tmp_path, toy):
 
 
 def test_who_stops_after_the_trials_keeps_them(toy, toy_study):
-    """A Ctrl-C while slopes are sought: every trial is stored, the page says why."""
+    """A Ctrl-C while slopes are sought: every trial is stored, the rest is resumed."""
     over = []
     with Workers(stopping=lambda: bool(over)) as crew:
         run = execute(
@@ -283,4 +284,6 @@ def test_who_stops_after_the_trials_keeps_them(toy, toy_study):
             progress=lambda p: over.append(p) if p.doing == "audit" else None,
         )
     assert run.counts["not run"] == 0
-    assert run.evidence.missing == "the run was stopped before it"
+    assert run.evidence.missing == "the run did not come to its end"
+    resumed = resume(run.path, model=toy)
+    assert resumed.complete and not resumed.evidence.missing
