@@ -118,16 +118,20 @@ class Study:
     def doubts(self) -> tuple[str, ...]:
         """What it will not tell, though it can be run: known before it is."""
         much = large(self.trials, self.description)
+        return (*self._doubts, much) if much else self._doubts
+
+    @property
+    def _doubts(self) -> tuple[str, ...]:
+        """Those that are the same on every computer."""
         if self.points:
-            return (much,) if much else ()
-        doubts = doubts_of(self.sampling, self.trials, len(self.factors))
-        return (*doubts, much) if much else doubts
+            return ()
+        return doubts_of(self.sampling, self.trials, len(self.factors))
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What the summary of the run has to say of the machines and deviations."""
         own = (self.points.note,) if self.points and self.points.note else ()
-        return (*self.doubts, *own, *self.deviating.notes)
+        return (*self._doubts, *own, *self.deviating.notes)
 
     @property
     def factors(self) -> tuple[str, ...]:
