@@ -18,15 +18,17 @@ from tolstat.status import Status
 
 @compiled(rates_signature)
 def bouncing(moment, y, p, out):
-    """A ball falls on a spring without mass: x'' = -1 - k min(x, 0); watched: x."""
+    """A ball falls on a spring without mass, k = p0, whose top is at p1."""
     Y, P = rows(y), rows(p)
-    push = np.where(Y[0] < 0.0, -P[0] * Y[0], 0.0)
-    write(out, 0, (Y[1], push - 1.0, Y[0], Y[0]))
+    x = Y[0] - P[1]
+    push = np.where(x < 0.0, -P[0] * x, 0.0)
+    write(out, 0, (Y[1], push - 1.0, x, x))
 
 
 @compiled(rates_signature)
 def bouncing_watch(moment, y, p, out):
-    write(out, 0, (rows(y)[0], rows(y)[0]))
+    x = rows(y)[0] - rows(p)[1]
+    write(out, 0, (x, x))
 
 
 @compiled(rates_signature)
@@ -73,10 +75,11 @@ def bounces(k, end):
     return x, x_, -A - 1.0 / k, up
 
 
-def dropped(k, end, accuracy, system=BALL, **options):
+def dropped(k, end, accuracy, system=BALL, top=0.0, **options):
     n = len(k)
-    start, marks = np.tile([1.0, 0.0], (n, 1)), np.tile([0.0, end], (n, 1))
-    return integrate(system, start, k[:, None], marks, accuracy, **options)
+    start, marks = np.tile([1.0 + top, 0.0], (n, 1)), np.tile([0.0, end], (n, 1))
+    p = np.stack([k, np.full(n, top)], axis=1)
+    return integrate(system, start, p, marks, accuracy, **options)
 
 
 def test_a_ball_that_bounces_against_its_closed_form():
@@ -119,7 +122,7 @@ def test_a_visit_within_one_step_is_seen():
 def test_a_start_on_the_kink(begins):
     """From the kink upwards, downwards, and at rest on it, where it falls."""
     start = np.array([[begins, 2.0], [begins, -1.0], [begins, 0.0]])
-    p, marks = np.full((3, 1), 100.0), np.tile([0.0, 0.1, 5.0], (3, 1))
+    p, marks = np.tile([100.0, 0.0], (3, 1)), np.tile([0.0, 0.1, 5.0], (3, 1))
     found = integrate(BALL, start, p, marks, Accuracy(1e-10, 0.5))
     assert np.all(found.status == Status.DONE)
     y, v = found.states[:, -1, 0], found.states[:, -1, 1]
@@ -134,16 +137,30 @@ def test_a_crossing_next_to_a_mark_and_a_mark_on_a_crossing():
     off = np.array([-1e-9, -1e-13, 0.0, 1e-13, 1e-9])
     start = np.tile([1.0, 0.0], (5, 1))
     marks = np.stack([0.0 * off, fall + off, np.full(5, 20.0)], axis=1)
-    found = integrate(BALL, start, k[:, None], marks, Accuracy(1e-10, 0.5))
+    p = np.stack([k, 0.0 * k], axis=1)
+    found = integrate(BALL, start, p, marks, Accuracy(1e-10, 0.5))
     assert np.all(found.status == Status.DONE)
     np.testing.assert_allclose(found.states[:, 2, 0], bounces(40.0, 20.0)[0], atol=1e-7)
     assert found.steps.max() < found.steps.min() + 60
 
 
+@pytest.mark.parametrize("top", [1e3, 1e6])
+def test_a_crossing_that_rounding_blurs(top):
+    """The quantity is a difference of numbers that are far greater than itself."""
+    k = np.geomspace(3.0, 3e4, 61)
+    known = np.array([bounces(each, 20.0)[0] for each in k])
+    for rtol in (1e-6, 1e-9):
+        found = dropped(k, 20.0, Accuracy(rtol, 0.5, 100_000), top=top)
+        assert np.all(found.status == Status.DONE)
+        assert np.all(found.steps < 4000)
+    error = np.abs(found.states[:, 1, 0] - top - known)
+    assert error.max() < 1e-4 + 1e-10 * top
+
+
 def test_a_ball_that_hardly_touches():
     """It rests on the spring but for rounding: many visits, none deep."""
     start = np.array([[1e-12, 0.0], [1e-9, 0.0], [1e-6, 0.0]])
-    p, marks = np.full((3, 1), 1e4), np.tile([0.0, 0.5], (3, 1))
+    p, marks = np.tile([1e4, 0.0], (3, 1)), np.tile([0.0, 0.5], (3, 1))
     found = integrate(BALL, start, p, marks, Accuracy(1e-6, 0.05))
     assert np.all(found.status == Status.DONE)
     assert np.all(found.steps < 2000)

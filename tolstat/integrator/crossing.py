@@ -103,13 +103,16 @@ def first_crossing(watch, t, h, permitted, lanes, step):
     watch, t, h, permitted, lanes, step
         As of `_first_of`.
     """
+    smallest = rows(lanes.clock)[SMALLEST]
     # a step that is as short as steps may be ends at the crossing
-    looked_at = permitted & (h > 2.0 * rows(lanes.clock)[SMALLEST])
+    looked_at = permitted & (h > 2.0 * smallest)
     first = 2.0 + 0.0 * h
     for i in range(len(step.crossings)):
         number = step.crossings[i]
         found = _first_of(watch, t, h, looked_at, number, lanes, step)
-        first = np.minimum(first, found)
+        # and so does one that goes no farther than that behind it
+        before = h - h * found > smallest
+        first = np.minimum(first, np.where(before, found, 2.0))
     return first
 
 

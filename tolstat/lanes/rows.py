@@ -39,8 +39,8 @@ def rows(array: NDArray[np.float64]) -> NDArray[np.float64]:
     Returns
     -------
     rows
-        `view[i]` is the i-th row of lanes, `view[i] = v` stores one, `len(view)` is n.
-        Uncompiled it is the array itself.
+        `view[i]` is the i-th row of lanes, `view[i] = v` stores one, `len(view)` is n,
+        `view[i:]` and `view[i:j]` are rows, too. Uncompiled it is the array itself.
     """
     return array
 
@@ -173,11 +173,28 @@ def _set(typingctx, view, index, value):
     return types.void(rows_type, types.intp, vector), codegen
 
 
+@intrinsic
+def _part(typingctx, view, start, stop):
+    def codegen(context, builder, sig, args):
+        whole, start, stop = args
+        whole = cgutils.create_struct_proxy(rows_type)(context, builder, whole)
+        part = cgutils.create_struct_proxy(rows_type)(context, builder)
+        lane = builder.mul(start, ir.Constant(start.type, WIDTH))
+        part.data = builder.gep(whole.data, [lane])
+        part.count = builder.sub(stop, start)
+        return part._getvalue()
+
+    return rows_type(rows_type, types.intp, types.intp), codegen
+
+
 @overload(operator.getitem)
 def getitem(view, index):
-    """Compile `view[i]`."""
+    """Compile `view[i]` and, for i and j from 0 to n, `view[i:j]`."""
     if view is rows_type and isinstance(index, types.Integer):
         return lambda view, index: _get(view, index)
+    if view is rows_type and isinstance(index, types.SliceType):
+        # an end that is left out is the greatest whole number
+        return lambda view, index: _part(view, index.start, min(index.stop, len(view)))
     return None
 
 
