@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +21,15 @@ class Sweep(NamedTuple):
     ----------
     label : str
         What is the same along it: the other axes of the grid.
+    at : dict of str to float or str
+        The same as values, SI, by axis.
     x, y : float64[point]
         What was swept and the response, SI; NaN where a trial failed. Words are
         numbered as `words_along` lists them.
     """
 
     label: str
+    at: dict[str, Any]
     x: Array
     y: Array
 
@@ -92,7 +95,8 @@ def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
     for label in dict.fromkeys(labels.tolist()):
         rows = np.flatnonzero(labels == label)
         rows = rows[np.argsort(x[rows], kind="stable")]
-        found.append(Sweep(label, x[rows], y[rows]))
+        at = {name: _values(run, name)[rows[0]] for name in others}
+        found.append(Sweep(label, at, x[rows], y[rows]))
     return found
 
 
@@ -157,18 +161,25 @@ def comparisons(run: Run) -> list[Comparison]:
     Returns
     -------
     list of Comparison
-        One for each response of the reference and each curve of the run.
+        One for each response of the reference and each curve of the run; of points
+        that say where on the other axes they are, those that lie on the curve.
     """
     if not run.reference:
         return []
-    axis, *responses = run.reference.columns
-    at = run.reference.columns[axis]
+    columns = run.reference.columns
+    axis, *others = columns
+    fixed = [name for name in others if name in run.grid]
     along = axis_scale(run, axis)
     found = []
-    for response in responses:
+    for response in [name for name in others if name not in run.grid]:
         scale = run.scales[response]
-        known = run.reference.columns[response]
         for sweep in sweeps(run, axis, response):
+            on = np.full(len(columns[axis]), True)
+            for name in fixed:
+                on &= np.isclose(columns[name], sweep.at[name], rtol=1e-9, atol=0.0)
+            if not on.any():
+                continue
+            at, known = columns[axis][on], columns[response][on]
             here = np.interp(at, sweep.x, sweep.y, left=np.nan, right=np.nan)
             rows = [
                 [

@@ -27,7 +27,8 @@ def read_reference(
     ----------
     given : dict
         `data`, a CSV file whose first column is swept and whose others are responses,
-        each with its unit in the head; `label`.
+        or swept too where the grid has several axes, each with its unit in the head;
+        `label`.
     swept : tuple of Swept
         Axes of the grid.
     description : Description
@@ -39,7 +40,7 @@ def read_reference(
     -------
     tuple of (str, dict of str to float64[point])
         Where they come from, and the points, SI: the swept contributor or setting
-        first, then responses.
+        first, then others that are swept and responses.
 
     Raises
     ------
@@ -61,7 +62,7 @@ def read_reference(
     responses = {each.name: each.unit for each in description.responses}
     columns = {}
     for place, (head, written) in enumerate(zip(table.heads, table.units, strict=True)):
-        known = responses if place else units
+        known = {**units, **responses} if place else units
         if head not in known:
             raise DataError(
                 f"{table.path}, column {head}: {allowed_names(head, known)}"
