@@ -80,7 +80,7 @@ def test_a_digest_of_its_own_source_and_of_no_other_machine(tmp_path):
     """A word in another machine must not orphan stored runs."""
     shutil.copytree(ROOT / "tolstat", tmp_path / "tolstat")
     shutil.copy(ROOT / "runs" / "own" / "stack.py", tmp_path)
-    other = tmp_path / "tolstat" / "machines" / "ring" / "machine.py"
+    other = tmp_path / "tolstat" / "machines" / "another" / "machine.py"
     other.parent.mkdir()
     other.write_text("")
 

@@ -44,6 +44,14 @@ given = {"horizon": 0.02, "rtol": 1e-6, "delay": 2e-3}
 found = tolstat.evaluate("rolling_block", {"stiffness_12": [0.0, 0.05]}, given)
 print(found.to_csv(float_format="%.17g"))
 """
+RING = """
+import tolstat
+soft = {"thickness": 0.05, "tool_stiffness": 1e5, "harmonics": 3, "duration": 0.09,
+         "out_of_roundness_2": 1e-4, "tangential_depth_exponent": 0.9, "rtol": 1e-5}
+found = tolstat.evaluate("ring", {"tool_stiffness": [0.0, 0.03]}, soft)
+assert (found["out_of_cut_share"] > 0.0).all()
+print(found.to_csv(float_format="%.17g"))
+"""
 
 
 def answers(code, **environment):
@@ -58,8 +66,8 @@ def answers(code, **environment):
 
 @pytest.mark.parametrize(
     "code",
-    [OSCILLATOR, STAND, ELASTIC, ROLLING],
-    ids=["oscillator", "stand", "elastic", "rolling"],
+    [OSCILLATOR, STAND, ELASTIC, ROLLING, RING],
+    ids=["oscillator", "stand", "elastic", "rolling", "ring"],
 )
 def test_the_same_answers_without_the_compiler(code):
     compiled = answers(code)

@@ -1,0 +1,55 @@
+"""The ring's equations in registers, for any number of harmonics and lobes.
+
+Rows of the parameters: what `motion.Tool` names; what `motion.Ring` names, each of all
+harmonics; then of each lobe of the blank its two parts.
+"""
+
+from __future__ import annotations
+
+from tolstat.machines.ring import motion
+from tolstat.machines.ring.motion import HEAD, RING, Ring, Tool
+from tolstat.moving import compiled, named, rates_signature, rows, write
+
+cutting_forces = compiled(within=True)(motion.cutting_forces)
+depth_of_cut = compiled(within=True)(motion.depth_of_cut)
+derivative = compiled(within=True)(motion.derivative)
+
+
+@compiled(within=True)
+def ring_of(P, n):
+    """Read the ring, n rows a field."""
+    return Ring(
+        P[:n],
+        P[n : 2 * n],
+        P[2 * n : 3 * n],
+        P[3 * n : 4 * n],
+        P[4 * n : 5 * n],
+        P[5 * n : 6 * n],
+        P[6 * n : 7 * n],
+        P[7 * n : 8 * n],
+        P[8 * n : 9 * n],
+        P[9 * n : 10 * n],
+        P[10 * n : 11 * n],
+    )
+
+
+@compiled(rates_signature)
+def rates(moment, y, p, out):
+    """Fill the derivatives; what has peaks: t_R, X; what is timed above zero: -t_R."""
+    n = len(y) // 4
+    Y, P, found = rows(y), rows(p), rows(out)
+    tool, ring = named(Tool, p), ring_of(P[HEAD:], n)
+    t_R = depth_of_cut(rows(moment)[0], Y, P[HEAD + RING * n :], tool, ring)
+    P_R, P_T = cutting_forces(t_R, tool)
+    derivative(Y, P_R, P_T, tool, ring, found)
+    write(out, 4 * n + 2, (t_R, Y[4 * n], -t_R))
+
+
+@compiled(rates_signature)
+def watch(moment, y, p, out):
+    """Fill what is watched alone."""
+    n = len(y) // 4
+    Y, P = rows(y), rows(p)
+    tool, ring = named(Tool, p), ring_of(P[HEAD:], n)
+    t_R = depth_of_cut(rows(moment)[0], Y, P[HEAD + RING * n :], tool, ring)
+    write(out, 0, (t_R, Y[4 * n], -t_R))

@@ -1,0 +1,109 @@
+"""Harmonics of the ring on two supports, with the first one eliminated.
+
+U = sum a_j cos j theta + b_j sin j theta outwards, V = sum (b_j cos j theta - a_j sin j
+theta)/j, theta in space; the supports stand at pi -+ alpha. There U = 0, so that
+
+    a_1 = sum s_j a_j,  b_1 = sum t_j b_j,   j = 2 ... N,
+
+whatever alpha between 0 and 90 deg. The paper eliminates harmonic N instead, which is
+singular where sin 2 N alpha = 0.
+
+References
+----------
+A. I. Polunin, Mathematical simulation of dynamics of a rotating ring on supports
+exposed to cutting forces (2012, in Russian); equation numbers are the paper's.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Harmonics(NamedTuple):
+    """The paper's constants of harmonics 2 to N, each float64[harmonic]."""
+
+    j: Array
+    C: Array  # 1 + 1/j^2
+    l: Array  # j - 1/j
+    n: Array  # j^2 - 1
+
+
+class Supported(NamedTuple):
+    """What two supports make of them, each float64[trial, harmonic]."""
+
+    s: Array  # a_1 = sum s_j a_j; Q_j = 2 s_j of the paper
+    t: Array  # b_1 = sum t_j b_j; X_j = 2 t_j of the paper
+
+
+class Place(NamedTuple):
+    """U = u_a a + u_b b and V = v_a a + v_b b at a place, [trial, harmonic]."""
+
+    u_a: Array
+    u_b: Array
+    v_a: Array
+    v_b: Array
+
+
+def harmonics(N: int) -> Harmonics:
+    """Return the constants of harmonics 2 to N."""
+    j = np.arange(2.0, N + 1.0)
+    return Harmonics(j, 1.0 + 1.0 / (j * j), j - 1.0 / j, j * j - 1.0)
+
+
+def supported(alpha: Array, N: int) -> Supported:
+    """Eliminate the first harmonic, (3), (4).
+
+    Parameters
+    ----------
+    alpha : float64[trial]
+        Half the angle between the supports, rad, between 0 and pi/2.
+    N : int
+        Number of harmonics.
+    """
+    j = np.arange(2, N + 1)
+    sign = np.where(j % 2 == 0, 1.0, -1.0)
+    angle = alpha[:, None] * j
+    return Supported(
+        sign * np.cos(angle) / np.cos(alpha)[:, None],
+        sign * np.sin(angle) / np.sin(alpha)[:, None],
+    )
+
+
+def place(theta: Array, on: Supported) -> Place:
+    """Return what the harmonics move at a place, (1), (2).
+
+    Parameters
+    ----------
+    theta : float64[trial]
+        Angle in space, rad.
+    on : Supported
+        The supports.
+    """
+    j = np.arange(2, on.s.shape[1] + 2)
+    angle = theta[:, None] * j
+    cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
+    return Place(
+        np.cos(angle) + on.s * cos,
+        np.sin(angle) + on.t * sin,
+        -np.sin(angle) / j - on.s * sin,
+        np.cos(angle) / j + on.t * cos,
+    )
+
+
+def total(terms: Array) -> Array:
+    """Add up over the harmonics, the same way for any number of trials.
+
+    Parameters
+    ----------
+    terms : float64[trial, harmonic]
+        What is added.
+    """
+    found = terms[:, 0]
+    for column in range(1, terms.shape[1]):
+        found = found + terms[:, column]
+    return found

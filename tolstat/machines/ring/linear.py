@@ -1,0 +1,225 @@
+"""The linear ring: its matrices, natural frequencies and growth, alone and cutting.
+
+LAPACK takes the matrices one by one: a machine's answer is the same in any block.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.machines.ring.harmonics import Array, harmonics, total
+from tolstat.machines.ring.ring import Rings, force
+
+DOUBLED = 10  # times the set depth is, where forces pull the tool in
+HALVED = 60  # times the bracket of the static depth is: to its last digit
+
+
+class Terms(NamedTuple):
+    """Coefficients of the equations of motion, each float64[trial, harmonic].
+
+    `tolstat.machines.ring.motion` says what each is.
+    """
+
+    d: Array
+    gyro: Array
+    M: Array
+    g: Array
+
+
+def terms_of(rings: Rings, Omega: Array, hoop: bool) -> Terms:
+    """Return the coefficients at a speed.
+
+    Parameters
+    ----------
+    rings : Rings
+        Machines.
+    Omega : float64[trial]
+        rad/s.
+    hoop : bool
+        Whether the tension of the spinning ring is counted: to second order its energy
+        cancels -l_j^2 Omega^2 of M_j.
+    """
+    k = harmonics(rings.on.s.shape[1] + 1)
+    nu, K_T, speed = rings.nu[:, None], rings.K_T[:, None], Omega[:, None]
+    d = nu * K_T * (k.n * k.n)
+    spun = 0.0 if hoop else k.l * k.l * (speed * speed)
+    return Terms(d, 2.0 * speed * k.l, nu * (k.n * k.n) - spun, k.j * speed * d)
+
+
+def compliances(rings: Rings, hoop: bool) -> tuple[Array, Array]:
+    """Return c_R = u K^-1 u/(pi chi) and c_T = u K^-1 v/(pi chi), m/N.
+
+    By how much the ring yields to P_R and P_T at the tool, float64[trial]. K has blocks
+    [[M_j, g_j], [-g_j, M_j]].
+    """
+    x, at = terms_of(rings, rings.Omega, hoop), rings.at
+    det = (x.M * x.M + x.g * x.g) * rings.pi_chi[:, None]
+    c_R = total(x.M * (at.u_a * at.u_a + at.u_b * at.u_b) / det)
+    along = x.M * (at.u_a * at.v_a + at.u_b * at.v_b)
+    across = x.g * (at.u_b * at.v_a - at.u_a * at.v_b)
+    return c_R, total((along + across) / det)
+
+
+def static_depth(rings: Rings, hoop: bool) -> Array:
+    """Return the depth of cut at which ring and tool rest, m, float64[trial].
+
+    t = t_R0 - P_R(t) (c_R + 1/K_C) - P_T(t) c_T, out-of-roundness left out; t_R0 where
+    that is not above zero. NaN where there is none: at Omega >= 2 sqrt nu, without
+    tension, the ring does not rest; and forces that pull the tool in without end.
+    """
+    c_R, c_T = compliances(rings, hoop)
+    both = c_R + 1.0 / rings.K_C
+
+    def excess(t: Array) -> Array:
+        P_R = force(rings.c_R, rings.x_R, t)
+        P_T = force(rings.c_T, rings.x_T, t)
+        result: Array = t - rings.t_R0 + P_R * both + P_T * c_T
+        return result
+
+    # the first sign change above zero: doubled until it is passed, then halved
+    lower, upper = np.zeros_like(rings.r), np.maximum(rings.t_R0, 0.0)
+    for _ in range(DOUBLED):
+        short = excess(upper) < 0.0
+        lower, upper = (
+            np.where(short, upper, lower),
+            np.where(short, 2.0 * upper, upper),
+        )
+    passed = excess(upper) >= 0.0
+    for _ in range(HALVED):
+        middle = 0.5 * (lower + upper)
+        short = excess(middle) < 0.0
+        lower, upper = np.where(short, middle, lower), np.where(short, upper, middle)
+    rests = passed if hoop else passed & (rings.Omega < 2.0 * np.sqrt(rings.nu))
+    found = np.where(rings.t_R0 > 0.0, upper, rings.t_R0)
+    return np.where(rests, found, np.nan)
+
+
+def _solved(y: Array, s: Array, C: Array) -> Array:
+    """Return (diag C + 2 s s^T)^-1 y, [trial, harmonic]: Sherman and Morrison."""
+    per = 1.0 / (1.0 + total(2.0 * s * s / C))
+    shared = total(s * y / C) * per
+    return y / C - 2.0 * s / C * shared[:, None]
+
+
+def _inverse(s: Array, C: Array) -> Array:
+    """Return (diag C + 2 s s^T)^-1, float64[trial, harmonic, harmonic]."""
+    per = 1.0 / (1.0 + total(2.0 * s * s / C))
+    scaled = s / C
+    found = -2.0 * per[:, None, None] * scaled[:, :, None] * scaled[:, None, :]
+    every = np.arange(len(C))
+    found[:, every, every] += 1.0 / C
+    return found
+
+
+def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
+    """Return A, y' = A y with y = (a, b, a', b'), of the ring alone.
+
+    Parameters
+    ----------
+    rings : Rings
+        Machines.
+    Omega : float64[trial]
+        rad/s.
+    hoop : bool
+        Whether the tension is counted.
+
+    Returns
+    -------
+    float64[trial, 4 harmonics, 4 harmonics]
+        Harmonics 2 to N.
+    """
+    x = terms_of(rings, Omega, hoop)
+    C = harmonics(rings.on.s.shape[1] + 1).C
+    n = len(C)
+    a, b, a_, b_ = (slice(i * n, (i + 1) * n) for i in range(4))
+    per_a, per_b = _inverse(rings.on.s, C), _inverse(rings.on.t, C)
+    A = np.zeros((len(rings.r), 4 * n, 4 * n))
+    every = np.arange(2 * n)
+    A[:, every, 2 * n + every] = 1.0
+    d, gyro, M, g = (each[:, None, :] for each in x)
+    A[:, a_, a], A[:, a_, b] = -per_a * M, -per_a * g
+    A[:, b_, a], A[:, b_, b] = per_b * g, -per_b * M
+    A[:, a_, a_], A[:, a_, b_] = -per_a * d, -per_a * gyro
+    A[:, b_, a_], A[:, b_, b_] = per_b * gyro, -per_b * d
+    return A
+
+
+def cutting_matrix(rings: Rings, depth: Array, hoop: bool) -> Array:
+    """Return A of ring and tool about a depth of cut, y = (a, b, a', b', X, X').
+
+    Parameters
+    ----------
+    rings : Rings
+        Machines, at their speed.
+    depth : float64[trial]
+        m; below zero nothing couples them.
+    hoop : bool
+        Whether the tension is counted.
+    """
+    C, at = harmonics(rings.on.s.shape[1] + 1).C, rings.at
+    n = len(C)
+    A = np.zeros((len(rings.r), 4 * n + 2, 4 * n + 2))
+    A[:, : 4 * n, : 4 * n] = ring_matrix(rings, rings.Omega, hoop)
+    # dP/dt = x P/t
+    t = np.where(depth > 0.0, depth, 1.0)
+    k_R = np.where(depth > 0.0, rings.x_R * force(rings.c_R, rings.x_R, t) / t, 0.0)
+    k_T = np.where(depth > 0.0, rings.x_T * force(rings.c_T, rings.x_T, t) / t, 0.0)
+    R, T = (k_R / rings.pi_chi)[:, None], (k_T / rings.pi_chi)[:, None]
+    push = np.concatenate(
+        [
+            _solved(R * at.u_a + T * at.v_a, rings.on.s, C),
+            _solved(R * at.u_b + T * at.v_b, rings.on.t, C),
+        ],
+        axis=1,
+    )
+    sees = np.concatenate([at.u_a, at.u_b, np.ones((len(t), 1))], axis=1)
+    deepens = [*range(2 * n), 4 * n]  # a, b, X
+    A[:, 2 * n : 4 * n, deepens] -= push[:, :, None] * sees[:, None, :]
+    A[:, 4 * n, 4 * n + 1] = 1.0
+    A[:, 4 * n + 1, deepens] -= (k_R / rings.m_c)[:, None] * sees
+    A[:, 4 * n + 1, 4 * n] -= rings.K_C / rings.m_c
+    A[:, 4 * n + 1, 4 * n + 1] = -rings.c_c / rings.m_c
+    return A
+
+
+def growth_rate(rings: Rings, depth: Array, hoop: bool) -> Array:
+    """Return the largest real part of the eigenvalues of ring and tool, 1/s.
+
+    Parameters
+    ----------
+    rings : Rings
+        Machines.
+    depth : float64[trial]
+        Static depth, m; NaN gives NaN.
+    hoop : bool
+        Whether the tension is counted.
+    """
+    known = np.isfinite(depth)
+    A = cutting_matrix(rings, np.where(known, depth, 0.0), hoop)
+    growth = np.linalg.eigvals(A).real.max(axis=1)
+    return np.where(known, growth, np.nan)
+
+
+def ring_eigenvalues(rings: Rings, Omega: Array, hoop: bool) -> NDArray[np.complex128]:
+    """Return all eigenvalues of the ring alone at a speed, by their |Im|, then Re.
+
+    Parameters
+    ----------
+    rings : Rings
+        Machines.
+    Omega : float64[trial]
+        rad/s.
+    hoop : bool
+        Whether the tension is counted.
+
+    Returns
+    -------
+    complex128[trial, 4 harmonics]
+        1/s.
+    """
+    found = np.linalg.eigvals(ring_matrix(rings, Omega, hoop)).astype(complex)
+    order = np.lexsort((found.real, np.abs(found.imag)), axis=1)
+    return np.take_along_axis(found, order, axis=1)

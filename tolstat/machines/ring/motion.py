@@ -1,0 +1,148 @@
+"""Equations of motion of ring and tool, once: in NumPy, for any number of harmonics.
+
+    C_j a_j'' + 2 s_j a_1'' + d_j a_j' + 2 Omega l_j b_j' + M_j a_j + g_j b_j = f_aj
+    C_j b_j'' + 2 t_j b_1'' + d_j b_j' - 2 Omega l_j a_j' + M_j b_j - g_j a_j = f_bj
+    m_c X'' + c_c X' + K_C X + P_R = 0,     j = 2 ... N
+
+with d_j = nu K_T n_j^2, g_j = j Omega d_j, M_j = nu n_j^2 - l_j^2 Omega^2; the second
+term of M_j is cancelled where the tension of the spinning ring is counted. These are
+the paper's equations, with harmonic 1 eliminated instead of N: a_1 = sum s_j a_j, b_1 =
+sum t_j b_j. Cutting forces act while the depth of cut t_R is above zero. Rows are of
+harmonics; called on arrays [row, lane] the equations run in NumPy, compiled they run in
+registers.
+
+References
+----------
+A. I. Polunin, Mathematical simulation of dynamics of a rotating ring on supports
+exposed to cutting forces (2012, in Russian); equation numbers are the paper's. In (5)
+the second square is (U' - Omega V)^2; the tool's damping, printed K_T, is c_c here.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Tool(NamedTuple):
+    """Tool, force and speed of each machine, each float64[lanes], SI."""
+
+    per_m_c: Array
+    c_c: Array
+    K_C: Array
+    t_R0: Array
+    c_R: Array  # N at 1 mm
+    x_R: Array
+    c_T: Array  # N at 1 mm
+    x_T: Array
+    Omega: Array
+    per_pi_chi: Array  # 1/kg
+    per_a: Array  # 1/(1 + sum 2 s_j^2/C_j)
+    per_b: Array  # 1/(1 + sum 2 t_j^2/C_j)
+
+
+HEAD = len(Tool._fields)  # these parameters come first
+
+
+class Ring(NamedTuple):
+    """The ring of each machine, each float64[harmonic, lanes], SI."""
+
+    per_C: Array
+    d: Array  # nu K_T n^2
+    gyro: Array  # 2 Omega l
+    M: Array
+    g: Array
+    s: Array
+    t: Array
+    u_a: Array  # U = u_a a + u_b b at the tool
+    u_b: Array
+    v_a: Array  # V likewise
+    v_b: Array
+
+
+RING = len(Ring._fields)
+
+
+def depth_of_cut(t: Array, y: Array, e: Array, tool: Tool, ring: Ring) -> Array:
+    """Return t_R = t_R0 + U(theta_R) + X, and what the blank is out of round, m.
+
+    Parameters
+    ----------
+    t : float64[lanes]
+        Time, s.
+    y : float64[state, lanes]
+        a, b, a', b' of harmonics 2 to N, m, m/s; then X, X'.
+    e : float64[3 lobes, lanes]
+        Of each harmonic that the blank is out of round k, e_k cos(k theta_R + psi_k)
+        and e_k sin(k theta_R + psi_k), m.
+    tool, ring : Tool, Ring
+        The machine.
+    """
+    n = len(ring.s)
+    t_R = tool.t_R0 + y[4 * n]
+    for j in range(n):
+        t_R = t_R + (ring.u_a[j] * y[j] + ring.u_b[j] * y[n + j])
+    for i in range(len(e) // 3):
+        turn = e[3 * i] * tool.Omega * t
+        t_R = t_R + (e[3 * i + 1] * np.cos(turn) + e[3 * i + 2] * np.sin(turn))
+    found: Array = t_R
+    return found
+
+
+def cutting_forces(t_R: Array, tool: Tool) -> tuple[Array, Array]:
+    """Return P_R and P_T, N, (10): none while the tool is out of the cut."""
+    mm = np.maximum(1e3 * t_R, 0.0)
+    cuts = t_R > 0.0
+    P_R = np.where(cuts, tool.c_R * mm**tool.x_R, 0.0)
+    # the tangential force is mostly proportional to the depth: a power spared
+    proportional = tool.x_T == 1.0
+    powered = mm
+    if not np.all(proportional):
+        powered = np.where(proportional, mm, mm**tool.x_T)
+    P_T = np.where(cuts, tool.c_T * powered, 0.0)
+    return P_R, P_T
+
+
+def derivative(
+    y: Array, P_R: Array, P_T: Array, tool: Tool, ring: Ring, out: Array
+) -> None:
+    """Fill a', b', a'', b'', X', X''.
+
+    Parameters
+    ----------
+    y : float64[state, lanes]
+        a, b, a', b' of harmonics 2 to N, m, m/s; then X, X'.
+    P_R, P_T : float64[lanes]
+        Cutting forces, N.
+    tool, ring : Tool, Ring
+        The machine.
+    out : float64[state, lanes]
+        Filled.
+    """
+    n = len(ring.s)
+    p_R, p_T = P_R * tool.per_pi_chi, P_T * tool.per_pi_chi
+    a_1, b_1 = 0.0 * P_R, 0.0 * P_R
+    for j in range(n):
+        a, b, a_, b_ = y[j], y[n + j], y[2 * n + j], y[3 * n + j]
+        f_a = -(p_R * ring.u_a[j] + p_T * ring.v_a[j])
+        f_b = -(p_R * ring.u_b[j] + p_T * ring.v_b[j])
+        d, gyro, M, g = ring.d[j], ring.gyro[j], ring.M[j], ring.g[j]
+        r_a = (f_a - d * a_ - gyro * b_ - M * a - g * b) * ring.per_C[j]
+        r_b = (f_b - d * b_ + gyro * a_ - M * b + g * a) * ring.per_C[j]
+        a_1 = a_1 + ring.s[j] * r_a
+        b_1 = b_1 + ring.t[j] * r_b
+        out[j], out[n + j] = a_, b_
+        out[2 * n + j], out[3 * n + j] = r_a, r_b
+    # the mass matrix is diag C + 2 s s^T: Sherman and Morrison
+    a_1__, b_1__ = a_1 * tool.per_a, b_1 * tool.per_b
+    for j in range(n):
+        twice = 2.0 * ring.per_C[j]
+        out[2 * n + j] = out[2 * n + j] - twice * ring.s[j] * a_1__
+        out[3 * n + j] = out[3 * n + j] - twice * ring.t[j] * b_1__
+    X, X_ = y[4 * n], y[4 * n + 1]
+    out[4 * n] = X_
+    out[4 * n + 1] = -(tool.c_c * X_ + tool.K_C * X + P_R) * tool.per_m_c

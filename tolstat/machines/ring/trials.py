@@ -1,0 +1,170 @@
+"""Trials: rings that are cut, integrated over the duration, and what they answer."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from tolstat.machines.ring.flutter import flutter_speed
+from tolstat.machines.ring.harmonics import Array, harmonics, total
+from tolstat.machines.ring.linear import growth_rate, static_depth, terms_of
+from tolstat.machines.ring.ring import Rings, build, force, out_of_roundness
+from tolstat.machines.ring.settings import Asked
+from tolstat.model.contract import Outcome
+from tolstat.status import Status
+
+if TYPE_CHECKING:
+    from tolstat.moving import Solution
+
+IMPOSSIBLE = "cannot exist"
+NO_REST = "no static depth"
+FAILURES = (IMPOSSIBLE, NO_REST)
+
+DEPTH, TRAVEL = range(2)  # what has extremes
+OUT = 2  # what is timed above zero, and has a kink of the forces at it: -t_R
+
+
+class Trials(NamedTuple):
+    """A block of machines, and how they moved.
+
+    Attributes
+    ----------
+    rings : Rings
+        The machines.
+    solution : Solution
+        As the integrator found it; states are a, b, a', b' of harmonics 2 to N, X, X'.
+    """
+
+    rings: Rings
+    solution: Solution
+
+
+def simulated(
+    deviations: Array, settings: Asked, samples: Array | None = None
+) -> Trials:
+    """Integrate machines from the engagement on, with their states at the sample times.
+
+    Parameters
+    ----------
+    deviations : float64[trial, contributor]
+        SI, in the order of `description_of`.
+    settings : Settings
+        The nominal machine, duration and accuracy.
+    samples : float64[sample], optional
+        Ascending times, s.
+    """
+    # only a machine that is simulated needs the compiler
+    from tolstat.machines.ring.compiled import rates, watch
+    from tolstat.moving import Accuracy, System, integrate
+
+    rings = build(deviations, settings)
+    machines = rows_of(rings, settings)
+    scale = scale_of(settings)
+    solution = integrate(
+        System(rates, watch, scale, n_extremes=2, n_above=1, crossings=(OUT,)),
+        np.zeros((len(machines), len(scale))),
+        machines,
+        np.tile([0.0, settings.duration], (len(machines), 1)),
+        Accuracy(settings.rtol, settings.max_step),
+        samples=samples,
+    )
+    return Trials(rings, solution)
+
+
+def rows_of(rings: Rings, settings: Asked) -> Array:
+    """Return float64[trial, parameter], as the equations of motion read them.
+
+    First what `motion.Tool` names, then what `motion.Ring` does, then of each lobe that
+    is out of round in any of the machines its number and its two parts.
+    """
+    k, on, at = harmonics(settings.harmonics), rings.on, rings.at
+    x = terms_of(rings, rings.Omega, settings.hoop)
+    # no machine: it ends as "not finite", after no motion
+    one = np.where(rings.exists, 1.0, np.nan)
+    tool = (
+        1.0 / rings.m_c,
+        rings.c_c,
+        rings.K_C,
+        one * rings.t_R0,
+        rings.c_R,
+        rings.x_R,
+        rings.c_T,
+        rings.x_T,
+        rings.Omega,
+        1.0 / rings.pi_chi,
+        1.0 / (1.0 + total(2.0 * on.s * on.s / k.C)),
+        1.0 / (1.0 + total(2.0 * on.t * on.t / k.C)),
+    )
+    per_C = np.broadcast_to(1.0 / k.C, on.s.shape)
+    blank = [
+        part
+        for i, lobe in enumerate(rings.lobes)
+        # one that is round adds zeros, bit for bit: nobody's answer hangs on it
+        if (rings.e_cos[:, i] != 0.0).any() or (rings.e_sin[:, i] != 0.0).any()
+        for part in (lobe * one, rings.e_cos[:, i], rings.e_sin[:, i])
+    ]
+    ring = (per_C, x.d, x.gyro, x.M, x.g, on.s, on.t, *at)
+    return np.hstack([np.stack([*tool], axis=1), *ring, *(e[:, None] for e in blank)])
+
+
+def scale_of(settings: Asked) -> Array:
+    """Return float64[state]: the size that each state's error is measured by.
+
+    Displacements by the nominal depth of cut; speeds by that times the frequency of the
+    nominal tool, or of the harmonic alone where it is faster.
+    """
+    n = settings.harmonics - 1
+    nominal = build(np.zeros((1, _contributors(settings))), settings)
+    k = harmonics(settings.harmonics)
+    omega_c = np.sqrt(settings.tool_stiffness / settings.tool_mass)
+    omega = np.maximum(omega_c, np.sqrt(nominal.nu[0] / k.C) * k.n)
+    unit = np.concatenate([np.ones(2 * n), omega, omega, [1.0, omega_c]])
+    return settings.depth * unit
+
+
+def _contributors(settings: Asked) -> int:
+    from tolstat.machines.ring.declarations import description_of
+
+    return len(description_of(settings).contributors)
+
+
+def depth_of_cut(rings: Rings, states: Array, time: float) -> Array:
+    """Return t_R of states[trial, state] at a time, s, float64[trial], m."""
+    n = rings.on.s.shape[1]
+    moved = rings.at.u_a * states[:, :n] + rings.at.u_b * states[:, n : 2 * n]
+    return rings.t_R0 + states[:, 4 * n] + total(moved) + out_of_roundness(rings, time)
+
+
+def outcome_of(trials: Trials, settings: Asked) -> Outcome:
+    """Arrange the responses as `description_of` lists them, and say which failed."""
+    rings, found = trials.rings, trials.solution
+    least, greatest = found.least[:, DEPTH], found.greatest[:, DEPTH]
+    travel = np.maximum(found.greatest[:, TRAVEL], -found.least[:, TRAVEL])
+    rest = static_depth(rings, settings.hoop)
+    columns = [
+        least,
+        greatest,
+        depth_of_cut(rings, found.states[:, -1], settings.duration),
+        rest,
+        rings.t_R0 - rest,
+        rings.t_R0 - least,
+        # a sum of steps may exceed the duration by a rounding
+        np.minimum(found.above[:, 0] / settings.duration, 1.0),
+        travel,
+        # the forces rise with the depth
+        force(rings.c_R, rings.x_R, greatest),
+        force(rings.c_T, rings.x_T, greatest),
+    ]
+    if not settings.hoop:
+        root = np.sqrt(rings.nu)
+        onset = flutter_speed(rings.alpha, settings.support_angle, settings.harmonics)
+        columns += [2.0 * root, onset * root]
+    columns.append(growth_rate(rings, rest, settings.hoop))
+    failed = found.status != Status.DONE
+    return Outcome(
+        np.where(failed[:, None], np.nan, np.stack(columns, axis=1)),
+        found.status,
+        found.steps,
+        {NO_REST: ~failed & np.isnan(rest), IMPOSSIBLE: ~rings.exists},
+    )
