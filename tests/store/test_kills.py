@@ -37,7 +37,7 @@ class Slow(Toy):
 def carry_on(study, path):
     """Run, or go on; in a process that will be killed."""
     run_writer.SAFE_EVERY = 0.0  # each block is a commit
-    with Workers(2, block=32) as crew:
+    with Workers(2, block=128) as crew:
         if path.exists():
             go_on(path, crew, model=Slow())
         else:
