@@ -18,6 +18,7 @@ from tolstat.units.scale import Scale
 
 WINDOW = "#f2f2f2"
 LEGEND_COLUMNS = 4
+LINE, HANDLE = 98, 5  # letters beside each other; what stands before a word of a legend
 MOST_ROWS = 60  # of a listing that is drawn
 Handles = list[Line2D | Patch]
 
@@ -67,18 +68,20 @@ def _chart(chart: Chart) -> Figure:
             right.spines["right"].set_visible(True)
             handles += _draw(right, chart, panel.right, len(panel.names), None)
         # above the picture, on the line of its title, where it covers nothing
+        words = [len(str(handle.get_label())) + HANDLE for handle in handles]
+        crowded = len(panel.title) + sum(words[:LEGEND_COLUMNS]) > LINE
+        columns = LEGEND_COLUMNS // 2 if crowded else LEGEND_COLUMNS
         legend = axes.legend(
             handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0),
-            ncols=LEGEND_COLUMNS,
-            borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
+            ncols=columns, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
         )  # fmt: skip
-        legend.set_in_layout(len(handles) > LEGEND_COLUMNS)  # further lines need room
+        legend.set_in_layout(len(handles) > columns)  # further lines need room
         if panel.logarithmic:
             logarithmic(axes.yaxis)
     shaded = [*chart.spans, *(span for panel in panels for span in panel.spans)]
-    words = "; ".join(dict.fromkeys(span.words for span in shaded if span.words))
+    said = "; ".join(dict.fromkeys(span.words for span in shaded if span.words))
     label = along.label(chart.axis.name)
-    every[-1].set_xlabel(f"{label} (shaded: {words})" if words else label)
+    every[-1].set_xlabel(f"{label} (shaded: {said})" if said else label)
     if chart.axis.logarithmic:
         logarithmic(every[-1].xaxis)
     places = np.concatenate([at for _, at, _ in chart.parts()] or [chart.at])

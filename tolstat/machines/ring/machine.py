@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tolstat.machines.ring import views
 from tolstat.machines.ring.declarations import description_of
 from tolstat.machines.ring.harmonics import Array
 from tolstat.machines.ring.history import chart_of
 from tolstat.machines.ring.linear import static_depth
+from tolstat.machines.ring.ring import build
 from tolstat.machines.ring.settings import Asked, Settings
-from tolstat.machines.ring.trials import FAILURES, outcome_of, simulated
+from tolstat.machines.ring.trials import (
+    CONDITIONS,
+    FAILURES,
+    IMPOSSIBLE,
+    outcome_of,
+    simulated,
+)
 from tolstat.model.contract import History, Model, Outcome, closer
 from tolstat.model.description import Description
 from tolstat.model.view import View
@@ -24,6 +32,7 @@ class Ring(Model):
     settings = Settings
     integrates = True
     failures = FAILURES
+    conditions = CONDITIONS
     views = views.OFFERS
     assumptions = (
         "Dormand-Prince 5(4), with a step of its own for each machine, that ends "
@@ -47,6 +56,20 @@ class Ring(Model):
             Whether the tension is counted, which lobes the blank may have.
         """
         return description_of(settings)
+
+    def impossible(
+        self, deviations: Array, settings: Asked
+    ) -> dict[str, NDArray[np.bool_]]:
+        """Tell which machines cannot be built.
+
+        Parameters
+        ----------
+        deviations : float64[trial, contributor]
+            SI, relative ones as fractions, in the order of `describe`.
+        settings : Settings
+            The nominal machine.
+        """
+        return {IMPOSSIBLE: ~build(deviations, settings).exists}
 
     def evaluate(self, deviations: Array, settings: Asked) -> Outcome:
         """Cut one ring for each row of deviations.

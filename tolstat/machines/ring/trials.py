@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,14 +12,17 @@ from tolstat.machines.ring.linear import growth_rate, static_depth, terms_of
 from tolstat.machines.ring.ring import Rings, build, force, out_of_roundness
 from tolstat.machines.ring.settings import Asked
 from tolstat.model.contract import Outcome
+from tolstat.moving import Accuracy, Solution, System, integrate
 from tolstat.status import Status
-
-if TYPE_CHECKING:
-    from tolstat.moving import Solution
 
 IMPOSSIBLE = "cannot exist"
 NO_REST = "no static depth"
 FAILURES = (IMPOSSIBLE, NO_REST)
+CONDITIONS = {
+    IMPOSSIBLE: "sizes, masses, stiffnesses, feed and speed are above 0, the thickness "
+    "below the diameter, the support angle between 0 and 180 deg, damping and force "
+    "not below 0"
+}
 
 DEPTH, TRAVEL = range(2)  # what has extremes
 OUT = 2  # what is timed above zero, and has a kink of the forces at it: -t_R
@@ -56,7 +59,6 @@ def simulated(
     """
     # only a machine that is simulated needs the compiler
     from tolstat.machines.ring.compiled import rates, watch
-    from tolstat.moving import Accuracy, System, integrate
 
     rings = build(deviations, settings)
     machines = rows_of(rings, settings)
@@ -166,5 +168,5 @@ def outcome_of(trials: Trials, settings: Asked) -> Outcome:
         np.where(failed[:, None], np.nan, np.stack(columns, axis=1)),
         found.status,
         found.steps,
-        {NO_REST: ~failed & np.isnan(rest), IMPOSSIBLE: ~rings.exists},
+        {NO_REST: ~failed & np.isnan(rest)},
     )

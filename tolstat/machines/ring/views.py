@@ -81,7 +81,7 @@ def bands(name: str, unit: str, values: Array) -> tuple[Band, ...]:
         return ()
     with np.errstate(invalid="ignore"):
         lower, upper = np.quantile(values, BAND, axis=0)
-    return (Band(f"{name}, {BAND_WORDS}", unit, lower, upper),)
+    return (Band(f"{name}, {BAND_WORDS}", unit, lower, upper, of=name),)
 
 
 def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
