@@ -109,7 +109,7 @@ def test_units_and_words(moved):
 
 def test_a_machine_that_cannot_exist_has_no_history():
     frame = tolstat.trajectory("stand", {"rod_stiffness_1": -2.0})
-    assert frame.attrs["status"] == "nothing left of a part"
+    assert frame.attrs["status"] == "no part left"
     assert frame["yaw"].iloc[1:].isna().all()
 
 

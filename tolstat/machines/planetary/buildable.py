@@ -11,8 +11,8 @@ from tolstat.machines.planetary.settings import Settings
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 
-NO_TOOTH = "no tooth left, or no gap"
-NO_MESH = "teeth do not mesh"
+NO_TOOTH = "no tooth left"
+NO_MESH = "does not mesh"
 DEPTH = 2.0  # modules, of a tooth
 CONDITIONS = {
     NO_TOOTH: "the thickness of a tooth deviates by less than half a pitch",

@@ -25,7 +25,7 @@ from tolstat.status import Status
 Array = NDArray[np.float64]
 
 # parts so far off that the start-up releases more than the drive puts in
-NO_SHARE = "more lost than driven"
+NO_SHARE = "loses too much"
 
 # marks of a trial
 START, STEADY, WINDOW, END = range(4)

@@ -15,10 +15,10 @@ from tolstat.machines.stand.settings import Settings
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 
-NOTHING = "nothing left of a part"
-NO_REACH = "rod does not reach"
-NO_FIT = "carriage does not fit"
-OFF_CENTRE = "axis outside its wheel"
+NOTHING = "no part left"
+NO_REACH = "rod too short"
+NO_FIT = "does not fit"
+OFF_CENTRE = "off its axis"
 CONDITIONS = {
     NOTHING: "rods, cranks, clearance, stiffnesses, inertias and masses are above 0, "
     "shaft 12, friction and rolling force not below",
