@@ -12,6 +12,7 @@ from types import FrameType
 from typing import Any
 
 INTERRUPTED = 130
+LIMITS_NOT_MET = 3
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # not every system has the last
 
 Handler = Callable[[int, FrameType | None], object]

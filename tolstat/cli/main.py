@@ -10,18 +10,19 @@ from typing import Any
 
 import click
 
-from tolstat.cli.interrupting import leave, on_interrupt
+from tolstat.cli.interrupting import LIMITS_NOT_MET, leave, on_interrupt
+from tolstat.cli.power import Power, powered, workers
+from tolstat.cli.stock import batch, runs
 from tolstat.errors import TolstatError
 from tolstat.literal import visible
 
-LIMITS_NOT_MET = 3
 EXIT_CODES = """
 \b
 Exit codes:
   0    done
   1    something broke, or is damaged; what was stored before is safe
   2    what was asked for is wrong, and nothing was done
-  3    done, and a limit is not met (run, resume, extend)
+  3    done, and a limit is not met (run, resume, extend, batch)
   130  stopped by Ctrl-C, SIGTERM or SIGHUP; what is finished is stored
 """
 
@@ -74,18 +75,11 @@ def main() -> None:
     """
 
 
-_workers = click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    help="Threads; all processors if not given. The numbers do not depend on it.",
-)
-
-
 @main.command()
 @click.argument("study", type=click.Path(path_type=Path))
 @click.option("--trials", type=click.IntRange(min=1), help="Instead of the study's.")
 @click.option("--seed", type=click.IntRange(min=0), help="Instead of the study's.")
-@_workers
+@powered
 @click.option(
     "-o",
     "--output",
@@ -101,7 +95,7 @@ def run(
     study: Path,
     trials: int | None,
     seed: int | None,
-    workers: int | None,
+    power: Power,
     output: Path | None,
     force: bool,
 ) -> None:
@@ -115,7 +109,7 @@ def run(
 
     asked = load(study, trials=trials, seed=seed)
     path = output or study.with_suffix(".h5")
-    _judge(run_study(asked, path, workers=workers, force=force))
+    _judge(run_study(asked, path, power, force=force))
 
 
 def _judge(met: bool) -> None:
@@ -134,24 +128,21 @@ _regardless = click.option(
 
 @main.command()
 @_run_file
-@_workers
+@powered
 @click.option(
     "--rerun-failed",
     is_flag=True,
     help="Evaluate failed trials again with tighter settings, and keep that apart.",
 )
 @_regardless
-def resume(
-    source: Path, workers: int | None, rerun_failed: bool, regardless: bool
-) -> None:
+def resume(source: Path, power: Power, rerun_failed: bool, regardless: bool) -> None:
     """Finish what is missing of a run, and repair what is damaged.
 
     It becomes, bit for bit, the run that was never interrupted.
     """
     from tolstat.cli.running import go_on_with
 
-    met = go_on_with(source, workers=workers, rerun=rerun_failed, regardless=regardless)
-    _judge(met)
+    _judge(go_on_with(source, power, rerun=rerun_failed, regardless=regardless))
 
 
 @main.command()
@@ -162,22 +153,22 @@ def resume(
     required=True,
     help="How many there are to be in all.",
 )
-@_workers
+@powered
 @_regardless
-def extend(source: Path, trials: int, workers: int | None, regardless: bool) -> None:
+def extend(source: Path, trials: int, power: Power, regardless: bool) -> None:
     """Add trials to a run of random or Sobol' machines.
 
     It becomes, bit for bit, one run of so many trials.
     """
     from tolstat.cli.running import go_on_with
 
-    _judge(go_on_with(source, workers=workers, trials=trials, regardless=regardless))
+    _judge(go_on_with(source, power, trials=trials, regardless=regardless))
 
 
 @main.command()
 @_run_file
 @click.option("--all", "every", is_flag=True, help="Evaluate all trials again.")
-@_workers
+@workers
 def verify(source: Path, every: bool, workers: int | None) -> None:
     """Say whether a run is as it was written, and name what is damaged.
 
@@ -336,6 +327,10 @@ def models() -> None:
     from tolstat.cli.modelling import list_models
 
     list_models()
+
+
+for _command in (batch, runs):
+    main.add_command(_command)
 
 
 def entry(arguments: Sequence[str] | None = None) -> None:

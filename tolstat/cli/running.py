@@ -22,6 +22,7 @@ from rich.progress import Progress as Bar
 from rich.text import Text
 
 from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
+from tolstat.cli.power import Power
 from tolstat.cli.showing import Screen, print_comparisons, print_summary
 from tolstat.execution.carrying_out import Progress, Telling
 from tolstat.execution.execute import execute
@@ -45,7 +46,7 @@ class _Rate(TextColumn):
         return Text(f"{speed:.0f} trials/s" if speed else "", style="cyan")
 
 
-def _out_of_reach(progress: Progress) -> str:
+def out_of_reach(progress: Progress) -> str:
     """Say that a stopping rule asks for more trials than it may have."""
     rules, wanted = "; ".join(progress.rules), progress.wanted
     if math.isinf(wanted):
@@ -57,7 +58,7 @@ def _out_of_reach(progress: Progress) -> str:
     )
 
 
-def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> bool:
+def run_study(study: Study, path: Path, power: Power, *, force: bool) -> bool:
     """Run a study, show how it goes and print its summary.
 
     Parameters
@@ -66,8 +67,8 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
         Checked.
     path : Path
         The run file.
-    workers : int, optional
-        Threads.
+    power : Power
+        Who evaluates.
     force : bool
         Whether an existing run file may be replaced.
 
@@ -82,13 +83,13 @@ def run_study(study: Study, path: Path, *, workers: int | None, force: bool) -> 
     def work(crew: Workers, tell: Telling) -> Run:
         return execute(study, path, crew, force=force, progress=tell)
 
-    return _watched(path, workers, work)
+    return _watched(path, power, work)
 
 
 def go_on_with(
     path: Path,
+    power: Power,
     *,
-    workers: int | None,
     trials: int | None = None,
     rerun: bool = False,
     regardless: bool = False,
@@ -99,8 +100,8 @@ def go_on_with(
     ----------
     path : Path
         The run file.
-    workers : int, optional
-        Threads.
+    power : Power
+        Who evaluates.
     trials : int, optional
         How many there are to be; as many as were asked for if not given.
     rerun, regardless : bool
@@ -117,12 +118,10 @@ def go_on_with(
             path, crew, trials=trials, rerun=rerun, regardless=regardless, progress=tell
         )
 
-    return _watched(path, workers, work)
+    return _watched(path, power, work)
 
 
-def _watched(
-    path: Path, workers: int | None, work: Callable[[Workers, Telling], Run]
-) -> bool:
+def _watched(path: Path, power: Power, work: Callable[[Workers, Telling], Run]) -> bool:
     """Let a run be worked on, and show how it goes and what it says."""
     screen = Screen(stderr=True)
     bar = Bar(
@@ -136,7 +135,7 @@ def _watched(
         transient=True,
     )
     with stop_on_interrupt() as stop:
-        with bar, Workers(workers, stop.is_set) as crew:
+        with bar, power.crew(stop.is_set) as crew:
             task = bar.add_task("compiling, if need be", total=None, failed="")
 
             def tell(progress: Progress) -> None:
@@ -144,7 +143,7 @@ def _watched(
                     bar.print(f"note: {progress.doubt}", soft_wrap=True)
                     return
                 if progress.wanted:
-                    bar.print(_out_of_reach(progress))
+                    bar.print(out_of_reach(progress))
                 if bar.tasks[task].total is None:
                     bar.reset(
                         task, total=progress.asked, description=visible(path.stem)

@@ -8,6 +8,7 @@ from typing import Any
 
 from rich import box
 from rich.console import Console
+from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
@@ -156,11 +157,20 @@ def words_table(title: str, *heads: str, numbers: Sequence[str] = ()) -> Table:
 def print_words(table: Table) -> None:
     """Print a table of `words_table`: no word or number of it is cut."""
     for column in table.columns:
-        cells = [visible(str(cell)) for cell in column.cells]
+        cells = [visible(str(cell)) for cell in (column.header, *column.cells)]
         words = cells if column.no_wrap else " ".join(cells).split()
         column.min_width = max(map(len, words), default=0)
-    least = Screen(width=UNBOUNDED).measure(table).minimum
-    screen(least=least).print(table)
+    room = screen(least=Screen(width=UNBOUNDED).measure(table).minimum)
+    # Rich does not always keep to the room that it has, and cuts what does not fit
+    while (drawn := _drawn_width(table, room)) > room.width:
+        room = screen(least=drawn)
+    room.print(table)
+
+
+def _drawn_width(table: Table, room: Screen) -> int:
+    """Return how wide the lines of a table become in some room."""
+    lines = Segment.split_lines(room.render(table))
+    return max(map(Segment.get_line_length, lines))
 
 
 def _in_lines(cell: Cell, wide: bool) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,15 +18,24 @@ from tolstat.store.plan import Plan
 from tolstat.store.run import Run
 
 
-def study_differs(run: Run) -> list[str]:
-    """Say what has changed in the study file since a run was made from it."""
+def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
+    """Say what has changed in the study file since a run was made from it.
+
+    Parameters
+    ----------
+    run : Run
+        Stored.
+    study_file : Path, optional
+        Where its study lies now; where it lay then if not given.
+    """
+    path = study_file or run.study_file
     try:
-        text = run.study_file.read_text("utf-8") if run.study_file else run.study.text
+        text = path.read_text("utf-8") if path else run.study.text
         now = tomllib.loads(text)
     except (OSError, ValueError, RecursionError):
         return []  # moved, or at work in an editor: the run has its own text
     return [
-        f"{run.study_file}: {key} was {was!r} when the run was made, and is {is_now!r}"
+        f"{path}: {key} was {was!r} when the run was made, and is {is_now!r}"
         for key, was, is_now in _changes(run.study.table, now, ())
     ]
 

@@ -1,0 +1,195 @@
+"""Queues of studies, and lists of what is stored."""
+
+from __future__ import annotations
+
+import csv
+import signal
+import subprocess
+import time
+
+import numpy as np
+import pytest
+
+import tolstat
+from tests.cli.test_commands import TOLSTAT, call
+from tests.cli.test_interrupt import wait_for_trials
+from tolstat.execution.execute import execute
+from tolstat.execution.workers import Workers
+from tolstat.study.study import load
+
+CHAIN = """\
+title = "{title}"
+model = "dimension_chain"
+trials = {trials}
+seed = 3
+[settings]
+gap = "A - B"
+[links]
+A = {{ nominal = "10 mm", tolerance = "+-0.1 mm" }}
+B = {{ nominal = "9 mm", tolerance = "+-0.1 mm" }}
+[limits]
+gap = "{limit}"
+"""
+
+
+@pytest.fixture
+def no_pages(monkeypatch):
+    """Reports are tested elsewhere, and take a second each."""
+
+    def report(run, path):
+        path.write_text("a page")
+        return path
+
+    monkeypatch.setattr("tolstat.reporting.making.report", report)
+
+
+def chain(folder, name, *, title="chain", trials=1000, limit=">= 0.5 mm"):
+    path = folder / f"{name}.toml"
+    path.write_text(CHAIN.format(title=title, trials=trials, limit=limit))
+    return path
+
+
+def index(folder):
+    with (folder / "batch.csv").open(newline="") as file:
+        return {row["study"]: row for row in csv.DictReader(file)}
+
+
+def test_each_study_of_a_queue_gets_what_it_needs(no_pages, tmp_path):
+    """One finished before, one stopped half way, one refused, one that is new."""
+    before, half, new = (chain(tmp_path, n) for n in ("before", "half", "new"))
+    wrong = chain(tmp_path, "wrong", limit=">= 1 kN")
+    tolstat.run(before)
+    finished = before.with_suffix(".h5").read_bytes()
+    looked = []
+    with Workers(1, lambda: len(looked) > 20 or looked.append(0), block=50) as crew:
+        execute(load(half), half.with_suffix(".h5"), crew)
+    assert 0 < tolstat.open(half.with_suffix(".h5")).ended < 1000
+
+    done = call("batch", before, wrong, half, new, new)
+    assert done.exit_code == 2, done.output
+    assert (
+        "gap" in done.stderr and "kN" in done.stderr and "Traceback" not in done.output
+    )
+    rows = index(tmp_path)
+    states = {name: row["state"] for name, row in rows.items()}
+    assert states == {
+        "before": "finished before", "half": "resumed", "new": "finished",
+        "wrong": "failed",
+    }  # fmt: skip
+    assert before.with_suffix(".h5").read_bytes() == finished
+    whole = tolstat.open(before.with_suffix(".h5"))
+    for path in (half, new):
+        run = tolstat.open(path.with_suffix(".h5"))
+        assert run.complete
+        np.testing.assert_array_equal(run.column("gap"), whole.column("gap"))
+    page = (tmp_path / "batch.html").read_text()
+    for name in ("before", "half", "new"):
+        assert f'href="{name}.html"' in page
+        assert (tmp_path / f"{name}.html").read_text() == "a page"
+    assert 'href="wrong' not in page
+    assert rows["new"]["verdicts"] == "undecided: gap"
+
+
+def test_exit_codes_of_a_queue(no_pages, tmp_path):
+    good = chain(tmp_path, "good")
+    assert call("batch", good).exit_code == 0
+    bad = chain(tmp_path, "bad", limit=">= 1.2 mm")
+    assert call("batch", good, bad).exit_code == 3
+    good.with_suffix(".h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(5000))
+    broken = call("batch", good, bad)
+    assert broken.exit_code == 2 and "not a run of tolstat" in broken.stderr
+    assert index(tmp_path)["bad"]["state"] == "finished before"
+
+
+@pytest.mark.parametrize(
+    ("key", "was", "now"),
+    [
+        ("seed", "seed = 3", "seed = 4"),
+        ("trials", "trials = 1000", "trials = 2000"),
+        ("links.A.tolerance", '"+-0.1 mm" }\nB', '"+-0.2 mm" }\nB'),
+    ],
+)
+def test_a_run_of_another_study_stays_and_is_named(tmp_path, key, was, now):
+    path = chain(tmp_path, "study")
+    tolstat.run(path)
+    before = path.with_suffix(".h5").read_bytes()
+    assert was in path.read_text()
+    path.write_text(path.read_text().replace(was, now))
+    done = call("batch", path)
+    assert done.exit_code == 2
+    assert key in done.stderr and "--force" in done.stderr
+    assert path.with_suffix(".h5").read_bytes() == before
+
+
+def test_an_extended_run_is_finished(no_pages, tmp_path):
+    path = chain(tmp_path, "study")
+    run = tolstat.extend(tolstat.run(path).path, 1500)
+    assert call("batch", path).exit_code == 0
+    assert tolstat.open(run.path).trials == 1500
+    assert index(tmp_path)["study"]["state"] == "finished before"
+
+
+def test_an_index_replaces_nothing_else(tmp_path):
+    path = chain(tmp_path, "study")
+    own = tmp_path / "batch.csv"
+    own.write_text("my own numbers\n")
+    refused = call("batch", path)
+    assert refused.exit_code == 2 and "batch.csv" in refused.stderr
+    assert own.read_text() == "my own numbers\n"
+    assert not path.with_suffix(".h5").exists()
+    called = chain(tmp_path, "batch")
+    own.unlink()
+    assert call("batch", called).exit_code == 2  # its report has the name of the index
+    assert call("batch", path, "-o", tmp_path / "nowhere").exit_code == 2
+
+
+def test_titles_are_texts_in_an_index(no_pages, tmp_path):
+    path = chain(tmp_path, "study", title="=1+1 <b>[/]")
+    assert call("batch", path).exit_code == 0
+    assert index(tmp_path)["study"]["title"] == "'=1+1 <b>[/]"
+    assert "<b>" not in (tmp_path / "batch.html").read_text()
+
+
+def test_ctrl_c_ends_a_queue_and_the_same_command_goes_on(small_study):
+    folder = small_study.parent
+    text = small_study.read_text().replace("trials = 24", "trials = 600")
+    small_study.write_text(text)
+    after = chain(folder, "z_after")
+    command = [TOLSTAT, "batch", small_study, after]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    wait_for_trials(small_study.with_suffix(".h5"), process, 1)
+    process.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    _, shown = process.communicate(timeout=30)
+    assert process.returncode == 130 and "goes on" in shown, shown
+    assert time.monotonic() - began < 10.0
+    states = {name: row["state"] for name, row in index(folder).items()}
+    assert states == {"small": "stopped", "z_after": "waiting"}
+
+
+def test_runs_lists_what_is_stored(tmp_path):
+    (tmp_path / "inner").mkdir()
+    good = tolstat.run(chain(tmp_path, "good", limit=">= 1.2 mm")).path
+    damaged = tolstat.run(chain(tmp_path / "inner", "damaged")).path
+    listed = call("runs", tmp_path)
+    assert listed.exit_code == 0, listed.output
+    (row,) = [line for line in listed.stdout.splitlines() if "good.h5" in line]
+    for word in ("dimension_chain", "complete", "1000", "not met: gap", "MB"):
+        assert word in row
+    column = tolstat.open(damaged).column("gap")
+    content = bytearray(damaged.read_bytes())
+    content[content.index(column.tobytes()) + 8 * 17] ^= 1
+    damaged.write_bytes(content)
+    (tmp_path / "other.h5").write_text("no run at all")
+    listed = call("runs", tmp_path)
+    assert listed.exit_code == 1
+    states = {
+        line.split()[0]: line for line in listed.stdout.splitlines() if line.split()
+    }
+    assert " complete " in states[str(good)]
+    assert " damaged " in states[str(damaged)]
+    assert " no run " in states[str(tmp_path / "other.h5")]
+    assert "17" in next(
+        t for t in listed.stdout.splitlines() if t.startswith(f"{damaged}:")
+    )
+    assert call("runs", tmp_path / "nowhere").exit_code == 2

@@ -1,0 +1,52 @@
+"""Commands on many studies and runs: queued, and stored."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from tolstat.cli.power import Power, powered
+
+
+@click.command()
+@click.argument(
+    "studies",
+    metavar="STUDY.toml...",
+    nargs=-1,
+    required=True,
+    type=click.Path(path_type=Path),
+)
+@powered
+@click.option(
+    "-o",
+    "--output",
+    metavar="FOLDER",
+    type=click.Path(path_type=Path),
+    help="Where batch.html and batch.csv go; where the studies lie if not given.",
+)
+def batch(studies: tuple[Path, ...], power: Power, output: Path | None) -> None:
+    """Run studies one after the other, each with all there is to evaluate it.
+
+    Runs and reports lie beside their studies. What is finished is skipped, what was
+    interrupted is gone on with, and what fails does not stop the others. The exit code
+    is that of the first of these that happened: 1 something broke, 2 a study was
+    refused, 3 a limit is not met.
+    """
+    from tolstat.cli.queueing import work_off_all
+
+    sys.exit(work_off_all(studies, output, power))
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path), default=".")
+def runs(folder: Path) -> None:
+    """List the runs that are stored in FOLDER, and in the folders in it.
+
+    Exit code 1 if one of them is damaged or no run.
+    """
+    from tolstat.cli.listing import list_runs
+
+    if not list_runs(folder):
+        sys.exit(1)

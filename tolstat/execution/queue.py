@@ -1,0 +1,93 @@
+"""One study of a queue: run, gone on with, or finished before."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+from tolstat.errors import RunFileError
+from tolstat.execution.carrying_out import Telling
+from tolstat.execution.execute import execute
+from tolstat.execution.going_on import go_on, plan_again, study_of
+from tolstat.execution.sameness import check_same, study_differs
+from tolstat.execution.workers import Workers
+from tolstat.store.opening import open as open_run
+from tolstat.store.run import Run
+from tolstat.study.study import Study, load
+
+FINISHED, RESUMED, FINISHED_BEFORE = "finished", "resumed", "finished before"
+
+
+class Done(NamedTuple):
+    """What became of a study.
+
+    Attributes
+    ----------
+    run : Run
+        Complete, or as far as it came.
+    how : str
+        "finished", "resumed" or "finished before".
+    notes : tuple of str
+        What has to be known of it.
+    """
+
+    run: Run
+    how: str
+    notes: tuple[str, ...] = ()
+
+
+def run_of(study: Path) -> Path:
+    """Return where the run of a study file lies."""
+    return study.with_suffix(".h5")
+
+
+def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
+    """See to it that the run of a study is complete.
+
+    Parameters
+    ----------
+    study_file : Path
+        Its run lies beside it.
+    workers : Workers
+        Who evaluate; once they stop the run ends early, with what is finished.
+    tell : callable
+        As of `tolstat.run`.
+
+    Raises
+    ------
+    StudyError
+        If the study is wrong.
+    RunFileError
+        If what lies there is no run of this study, or cannot be gone on with.
+    """
+    study, path = load(study_file), run_of(study_file)
+    if not os.path.lexists(path):
+        run = execute(study, path, workers, progress=tell)
+        return Done(run, FINISHED, study.doubts)
+    run = open_run(path, damaged=True)
+    _check_asked(run, study)
+    if run.complete and not run.damage:
+        again = study_of(run)
+        check_same(run, plan_again(run, again), again.deviations())
+        notes = run.made_otherwise(study.model.source_digest)
+        return Done(run, FINISHED_BEFORE, tuple(notes))
+    del run  # its columns are not needed twice
+    return Done(go_on(path, workers, progress=tell), RESUMED)
+
+
+def _check_asked(run: Run, study: Study) -> None:
+    """Refuse a run of another study, of another seed, or of fewer trials."""
+    said = study_differs(run, study.path)
+    if run.sampled and run.sampled.seed != study.seed:
+        said.append(f"seed: the run has {run.sampled.seed}, the study {study.seed}")
+    if run.sampled and not run.rules and run.trials < study.trials:
+        said.append(
+            f"trials: the run has {run.trials}, the study {study.trials} (`tolstat "
+            f"extend {run.path} --trials {study.trials}`)"
+        )
+    if said:
+        raise RunFileError(
+            f"{run.path} is a run of another study: {'; '.join(said)}; it stays; "
+            f"`tolstat run {study.path} --force` replaces it"
+        )
