@@ -35,6 +35,7 @@ def test_floors():
         ("reporting/again.py", "import tolstat.execution.workers", "floors import"),
         ("reporting/known.py", "import tolstat.study.study", "a report is made of"),
         ("model/file.py", "import h5py", "HDF5 only in store"),
+        ("asking/far.py", "import distributed", "Dask only where blocks are executed"),
         ("study/unit.py", "import pint", "pint only in units"),
         ("store/shown.py", "import rich", "the command line's libraries"),
         ("store/checked.py", "import pydantic", "pydantic and TOML writing only"),

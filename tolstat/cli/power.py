@@ -1,4 +1,4 @@
-"""Who evaluates: threads of this process."""
+"""Who evaluates: threads of this process, or a cluster."""
 
 from __future__ import annotations
 
@@ -20,16 +20,28 @@ class Power(NamedTuple):
     ----------
     workers : int or None
         Threads; as many as there are processors if not given.
+    cluster : str or None
+        Address of a Dask scheduler; threads of this process if not given.
     """
 
     workers: int | None = None
+    cluster: str | None = None
 
     @contextmanager
     def crew(self, stopping: Callable[[], bool]) -> Iterator[Workers]:
         """Let them work until they are not needed any more, or have to stop."""
         from tolstat.execution.workers import Workers
 
-        with Workers(self.workers, stopping) as crew:
+        if self.cluster is None:
+            with Workers(self.workers, stopping) as crew:
+                yield crew
+            return
+        from tolstat.execution.cluster import Cluster
+
+        with (
+            Cluster(self.cluster) as cluster,
+            Workers(stopping=stopping, executor=cluster) as crew,
+        ):
             yield crew
 
 
@@ -38,13 +50,22 @@ workers = click.option(
     type=click.IntRange(min=1),
     help="Threads; all processors if not given. The numbers do not depend on it.",
 )
+_cluster = click.option(
+    "--cluster",
+    metavar="tcp://HOST:8786",
+    help="Evaluate on the workers of this Dask scheduler, instead of here.",
+)
 
 
 def powered(command: Callable[..., Any]) -> Callable[..., Any]:
     """Let a command be told who evaluates: its argument `power`."""
 
     @wraps(command)
-    def told(*arguments: Any, workers: int | None, **options: Any) -> Any:
-        return command(*arguments, power=Power(workers), **options)
+    def told(
+        *arguments: Any, workers: int | None, cluster: str | None, **options: Any
+    ) -> Any:
+        if workers and cluster:
+            raise click.UsageError("--workers are of this computer, not of a --cluster")
+        return command(*arguments, power=Power(workers, cluster), **options)
 
-    return workers(told)
+    return workers(_cluster(told))

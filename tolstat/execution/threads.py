@@ -26,6 +26,7 @@ class Threads(Executor):
     """
 
     def __init__(self, number: int) -> None:
+        self.number = number
         self._tasks: SimpleQueue[Task | None] = SimpleQueue()
         self._threads = [
             Thread(target=self._work, name=f"worker_{i}", daemon=True)

@@ -13,7 +13,7 @@ from concurrent.futures import (
     wait,
 )
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,13 +44,14 @@ class Workers(AbstractContextManager["Workers"]):
     Parameters
     ----------
     number : int, optional
-        How many blocks run at once; as many as there are processors if not given.
+        How many blocks run at once; as many as the executor has workers, or as there
+        are processors, if not given.
     stopping : callable
         Asked ten times a second; once true, no block begins any more.
     executor : concurrent.futures.Executor, optional
         Runs the blocks; threads of this process if not given: what is compiled
         releases the GIL, so one process, one compilation. The results do not depend on
-        it.
+        it. Who gives one dismisses it.
     block : int, optional
         Trials of every block; else blocks grow until they last about half a second.
     """
@@ -63,10 +64,16 @@ class Workers(AbstractContextManager["Workers"]):
         executor: Executor | None = None,
         block: int | None = None,
     ) -> None:
-        self.number = number or processors()
         self.stopping = stopping
-        self._executor = executor or Threads(self.number)
+        self._given = number
+        self._own = None if executor else Threads(number or processors())
+        self._executor: Executor = executor or cast(Threads, self._own)
         self._fixed = block
+
+    @property
+    def number(self) -> int:
+        """How many blocks run at once; a cluster grows and shrinks."""
+        return self._given or getattr(self._executor, "number", None) or processors()
 
     def blocks(
         self, model: Model, cases: Sequence[Case], deviations: Array
@@ -95,6 +102,7 @@ class Workers(AbstractContextManager["Workers"]):
         patience = math.inf
         try:
             while True:
+                size.workers = self.number
                 while (
                     todo and len(running) < AHEAD * self.number and not self.stopping()
                 ):
@@ -179,8 +187,9 @@ class Workers(AbstractContextManager["Workers"]):
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Dismiss them; who stops does not wait for a compilation."""
-        wait = kind is None and not self.stopping()
-        self._executor.shutdown(wait=wait, cancel_futures=True)
+        if self._own:
+            wait = kind is None and not self.stopping()
+            self._own.shutdown(wait=wait, cancel_futures=True)
 
 
 class BlockSize:
@@ -195,7 +204,7 @@ class BlockSize:
     """
 
     def __init__(self, workers: int, fixed: int | None) -> None:
-        self._workers = workers
+        self.workers = workers
         self._fixed = fixed
         self._next = FIRST_BLOCK
 
@@ -203,7 +212,7 @@ class BlockSize:
         """Return the size of the next block: all workers end at about the same time."""
         if self._fixed:
             return self._fixed
-        return min(self._next, max(FIRST_BLOCK, math.ceil(left / (2 * self._workers))))
+        return min(self._next, max(FIRST_BLOCK, math.ceil(left / (2 * self.workers))))
 
     def learn(self, trials: int, seconds: float) -> None:
         """Take note of how long a block of so many trials lasted, s."""

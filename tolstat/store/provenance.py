@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 import sys
 from datetime import datetime
+from functools import cache
 from importlib.metadata import version
 
 import h5py
@@ -47,6 +48,15 @@ def provenance() -> dict[str, str]:
         "processor": processor(),
         "platform": platform.platform(),
         "command": " ".join(sys.argv[1:]) if sys.argv else "",
+    }
+
+
+@cache
+def decisive() -> dict[str, str]:
+    """Return what decides the bits of a trial beside its source."""
+    return {
+        "processor": processor(),
+        **{f"version of {name}": version(name) for name in DECISIVE},
     }
 
 
