@@ -12,7 +12,7 @@ import click
 
 from tolstat.cli.interrupting import LIMITS_NOT_MET, leave, on_interrupt
 from tolstat.cli.power import Power, powered, workers
-from tolstat.cli.stock import batch, runs
+from tolstat.cli.stock import batch, doctor, export, runs
 from tolstat.errors import TolstatError
 from tolstat.literal import visible
 
@@ -194,13 +194,24 @@ def verify(source: Path, every: bool, workers: int | None) -> None:
     multiple=True,
     help="What to draw; what has a limit if not given. May be repeated.",
 )
-def show(what: tuple[str, ...], plot: Path | None, responses: tuple[str, ...]) -> None:
+@click.option(
+    "--follow", is_flag=True, help="Look on while a run is written, until it ends."
+)
+def show(
+    what: tuple[str, ...], plot: Path | None, responses: tuple[str, ...], follow: bool
+) -> None:
     """Show the summary of stored runs, or what a model can be asked."""
     from tolstat.cli.modelling import show_model
     from tolstat.cli.showing import plot_runs, show_run
 
     if responses and not plot:
         raise click.UsageError("--response belongs to --plot")
+    if follow and (plot or len(what) > 1):
+        raise click.UsageError("--follow looks on at one run, and draws nothing")
+    if follow:
+        from tolstat.cli.following import follow_run
+
+        follow_run(Path(what[0]))
     if plot:
         plot_runs([Path(each) for each in what], plot, responses)
         return
@@ -329,7 +340,7 @@ def models() -> None:
     list_models()
 
 
-for _command in (batch, runs):
+for _command in (batch, runs, export, doctor):
     main.add_command(_command)
 
 

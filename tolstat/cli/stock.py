@@ -50,3 +50,38 @@ def runs(folder: Path) -> None:
 
     if not list_runs(folder):
         sys.exit(1)
+
+
+@click.command()
+@click.argument("source", metavar="RUN.h5", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE.csv|.parquet",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="The table.",
+)
+@click.option("--force", is_flag=True, help="Replace an existing file.")
+def export(source: Path, output: Path, force: bool) -> None:
+    """Write the trials of a run as a table: a row for each, units in the heads, SI."""
+    from tolstat.literal import visible
+    from tolstat.reporting.export import export
+    from tolstat.store.opening import open as open_run
+
+    run = open_run(source)
+    export(run, output, force=force)
+    click.echo(f"{run.trials} trials in {visible(str(output))}")
+
+
+@click.command()
+def doctor() -> None:
+    """Say what tolstat runs on here, and whether it computes as it should.
+
+    Versions, processor, cores, compiled code that is kept, and how many machines a
+    second it does. Exit code 1 if the same machines have different answers.
+    """
+    from tolstat.cli.examining import examine
+
+    if not examine():
+        sys.exit(1)

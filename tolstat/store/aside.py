@@ -10,6 +10,7 @@ from itertools import count
 from pathlib import Path
 
 from tolstat.errors import BrokenError, RunFileError
+from tolstat.store.lock import alive
 from tolstat.store.seal import is_run
 
 _numbers = count()
@@ -25,20 +26,10 @@ def aside_of(path: Path) -> Path:
     """
     for left in path.parent.glob(f"{path.name}.*.part"):
         process = left.name.removeprefix(f"{path.name}.").partition("-")[0]
-        if process.isdigit() and not _alive(int(process)):
+        if process.isdigit() and not alive(int(process)):
             with suppress(OSError):
                 left.unlink()
     return path.with_name(f"{path.name}.{os.getpid()}-{next(_numbers)}.part")
-
-
-def _alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:  # somebody else's
-        return True
-    return True
 
 
 def free_name(path: Path, word: str, folder: Path | None = None) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import socket
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
@@ -78,6 +79,36 @@ class Lock(AbstractContextManager["Lock"]):
             with suppress(OSError):
                 self._file.close()
             self._file = None
+
+
+def writer_of(path: Path) -> str:
+    """Say who writes a run file; empty where nobody does, as far as that can be seen.
+
+    Parameters
+    ----------
+    path : Path
+        The run file. Its lock is only read: who looks keeps no writer waiting.
+    """
+    real = path.resolve()
+    try:
+        words = real.with_name(real.name + ".lock").read_text()
+    except OSError:
+        return ""
+    known = re.match(r"process (\d+) on (.+) since ", words)
+    if known and known[2] == socket.gethostname() and not alive(int(known[1])):
+        return ""
+    return words.strip() or "another process"
+
+
+def alive(process: int) -> bool:
+    """Tell whether there is a process of such a number on this computer."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # somebody else's
+        return True
+    return True
 
 
 def _taken(file: IO[str]) -> bool:
