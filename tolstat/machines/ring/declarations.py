@@ -107,7 +107,7 @@ _CRITICAL = (
     Response("flutter_speed", "rad/s", "Omega_f", "speed from which the frictionless ring flutters, without hoop tension", "M_j", shown="rad/s", range=POSITIVE),
 )  # fmt: skip
 _GROWTH = (
-    Response("growth_rate", "1/s", "tau_1", "growth of ring and tool about the static depth; chatter where it is above 0", "all equations", shown="1/s"),
+    Response("growth_rate", "1/s", "tau_1", "growth of ring and tool about the static depth; chatter where it is clearly above 0, as 0.01 1/s", "all equations", shown="1/s"),
 )  # fmt: skip
 
 

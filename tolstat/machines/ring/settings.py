@@ -131,7 +131,8 @@ class Asked(Cut):
 
     out_of_roundness_harmonics: tuple[int, ...] = setting(
         tuple(range(1, NAMED_LOBES + 1)),
-        "harmonics k of the blank that may be out of round, each a contributor",
+        "harmonics k of the blank that may be out of round, each a contributor; only "
+        f"those up to {NAMED_LOBES} have a nominal value of their own",
         at_least=1,
         at_most=1000,
         count=(1, 100),
@@ -194,8 +195,12 @@ class Asked(Cut):
                 )
 
     def nominal(self, name: str) -> float:
-        """Return the nominal value of a contributor; 0 where no setting names it."""
-        return float(getattr(self, name, 0.0))
+        """Return the nominal value of a contributor; 0 of lobes without a setting."""
+        if name == "radius":
+            return self.middle_radius
+        if name not in vars(self) and name.startswith("out_of_roundness_"):
+            return 0.0
+        return float(getattr(self, name))
 
     @property
     def middle_radius(self) -> float:

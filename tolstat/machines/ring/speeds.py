@@ -8,10 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tolstat.errors import ModelError
 from tolstat.machines.ring.declarations import description_of
 from tolstat.machines.ring.harmonics import Array
 from tolstat.machines.ring.linear import ring_eigenvalues
 from tolstat.machines.ring.ring import build
+
+FASTEST = 1e6  # rad/s
 
 
 class Spectrum(NamedTuple):
@@ -50,7 +53,7 @@ def spectrum(speeds: ArrayLike, settings: Mapping[str, Any] | None = None) -> Sp
     Raises
     ------
     ModelError
-        If a setting is wrong.
+        If a setting is wrong, or a speed is no number.
 
     References
     ----------
@@ -61,6 +64,10 @@ def spectrum(speeds: ArrayLike, settings: Mapping[str, Any] | None = None) -> Sp
 
     chosen = make(Ring(), settings)
     Omega = np.atleast_1d(np.asarray(speeds, np.float64))
+    if Omega.ndim != 1 or not (np.abs(Omega) <= FASTEST).all():
+        raise ModelError(
+            f"speeds: numbers in a row are expected, rad/s, none beyond {FASTEST:g}"
+        )
     nominal = np.zeros((len(Omega), len(description_of(chosen).contributors)))
     found = ring_eigenvalues(build(nominal, chosen), Omega, chosen.hoop)
     return Spectrum(found, np.abs(found.imag).min(axis=1), found.real.max(axis=1))

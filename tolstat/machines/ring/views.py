@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from tolstat.machines.ring.harmonics import Array
 from tolstat.machines.ring.linear import growth_rate, ring_eigenvalues, static_depth
 from tolstat.machines.ring.ring import Rings, build
 from tolstat.machines.ring.settings import Asked
+from tolstat.machines.ring.trials import CONDITIONS, IMPOSSIBLE
 from tolstat.model.view import Axis, Band, Chart, Curve, Level, Offer, Panel, Span
 
 MACHINES = 40  # with deviations, for bands
@@ -44,10 +45,7 @@ def own_and_others(
     """
     exists = build(deviations, settings).exists
     if not exists[0]:
-        raise ModelError(
-            "this ring cannot exist: radii, thickness, width, E, density, stiffness, "
-            "mass, feed and speed are above 0, the supports less than 180 deg apart"
-        )
+        raise ModelError(f"this ring cannot exist: {CONDITIONS[IMPOSSIBLE]}")
     own, *others = (
         found(build(np.repeat(row[None], len(speeds), axis=0), settings), speeds)
         for row in deviations[exists]
@@ -55,24 +53,44 @@ def own_and_others(
     return own, np.array(others).reshape(-1, *own.shape)
 
 
-def varied(settings: Asked) -> dict[str, Asked]:
-    """Return the settings with each value of what is varied, by words for it."""
+class Varied(NamedTuple):
+    """What is varied.
+
+    Attributes
+    ----------
+    settings : dict of str to Settings
+        By words for the value.
+    title : str
+        For its panels; it names values that no ring can have.
+    """
+
+    settings: dict[str, Asked]
+    title: str
+
+
+def varied(settings: Asked) -> Varied:
+    """Return the settings with each value of what is varied."""
     name, given = settings.varied, settings
-    nominal = settings.nominal(name) if name != "radius" else settings.middle_radius
+    nominal = settings.nominal(name)
     if name == "radius":
         given = replace(settings, inner_radius=None)
     if nominal == 0.0:
         raise ModelError(f'varied = "{name}": its nominal value is 0, times what is 0')
     [kind] = [each.metadata["kind"] for each in fields(settings) if each.name == name]
     in_degrees = kind.unit == "rad"
-    unit = "deg" if in_degrees else kind.unit
-    found = {}
+    unit = {"rad": "deg", "1": ""}.get(kind.unit, kind.unit)
+    found, cannot = {}, []
     for times in settings.varied_by:
         changed: Any = {name: nominal * times}
         shown = np.degrees(nominal * times) if in_degrees else nominal * times
-        words = f"{name.replace('_', ' ')} {shown:.6g} {unit}"
-        found[words.strip()] = replace(given, **changed)
-    return found
+        words = f"{name.replace('_', ' ')} {shown:.6g} {unit}".strip()
+        if words in found:
+            raise ModelError(f"varied_by has {words} twice")
+        try:
+            found[words] = replace(given, **changed)
+        except ModelError:
+            cannot.append(f"{shown:.6g} {unit}".strip())
+    return Varied(found, f"{', '.join(cannot)} cannot be" if cannot else "varied")
 
 
 def bands(name: str, unit: str, values: Array) -> tuple[Band, ...]:
@@ -132,7 +150,8 @@ def spectrum(deviations: Array, settings: Asked) -> Chart:
     lowest_band = bands(names[0], "rad/s", others[:, :, 0])
     grown = bands("growth", "1/s", others[:, :, -1])
     lowest, growths = [], []
-    for value, other in varied(settings).items():
+    others_than = varied(settings)
+    for value, other in others_than.settings.items():
         each, _ = own_and_others(deviations[:1], other, speeds, found)
         words = "lowest frequency"
         lowest.append(
@@ -140,18 +159,21 @@ def spectrum(deviations: Array, settings: Asked) -> Chart:
         )
         words = "of the ring alone"
         growths.append(Curve(f"growth, {value}", "1/s", "tau_1", words, each[:, -1]))
+    shaded = flutter(deviations, settings)
     frequencies = (*names, *(band.name for band in lowest_band))
     return Chart(
         Axis("speed", "rad/s", "rad/s"),
         speeds,
         (*curves, growth, *lowest, *growths),
         (*lowest_band, *grown),
-        spans=flutter(deviations, settings),
         panels=(
-            Panel("Natural frequencies", frequencies),
-            Panel("Growth", ("growth", *(band.name for band in grown))),
-            Panel("Lowest frequency, varied", tuple(each.name for each in lowest)),
-            Panel("Growth, varied", tuple(each.name for each in growths)),
+            Panel("Natural frequencies", frequencies, spans=shaded),
+            Panel("Growth", ("growth", *(band.name for band in grown)), spans=shaded),
+            Panel(
+                f"Lowest frequency, {others_than.title}",
+                tuple(each.name for each in lowest),
+            ),
+            Panel(f"Growth, {others_than.title}", tuple(each.name for each in growths)),
         ),
     )
 
@@ -189,9 +211,10 @@ def stability(deviations: Array, settings: Asked) -> Chart:
         return np.column_stack([both, alone])
 
     own, others = own_and_others(deviations, settings, speeds, found)
+    others_than, shaded = varied(settings), flutter(deviations, settings)
     values = {
         value: own_and_others(deviations[:1], other, speeds, found)[0]
-        for value, other in varied(settings).items()
+        for value, other in others_than.settings.items()
     }
     curves: list[Curve] = []
     spread: list[Band] = []
@@ -211,9 +234,9 @@ def stability(deviations: Array, settings: Asked) -> Chart:
         spread += opened
         names = (name, *(band.name for band in opened))
         panels += [
-            Panel(f"Growth of {name}", names, levels=(GROWS,)),
+            Panel(f"Growth of {name}", names, levels=(GROWS,), spans=shaded),
             Panel(
-                ("With the tool", "Alone")[i] + ", varied",
+                f"{('With the tool', 'Alone')[i]}, {others_than.title}",
                 tuple(one.name for one in each),
             ),
         ]
@@ -222,6 +245,5 @@ def stability(deviations: Array, settings: Asked) -> Chart:
         speeds,
         tuple(curves),
         tuple(spread),
-        spans=flutter(deviations, settings),
         panels=tuple(panels),
     )
