@@ -375,3 +375,13 @@ def test_no_crossing_is_looked_for_within_rounding(monkeypatch):
     rows = tolstat.evaluate("ring", shifts, given)
     assert (rows["status"] == "done").all()
     assert (rows["out_of_cut_share"] > 0.0).any()
+
+
+def test_many_lobes_shorten_the_step():
+    """The blank alone moves the depth: out of the cut half of each wave, nearly."""
+    lobes = {"out_of_roundness_harmonics": (1000,), "speed": 3.0, "duration": 0.1}
+    given = {**lobes, "cutting_force": 0.0, "depth": 1e-3}
+    waves = {"out_of_roundness_1000": 1e-2}
+    found = tolstat.evaluate("ring", waves, given).iloc[0]
+    out = np.arccos(0.1) / np.pi  # of each wave, deeper than the depth as set
+    assert found["out_of_cut_share"] == pytest.approx(out, abs=5e-3)

@@ -12,7 +12,7 @@ from tests.machines.ring_reference import CASES, DEG, eigenvalues, full
 from tolstat.machines.ring import spectrum
 from tolstat.machines.ring.declarations import description_of
 from tolstat.machines.ring.flutter import flutter_speed, flutters
-from tolstat.machines.ring.harmonics import harmonics, supported
+from tolstat.machines.ring.harmonics import Supported, harmonics, supported
 from tolstat.machines.ring.linear import (
     _solved,
     compliances,
@@ -238,6 +238,23 @@ def test_beyond_the_zero_speed_nothing_rests():
     given = {**FIGURES, "radius": 3.0, "duration": 0.01}
     rows = tolstat.evaluate("ring", {"speed": [32.0, 33.0]}, given)  # times 1 + that
     assert list(rows["status"]) == ["done", "no static depth"]
+    # set near it, nothing is asked that no ring could answer
+    fast = tolstat.evaluate("ring", {"speed": [0.0, 0.05]}, {**given, "speed": 16.5})
+    assert list(fast["status"]) == ["done", "done"]
+    assert fast["zero_speed"].tolist() == pytest.approx([16.642908] * 2, abs=1e-6)
+    assert {"static_depth", "static_error", "growth_rate"}.isdisjoint(fast)
     tense = tolstat.evaluate("ring", {"speed": [33.0]}, {**given, "hoop": True})
     assert list(tense["status"]) == ["done"]
     assert "flutter_speed" not in tense
+
+
+def test_the_first_of_two_onsets_of_flutter():
+    """Near 102 deg it flutters for a thousandth of its speed, and later for good."""
+    on = supported(np.radians([51.0]), 6)
+    speeds = 2.0 + 2e-4 * np.arange(1, 2600)
+    many = Supported(*(np.repeat(each, len(speeds), axis=0) for each in on))
+    first = speeds[flutters(speeds, many)][0]
+    assert first < 2.4725
+    for nominal in (98.0, 102.0, 106.0):
+        found = flutter_speed(np.radians([51.0]), np.radians(nominal), 6)[0]
+        assert found == pytest.approx(first, abs=2e-4)

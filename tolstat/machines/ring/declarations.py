@@ -93,13 +93,15 @@ _CUTTING = (
     Response("depth_min", "m", "min t_R", "smallest depth of cut", "(10)"),
     Response("depth_max", "m", "max t_R", "greatest depth of cut", "(10)"),
     Response("depth_end", "m", "t_R(T)", "depth of cut at the end", "(10)"),
-    Response("static_depth", "m", "t_s", "depth of cut at which ring and tool rest", "(10)"),
-    Response("static_error", "m", "t_R0 - t_s", "machining error at rest", "(10)"),
     Response("peak_error", "m", "t_R0 - min t_R", "greatest machining error", "(10)"),
     Response("out_of_cut_share", "1", "tau", "share of the time out of the cut", "(10)", range=(0.0, 1.0)),
     Response("tool_travel", "m", "max |X_P|", "greatest displacement of the tool", "tool equation", range=POSITIVE),
     Response("radial_force_peak", "N", "max P_R", "peak radial cutting force", "(10)", range=POSITIVE),
     Response("tangential_force_peak", "N", "max P_T", "peak tangential cutting force", "(10)", range=POSITIVE),
+)  # fmt: skip
+_RESTING = (
+    Response("static_depth", "m", "t_s", "depth of cut at which ring and tool rest", "(10)"),
+    Response("static_error", "m", "t_R0 - t_s", "machining error at rest", "(10)"),
 )  # fmt: skip
 # of the first-order model alone: with the tension counted there are none
 _CRITICAL = (
@@ -113,6 +115,9 @@ _GROWTH = (
 
 def description_of(settings: Asked) -> Description:
     """List contributors and responses: as many lobes as the settings name.
+
+    Near the speed at which its lowest frequency is zero the ring does not rest, so it has
+    no static depth, and nothing grows from there.
 
     Parameters
     ----------
@@ -128,6 +133,8 @@ def description_of(settings: Asked) -> Description:
         )
     ]  # fmt: skip
     critical = () if settings.hoop else _CRITICAL
+    resting, growth = (_RESTING, _GROWTH) if settings.rests else ((), ())
     return Description(
-        (*_RING, *_SET_UP, *_TOOL, *_CUT, *lobes), (*_CUTTING, *critical, *_GROWTH)
+        (*_RING, *_SET_UP, *_TOOL, *_CUT, *lobes),
+        (*_CUTTING[:3], *resting, *_CUTTING[3:], *critical, *growth),
     )

@@ -24,7 +24,8 @@ from tolstat.machines.ring.harmonics import (
 
 FREE = float(np.sqrt(20.0))  # of the free ring, and the highest there is
 NOTICED = 1e-6  # of sqrt nu: a growth
-SCANNED = 60  # speeds between 2 and FREE
+APART = 1e-3  # speeds that are looked at: near 102 deg it first flutters so briefly
+AT_ONCE = 100
 BISECTED = 40
 ROUNDS = 12  # of Newton's
 STEP = 1e-7  # of p and of Omega, for the slopes of F and dF/dp
@@ -123,11 +124,14 @@ def _newton(p: Array, Omega: Array, on: Supported) -> tuple[Array, Array]:
 
 def _bisected(on: Supported) -> tuple[Array, Array]:
     """Return p and Omega where two frequencies meet, of one ring, by looking."""
-    speeds = 2.0 + (FREE * (1.0 + NEAR) - 2.0) * np.arange(1, SCANNED + 1) / SCANNED
-    many = Supported(*(np.repeat(each, SCANNED, axis=0) for each in on))
-    first = int(np.argmax(flutters(speeds, many)))
-    lower = np.array([2.0 if first == 0 else speeds[first - 1]])
-    upper = speeds[first : first + 1]
+    many = Supported(*(np.repeat(each, AT_ONCE, axis=0) for each in on))
+    begin, there = 2.0, np.zeros(AT_ONCE, dtype=bool)
+    while not there.any():
+        speeds = begin + APART * np.arange(1.0, AT_ONCE + 1.0)
+        there = flutters(speeds, many)
+        begin = float(speeds[-1])
+    upper = speeds[there][:1]
+    lower = upper - APART
     for _ in range(BISECTED):
         middle = 0.5 * (lower + upper)
         if flutters(middle, on)[0]:

@@ -95,6 +95,14 @@ def place(theta: Array, on: Supported) -> Place:
     )
 
 
+def nu_of(E: Array, rho: Array, w: Array, h: Array, r: Array) -> Array:
+    """Return nu = E J/(rho F r^4), 1/s2, of rings of section w x h."""
+    F = w * h
+    J = w * h * h * h / 12.0
+    nu: Array = E * J / (rho * F * (r * r) * (r * r))
+    return nu
+
+
 def total(terms: Array) -> Array:
     """Add up over the harmonics, the same way for any number of trials.
 

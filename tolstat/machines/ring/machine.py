@@ -43,8 +43,9 @@ class Ring(Model):
         "The ring turns at constant speed; the tool engages suddenly, from rest.",
         "Cutting forces follow the depth of cut at once, by a power of it, and vanish "
         "out of the cut; what the previous turn left of the surface is not counted.",
-        "Without hoop tension the ring does not rest beyond 2 sqrt nu: a trial so fast "
-        "ends as 'no static depth'.",
+        "Without hoop tension the ring does not rest beyond 2 sqrt nu: from 0.8 of it "
+        "on static depth, static error and growth are not answered; a trial that "
+        "deviates so far all the same ends as 'no static depth'.",
         "Gravity and the moment of the tangential force about the middle line are left "
         "out.",
     )

@@ -7,8 +7,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.errors import ModelError
 from tolstat.machines.ring.declarations import RELATIVE, description_of
-from tolstat.machines.ring.harmonics import Place, Supported, place, supported
+from tolstat.machines.ring.harmonics import (
+    Place,
+    Supported,
+    nu_of,
+    place,
+    supported,
+)
 from tolstat.machines.ring.settings import Asked, amplitude, phase
 
 Array = NDArray[np.float64]
@@ -77,12 +84,13 @@ def build(deviations: Array, settings: Asked) -> Rings:
     )
     exists = (positive > 0.0) & (np.minimum.reduce([c_c, K_T, scale]) >= 0.0)
     if not exists.all():
+        if not deviations[~exists].any():
+            raise ModelError("the nominal ring cannot exist: a size leaves the doubles")
         # an eigenvalue problem is made of every row
         kept = np.where(exists[:, None], deviations, 0.0)
         return build(kept, settings)._replace(exists=exists)
 
     F = w * h
-    J = w * h * h * h / 12.0
     # (10): mm, mm a turn, m/min
     V = 60.0 * Omega * (r + 0.5 * h)
     forces = [
@@ -108,7 +116,7 @@ def build(deviations: Array, settings: Asked) -> Rings:
     return Rings(
         r=r,
         h=h,
-        nu=E * J / (rho * F * (r * r) * (r * r)),
+        nu=nu_of(E, rho, w, h, r),
         pi_chi=np.pi * r * rho * F,
         K_T=K_T,
         alpha=alpha,

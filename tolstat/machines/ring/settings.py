@@ -7,7 +7,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from tolstat.errors import ModelError
+from tolstat.machines.ring.harmonics import nu_of
 from tolstat.model.settings import setting
 from tolstat.units.grammar import Range
 
@@ -118,6 +121,9 @@ class Cut:
     )
 
 
+RESTS = 0.8  # of the speed at which the lowest frequency is zero
+
+
 @dataclass(frozen=True)
 class Asked(Cut):
     """How the ring is reckoned, and what is shown of it, SI.
@@ -201,6 +207,21 @@ class Asked(Cut):
         if name not in vars(self) and name.startswith("out_of_roundness_"):
             return 0.0
         return float(getattr(self, name))
+
+    @property
+    def rests(self) -> bool:
+        """Whether the ring has a static depth, with room for what deviates."""
+        sizes = ("youngs_modulus", "density", "width", "thickness", "radius")
+        E, rho, w, h, r = (np.array(self.nominal(name)) for name in sizes)
+        nu = float(nu_of(E, rho, w, h, r))
+        return self.hoop or self.speed < RESTS * 2.0 * math.sqrt(nu)
+
+    @property
+    def step(self) -> float:
+        """Longest step, s: max_step, or what the fastest lobes of the blank permit."""
+        return min(
+            self.max_step, 1.0 / (max(self.out_of_roundness_harmonics) * self.speed)
+        )
 
     @property
     def middle_radius(self) -> float:

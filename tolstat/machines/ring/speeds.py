@@ -25,7 +25,7 @@ class Spectrum(NamedTuple):
     eigenvalues : complex128[speed, 4 (N - 1)]
         1/s, ascending by |Im|, then by Re.
     frequency : float64[speed]
-        omega_1, the lowest |Im|, rad/s.
+        omega_1, the lowest |Im|, rad/s; 0 where a mode is overdamped, too.
     growth : float64[speed]
         tau_1, the greatest Re, 1/s.
     """

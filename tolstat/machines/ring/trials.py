@@ -68,7 +68,7 @@ def simulated(
         np.zeros((len(machines), len(scale))),
         machines,
         np.tile([0.0, settings.duration], (len(machines), 1)),
-        Accuracy(settings.rtol, settings.max_step),
+        Accuracy(settings.rtol, settings.step),
         samples=samples,
     )
     return Trials(rings, solution)
@@ -148,8 +148,7 @@ def outcome_of(trials: Trials, settings: Asked) -> Outcome:
         least,
         greatest,
         depth_of_cut(rings, found.states[:, -1], settings.duration),
-        rest,
-        rings.t_R0 - rest,
+        *((rest, rings.t_R0 - rest) if settings.rests else ()),
         rings.t_R0 - least,
         # a sum of steps may exceed the duration by a rounding
         np.minimum(found.above[:, 0] / settings.duration, 1.0),
@@ -162,11 +161,12 @@ def outcome_of(trials: Trials, settings: Asked) -> Outcome:
         root = np.sqrt(rings.nu)
         onset = flutter_speed(rings.alpha, settings.support_angle, settings.harmonics)
         columns += [2.0 * root, onset * root]
-    columns.append(growth_rate(rings, rest, settings.hoop))
+    if settings.rests:
+        columns.append(growth_rate(rings, rest, settings.hoop))
     failed = found.status != Status.DONE
     return Outcome(
         np.where(failed[:, None], np.nan, np.stack(columns, axis=1)),
         found.status,
         found.steps,
-        {NO_REST: ~failed & np.isnan(rest)},
+        {NO_REST: ~failed & np.isnan(rest) & settings.rests},
     )
