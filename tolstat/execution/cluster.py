@@ -81,9 +81,13 @@ class Cluster(Executor):
         with self._lock:
             usable = [a for a in self._there if a not in self._refused]
             where = usable if self._refused else []
-            theirs = self._client.submit(
-                _on_worker, tuple(parcel), pure=False, workers=where or None
-            )
+            try:
+                theirs = self._client.submit(
+                    _on_worker, tuple(parcel), pure=False, workers=where or None
+                )
+            except Exception as error:  # whatever Dask raises where it is closed
+                ours.set_exception(self._broken(f"{type(error).__name__}: {error}"))
+                return
             self._sent[ours] = parcel, theirs, where
         theirs.add_done_callback(partial(self._deliver, ours))
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+from concurrent.futures import Executor
 from pathlib import Path
 
 from tolstat.errors import StudyError
 from tolstat.execution.carrying_out import Progress, Telling, carry_out
+from tolstat.execution.elsewhere import crew_of
 from tolstat.execution.planning import cannot_be_built, plan_of
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Workers
@@ -29,6 +31,7 @@ def run(
     force: bool = False,
     model: Model | None = None,
     progress: Telling | None = None,
+    executor: Executor | None = None,
 ) -> Run:
     """Run a study and store it.
 
@@ -49,6 +52,8 @@ def run(
         A machine of your own, of the name that the study gives.
     progress : callable, optional
         Called with a `Progress` whenever some trials are over.
+    executor : concurrent.futures.Executor, optional
+        Of other processes, which evaluate instead of threads: MPI's, a cluster's.
 
     Returns
     -------
@@ -63,7 +68,7 @@ def run(
         If the run file exists already or cannot be written.
     """
     asked = load(study, model=model, trials=trials, seed=seed)
-    with Workers(workers) as crew:
+    with crew_of(workers, executor) as crew:
         path = _run_file(asked, output)
         return execute(asked, path, crew, force=force, progress=progress)
 

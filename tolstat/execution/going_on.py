@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from tolstat.errors import RunFileError, StudyError
 from tolstat.execution.carrying_out import Telling, carry_out
+from tolstat.execution.elsewhere import crew_of
 from tolstat.execution.planning import plan_of
 from tolstat.execution.sameness import check_same, study_differs
 from tolstat.execution.trials import Trials
@@ -35,6 +37,7 @@ def resume(
     rerun_failed: bool = False,
     regardless: bool = False,
     progress: Telling | None = None,
+    executor: Executor | None = None,
 ) -> Run:
     """Finish what is missing of a run, and repair what is damaged.
 
@@ -54,6 +57,8 @@ def resume(
         file has changed: the run's own text is what counts, and the run says so.
     progress : callable, optional
         As of `tolstat.run`.
+    executor : concurrent.futures.Executor, optional
+        As of `tolstat.run`.
 
     Returns
     -------
@@ -65,7 +70,7 @@ def resume(
     RunFileError
         If it is no run that can be gone on with: what differs.
     """
-    with Workers(workers) as crew:
+    with crew_of(workers, executor) as crew:
         return go_on(
             Path(path), crew, model=model, rerun=rerun_failed, regardless=regardless,
             progress=progress,
@@ -80,6 +85,7 @@ def extend(
     model: Model | None = None,
     regardless: bool = False,
     progress: Telling | None = None,
+    executor: Executor | None = None,
 ) -> Run:
     """Add trials to a run.
 
@@ -89,7 +95,7 @@ def extend(
         The run file.
     trials : int
         How many there are to be in all.
-    workers, model, regardless, progress
+    workers, model, regardless, progress, executor
         As of `resume`.
 
     Returns
@@ -103,7 +109,7 @@ def extend(
         If there are as many already, if other trials would then have to be drawn, or as
         of `resume`.
     """
-    with Workers(workers) as crew:
+    with crew_of(workers, executor) as crew:
         return go_on(
             Path(path), crew, trials=trials, model=model, regardless=regardless,
             progress=progress,

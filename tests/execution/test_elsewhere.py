@@ -1,0 +1,101 @@
+"""Processes that evaluate: a pool, MPI, and what SLURM would be asked for."""
+
+from __future__ import annotations
+
+import runpy
+import subprocess
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dask_jobqueue.slurm import SLURMJob
+
+import tolstat
+from tests.cli.test_batch import chain
+from tests.conftest import ROOT
+from tests.execution.test_cluster import same
+from tolstat.errors import BrokenError
+from tolstat.execution import parcel
+from tolstat.execution.elsewhere import Elsewhere
+from tolstat.execution.parcel import Otherwise, carried_out, packed
+
+BIN = Path(sys.executable).parent
+MPI = """\
+import sys
+import tolstat
+from mpi4py.futures import MPIPoolExecutor
+
+if __name__ == "__main__":
+    with MPIPoolExecutor() as executor:
+        tolstat.run(sys.argv[1], output=sys.argv[2], executor=executor)
+        print(executor.num_workers)
+"""
+
+
+def test_processes_come_to_the_same_bits(tmp_path):
+    study, far = chain(tmp_path, "study"), tmp_path / "far.h5"
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        run = tolstat.run(study, output=far, executor=executor)
+        assert executor.submit(len, "it is still ours").result() == 16
+    same(run, tolstat.run(study))
+
+
+def test_mpi_on_loopback(tmp_path):
+    study, far = chain(tmp_path, "study"), tmp_path / "far.h5"
+    script = tmp_path / "run.py"
+    script.write_text(MPI)
+    command = [BIN / "mpiexec", "-n", "3", sys.executable, "-m", "mpi4py.futures"]
+    done = subprocess.run(
+        [*command, script, study, far], capture_output=True, text=True, timeout=100,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0 and done.stdout == "2\n", done
+    same(tolstat.open(far), tolstat.run(study))
+
+
+def test_a_process_of_other_numbers_evaluates_nothing(tmp_path, monkeypatch):
+    study = tolstat.run(chain(tmp_path, "study")).study  # a machine that is installed
+    assert study.table["model"] == "dimension_chain"
+    call = partial(np.zeros, 3)
+    np.testing.assert_array_equal(carried_out(packed(call)), np.zeros(3))
+    sent = packed(call)
+    monkeypatch.setattr(
+        parcel, "decisive", lambda: {**sent.decisive, "processor": "arm64 neon"}
+    )
+    found = carried_out(sent)
+    assert isinstance(found, Otherwise)
+    assert "processor is arm64 neon" in found.reasons[0]
+
+
+def test_what_a_pool_cannot_do_is_a_sentence(tmp_path):
+    study = chain(tmp_path, "study")
+    executor = ProcessPoolExecutor(1, mp_context=get_context("spawn"))
+    executor.submit(sys.exit).exception()
+    for process in executor._processes.values():
+        process.kill()
+    with executor, pytest.raises(BrokenError, match="tolstat resume"):
+        tolstat.run(study, executor=executor)
+    assert Elsewhere(executor).number is None
+    assert tolstat.resume(study.with_suffix(".h5")).complete
+
+
+def test_what_slurm_would_be_asked_for():
+    """The example is not run: there is no SLURM; its job script is known."""
+    lent = runpy.run_path(str(ROOT / "runs/cluster.py"))["LENT"]
+    job = SLURMJob(scheduler="tcp://HOST:1", name="0", job_name="tolstat",
+                   queue="normal", **lent)  # fmt: skip
+    head, _, command = job.job_script().strip().rpartition("\n\n")
+    assert head.splitlines() == [
+        "#!/usr/bin/env bash", "", "#SBATCH -J tolstat", "#SBATCH -p normal",
+        "#SBATCH -n 1", "#SBATCH --cpus-per-task=16", "#SBATCH --mem=30G",
+        "#SBATCH -t 02:00:00",
+    ]  # fmt: skip
+    python, *rest = command.split()
+    assert python == sys.executable
+    assert " ".join(rest).startswith(
+        "-m distributed.cli.dask_worker tcp://HOST:1 --name 0 --nthreads 16"
+    )
