@@ -67,6 +67,12 @@ class DamagedError(RunFileError):
     exit_code = 1
 
 
+class StoppedError(TolstatError):
+    """Stopped before there was anything to be kept."""
+
+    exit_code = 130
+
+
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:
     """Say what is allowed instead of a wrong name, the nearest known one first.
 

@@ -13,7 +13,7 @@ import pytest
 import tolstat
 from tests.conftest import Toy
 from tests.store.tampering import resealed
-from tolstat.errors import ModelError, RunFileError, StudyError
+from tolstat.errors import ModelError, RunFileError, StoppedError, StudyError
 from tolstat.execution.execute import execute
 from tolstat.execution.going_on import go_on
 from tolstat.execution.workers import Workers
@@ -293,3 +293,14 @@ def test_failed_trials_once_more_are_kept_apart(tmp_path):
             written(tmp_path, STUDIES["random"]), model=Toy(), output=tmp_path / "t.h5"
         )
         tolstat.resume(failing.path, model=Toy(), rerun_failed=True)
+
+
+def test_a_run_put_back_is_not_shown_as_the_new_one(toy, tmp_path):
+    """Stopped before any trial was over, with force."""
+    study = written(tmp_path, STUDIES["random"])
+    before = tolstat.run(study, model=toy)
+    asked = load(study, model=toy, seed=2)
+    with Workers(1, lambda: True) as crew, pytest.raises(StoppedError, match="as it w"):
+        execute(asked, before.path, crew, force=True)
+    assert tolstat.open(before.path).sampled.seed == 1
+    assert StoppedError.exit_code == 130

@@ -6,7 +6,7 @@ import os
 from concurrent.futures import Executor
 from pathlib import Path
 
-from tolstat.errors import StudyError
+from tolstat.errors import StoppedError, StudyError
 from tolstat.execution.carrying_out import Progress, Telling, carry_out
 from tolstat.execution.elsewhere import crew_of
 from tolstat.execution.planning import cannot_be_built, plan_of
@@ -111,6 +111,11 @@ def execute(
     -------
     Run
         Complete, or as far as it came.
+
+    Raises
+    ------
+    StoppedError
+        If nothing ran of what was to replace another run: that one is put back.
     """
     tell = progress or (lambda progress: None)
     return open_run(_stored(study, path, workers, force, tell))
@@ -128,4 +133,8 @@ def _stored(
         plan = plan_of(study, trials.deviations)
         with RunWriter.made(lock, plan, force=force) as file:
             carry_out(study, trials, file, workers, tell)
+    if file.given_up:
+        raise StoppedError(
+            f"stopped before any trial was over: the run in {path} is as it was"
+        )
     return file.path

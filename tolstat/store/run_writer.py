@@ -55,6 +55,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         The file; another one once that was removed or moved.
     plan : Plan
         What is written of it.
+    given_up : bool
+        Whether the run that was to be replaced has been put back.
     """
 
     def __init__(self, lock: Lock, plan: Plan, facts: Mapping[str, Any]) -> None:
@@ -63,7 +65,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._rows: Rows | None = None
         self._before: Path | None = None  # what was there, until this run is complete
         self._rescued: Lock | None = None
-        self._broken = False
+        self._broken = self.given_up = False
         self._spent, self._began = 0.0, time.perf_counter()
         self._safe = time.monotonic()
         self._unsafe: Blocks = []
@@ -333,6 +335,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         with suppress(OSError):
             if not self._rows.read(STATUS).any():
                 os.replace(self._before, self.path.resolve())
+                self.given_up = True
                 return
         warnings.warn(
             f"the run that was there before is kept as {self._before}",
