@@ -37,7 +37,7 @@ CANNOT_BE = [
     ("planetary", {"tooth_thickness_3": -5e-3}, "no tooth left"),
     ("elastic_machine", {"inertia_1": -1.0}, "cannot exist"),
     ("rolling_block", {"stiffness_46": -1.5}, "cannot exist"),
-    ("rolling_block", {"damping": 49.0}, "cannot exist"),
+    ("rolling_block", {"damping": -1.5}, "cannot exist"),
 ]
 CAN_BE = [
     ("stand", {"crank_radius": LENGTH - 0.281}),

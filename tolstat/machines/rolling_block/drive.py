@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 
 CANNOT_EXIST = "cannot exist"
 CONDITIONS = {
-    CANNOT_EXIST: "each inertia and stiffness is above 0, the damping ratio from 0 to "
-    "below 1; deviations are above -100 %"
+    CANNOT_EXIST: "each inertia and stiffness is above 0, the damping not below; their "
+    "deviations are above -100 %"
 }
 
 
@@ -57,15 +57,13 @@ def drives(deviations: Array, settings: Settings) -> tuple[Drive, NDArray[np.boo
     built : Drive
         Where one cannot exist, the nominal one stands in its place.
     exist : bool[trial]
-        Whether all inertias and stiffnesses are positive, and the damping ratio is at
-        least 0 and below 1.
+        Whether all inertias and stiffnesses are positive, and the damping not negative.
     """
     of = nominal(settings)
     n, m = len(MASSES), len(LINKS)
     factors = 1.0 + deviations
     positive: NDArray[np.bool_] = np.all(factors[:, : n + m] > 0, axis=1)
-    zeta = of.zeta * factors[:, n + m]
-    exist = positive & (zeta >= 0) & (zeta < 1)
+    exist = positive & (factors[:, n + m] >= 0)
     factors = np.where(exist[:, None], factors, 1.0)
     return Drive(
         of.Q * factors[:, :n], of.C * factors[:, n : n + m], of.zeta * factors[:, n + m]
