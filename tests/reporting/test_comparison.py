@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import h5py
 import numpy as np
 import pytest
 from scipy import stats
 
 import tolstat
+from tests.store.tampering import resealed
 from tolstat.errors import PictureError, RunFileError
 from tolstat.reporting.comparison import compared, comparison_table, pair_of
 from tolstat.reporting.plain import plain
@@ -78,7 +78,7 @@ def test_differences_that_are_all_alike_are_drawn(toy, tmp_path):
         }  # fmt: skip
         runs.append(tolstat.run(study, model=toy, output=tmp_path / f"{name}.h5"))
     table = runs[1].path
-    with h5py.File(table, "r+") as file:
+    with resealed(table) as file:
         file["gap"][...] = np.nextafter(file["gap"][...] + 1e-3, 1)
     page = tmp_path / "pair.html"
     tolstat.compare(runs[0].path, table, page, ["gap"])
