@@ -44,6 +44,7 @@ def test_processes_come_to_the_same_bits(tmp_path):
     same(run, tolstat.run(study))
 
 
+@pytest.mark.long
 def test_mpi_on_loopback(tmp_path):
     study, far = chain(tmp_path, "study"), tmp_path / "far.h5"
     script = tmp_path / "run.py"

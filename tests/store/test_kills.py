@@ -89,7 +89,7 @@ def killed(tmp_path, kills):
 
 
 def test_killed_at_random_moments(tmp_path):
-    killed(tmp_path, 12)
+    killed(tmp_path, 6)
 
 
 @pytest.mark.long

@@ -156,7 +156,7 @@ class Asked(Cut):
     rtol: float = setting(
         1e-6, "integration tolerance, relative to each state's scale", above=0.0
     )
-    max_step: float = setting(3e-3, "longest integration step", unit="s", above=0.0)
+    max_step: float = setting(5e-3, "longest integration step", unit="s", above=0.0)
     speed_range: Range = setting(
         Range(0.0, 60.0), "speeds that views show", unit="rad/s", at_least=0.0
     )
