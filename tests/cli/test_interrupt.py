@@ -113,6 +113,23 @@ def test_ctrl_c_during_one_endless_trial(small_study):
     assert process.returncode == 130
 
 
+def test_ctrl_c_while_the_command_line_still_loads(tmp_path):
+    (tmp_path / "click.py").write_text(
+        "import time\nprint('loading', flush=True)\ntime.sleep(30)\n"
+    )
+    begin = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); "
+    process = subprocess.Popen(
+        [sys.executable, "-c", begin + "from tolstat.cli.entry import entry; entry()"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout.readline() == "loading\n"
+    process.send_signal(signal.SIGINT)
+    _, shown = process.communicate(timeout=30)
+    assert process.returncode == 130 and shown == "stopped: nothing is written\n"
+
+
 def test_ctrl_c_during_a_report_leaves_nothing(small_study):
     path = small_study.with_suffix(".h5")
     run = tolstat.run(small_study, trials=400)

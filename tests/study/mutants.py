@@ -33,7 +33,7 @@ ROOT = Path(__file__).parents[2]
 OWN = {"stack": "stack.py:Stack", "oscillator": "oscillator.py:Oscillator"}
 READ, RUN = 2500, 500
 SECONDS, MEMORY = 5, 10**9  # of a process
-COMMAND = "from tolstat.cli.main import entry; entry()"
+COMMAND = "from tolstat.cli.entry import entry; entry()"
 LONG = 5.0  # s, to read a study
 
 # what stands where something else was

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import sys
-import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
-from tolstat.cli.interrupting import LIMITS_NOT_MET, leave, on_interrupt
+from tolstat.cli.interrupting import LIMITS_NOT_MET
 from tolstat.cli.power import Power, powered, workers
 from tolstat.cli.stock import batch, doctor, export, runs
 from tolstat.errors import TolstatError
@@ -344,13 +343,6 @@ for _command in (batch, runs, export, doctor):
     main.add_command(_command)
 
 
-def entry(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line; the entry point of the package."""
-    on_interrupt(leave)
-    warnings.showwarning = _note  # type: ignore[assignment]
-    main(arguments)
-
-
-def _note(message: Warning | str, *_: object) -> None:
+def note(message: Warning | str, *_: object) -> None:
     """Say what Python would wrap into the place of a line of source."""
     click.echo(f"tolstat: note: {message}", err=True)
