@@ -90,6 +90,18 @@ def test_each_study_of_a_queue_gets_what_it_needs(no_pages, tmp_path):
     assert rows["new"]["verdicts"] == "undecided: gap"
 
 
+def test_a_finished_run_whose_data_have_changed_is_refused(no_pages, tmp_path):
+    path, data = chain(tmp_path, "data"), tmp_path / "parts.csv"
+    measured = 'data = "parts.csv", column = "A", unit = "mm"'
+    text = path.read_text().replace('tolerance = "+-0.1 mm"', measured, 1)
+    path.write_text(text)
+    data.write_text("A\n" + "\n".join(f"{9.8 + 0.01 * i:.2f}" for i in range(40)))
+    assert call("batch", path).exit_code == 0
+    data.write_text(data.read_text().replace("9.90\n", "9.95\n"))
+    again = call("batch", path)
+    assert again.exit_code == 2 and "its data" in again.stderr
+
+
 def test_exit_codes_of_a_queue(no_pages, tmp_path):
     good = chain(tmp_path, "good")
     assert call("batch", good).exit_code == 0

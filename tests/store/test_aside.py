@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 
@@ -12,7 +13,7 @@ import pytest
 import tolstat
 from tests.conftest import Toy
 from tests.store.tampering import resealed
-from tolstat.errors import ModelError, RunFileError, StudyError
+from tolstat.errors import BrokenError, ModelError, RunFileError, StudyError
 from tolstat.store.aside import aside_of, check_room
 
 STUDY = {
@@ -70,10 +71,65 @@ def test_what_a_killed_run_left_is_removed_and_nobody_elses(toy, tmp_path):
     assert aside_of(path) != aside_of(path)
 
 
+def test_neighbours_of_other_names_stay(toy, tmp_path):
+    """Nothing that is not exactly ours is removed, or stumbled over."""
+    for name in ("4000000-mine", "\u00b2-0", "99999999999999999999-0"):
+        (tmp_path / f"run.h5.{name}.part").write_text("mine")
+    notes = tmp_path / "notes.h5"
+    notes.write_text("how a tolstat seal, format 3 is found")
+    tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
+    assert len(list(tmp_path.glob("*.part"))) == 3
+    with pytest.raises(RunFileError, match="is no run; it is not replaced"):
+        tolstat.run(STUDY, model=toy, output=notes, force=True)
+
+
+@pytest.mark.parametrize("linked", [False, True])
+def test_a_lock_that_is_none_of_ours_is_left_alone(linked, toy, tmp_path):
+    mine, lock = tmp_path / "mine.txt", tmp_path / "run.h5.lock"
+    mine.write_text("precious")
+    lock.symlink_to(mine) if linked else mine.rename(lock)
+    with pytest.raises(RunFileError, match=r"no lock of tolstat|cannot be written"):
+        tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
+    assert lock.read_text() == "precious" and not (tmp_path / "run.h5").exists()
+
+
+def test_a_title_that_reads_like_a_seal(toy, tmp_path):
+    text = "tolstat seal, format 3\nsize 9\nsha256 " + 64 * "0" + "\nrows 1 2\n"
+    for title in ("tolstat seal, format 3", text):
+        study = STUDY | {"title": title}
+        run = tolstat.run(study, model=toy, output=tmp_path / "run.h5", force=True)
+        assert tolstat.open(run.path).title == title
+
+
+class Failing(Toy):
+    def evaluate(self, deviations, settings):
+        if deviations.any() and self.after <= 0:
+            raise ZeroDivisionError("late")
+        self.after -= len(deviations)
+        return super().evaluate(deviations, settings)
+
+
+def test_a_machine_that_fails_leaves_what_ran_or_nothing(tmp_path):
+    machine, path = Failing(), tmp_path / "run.h5"
+    machine.after = 0
+    with pytest.raises(ModelError, match="late") as refused:
+        tolstat.run(STUDY, model=machine, output=path)
+    assert refused.value.exit_code == 2 and list(tmp_path.iterdir()) == []
+    machine.after = 100
+    with pytest.raises(BrokenError, match=r"late.*of 300 trials are stored.*resume"):
+        tolstat.run(STUDY, model=machine, output=path, workers=1)
+    assert 0 < tolstat.open(path).ended < 300
+
+
 def test_no_room_is_said_before_anything_runs(toy, tmp_path, monkeypatch):
-    check_room(tmp_path, 1000)
+    check_room(tmp_path / "run.h5", 1000)
     with pytest.raises(RunFileError, match=r"needs 2000000000000\.0 MB, its"):
-        check_room(tmp_path, 10**18)
+        check_room(tmp_path / "run.h5", 10**18)
+    once_and_a_half = shutil.disk_usage(tmp_path)._replace(free=1500)
+    with monkeypatch.context() as patch:
+        patch.setattr(shutil, "disk_usage", lambda folder: once_and_a_half)
+        with pytest.raises(RunFileError, match="its file and a copy"):
+            check_room(tmp_path / "run.h5", 1000)
     resource = pytest.importorskip("resource")
     free, files = (resource.RLIM_INFINITY,) * 2, resource.RLIMIT_FSIZE
     monkeypatch.setattr(

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from pathlib import Path
 
 from rich.live import Live
 from rich.table import Table
 
+from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
 from tolstat.cli.listing import row_of, runs_table
 from tolstat.cli.showing import Screen
 from tolstat.reporting.listing import entry_of
+from tolstat.store.advice import to_resume
 from tolstat.store.lock import writer_of
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
@@ -28,7 +31,7 @@ def follow_run(path: Path) -> None:
         The run; it is only read.
     """
     screen = Screen(stderr=True)
-    with Live(console=screen, transient=True) as live:
+    with stop_on_interrupt() as stop, Live(console=screen, transient=True) as live:
         before: tuple[float, int] | None = None
         while True:
             began = time.monotonic()
@@ -38,11 +41,12 @@ def follow_run(path: Path) -> None:
             if run.complete or not writer:
                 break
             before = before or (began, run.ended)
-            time.sleep(max(LOOK_AGAIN, SHARE * (time.monotonic() - began)))
+            if stop.wait(max(LOOK_AGAIN, SHARE * (time.monotonic() - began))):
+                sys.exit(INTERRUPTED)
     if not run.complete:
         screen.print(
             f"nobody writes {path}: {run.ended} of {run.trials} trials have run; go on "
-            f"with: tolstat resume {path}",
+            f"with: {to_resume(path, run.machine)}",
             soft_wrap=True,
         )
 

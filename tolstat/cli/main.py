@@ -26,9 +26,11 @@ Exit codes:
 """
 
 
-def _load_machine(ctx: click.Context, option: click.Parameter, place: str) -> None:
-    """Let a machine of one's own be found by its name."""
-    if place:
+def _load_machine(
+    ctx: click.Context, option: click.Parameter, places: tuple[str, ...]
+) -> None:
+    """Let machines of one's own be found by their names."""
+    for place in places:
         from tolstat.catalogue import load
 
         load(place)
@@ -51,10 +53,12 @@ class _Group(click.Group):
         machine = click.Option(
             ["--machine"],
             metavar="FILE.py:NAME",
+            multiple=True,
             callback=_load_machine,
             expose_value=False,
             is_eager=True,
-            help="A machine of your own, for the studies and runs that name it.",
+            help="A machine of your own, for the studies and runs that name it. "
+            "May be repeated.",
         )
         cmd.params.append(machine)
         super().add_command(cmd, name)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+MOST = 1024  # threads: far more than any processor has
+
 if TYPE_CHECKING:
     from tolstat.execution.workers import Workers
 
@@ -47,7 +49,7 @@ class Power(NamedTuple):
 
 workers = click.option(
     "--workers",
-    type=click.IntRange(min=1),
+    type=click.IntRange(1, MOST),
     help="Threads; all processors if not given. The numbers do not depend on it.",
 )
 _cluster = click.option(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import shlex
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -29,6 +28,7 @@ from tolstat.execution.execute import execute
 from tolstat.execution.going_on import go_on
 from tolstat.execution.workers import Workers
 from tolstat.literal import visible
+from tolstat.store.advice import to_resume
 from tolstat.store.run import Run
 from tolstat.study.study import Study
 
@@ -169,15 +169,13 @@ def _watched(path: Path, power: Power, work: Callable[[Workers, Telling], Run]) 
 
 def _say_how_to_go_on(run: Run, screen: Screen) -> NoReturn:
     """Say what is stored and how it is gone on with; end the process."""
-    machine = f" --machine {shlex.quote(run.machine)}" if run.machine else ""
     with suppress(OSError):  # the terminal may be gone
         screen.print(
             f"stopped: {run.ended} of {run.trials} trials are stored in {run.path}; go "
             "on with:",
             soft_wrap=True,
         )
-        name = shlex.quote(str(run.path))
-        screen.print(f"tolstat resume {name}{machine}", soft_wrap=True)
+        screen.print(to_resume(run.path, run.machine), soft_wrap=True)
         sys.stdout.flush()
         sys.stderr.flush()
     os._exit(INTERRUPTED)  # a compilation under way would hold up sys.exit

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tolstat.cli.showing import screen
 from tolstat.execution.verifying import findings, verify
+from tolstat.store.advice import to_resume
 
 
 def verify_run(path: Path, *, every: bool, workers: int | None) -> bool:
@@ -31,6 +32,13 @@ def verify_run(path: Path, *, every: bool, workers: int | None) -> bool:
         console.print(line)
     if found.whole:
         console.print(f"{path} is as it was written")
+    elif found.run.damage:
+        advice = to_resume(path, found.run.machine)
+        console.print(f"{path} is damaged; `{advice}` repairs it", soft_wrap=True)
     else:
-        console.print(f"{path} is damaged; `tolstat resume {path}` repairs it")
+        console.print(
+            f"{path} is as it was written, but its study gives something else here: "
+            "its data, or what evaluates it, are others; run it again, with --force",
+            soft_wrap=True,
+        )
     return found.whole

@@ -92,20 +92,12 @@ def carry_out(
         over.
     """
     with suppress(Interrupted):
-        if not nominal:
-            # alone and first: who finds code that is not compiled waits for it here
-            alone = np.zeros((1, len(study.description.contributors)))
-            file.write_nominal(workers.simulate(study.model, alone, study.settings))
-        stages: list[int] = []
-        for stop in _stages(study, trials, tell):
-            cases = _missing(study.cases, trials.status[:stop])
-            for blocks in workers.blocks(study.model, cases, trials.deviations):
-                file.write_blocks(blocks)
-                trials.take(blocks)
-                tell(Progress(trials.over, trials.failed, stop))
-            if not trials.status[:stop].all():
-                raise Interrupted
-            stages.append(stop)
+        try:
+            stages = _evaluate(study, trials, file, workers, tell, nominal=nominal)
+        except ModelError as error:
+            if broken := file.failed(error):
+                raise broken from error
+            raise
         over, found = trials.first(stages[-1]), ending
         if found is None:
             found = _ending(study, over, stages, workers, tell)
@@ -113,6 +105,33 @@ def carry_out(
             found = found._replace(rerun=_rerun(study, over, workers))
         if found is not ending:
             file.finish(found)
+
+
+def _evaluate(
+    study: Study,
+    trials: Trials,
+    file: RunWriter,
+    workers: Workers,
+    tell: Telling,
+    *,
+    nominal: bool,
+) -> list[int]:
+    """Evaluate what is missing; return how many trials were over at each look."""
+    if not nominal:
+        # alone and first: who finds code that is not compiled waits for it here
+        alone = np.zeros((1, len(study.description.contributors)))
+        file.write_nominal(workers.simulate(study.model, alone, study.settings))
+    stages: list[int] = []
+    for stop in _stages(study, trials, tell):
+        cases = _missing(study.cases, trials.status[:stop])
+        for blocks in workers.blocks(study.model, cases, trials.deviations):
+            file.write_blocks(blocks)
+            trials.take(blocks)
+            tell(Progress(trials.over, trials.failed, stop))
+        if not trials.status[:stop].all():
+            raise Interrupted
+        stages.append(stop)
+    return stages
 
 
 def _rerun(study: Study, trials: Trials, workers: Workers) -> Audited:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 import warnings
@@ -45,6 +46,8 @@ class Cluster(Executor):
             raise StudyError(
                 f"--cluster needs Dask: pip install 'tolstat[cluster]' ({error})"
             ) from None
+        # what matters of its losses is said in one sentence, without its tracebacks
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL + 1)
         try:
             self._client = Client(address, timeout=CONNECT, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:

@@ -10,14 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from tolstat.errors import RunFileError, StudyError
-from tolstat.execution.carrying_out import Telling, carry_out
+from tolstat.execution.carrying_out import Progress, Telling, carry_out
 from tolstat.execution.elsewhere import crew_of
-from tolstat.execution.planning import plan_of
+from tolstat.execution.planning import cannot_be_built, plan_of
 from tolstat.execution.sameness import check_same, study_differs
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
+from tolstat.store.advice import to_resume
 from tolstat.store.lock import Lock
 from tolstat.store.opening import existing
 from tolstat.store.opening import open as open_run
@@ -147,6 +148,9 @@ def _gone_on(
         _check_wanted(run, wanted)
     study = study_of(run, wanted, model)
     plan = _plan(run, study, regardless)
+    if wanted is not None and (doubt := cannot_be_built(study, plan.deviations)):
+        tell(Progress(0, 0, study.trials, doubt=doubt))
+    rerun = rerun or run.rerun is not None
     whole = run.status != Status.NOT_RUN
     whole[run.damage.trials] = False
     ending = None
@@ -193,6 +197,7 @@ def study_of(run: Run, trials: int | None = None, model: Model | None = None) ->
 
 def plan_again(run: Run, study: Study) -> Plan:
     """Plan a run again, in the words of the one that is stored."""
+    same = study.trials == run.trials
     return replace(
         plan_of(study, study.deviations()),
         study_text=run.study.text,
@@ -200,6 +205,7 @@ def plan_again(run: Run, study: Study) -> Plan:
         machine=run.machine,
         source_digest=run.source_digest,
         notes=run.notes,
+        rules=run.rules if same else (),
         study_file=run.study_file,
     )
 
@@ -207,7 +213,7 @@ def plan_again(run: Run, study: Study) -> Plan:
 def _plan(run: Run, study: Study, regardless: bool) -> Plan:
     """Plan the run again, and refuse what would not be the same run."""
     plan = plan_again(run, study)
-    check_same(run, plan, plan.deviations)
+    check_same(run, plan)
     differing = run.made_otherwise(study.model.source_digest)
     doubts = [*study_differs(run), *differing]
     if doubts and not regardless:
@@ -217,8 +223,8 @@ def _plan(run: Run, study: Study, regardless: bool) -> Plan:
             + "; run the study again, or go on with what the run has stored, "
             "--regardless (regardless=True)"
         )
-    if differing:
-        note = f"gone on with at {now()}, though " + "; ".join(differing)
+    if doubts:
+        note = f"gone on with at {now()}, though " + "; ".join(doubts)
         plan = replace(plan, notes=(*run.notes, note))
     return plan
 
@@ -229,6 +235,11 @@ def _check_wanted(run: Run, trials: int) -> None:
         raise RunFileError(
             f'{run.path}: sampling = "{run.sampling}" draws nothing; its machines are '
             "those of the study"
+        )
+    if run.rules and not run.complete:
+        raise RunFileError(
+            f"{run.path} is not complete: {run.ended} of at most {run.trials} trials "
+            f"have run; first go on with it: {to_resume(run.path, run.machine)}"
         )
     if trials <= run.trials:
         raise RunFileError(

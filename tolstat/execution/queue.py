@@ -39,7 +39,7 @@ class Done(NamedTuple):
 
 def run_of(study: Path) -> Path:
     """Return where the run of a study file lies."""
-    return study.with_suffix(".h5")
+    return study.parent / f"{study.stem}.h5"  # also of what is no file: "."
 
 
 def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
@@ -69,7 +69,7 @@ def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
     _check_asked(run, study)
     if run.complete and not run.damage:
         again = study_of(run)
-        check_same(run, plan_again(run, again), again.deviations())
+        check_same(run, plan_again(run, again))
         notes = run.made_otherwise(study.model.source_digest)
         return Done(run, FINISHED_BEFORE, tuple(notes))
     del run  # its columns are not needed twice
@@ -81,7 +81,12 @@ def _check_asked(run: Run, study: Study) -> None:
     said = study_differs(run, study.path)
     if run.sampled and run.sampled.seed != study.seed:
         said.append(f"seed: the run has {run.sampled.seed}, the study {study.seed}")
-    if run.sampled and not run.rules and run.trials < study.trials:
+    if run.sampled and study.until and not run.rules:
+        said.append(
+            f"trials: the run has {run.trials}, whatever they say; the study goes on "
+            f"until {', '.join(study.until.rules)}"
+        )
+    elif run.sampled and not run.rules and run.trials < study.trials:
         said.append(
             f"trials: the run has {run.trials}, the study {study.trials} (`tolstat "
             f"extend {run.path} --trials {study.trials}`)"

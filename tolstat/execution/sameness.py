@@ -14,7 +14,7 @@ from tolstat.errors import RunFileError
 from tolstat.model.description import Contributor, Response
 from tolstat.store.damage import ranges_of
 from tolstat.store.layout import encoded
-from tolstat.store.plan import Plan
+from tolstat.store.plan import Plan, Reference
 from tolstat.store.run import Run
 
 
@@ -51,7 +51,7 @@ def _changes(
             yield ".".join(here), a, b
 
 
-def check_same(run: Run, plan: Plan, deviations: NDArray[np.float64]) -> None:
+def check_same(run: Run, plan: Plan) -> None:
     """Refuse to go on with a run whose machines are no longer those of its study.
 
     Parameters
@@ -59,9 +59,7 @@ def check_same(run: Run, plan: Plan, deviations: NDArray[np.float64]) -> None:
     run : Run
         Stored.
     plan : Plan
-        Of its study, as it is read now.
-    deviations : float64[trial, contributor]
-        Of its trials, drawn again.
+        Of its study, as it is read now, its deviations drawn again.
 
     Raises
     ------
@@ -82,8 +80,10 @@ def check_same(run: Run, plan: Plan, deviations: NDArray[np.float64]) -> None:
     ]  # fmt: skip
     for what, was, now in pairs:
         said += [f"{what} {k}: {a}, now {b}" for k, a, b in _changes(was, now, ())]
+    if not np.array_equal(_points(run.reference), _points(plan.reference)):
+        said.append("reference: its points are others now")
     if not said:
-        other = trials_drawn_otherwise(run, plan, deviations)
+        other = trials_drawn_otherwise(run, plan)
         healthy = np.setdiff1d(other[run.status[other] > 0], run.damage.trials)
         if len(healthy):
             said.append(
@@ -98,6 +98,10 @@ def check_same(run: Run, plan: Plan, deviations: NDArray[np.float64]) -> None:
         )
 
 
+def _points(reference: Reference | None) -> NDArray[np.float64]:
+    return np.array([*reference.columns.values()] if reference else [], np.float64)
+
+
 def units_of(columns: Sequence[Contributor | Response]) -> dict[str, str]:
     """Return the SI unit of each column."""
     return {each.name: each.unit for each in columns}
@@ -108,13 +112,11 @@ def words_of(named: Mapping[str, Any]) -> dict[str, str]:
     return {name: str(each.words) for name, each in named.items()}
 
 
-def trials_drawn_otherwise(
-    run: Run, plan: Plan, deviations: NDArray[np.float64]
-) -> NDArray[np.int64]:
+def trials_drawn_otherwise(run: Run, plan: Plan) -> NDArray[np.int64]:
     """Return the trials of a run whose deviations are not those drawn again."""
     other = np.zeros(run.trials, bool)
     for column, each in enumerate(plan.description.contributors):
-        drawn = np.ascontiguousarray(deviations[: run.trials, column])
+        drawn = np.ascontiguousarray(plan.deviations[: run.trials, column])
         stored = np.ascontiguousarray(run.column(each.name))
         other |= stored.view(np.uint64) != drawn.view(np.uint64)
     for name, swept in plan.swept.items():

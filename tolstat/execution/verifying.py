@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.errors import TolstatError
 from tolstat.execution.choosing import random_trials
 from tolstat.execution.going_on import plan_again, study_of
 from tolstat.execution.sameness import trials_drawn_otherwise
@@ -89,7 +90,8 @@ def verify(
     Returns
     -------
     Verification
-        What is not as it should be; `tolstat.resume` repairs it.
+        What is not as it should be; `tolstat.resume` repairs what is damaged. What fits
+        its checksum and is evaluated otherwise here, no one can: run the study again.
 
     Raises
     ------
@@ -97,11 +99,19 @@ def verify(
         If the file is damaged where all of it hangs on.
     """
     run = open_run(Path(path), damaged=True)
-    study = study_of(run, run.trials, model)
+    try:
+        study = study_of(run, run.trials, model)
+    except TolstatError as error:  # its data are elsewhere, or its machine
+        raise type(error)(
+            f"{path}: checksums of all that is stored: {run.damage.words or 'all fit'};"
+            f" its trials cannot be drawn and evaluated again: {error}"
+        ) from error
     plan = plan_again(run, study)
     ran = np.flatnonzero(run.status != Status.NOT_RUN)
     chosen = np.intersect1d(ran, random_trials(study.seed or 0, run.trials))
-    chosen = ran if every else chosen
+    otherwise = trials_drawn_otherwise(run, plan)
+    # another machine's answers say nothing of what is stored
+    chosen = np.setdiff1d(ran if every else chosen, otherwise)
     with Workers(workers) as crew:
         cases = list(_alone(study, chosen))
         found = None
@@ -113,7 +123,7 @@ def verify(
     return Verification(
         run,
         _contradicting(run),
-        trials_drawn_otherwise(run, plan, plan.deviations),
+        otherwise,
         chosen,
         chosen[_differing(run, chosen, found)] if found else chosen,
         _nominal_differs(run, nominal),

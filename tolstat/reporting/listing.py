@@ -128,6 +128,8 @@ def stored_in(folder: Path) -> list[Path]:
     RunFileError
         If there is no such folder.
     """
+    if folder.is_file():
+        raise RunFileError(f"{folder} is no folder; `tolstat show` tells of one run")
     if not folder.is_dir():
         raise RunFileError(f"{folder}: there is no such folder")
     found = []

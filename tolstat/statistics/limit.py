@@ -72,7 +72,7 @@ def yield_of_ppk(ppk: float, ends: int) -> float:
     ends : int
         Of the limit.
     """
-    return float(1 - ends * ndtr(-3 * ppk))
+    return float(1 - ends * ndtr(-3 * float(ppk)))
 
 
 def ppk_of(beyond: float, ends: int) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import shutil
 from contextlib import suppress
 from itertools import count
@@ -24,9 +25,10 @@ def aside_of(path: Path) -> Path:
     path : Path
         What it is to become.
     """
-    for left in path.parent.glob(f"{path.name}.*.part"):
-        process = left.name.removeprefix(f"{path.name}.").partition("-")[0]
-        if process.isdigit() and not alive(int(process)):
+    ours = re.compile(re.escape(path.name) + r"\.([0-9]{1,9})-[0-9]+\.part")
+    for left in path.parent.iterdir():
+        found = ours.fullmatch(left.name)
+        if found and not alive(int(found[1])):
             with suppress(OSError):
                 left.unlink()
     return path.with_name(f"{path.name}.{os.getpid()}-{next(_numbers)}.part")
@@ -62,12 +64,12 @@ def check_replaceable(path: Path, *, force: bool) -> None:
         )
 
 
-def check_room(folder: Path, size: int) -> None:
+def check_room(path: Path, size: int) -> None:
     """Refuse to begin a file that cannot be finished.
 
     Parameters
     ----------
-    folder : Path
+    path : Path
         Where it is to lie.
     size : int
         Bytes that it will have; as many are needed again while its end is written.
@@ -78,9 +80,9 @@ def check_room(folder: Path, size: int) -> None:
         If that much is not free, or a file may not be so large.
     """
     try:
-        free = shutil.disk_usage(folder).free
+        free = shutil.disk_usage(path.parent).free
     except OSError as error:
-        raise BrokenError(f"{folder} cannot be written: {error}") from error
+        raise BrokenError(f"{path} cannot be written: {error}") from error
     most = math.inf
     with suppress(ImportError):  # not on every system
         import resource
@@ -89,12 +91,12 @@ def check_room(folder: Path, size: int) -> None:
         most = math.inf if limit == resource.RLIM_INFINITY else limit
     if size > most:
         raise BrokenError(
-            f"{folder}: the run needs a file of {size / 1e6:.1f} MB, and "
+            f"{path}: the run needs a file of {size / 1e6:.1f} MB, and "
             f"{most / 1e6:.1f} MB are allowed (ulimit -f)"
         )
     if 2 * size > free:
         raise BrokenError(
-            f"{folder}: the run needs {2 * size / 1e6:.1f} MB, its file and a copy "
+            f"{path}: the run needs {2 * size / 1e6:.1f} MB, its file and a copy "
             f"while its end is written, and {free / 1e6:.1f} MB are free; make room, "
             "or write it elsewhere (-o)"
         )

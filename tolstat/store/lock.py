@@ -12,6 +12,8 @@ from typing import IO
 from tolstat.errors import BrokenError, RunFileError
 from tolstat.store.provenance import now
 
+WORDS = "process "  # what a lock begins with
+
 
 class Lock(AbstractContextManager["Lock"]):
     """The right to write a run file, held until it is given back or the process ends.
@@ -45,12 +47,18 @@ class Lock(AbstractContextManager["Lock"]):
             real.parent.mkdir(parents=True, exist_ok=True)
         while True:
             try:
-                file = self._place.open("a+")
+                file = _opened(self._place)
             except OSError as error:
                 raise BrokenError(f"{path} cannot be written: {error}") from error
+            words = file.read()
+            if words and not words.startswith(WORDS):
+                file.close()
+                raise RunFileError(
+                    f"{self._place} is no lock of tolstat, and would have to be; give "
+                    "it or the run another name (-o, output=)"
+                )
             if not _taken(file):
-                file.seek(0)
-                holder = file.read().strip() or "another process"
+                holder = words.strip() or "another process"
                 file.close()
                 raise RunFileError(
                     f"{path} is being written by {holder}; wait for it, or give "
@@ -62,7 +70,9 @@ class Lock(AbstractContextManager["Lock"]):
         self._file: IO[str] | None = file
         with suppress(OSError):  # a full disk: the lock holds without its words
             file.truncate(0)
-            file.write(f"process {os.getpid()} on {socket.gethostname()} since {now()}")
+            file.seek(0)
+            here = f"{os.getpid()} on {socket.gethostname()} since {now()}"
+            file.write(WORDS + here)
             file.flush()
 
     def _is_there(self, file: IO[str]) -> bool:
@@ -90,14 +100,25 @@ def writer_of(path: Path) -> str:
         The run file. Its lock is only read: who looks keeps no writer waiting.
     """
     real = path.resolve()
+    place = real.with_name(real.name + ".lock")
     try:
-        words = real.with_name(real.name + ".lock").read_text()
-    except OSError:
+        words = place.read_text() if place.is_file() else ""
+    except (OSError, ValueError):
+        return ""
+    if not words:
         return ""
     known = re.match(r"process (\d+) on (.+) since ", words)
     if known and known[2] == socket.gethostname() and not alive(int(known[1])):
         return ""
-    return words.strip() or "another process"
+    return words.strip()
+
+
+def _opened(place: Path) -> IO[str]:
+    """Open a lock, or lay it; never what a link names, nor a pipe that waits."""
+    flags = os.O_RDWR | os.O_CREAT
+    for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC"):  # not on every system
+        flags |= getattr(os, name, 0)
+    return os.fdopen(os.open(place, flags, 0o666), "r+", errors="replace")
 
 
 def alive(process: int) -> bool:

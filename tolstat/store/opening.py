@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tolstat.errors import DamagedError, RunFileError
 from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.limit import Limit
+from tolstat.store.advice import to_resume
 from tolstat.store.attributes import texts
 from tolstat.store.audited import read_audited
 from tolstat.store.clock import seconds_of, written_at
@@ -84,8 +85,8 @@ def open(path: str | os.PathLike[str], *, damaged: bool = False) -> Run:
         raise RunFileError(f"{path} is no whole run: {error}") from error
     if run.damage and not damaged:
         raise DamagedError(
-            f"{path} is damaged: {run.damage.words}; `tolstat resume {path}` computes "
-            "that again"
+            f"{path} is damaged: {run.damage.words}; `{to_resume(path, run.machine)}` "
+            "computes that again"
         )
     return run
 

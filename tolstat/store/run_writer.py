@@ -18,9 +18,10 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import BrokenError
+from tolstat.errors import BrokenError, TolstatError
 from tolstat.model.contract import Answers
 from tolstat.status import Status
+from tolstat.store.advice import to_resume
 from tolstat.store.aside import aside_of, check_replaceable, check_room, free_name
 from tolstat.store.attributes import texts
 from tolstat.store.clock import clock_of, seconds_of
@@ -65,7 +66,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._rows: Rows | None = None
         self._before: Path | None = None  # what was there, until this run is complete
         self._rescued: Lock | None = None
-        self._broken = self.given_up = False
+        self._broken = self.given_up = self._new = self._unwanted = False
         self._spent, self._began = 0.0, time.perf_counter()
         self._safe = time.monotonic()
         self._unsafe: Blocks = []
@@ -94,6 +95,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         check_replaceable(lock.path, force=force)
         writer = cls(lock, plan, {**provenance(), "started_at": now()})
         writer._replace(len(plan.deviations), None)
+        writer._new = True
         return writer
 
     @classmethod
@@ -146,7 +148,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             self.plan, self._facts, self.path.resolve(), trials, ending
         )
         if ending is None:
-            check_room(self.path.parent, draft.size)
+            check_room(self.path, draft.size)
         path = self.path.resolve()  # a link stays one
         aside, file = aside_of(path), None
         try:
@@ -242,7 +244,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                 columns.update(self._given(trials))
                 every = [columns[n].astype(rows.places[n].dtype) for n in rows.columns]
                 rows.write(CHECKSUM, fingerprints(every, trials.start), trials.start)
-            self._sync()
+            rows.sync()
             for trials, outcome in found:
                 rows.write(STATUS, outcome.status, trials.start)
             spent = self._spent + time.perf_counter() - self._began
@@ -256,9 +258,6 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         if outcome.steps is not None:
             columns.append(outcome.steps)
         return list(zip(self._answers(), columns, strict=True))
-
-    def _sync(self) -> None:
-        self._open_rows().sync()
 
     def _open_rows(self) -> Rows:
         """Return the rows; of a copy, if the file is no longer where it was."""
@@ -288,13 +287,33 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         said = f"{self.path} cannot be written: {error.strerror or error}"
         if self._rows:
             with suppress(OSError):
-                status = self._rows.read(STATUS)
-                ended = np.count_nonzero(status != Status.NOT_RUN)
-                said += (
-                    f"; {ended} of {len(status)} trials are stored, once this is "
-                    f"mended go on with: tolstat resume {self.path}"
-                )
+                said += self._stored()
         return BrokenError(said)
+
+    def _stored(self) -> str:
+        """Say what is stored, and how it is gone on with."""
+        assert self._rows
+        status = self._rows.read(STATUS)
+        ended = np.count_nonzero(status != Status.NOT_RUN)
+        advice = to_resume(self.path, self.plan.machine)
+        return (
+            f"; {ended} of {len(status)} trials are stored, once this is mended go on "
+            f"with: {advice}"
+        )
+
+    def failed(self, error: TolstatError) -> BrokenError | None:
+        """Say what a machine's failure leaves; None where that is no file at all.
+
+        Parameters
+        ----------
+        error : TolstatError
+            Why no more trials can be evaluated.
+        """
+        self._make_safe()
+        if self._new and not self._open_rows().read(STATUS).any():
+            self._unwanted = True  # nothing was done
+            return None
+        return BrokenError(f"{error}{self._stored()}")
 
     def finish(self, ending: Ending) -> None:
         """Leave the trials that are kept, and what is known at the end.
@@ -325,6 +344,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         finally:
             self._give_up_before()
             self._rows.file.close()
+            if self._unwanted and not self.given_up:
+                self.path.unlink(missing_ok=True)
             if self._rescued:
                 self._rescued.__exit__()
 

@@ -23,7 +23,8 @@ NEAR = 1 << 16  # bytes from the beginning of a file, in which its seal begins
 AT_ONCE = 1 << 20
 DIGITS = 64
 PATTERN = re.compile(
-    rb"(\d+)\nsize (\d+)\nsha256 ([0-9a-f]{64})\nrows((?: \d+ \d+)*) *\n"
+    rb"(\d{1,9})\nsize (\d{1,18})\nsha256 ([0-9a-f]{64})\n"
+    rb"rows((?: \d{1,18} \d{1,18})*) *\n"
 )
 
 Hole = tuple[int, int]  # where it begins, and how many bytes it has
@@ -79,10 +80,11 @@ def write_seal(
         What will change.
     """
     size = file.seek(0, 2)
-    _put(file, place, length, text_of(size, rows))
-    found = read_seal(file)
-    assert found
-    _put(file, place, length, text_of(size, rows, digest_of(file, found)))
+    empty = text_of(size, rows)
+    _put(file, place, length, empty)
+    digest_at = place + empty.index(b"0" * DIGITS)
+    seal = Seal(FORMAT, size, "", tuple(sorted(rows)), digest_at)
+    _put(file, place, length, text_of(size, rows, digest_of(file, seal)))
 
 
 def _put(file: BinaryIO | MemoryFile, place: int, length: int, text: bytes) -> None:
@@ -92,23 +94,36 @@ def _put(file: BinaryIO | MemoryFile, place: int, length: int, text: bytes) -> N
 
 
 def read_seal(file: BinaryIO | MemoryFile) -> Seal | None:
-    """Read the seal of a file; None if it has none."""
+    """Read the seal of a file; None if it has none.
+
+    A title or a comment of the study may read like one: the seal is what fits.
+    """
+    found = [*_seals(file)]
+    whole = [each for each in found if len(found) > 1 and fits(file, each)]
+    complete = [each for each in found if each.digest]
+    return next(iter([*whole, *complete, *found]), None)
+
+
+def _seals(file: BinaryIO | MemoryFile) -> Iterator[Seal]:
+    """Yield whatever reads like a seal."""
     file.seek(0)
     head = file.read(NEAR)
-    begin = head.find(MARK)
-    if begin < 0:
-        return None
-    file.seek(begin + len(MARK))
-    number = re.match(rb"\d{1,9}\n", head[begin + len(MARK) :])
-    if number and int(number[0]) != FORMAT:
-        return Seal(int(number[0]), 0, "", (), 0)
-    found = PATTERN.match(file.read(NEAR * 16))
-    if not found:
-        return Seal(FORMAT, 0, "", (), 0)
-    holes = [int(each) for each in found[4].split()]
-    rows = tuple(zip(holes[::2], holes[1::2], strict=True))
-    place = begin + len(MARK) + found.start(3)
-    return Seal(FORMAT, int(found[2]), found[3].decode(), rows, place)
+    for mark in re.finditer(MARK, head):
+        begin = mark.end()
+        number = re.match(rb"\d{1,9}\n", head[begin : begin + 10])
+        file.seek(begin)
+        if found := PATTERN.match(file.read(NEAR * 16)):
+            holes = [int(each) for each in found[4].split()]
+            rows = tuple(zip(holes[::2], holes[1::2], strict=True))
+            place, digest = begin + found.start(3), found[3].decode()
+            yield Seal(int(found[1]), int(found[2]), digest, rows, place)
+        else:
+            yield Seal(int(number[0]) if number else FORMAT, 0, "", (), 0)
+
+
+def fits(file: BinaryIO | MemoryFile, seal: Seal) -> bool:
+    """Tell whether a seal is that of the file, and the file whole."""
+    return seal.size == file.seek(0, 2) and digest_of(file, seal) == seal.digest
 
 
 def digest_of(file: BinaryIO | MemoryFile, seal: Seal) -> str:
@@ -134,7 +149,8 @@ def is_run(path: Path) -> bool:
     """Tell whether a file is a run, damaged or not."""
     try:
         with path.open("rb") as file:
-            return read_seal(file) is not None
+            seal = read_seal(file)
+            return seal is not None and bool(seal.digest or _begins_as_hdf5(file))
     except OSError:  # not ours to read, nor to replace
         return False
 
@@ -152,7 +168,7 @@ def check_seal(path: Path) -> None:
             seal = read_seal(file)
             hdf5 = _begins_as_hdf5(file)
             size = file.seek(0, 2)
-            whole = seal and seal.size == size and digest_of(file, seal) == seal.digest
+            whole = seal and fits(file, seal)
     except OSError as error:
         raise RunFileError(f"{path} cannot be read: {error.strerror}") from error
     if seal is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -286,7 +285,7 @@ def _check_instead(
 ) -> None:
     """Refuse trials or a seed of the caller where nothing is drawn."""
     least = {"trials": 1, "seed": 0}
-    most = {"trials": math.inf, "seed": MOST_SEED}
+    most = {"trials": 10**15, "seed": MOST_SEED}
     for name, value in instead.items():
         if value is not None and points:
             raise StudyError(
