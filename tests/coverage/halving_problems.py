@@ -13,8 +13,9 @@ from tolstat.deviations.distributions.lognormal import Lognormal
 from tolstat.deviations.distributions.normal import Normal
 from tolstat.deviations.distributions.uniform import Uniform
 from tolstat.deviations.distributions.weibull import Weibull
-from tolstat.deviations.halving import Halving
+from tolstat.deviations.halving import halved
 from tolstat.deviations.tolerance import Tolerance
+from tolstat.deviations.weighting import Weighting
 from tolstat.statistics.weighted import weighted_share
 
 
@@ -171,10 +172,11 @@ def intervals(name, rng, n):
     )
     x = {k: each.deviations(unit[k]) for k, each in problem.distributions.items()}
     beyond = problem.beyond(x)
-    halving = Halving(x, problem.distributions, problem.dependence)
-    for halved, share in problem.shares.items():
-        found = weighted_share(beyond, halving.weights(halved))
-        yield name, f"beyond with {len(halved)} halved", found, share, False
+    weighting = Weighting(x, problem.distributions, problem.dependence)
+    for names, share in problem.shares.items():
+        new = {each: halved(problem.distributions[each]) for each in names}
+        found = weighted_share(beyond, weighting.weights(new))
+        yield name, f"beyond with {len(names)} halved", found, share, False
 
 
 STUDIES = {50: 4000, 200: 4000, 1000: 4000, 10_000: 4000}

@@ -20,10 +20,17 @@ from tolstat.deviations.distributions.truncated_normal import TruncatedNormal
 from tolstat.deviations.distributions.uniform import Uniform
 from tolstat.deviations.distributions.weibull import Weibull
 from tolstat.deviations.draw import draw
-from tolstat.deviations.halving import Halving
+from tolstat.deviations.halving import halved
 from tolstat.deviations.measured import Fitted, Measured
 from tolstat.deviations.tolerance import Tolerance
+from tolstat.deviations.weighting import Weighting
 from tolstat.errors import DistributionError
+
+
+def weights_of(x, distributions, names, dependence=None):
+    new = {name: halved(distributions[name]) for name in names}
+    return Weighting(x, distributions, dependence or Dependence()).weights(new)
+
 
 ZONE, HALF = Tolerance(-0.1, 0.3), Tolerance(-0.05, 0.15)
 FROM_ZERO, HALF_FROM_ZERO = Tolerance(0.0, 1.0), Tolerance(0.0, 0.5)
@@ -40,7 +47,7 @@ def drawn(distributions, dependence=None, seed=3):
 
 
 @pytest.mark.parametrize(
-    ("made", "halved"),
+    ("made", "half"),
     [
         (Normal(ZONE, shift=0.05), Normal(HALF, shift=0.025)),
         (Normal(ZONE, cp=1.3, cpk=1.0), Normal(HALF, cp=1.3, cpk=1.0)),
@@ -57,20 +64,20 @@ def drawn(distributions, dependence=None, seed=3):
         (Uniform(Tolerance(-34.0, -16.0)), Uniform(Tolerance(-25.0, -16.0))),
     ],
 )  # fmt: skip
-def test_weighted_parts_are_those_of_the_halved_tolerance(made, halved):
+def test_weighted_parts_are_those_of_the_halved_tolerance(made, half):
     x = made.deviations((np.arange(TRIALS) + 0.5) / TRIALS)
-    weights = Halving({"rod_1": x}, {"rod_1": made}, Dependence()).weights(["rod_1"])
+    weights = weights_of({"rod_1": x}, {"rod_1": made}, ["rod_1"])
     assert weights.mean() == pytest.approx(1, abs=2e-3)
     below = np.cumsum(weights) / TRIALS
     for share in (0.01, 0.2, 0.5, 0.8, 0.99):
-        end = halved.deviations(np.array([share]))[0]
+        end = half.deviations(np.array([share]))[0]
         assert np.interp(end, x, below) == pytest.approx(share, abs=2e-3)
 
 
 def test_the_weight_of_a_normal_part_is_the_ratio_of_two_normal_densities():
     x = np.array([0.0, 0.3, -0.8, 2.0, 4.5])
     normal = Normal(Tolerance(-3.0, 3.0))
-    weights = Halving({"rod_1": x}, {"rod_1": normal}, Dependence()).weights(["rod_1"])
+    weights = weights_of({"rod_1": x}, {"rod_1": normal}, ["rod_1"])
     known = stats.norm.pdf(x, 0, 0.5) / stats.norm.pdf(x)
     np.testing.assert_allclose(weights, known, rtol=1e-3, atol=1e-12)
 
@@ -91,7 +98,7 @@ HALF_OF = {"rod_1": Normal(HALF), "rod_2": Uniform(HALF), "gear": Normal(HALF)}
 )
 def test_what_hangs_together_still_does(dependence, members):
     x = drawn(PAIR, dependence)
-    weights = Halving(x, PAIR, dependence).weights(members)
+    weights = weights_of(x, PAIR, members, dependence)
     again = drawn(PAIR | {n: HALF_OF[n] for n in members}, dependence, seed=4)
     for statistic in (
         lambda x: (x["rod_1"] > 0.1) & (x["rod_2"] > 0.12),
@@ -108,15 +115,14 @@ def test_a_batch_whose_parts_are_all_alike_is_halved_as_one():
     distributions = dict.fromkeys(NAMES[:2], Normal(ZONE))
     alike = Dependence({name: Batch("rod", 1.0) for name in NAMES[:2]})
     x = drawn(distributions, alike)
-    halving = Halving(x, distributions, alike)
-    both = halving.weights(NAMES[:2])
-    single = Halving(x, distributions, Dependence()).weights(["rod_1"])
+    both = weights_of(x, distributions, NAMES[:2], alike)
+    single = weights_of(x, distributions, ["rod_1"])
     np.testing.assert_array_equal(both, single)
     with pytest.raises(DistributionError, match="all parts of its batch are alike"):
-        halving.weights(["rod_1"])
+        weights_of(x, distributions, ["rod_1"], alike)
     distributions["rod_2"] = replace(distributions["rod_2"], cp=2.0)
     with pytest.raises(DistributionError, match="different tolerances"):
-        Halving(x, distributions, alike).weights(NAMES[:2])
+        weights_of(x, distributions, NAMES[:2], alike)
 
 
 @pytest.mark.parametrize(
@@ -132,4 +138,4 @@ def test_a_batch_whose_parts_are_all_alike_is_halved_as_one():
 def test_what_cannot_be_halved_says_why(distribution, words):
     x = {"rod_1": distribution.deviations(np.array([0.2, 0.6]))}
     with pytest.raises(DistributionError, match=words):
-        Halving(x, {"rod_1": distribution}, Dependence()).weights(["rod_1"])
+        weights_of(x, {"rod_1": distribution}, ["rod_1"])

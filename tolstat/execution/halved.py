@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.deviations.distributions.constant import Constant
-from tolstat.deviations.halving import Halving
+from tolstat.deviations.halving import halved
 from tolstat.deviations.samplers.saltelli import OWN
+from tolstat.deviations.weighting import Weighting
 from tolstat.errors import DistributionError
 from tolstat.execution.trials import Trials
 from tolstat.model.kinds import kinds_of_part
@@ -58,7 +59,7 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     }
     if not every or not beyond:
         return {}
-    halving = Halving(every, deviating.distributions, deviating.dependence)
+    weighting = Weighting(every, deviating.distributions, deviating.dependence)
     contributors = study.description.contributors
     kinds = kinds_of_part(list(every), contributors).values()
     found: dict[str, dict[Members, Halved]] = {name: {} for name in beyond}
@@ -71,7 +72,9 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
         try:
             if not these:
                 raise DistributionError("a full turn is no tolerance")
-            weights = halving.weights(these)
+            weights = weighting.weights(
+                {name: halved(deviating.distributions[name]) for name in these}
+            )
         except DistributionError as error:
             refused = [name for name in these if name in unfit and len(members) > 1]
             reason = f"{', '.join(refused)}: {error}" if refused else str(error)
