@@ -17,6 +17,7 @@ from tolstat.deviations.halving import halved
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.deviations.weighting import Weighting
 from tolstat.statistics.weighted import weighted_share
+from tolstat.statistics.weights import Weights
 
 
 class HalvingProblem(NamedTuple):
@@ -175,7 +176,7 @@ def intervals(name, rng, n):
     weighting = Weighting(x, problem.distributions, problem.dependence)
     for names, share in problem.shares.items():
         new = {each: halved(problem.distributions[each]) for each in names}
-        found = weighted_share(beyond, weighting.weights(new))
+        found = weighted_share(beyond, Weights(weighting.weights(new)))
         yield name, f"beyond with {len(names)} halved", found, share, False
 
 

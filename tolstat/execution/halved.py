@@ -16,7 +16,8 @@ from tolstat.execution.trials import Trials
 from tolstat.model.kinds import kinds_of_part
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limit import within
-from tolstat.statistics.weighted import effective_number, weighted_share
+from tolstat.statistics.weighted import weighted_share
+from tolstat.statistics.weights import Weights
 from tolstat.store.evidence import Halved, Members
 from tolstat.study.study import Study
 
@@ -72,9 +73,8 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
         try:
             if not these:
                 raise DistributionError("a full turn is no tolerance")
-            weights = weighting.weights(
-                {name: halved(deviating.distributions[name]) for name in these}
-            )
+            new = {name: halved(deviating.distributions[name]) for name in these}
+            weights = Weights(weighting.weights(new))
         except DistributionError as error:
             refused = [name for name in these if name in unfit and len(members) > 1]
             reason = f"{', '.join(refused)}: {error}" if refused else str(error)
@@ -82,9 +82,9 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
             for of in found.values():
                 of[members] = Halved(Estimate(math.nan, reason=reason), 0)
             continue
-        number = effective_number(weights)
         for name, of in found.items():
-            of[members] = Halved(weighted_share(beyond[name], weights), number)
+            share = weighted_share(beyond[name], weights)
+            of[members] = Halved(share, weights.number)
     return found
 
 

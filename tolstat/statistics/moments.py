@@ -19,6 +19,7 @@ from scipy.special import betaincinv
 
 from tolstat.statistics.betting import mean_between
 from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.weights import Weights
 
 Array = NDArray[np.float64]
 Ends = tuple[float, float]
@@ -135,7 +136,10 @@ ANYWHERE = Reach()
 
 
 def mean_of(
-    values: Array, reach: Reach = ANYWHERE, confidence: float = 0.95
+    values: Array,
+    reach: Reach = ANYWHERE,
+    confidence: float = 0.95,
+    weights: Weights | None = None,
 ) -> Estimate:
     """Estimate the mean of independent draws.
 
@@ -147,6 +151,8 @@ def mean_of(
         What is known of how far the response may lie out.
     confidence : float
         Of the interval.
+    weights : Weights, optional
+        Where the values stand for other machines than were drawn.
 
     Returns
     -------
@@ -154,21 +160,27 @@ def mean_of(
         With an interval that holds for any distribution between the ends of the reach;
         see `mean_between`. None where all trials are alike and nothing tells an end.
     """
-    mean = float(values.mean()) if len(values) else math.nan
-    if reason := _missing(values, reach):
+    mean = _average(values, weights) if len(values) else math.nan
+    if reason := _missing(values, reach, weights):
         return Estimate(mean, reason=reason)
-    lower, upper = mean_between(_shuffled(values), *reach.ends(values), confidence)
+    order = order_of(len(values))
+    lower, upper = mean_between(
+        values[order], *reach.ends(values), confidence, weights and weights.part(order)
+    )
     return Estimate(mean, min(lower, mean), max(upper, mean))
 
 
 def sigma_of(
-    values: Array, reach: Reach = ANYWHERE, confidence: float = 0.95
+    values: Array,
+    reach: Reach = ANYWHERE,
+    confidence: float = 0.95,
+    weights: Weights | None = None,
 ) -> Estimate:
     """Estimate the standard deviation of independent draws.
 
     Parameters
     ----------
-    values, reach, confidence
+    values, reach, confidence, weights
         As of `mean_of`.
 
     Returns
@@ -178,18 +190,26 @@ def sigma_of(
         trials leave a value that half of them share: these decide it.
     """
     sigma = float(values.std(ddof=1)) if len(values) > 1 else math.nan
-    if reason := _missing(values, reach) or few_leave(values, reach):
+    met = values
+    if weights and len(values):
+        squared = (values - _average(values, weights)) ** 2
+        sigma, met = math.sqrt(_average(squared, weights)), values[weights.values > 0]
+    if reason := _missing(values, reach, weights) or few_leave(met, reach):
         return Estimate(sigma, reason=reason)
     lower, upper = reach.ends(values)
-    values = _shuffled(values)
+    order = order_of(len(values))
+    values, mixed = values[order], weights and weights.part(order)
     # E(x - c)^2 = sigma^2 + (mean - c)^2, and a tenth of the trials tell a good c
     pilot = max(len(values) // PILOT, 1)
-    c = float(values[:pilot].mean())
+    first, rest = np.split(np.arange(len(values)), [pilot])
+    c = _average(values[:pilot], mixed and mixed.part(first))
     largest = max((lower - c) ** 2, (upper - c) ** 2)
     miss = 1 - confidence
     squares = (values[pilot:] - c) ** 2
-    low, high = mean_between(squares, 0.0, largest, 1 - SHARED * miss)
-    left, right = mean_between(values, lower, upper, 1 - (1 - SHARED) * miss)
+    low, high = mean_between(
+        squares, 0.0, largest, 1 - SHARED * miss, mixed and mixed.part(rest)
+    )
+    left, right = mean_between(values, lower, upper, 1 - (1 - SHARED) * miss, mixed)
     near = max(left - c, c - right, 0.0) ** 2
     far = max((left - c) ** 2, (right - c) ** 2)
     least, most = math.sqrt(max(low - far, 0.0)), math.sqrt(max(high - near, 0.0))
@@ -218,26 +238,30 @@ def few_leave(values: Array, reach: Reach = ANYWHERE) -> str:
     return f"only {few} not alike"
 
 
-def _missing(values: Array, reach: Reach) -> str:
+def _average(values: Array, weights: Weights | None) -> float:
+    """Return the mean of float64[n] trials, or of what they stand for."""
+    if weights is None or not weights.values.any():
+        return float(values.mean())
+    return float(np.average(values, weights=weights.values))
+
+
+def _missing(values: Array, reach: Reach, weights: Weights | None = None) -> str:
     """Say why there is no interval; empty if there is one."""
     if not len(values):
         return NONE_DONE.reason
+    if weights and weights.too_few:
+        return weights.too_few
     if len(values) < LEAST:
         return f"needs {LEAST}"
     lower, upper = reach.ends(values)
     if lower == upper:
-        share = unseen(len(values))
+        share = unseen(weights.number if weights else len(values))
         return f"all alike: 1 in {math.floor(1 / share)} could be anything"
     return ""
 
 
-def _shuffled(values: Array) -> Array:
-    """Mix values, always in the same way: bets must not follow an order."""
-    return values[_order(len(values))]
-
-
 @lru_cache(maxsize=8)
-def _order(n: int) -> NDArray[np.int64]:
-    """Return the order in which so many trials are bet on."""
+def order_of(n: int) -> NDArray[np.int64]:
+    """Return the order in which n trials are bet on, which follows nothing of them."""
     # an old generator, which is the same for ever
     return np.random.RandomState(n).permutation(n)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.proportions import proportion
 from tolstat.statistics.replicates import share_from_replicates
+from tolstat.statistics.weighted import weighted_share
+from tolstat.statistics.weights import Weights
 from tolstat.status import Status
 
 Array = NDArray[np.float64]
@@ -28,11 +30,14 @@ class Sample(NamedTuple):
     each : float
         Trials of the run for each of these: more than one where others were made
         beside them for Sobol' indices.
+    weights : Weights or None
+        Where the trials stand for other machines than were drawn; all of them have run.
     """
 
     status: NDArray[np.integer]
     replicates: int = 0
     each: float = 1.0
+    weights: Weights | None = None
 
     @property
     def done(self) -> NDArray[np.bool_]:
@@ -56,6 +61,10 @@ class Sample(NamedTuple):
         """Number of the randomisation that each trial belongs to."""
         return np.arange(len(self.status)) % max(self.replicates, 1)
 
+    def weights_of(self, trials: NDArray[np.bool_]) -> Weights | None:
+        """Return the weights of trials of one kind: bool[trial]."""
+        return self.weights and self.weights.of(trials)
+
     def first(self, trials: int) -> Sample:
         """Return the first trials."""
         return self._replace(status=self.status[:trials])
@@ -69,4 +78,6 @@ class Sample(NamedTuple):
         if self.replicates:
             failed = ~self.done[self.ran]
             return share_from_replicates(failed, self.replicate[self.ran])
+        if self.weights:
+            return weighted_share(~self.done, self.weights)
         return proportion(self.failed, trials)

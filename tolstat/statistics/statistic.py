@@ -19,6 +19,7 @@ from tolstat.statistics.replicates import (
     sigma_of_replicates,
 )
 from tolstat.statistics.sample import Sample
+from tolstat.statistics.weighted import weighted_quantile
 from tolstat.statistics.yields import yield_of
 
 Array = NDArray[np.float64]
@@ -48,7 +49,7 @@ def mean(
     done, replicate = values[sample.done], sample.replicate[sample.done]
     if sample.replicates:
         return mean_of_replicates(done, replicate, reach, confidence)
-    return mean_of(done, reach, confidence)
+    return mean_of(done, reach, confidence, sample.weights_of(sample.done))
 
 
 def sigma(
@@ -66,7 +67,7 @@ def sigma(
         return Estimate(value, lower, upper, found.reason)
     if sample.replicates:
         return sigma_of_replicates(done, replicate, reach, confidence)
-    return sigma_of(done, reach, confidence)
+    return sigma_of(done, reach, confidence, sample.weights_of(sample.done))
 
 
 def quantiles_at(
@@ -96,13 +97,15 @@ def quantiles_at(
     if not len(done):
         return dict.fromkeys(shares, NONE_DONE)
     worst = worst_side(limit)
-    if not sample.replicates:
+    if not sample.replicates and not sample.weights:
         return quantiles(done, shares, confidence, sample.failed, worst)
-    replicate = sample.replicate[sample.ran]
+    replicate, weights = sample.replicate[sample.ran], sample.weights_of(sample.ran)
 
     def of(share: float, side: float) -> Estimate:
         """Estimate it with failed trials on one side of all others."""
         placed = np.where(sample.done, values, side)[sample.ran]
+        if weights:
+            return weighted_quantile(placed, weights, share, confidence)
         return quantile_of_replicates(placed, replicate, share, confidence)
 
     if worst or not sample.failed:

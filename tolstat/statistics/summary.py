@@ -61,7 +61,7 @@ class Summary:
     mean, sigma : Estimate
         Mean and standard deviation of the trials that are done.
     least, largest : float
-        Of these; NaN if there are none.
+        Of these; NaN if there are none, or if they stand for others.
     quantiles : dict of float to Estimate
         By `QUANTILES`.
     limited : Limited or None
@@ -112,6 +112,8 @@ def summarize(
             by_percentiles(values, sample, limit),
             by_moments(values, sample, limit, declared),
         )
+    if sample.weights:  # the outermost trial stands for no machine
+        done = done[:0]
     permitted = limit.permitted if limit else None
     reach = Reach(declared, permitted)
     return Summary(

@@ -1,33 +1,24 @@
-"""Shares of other machines than were drawn, from weighted trials."""
+"""Shares and quantiles of other machines than were drawn, from weighted trials."""
 
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaincinv
 
-from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.betting import surely_more
+from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.moments import order_of
+from tolstat.statistics.weights import Weights
 
 Array = NDArray[np.float64]
 
-LEAST_EFFECTIVE = 150  # with fewer one heavy trial more or less decides it
-
-
-def effective_number(weights: Array) -> int:
-    """Return how many independent trials float64[trial] weights are worth.
-
-    References
-    ----------
-    L. Kish, Survey Sampling, Wiley 1965, 11.7.
-    """
-    squares = float(np.sum(weights**2))
-    return round(float(weights.sum()) ** 2 / squares) if squares > 0 else 0
-
 
 def weighted_share(
-    machines: NDArray[np.bool_], weights: Array, confidence: float = 0.95
+    machines: NDArray[np.bool_], weights: Weights, confidence: float = 0.95
 ) -> Estimate:
     """Estimate the share that machines would have if others were drawn.
 
@@ -35,8 +26,8 @@ def weighted_share(
     ----------
     machines : bool[trial]
         Which of them have the property; the trials independent.
-    weights : float64[trial]
-        Density of each where others are drawn over that as it was.
+    weights : Weights
+        Of the trials.
     confidence : float
         Of the interval.
 
@@ -52,15 +43,71 @@ def weighted_share(
     M. P. Fay, E. J. Feuer, Confidence intervals for directly standardized rates,
     Statistics in Medicine 16 (1997) 791-801.
     """
-    number = effective_number(weights)
-    if number < LEAST_EFFECTIVE:
-        return Estimate(math.nan, reason=f"{number} effective trials are too few")
-    n = len(weights)
-    counted = weights[machines] / n
-    y, v, heaviest = counted.sum(), np.sum(counted**2), weights.max() / n
+    if weights.too_few:
+        return Estimate(math.nan, reason=weights.too_few)
+    n = len(weights.values)
+    counted = weights.capped[machines] / n
+    y, v, heaviest = counted.sum(), np.sum(counted**2), weights.most / n
     miss = (1 - confidence) / 2
     lower = v / y * gammaincinv(y**2 / v, miss) if v > 0 else 0.0
     one_more, its_square = y + heaviest, v + heaviest**2
     shape, scale = one_more**2 / its_square, its_square / one_more
-    upper = scale * gammaincinv(shape, 1 - miss)
-    return Estimate(float(min(y, 1.0)), float(lower), float(min(upper, 1.0)))
+    upper = min(scale * gammaincinv(shape, 1 - miss) + weights.cut, 1.0)
+    value = min((weights.values[machines] / n).sum(), upper)
+    return Estimate(float(value), float(min(lower, value)), float(upper))
+
+
+def share_left(
+    machines: NDArray[np.bool_], weights: Weights, confidence: float = 0.95
+) -> Estimate:
+    """Estimate a share by that of the few machines left, as `weighted_share` does."""
+    found = weighted_share(~machines, weights, confidence)
+    return Estimate(1 - found.value, 1 - found.upper, 1 - found.lower, found.reason)
+
+
+def weighted_quantile(
+    values: Array, weights: Weights, share: float, confidence: float = 0.95
+) -> Estimate:
+    """Estimate a quantile of other machines than were drawn.
+
+    Parameters
+    ----------
+    values : float64[trial]
+        None NaN; infinite where a failed trial stands.
+    weights, confidence
+        As of `weighted_share`.
+    share : float
+        Between 0 and 1.
+
+    Returns
+    -------
+    Estimate
+        Between the trials of which bets do not tell that more, or fewer, machines lie
+        below; none where the heaviest trials would leave one of them open.
+    """
+    if not len(values):
+        return NONE_DONE
+    ordered = np.argsort(values, kind="stable")
+    below = np.cumsum(weights.values[ordered])
+    place = int(np.searchsorted(below, share * below[-1]))
+    value = float(values[ordered[min(place, len(values) - 1)]])
+    shown = value if math.isfinite(value) else math.nan
+    if weights.too_few:
+        return Estimate(shown, reason=weights.too_few)
+    n, miss = len(values), (1 - confidence) / 2
+    mixed, at = values[order_of(n)], values[ordered]
+    mixed_weights = weights.part(order_of(n))
+
+    def not_above(k: int) -> bool:
+        return not surely_more(mixed > at[k], 1 - share, miss, mixed_weights)
+
+    def above(k: int) -> bool:
+        return surely_more(mixed <= at[k], share, miss, mixed_weights)
+
+    low, high = (bisect_left(range(n), True, key=of) for of in (not_above, above))
+    if low == 0 or high == n:
+        return Estimate(shown, reason=f"{n} trials are too few with these weights")
+    lower, upper = float(at[low]), float(at[high])
+    if not math.isfinite(lower + upper):
+        return Estimate(shown, reason="failed trials reach there")
+    return Estimate(value, min(lower, value), max(upper, value))

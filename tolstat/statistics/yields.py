@@ -18,6 +18,7 @@ from tolstat.statistics.following import followed
 from tolstat.statistics.limit import DEMANDED, within
 from tolstat.statistics.replicates import share_from_replicates
 from tolstat.statistics.sample import Sample
+from tolstat.statistics.weighted import share_left, weighted_share
 
 Array = NDArray[np.float64]
 Ends = tuple[float, float]
@@ -71,7 +72,7 @@ def yield_of(
     Yield
         Of independent trials with intervals that hold however often one looks while
         trials are added, so that following a verdict until it falls errs no oftener;
-        else from the scatter between replicates.
+        else from the scatter between replicates, or of weighted counts.
     """
     return _judged(within(values, limit) & sample.done, sample, demanded)
 
@@ -93,7 +94,7 @@ def joint_yield(
     good = np.all(
         [within(responses[name], limit) for name, limit in limits.items()], axis=0
     )
-    return _share((good & sample.done)[sample.ran], sample)
+    return _most((good & sample.done)[sample.ran], sample)
 
 
 def _judged(good: NDArray[np.bool_], sample: Sample, demanded: float) -> Yield:
@@ -109,7 +110,7 @@ def _judged(good: NDArray[np.bool_], sample: Sample, demanded: float) -> Yield:
     ran, done = sample.ran, sample.done
     good, missing = good[ran], ~done[ran]
 
-    least, verdict = _share(good, sample), UNDECIDED
+    least, verdict = _most(good, sample), UNDECIDED
     if least.lower >= demanded:
         verdict = MET
     elif least.upper < demanded:
@@ -117,16 +118,25 @@ def _judged(good: NDArray[np.bool_], sample: Sample, demanded: float) -> Yield:
     needed = 0
     if verdict == UNDECIDED and sample.replicates:
         needed = replicates_that_decide(good, sample.replicate[ran], demanded)
-    elif verdict == UNDECIDED:
+    elif verdict == UNDECIDED and not sample.weights:
         beyond, trials = int(np.count_nonzero(~good)), len(good)
         needed = trials_that_decide(beyond, trials, 1 - demanded, CONFIDENCE)
         needed = grown(needed * sample.each) if needed else 0
-    most = _share(good | missing, sample)
+    most = _most(good | missing, sample)
     return Yield(_share(~good, sample), least, most, verdict, needed)
+
+
+def _most(machines: NDArray[np.bool_], sample: Sample) -> Estimate:
+    """Estimate the share of those of the trials that ran that most should be."""
+    if sample.weights:
+        return share_left(machines, sample.weights.of(sample.ran))
+    return _share(machines, sample)
 
 
 def _share(machines: NDArray[np.bool_], sample: Sample) -> Estimate:
     """Estimate a share of the trials that ran."""
     if sample.replicates:
         return share_from_replicates(machines, sample.replicate[sample.ran])
+    if sample.weights:
+        return weighted_share(machines, sample.weights.of(sample.ran))
     return followed(int(machines.sum()), len(machines), CONFIDENCE)
