@@ -6,10 +6,12 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tolstat.asking.anew import limited
     from tolstat.asking.evaluate import evaluate
     from tolstat.asking.replay import replay
     from tolstat.asking.trajectory import trajectory
     from tolstat.asking.view import view
+    from tolstat.asking.what_if import what_if
     from tolstat.catalogue import names as models
     from tolstat.execution.execute import run
     from tolstat.execution.going_on import extend, resume
@@ -70,6 +72,7 @@ _HOMES = {
     "evaluate": "tolstat.asking.evaluate",
     "extend": "tolstat.execution.going_on",
     "identify_drive": "tolstat.machines.rolling_block.identification",
+    "limited": "tolstat.asking.anew",
     "models": "tolstat.catalogue",
     "open": "tolstat.store.opening",
     "replay": "tolstat.asking.replay",
@@ -80,6 +83,7 @@ _HOMES = {
     "trajectory": "tolstat.asking.trajectory",
     "verify": "tolstat.execution.verifying",
     "view": "tolstat.asking.view",
+    "what_if": "tolstat.asking.what_if",
 }
 _ELSEWHERE = {"models": "names"}
 
@@ -87,8 +91,9 @@ __all__ = [
     "Axis", "Band", "Chart", "Contributor", "Curve", "Description", "History",
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
     "Range", "Region", "Response", "Run", "Span", "StudyNumber", "closer", "column",
-    "compare", "evaluate", "extend", "identify_drive", "models", "open", "replay",
-    "report", "resume", "run", "setting", "trajectory", "verify", "view",
+    "compare", "evaluate", "extend", "identify_drive", "limited", "models", "open",
+    "replay", "report", "resume", "run", "setting", "trajectory", "verify", "view",
+    "what_if",
 ]  # fmt: skip
 
 

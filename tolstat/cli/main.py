@@ -291,6 +291,15 @@ def _findings(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+_limits = click.option(
+    "--limit",
+    "limits",
+    multiple=True,
+    metavar='"NAME <= VALUE"',
+    help="Asked anew, beside or instead of the study's. May be repeated.",
+)
+
+
 @main.command()
 @_run_file
 @click.option(
@@ -300,8 +309,13 @@ def _findings(command: Callable[..., Any]) -> Callable[..., Any]:
     help="The page; beside the run, ending in .html, if not given.",
 )
 @_findings
+@_limits
 def report(
-    source: Path, output: Path | None, form: str | None, responses: tuple[str, ...]
+    source: Path,
+    output: Path | None,
+    form: str | None,
+    responses: tuple[str, ...],
+    limits: tuple[str, ...],
 ) -> None:
     """Write the statistical tolerance report of a run: one page of HTML.
 
@@ -309,7 +323,37 @@ def report(
     """
     from tolstat.cli.reporting import report_run
 
-    report_run(source, output, form or "html", responses)
+    report_run(source, output, form or "html", responses, limits)
+
+
+@main.command("what-if")
+@_run_file
+@click.argument("deviations", metavar="NAME=TOLERANCE...", nargs=-1, required=True)
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="File of --json or --csv."
+)
+@click.option("--json", "form", flag_value="json", help="The numbers as JSON.")
+@click.option("--csv", "form", flag_value="csv", help="The numbers as CSV.")
+@_limits
+def what_if(
+    source: Path,
+    deviations: tuple[str, ...],
+    output: Path | None,
+    form: str | None,
+    limits: tuple[str, ...],
+) -> None:
+    """Say what a run would have found with other tolerances; nothing is simulated.
+
+    As in [deviations] of a study: rod_length="+-0.6 mm" crank_radius=IT9
+    runout='{ tolerance = "0..30 um", distribution = "uniform" }'. The stored trials are
+    weighted by the ratio of densities. What they do not cover is refused, with the
+    reason.
+    """
+    from tolstat.cli.weighing import ask_what_if
+
+    if output and not form:
+        raise click.UsageError("-o belongs to --json or --csv")
+    ask_what_if(source, deviations, limits, output, form or "")
 
 
 @main.command()

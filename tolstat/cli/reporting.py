@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 import gc
+import re
+import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 
+from tolstat.errors import StudyError
 from tolstat.literal import visible
 from tolstat.reporting import making
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.plain import as_csv, as_json
 from tolstat.store.opening import open as open_run
 
+NAMED = re.compile(r"\s*(\w+)\s*(.*?)\s*", re.DOTALL)
+
 
 def report_run(
-    path: Path, output: Path | None, form: str, responses: Sequence[str]
+    path: Path,
+    output: Path | None,
+    form: str,
+    responses: Sequence[str],
+    limits: Sequence[str],
 ) -> None:
     """Write the report of a run.
 
@@ -32,15 +41,58 @@ def report_run(
         "html", "json" or "csv".
     responses : sequence of str
         What is looked at closely; what has a limit if none are given.
+    limits : sequence of str
+        Asked anew: "rod_force <= 120 kN".
     """
     # the process ends with the page: what is left over needs no collecting
     gc.disable()
     run = open_run(path)
+    if limits:
+        from tolstat.asking.anew import limited
+
+        run = limited(run, limits_in(limits))
     if form == "html":
         made = making.report(run, output, responses)
         click.echo(f"report in {visible(str(made))}")
     else:
         deliver(findings_of(run, responses), output, form)
+
+
+def limits_in(texts: Sequence[str]) -> dict[str, Any]:
+    """Read limits as they are typed: "NAME <= 120 kN", or NAME = { ... } as in TOML.
+
+    Raises
+    ------
+    StudyError
+        If one has no name, or is no TOML.
+    """
+    found: dict[str, Any] = {}
+    for text in texts:
+        named = NAMED.fullmatch(text)
+        if not named or not named[2]:
+            raise StudyError(f'--limit "{text}": such as "rod_force <= 120 kN"')
+        if named[1] in found:
+            raise StudyError(f'--limit "{text}": {named[1]} stands there already')
+        rest = named[2]
+        found[named[1]] = value_in(rest[1:], text) if rest[0] == "=" else rest
+    return found
+
+
+def value_in(value: str, text: str) -> Any:
+    """Read a value as it is typed: a table or a text in quotes as of TOML, or a text.
+
+    Raises
+    ------
+    StudyError
+        If it is no TOML.
+    """
+    value = value.strip()
+    if value[:1] not in ("{", '"', "'"):
+        return value
+    try:
+        return tomllib.loads(f"value = {value}")["value"]
+    except (ValueError, RecursionError) as error:
+        raise StudyError(f"{text}: {error}") from None
 
 
 def deliver(found: Any, output: Path | None, form: str) -> None:

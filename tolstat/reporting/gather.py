@@ -140,7 +140,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
         run.model,
         run.machine,
         _trials(drawn),
-        _joint(drawn),
+        joint_findings(drawn),
         tuple(interest),
         responses,
         {
@@ -185,7 +185,7 @@ def _unseen(sample: Sample) -> float:
     return unseen(done)
 
 
-def _joint(drawn: Drawn) -> JointFindings | None:
+def joint_findings(drawn: Drawn) -> JointFindings | None:
     """Say how many machines are within all limits at once."""
     within, limits = joint_of(drawn), len(drawn.run.limits)
     if within is None:

@@ -22,6 +22,12 @@ PRINTED = {0.5: "median", 0.05: "5 %", 0.95: "95 %", 0.99: "99 %"}
 ROUNDING = 1e-9  # of a value: by less, no machine is the least or the largest
 EXTREMES = ("least", "in trial", "largest", "in trial")
 
+WEIGHTED = (
+    "with each number its 95 % interval: of shares beyond limits that of weighted "
+    "counts, of all others of bets that hold for any response; a run of its own is "
+    "sharper, and decides what is undecided"
+)
+
 PER_CENT, AS_IS = Scale("1", "%"), Scale("1", PLAIN)
 
 # a text, or a number with the ends of its interval
@@ -240,7 +246,9 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
         if math.isfinite(wanted := run.stopped.wanted) and wanted:
             text += f"; the last look asks for about {wanted:.0f}"
         notes.append(text)
-    if sample and not sample.replicates:
+    if sample and sample.weights:
+        notes.append(WEIGHTED)
+    elif sample and not sample.replicates:
         notes.append(
             "with each number its 95 % interval: order statistics for quantiles; of "
             "shares beyond limits it holds however often one looks while trials are "

@@ -79,5 +79,5 @@ class Sample(NamedTuple):
             failed = ~self.done[self.ran]
             return share_from_replicates(failed, self.replicate[self.ran])
         if self.weights:
-            return weighted_share(~self.done, self.weights)
+            return weighted_share(~self.done[self.ran], self.weights.of(self.ran))
         return proportion(self.failed, trials)

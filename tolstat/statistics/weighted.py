@@ -105,7 +105,9 @@ def weighted_quantile(
         return surely_more(mixed <= at[k], share, miss, mixed_weights)
 
     low, high = (bisect_left(range(n), True, key=of) for of in (not_above, above))
-    if low == 0 or high == n:
+    everything = np.ones(n, np.bool_)
+    from_below = surely_more(everything, 1 - share, miss, mixed_weights)
+    if not from_below or high == n:
         return Estimate(shown, reason=f"{n} trials are too few with these weights")
     lower, upper = float(at[low]), float(at[high])
     if not math.isfinite(lower + upper):

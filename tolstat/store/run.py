@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -211,6 +211,23 @@ class Run:
         """Return which trials ended beyond a limit, failed ones among them."""
         ended: NDArray[np.bool_] = self.status != Status.NOT_RUN
         return ended & ~within(self.column(response), self.limits[response].permitted)
+
+    def limited(
+        self, limits: dict[str, Limit], shown: dict[str, str], note: str
+    ) -> Run:
+        """Return the run with other limits.
+
+        Parameters
+        ----------
+        limits : dict of str to Limit
+            All of them.
+        shown : dict of str to str
+            Units in which those that are new are written.
+        note : str
+            What has to be known of that.
+        """
+        written = {**shown, **self._shown}
+        return replace(self, limits=limits, notes=(*self.notes, note), _shown=written)
 
     def made_otherwise(self, source_digest: str) -> list[str]:
         """Say what may change the bits of a trial that is evaluated again here.

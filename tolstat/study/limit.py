@@ -1,16 +1,52 @@
-"""One line of [limits], read."""
+"""The section [limits] of a study, read."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-from tolstat.errors import UnitError, allowed_names
+from tolstat.deviations.names import expand
+from tolstat.errors import ModelError, UnitError, allowed_names
+from tolstat.model.description import Response
 from tolstat.statistics.limit import DEMANDED, Limit, yield_of_ppk
+from tolstat.study.problems import Problems
 from tolstat.units.grammar import limit, quantity
 
 DEMANDS = ("yield", "ppk", "ppm")
 EXAMPLES = {"ppk": "1.33", "ppm": "100"}
 RANGES = {"ppk": ("0", "2.7"), "ppm": ("0", "1 000 000")}
+
+
+def read_limits(
+    given: Mapping[str, str | dict[str, Any]],
+    responses: Iterable[Response],
+    problems: Problems,
+) -> dict[str, Limit]:
+    """Read the limits of responses.
+
+    Parameters
+    ----------
+    given : mapping
+        The section [limits]: a name without number stands for each of its numbers.
+    responses : iterable of Response
+        Of the machine.
+    problems : Problems
+        Takes what is wrong.
+
+    Returns
+    -------
+    dict of str to Limit
+        By response, SI.
+    """
+    units = {each.name: each.unit for each in responses}
+    found: dict[str, Limit] = {}
+    for name, value in given.items():
+        with problems.noting(f"[limits] {name}", value):
+            for each in expand(name, list(units)):
+                if each in found:
+                    raise ModelError(f"{each} stands there already; give it once")
+                found[each] = read_limit(value, units[each])
+    return found
 
 
 def read_limit(given: str | dict[str, Any], unit: str) -> Limit:

@@ -21,10 +21,12 @@ class Problems:
     ----------
     source : str
         The file, as the user named it.
+    verdict : str
+        What cannot be done with it then.
     """
 
-    def __init__(self, source: str) -> None:
-        self.source = source
+    def __init__(self, source: str, verdict: str = "cannot be run") -> None:
+        self.source, self.verdict = source, verdict
         self.found: list[str] = []
 
     def add(self, key: str, value: Any, message: str) -> None:
@@ -83,7 +85,7 @@ class Problems:
             said = self.found[:MOST_SAID]
             said += ["there are more"] * (len(self.found) > MOST_SAID)
             lines = "\n".join(f"  {problem}" for problem in said)
-            raise StudyError(f"{self.source} cannot be run:\n{lines}")
+            raise StudyError(f"{self.source} {self.verdict}:\n{lines}")
 
 
 def shortened(text: str, longest: int = LONGEST) -> str:

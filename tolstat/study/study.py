@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat import catalogue
 from tolstat.deviations.draw import draw, factors, in_order
-from tolstat.deviations.names import expand
 from tolstat.deviations.samplers import Sampler
 from tolstat.errors import ModelError, StudyError, TolstatError
 from tolstat.model import settings as model_settings
@@ -26,7 +25,7 @@ from tolstat.status import words_of
 from tolstat.study.deviations import Deviations, read_deviations
 from tolstat.study.document import MOST_SEED, Document, read
 from tolstat.study.doubts import doubts_of
-from tolstat.study.limit import read_limit
+from tolstat.study.limit import read_limits
 from tolstat.study.links import check_sizes, read_links
 from tolstat.study.points import Case, Points, read_grid, read_table, setting_name
 from tolstat.study.problems import Problems
@@ -37,9 +36,6 @@ from tolstat.study.until import Until, read_until
 from tolstat.units.grammar import unit_of
 
 Source = str | os.PathLike[str] | Mapping[str, Any]
-
-Given = TypeVar("Given")
-Read = TypeVar("Read")
 
 
 @dataclass(frozen=True)
@@ -212,7 +208,7 @@ def load(
         with problems.noting("[reference]", document.reference):
             swept = points.swept if points else ()
             reference = read_reference(document.reference, swept, description, folder)
-    limits, limited_in = _limits(document, description, problems)
+    limits = read_limits(document.limits, description.responses, problems)
     until = None
     if isinstance(document.trials, dict):
         with problems.noting("trials", document.trials):
@@ -253,7 +249,7 @@ def load(
                 **(points.shown if points else {}),
                 **deviating.shown,
                 **(until.shown if until else {}),
-                **limited_in,
+                **{name: unit_of(limit.words) for name, limit in limits.items()},
             },
         ),
     )
@@ -354,30 +350,3 @@ def _points(
         with problems.noting("table", document.table):
             return read_table(folder, document.table, settings, description)
     return None
-
-
-def _limits(
-    document: Document, description: Description, problems: Problems
-) -> tuple[dict[str, Limit], dict[str, str]]:
-    """Read the limits, and the units in which they are written."""
-    units = {each.name: each.unit for each in description.responses}
-    found = _by_name("limits", document.limits, units, read_limit, problems)
-    return found, {name: unit_of(limit.words) for name, limit in found.items()}
-
-
-def _by_name(
-    section: str,
-    given: Mapping[str, Given],
-    units: Mapping[str, str],
-    read_one: Callable[[Given, str], Read],
-    problems: Problems,
-) -> dict[str, Read]:
-    """Read one section: a name without number stands for each of its numbers."""
-    found: dict[str, Read] = {}
-    for name, value in given.items():
-        with problems.noting(f"[{section}] {name}", value):
-            for each in expand(name, list(units)):
-                if each in found:
-                    raise ModelError(f"{each} stands there already; give it once")
-                found[each] = read_one(value, units[each])
-    return found

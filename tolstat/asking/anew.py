@@ -1,0 +1,125 @@
+"""Limits asked anew of a stored run: nothing is simulated."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from tolstat.errors import TolstatError
+from tolstat.execution.going_on import study_of
+from tolstat.execution.halved import halved_shares
+from tolstat.execution.picking import worst_trials
+from tolstat.execution.trials import Trials
+from tolstat.model.contract import Model
+from tolstat.statistics.limit import Limit
+from tolstat.status import Status
+from tolstat.store.evidence import Evidence, Worst
+from tolstat.store.opening import open as open_run
+from tolstat.store.run import Run
+from tolstat.study.bounds import check_bounds
+from tolstat.study.limit import read_limits
+from tolstat.study.problems import Problems
+from tolstat.units.grammar import unit_of
+
+ANEW = "asked anew, not of the study"
+
+
+def limited(
+    run: Run | str | os.PathLike[str],
+    limits: Mapping[str, str | dict[str, Any]],
+    model: Model | None = None,
+) -> Run:
+    """Return a run with other limits than its study has.
+
+    Parameters
+    ----------
+    run : Run or path
+        Stored; its file stays as it is.
+    limits : mapping of str to str or dict
+        As the section [limits] of a study has them, `{"rod_force": "<= 120 kN"}`: each
+        is added, or takes the place of the one that there was, whose demanded yield
+        stays where none is given.
+    model : Model, optional
+        A machine of your own, if the run is of one. Without the machine at hand it is
+        not told what halved tolerances would leave beyond the new limits.
+
+    Raises
+    ------
+    StudyError
+        If a limit cannot be read, or no such response is there.
+    """
+    run = run if isinstance(run, Run) else open_run(run)
+    problems = Problems(f"{run.path}", "cannot be asked that")
+    check_bounds({"limits": dict(limits)}, problems)
+    problems.raise_if_any()
+    read = read_limits(limits, run.responses, problems)
+    problems.raise_if_any()
+    for name, given in limits.items():
+        if isinstance(given, str) and name in run.limits and name in read:
+            read[name] = read[name]._replace(demanded=run.limits[name].demanded)
+    before = run.limits
+    now = {
+        response.name: {**before, **read}[response.name]
+        for response in run.responses
+        if response.name in before or response.name in read
+    }
+    said = "; ".join(f"{name} {limit.words}" for name, limit in read.items())
+    note = (
+        f"{ANEW}: {said}; trials next to these limits were not integrated again for "
+        "that, and worst cases are those of the study's limits"
+    )
+    shown = {name: unit_of(limit.words) for name, limit in read.items()}
+    found = run.limited(now, shown, note)
+    evidence = replace(
+        run.evidence,
+        worst={name: _worst(run, name, limit) for name, limit in now.items()},
+        halved=_halved(found, model) or _still(run.evidence, before, now),
+    )
+    return replace(found, evidence=evidence)
+
+
+def _worst(run: Run, name: str, limit: Limit) -> list[Worst]:
+    """List the worst trials, as precisely as the file has them."""
+    if run.sampled is None:
+        return []
+    stored = {each.trial: each for each in run.evidence.worst.get(name, ())}
+    precise = {}
+    if audited := run.audited:
+        done = audited.status == Status.DONE
+        values = np.where(done, audited.responses[name], math.nan)
+        precise = dict(zip(audited.trials.tolist(), values.tolist(), strict=True))
+    return [
+        stored.get(trial, Worst(trial, precise.get(trial, math.nan)))
+        for trial in worst_trials(run.column(name), run.status, limit)
+    ]
+
+
+def _halved(run: Run, model: Model | None) -> Any:
+    """Weight the trials as if tolerances were halved; nothing where they cannot be."""
+    if not run.complete:
+        return {}
+    with suppress(TolstatError):  # no machine at hand: the page says what is missing
+        study = replace(study_of(run, model=model), limits=run.limits)
+        columns = [run.column(each.name) for each in run.contributors]
+        whole = np.ones(run.trials, np.bool_)
+        return halved_shares(
+            study, Trials.of_run(run, np.stack(columns, axis=1), whole)
+        )
+    return {}
+
+
+def _still(
+    evidence: Evidence, before: Mapping[str, Limit], now: Mapping[str, Limit]
+) -> Any:
+    """Return the stored shares of limits that are as they were."""
+    return {
+        name: shares
+        for name, shares in evidence.halved.items()
+        if before[name].permitted == now[name].permitted
+    }

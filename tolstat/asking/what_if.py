@@ -1,0 +1,299 @@
+"""What if parts came from other distributions: the stored trials, weighted."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from tolstat.asking.anew import limited
+from tolstat.deviations.cover import Cover, check_covered, cover_of
+from tolstat.deviations.distributions import Distribution
+from tolstat.deviations.weighting import Weighting, all_alike
+from tolstat.errors import (
+    DependenceError,
+    DistributionError,
+    PictureError,
+    RunFileError,
+    StudyError,
+    TolstatError,
+)
+from tolstat.execution.going_on import plan_again, study_of
+from tolstat.execution.sameness import trials_drawn_otherwise
+from tolstat.model.contract import Model
+from tolstat.reporting.drawn import Drawn
+from tolstat.reporting.findings import JointFindings
+from tolstat.reporting.gather import joint_findings, reportable
+from tolstat.reporting.summary_table import notes_of, summaries_of
+from tolstat.statistics.estimate import RANDOM_ONLY
+from tolstat.statistics.summary import Summary
+from tolstat.statistics.weights import LEAST_EFFECTIVE, Weights
+from tolstat.store.opening import open as open_run
+from tolstat.store.run import Run
+from tolstat.study.bounds import check_bounds
+from tolstat.study.deviations import Deviations, read_deviations
+from tolstat.study.problems import Problems
+from tolstat.study.study import Study
+from tolstat.units.scale import Scale
+
+
+class Changed(NamedTuple):
+    """How a deviation is distributed, in words, and what that alone leaves.
+
+    Attributes
+    ----------
+    as_run, what_if : str
+        As the run has it, and as is asked.
+    worth : float
+        Effective trials for each with this change alone.
+    """
+
+    as_run: str
+    what_if: str
+    worth: float
+
+
+class Asked(NamedTuple):
+    """What is asked, and what the stored trials are worth for it.
+
+    Attributes
+    ----------
+    deviations : dict of str to Changed
+        By contributor that changes; all others are as the run has them, and so are
+        batches and correlations.
+    trials, effective : int
+        Trials that are weighted, and how many independent ones they are worth.
+    expected : float
+        That number as the distributions have it, without the trials.
+    """
+
+    deviations: Mapping[str, Changed]
+    trials: int
+    effective: int
+    expected: float
+
+
+@dataclass(frozen=True)
+class Weighed(Summary):
+    """A response with what is asked, and beside it as the run has it.
+
+    Attributes
+    ----------
+    nominal : float
+        Of the nominal machine, SI.
+    sentence : str
+        What it is.
+    scale : Scale
+        How it is shown.
+    as_run : Summary
+        Without what is asked.
+    """
+
+    nominal: float
+    sentence: str
+    scale: Scale
+    as_run: Summary
+
+
+@dataclass(frozen=True)
+class WhatIf:
+    """The answers of a run if its parts came from other distributions; SI.
+
+    Attributes
+    ----------
+    title, run, model : str
+        Of the run.
+    what_if : Asked
+        What is asked.
+    joint, joint_as_run : JointFindings or None
+        All limits together; None without any.
+    responses : dict of str to Weighed
+        All of them.
+    notes : tuple of str
+        What must be known to read the numbers.
+    """
+
+    title: str
+    run: str
+    model: str
+    what_if: Asked
+    joint: JointFindings | None
+    joint_as_run: JointFindings | None
+    responses: Mapping[str, Weighed]
+    notes: tuple[str, ...]
+
+
+def what_if(
+    run: Run | str | os.PathLike[str],
+    deviations: Mapping[str, str | dict[str, Any]],
+    *,
+    limits: Mapping[str, str | dict[str, Any]] | None = None,
+    model: Model | None = None,
+) -> WhatIf:
+    """Say what a run would have found with other deviations; nothing is simulated.
+
+    The stored trials are weighted by the ratio of densities.
+
+    Parameters
+    ----------
+    run : Run or path
+        Of random trials.
+    deviations : mapping of str to str or dict
+        As the section [deviations] of a study has them: `{"rod_length": "+-0.6 mm"}`.
+    limits : mapping, optional
+        Asked anew, too; see `limited`.
+    model : Model, optional
+        A machine of your own, if the run is of one.
+
+    Returns
+    -------
+    WhatIf
+        Every number with an interval that holds for weighted trials, or why it has
+        none.
+
+    Raises
+    ------
+    StudyError
+        If what is asked cannot be read, or the run does not cover it: why, and what
+        runs it.
+    """
+    run = run if isinstance(run, Run) else open_run(run)
+    if limits:
+        run = limited(run, limits, model)
+    drawn, _ = reportable(run)
+    if drawn.sample.replicates:
+        raise PictureError(
+            f"{run.path}: what-if is {RANDOM_ONLY}: {run.sampling} trials depend on "
+            "each other; change the study and run it again"
+        )
+    study = study_of(run, model=model)
+    _check_drawn(run, study)
+    problems = Problems(f"{run.path}", "cannot be asked that")
+    asked = _read(deviations, study, problems)
+    problems.raise_if_any()
+    worth = _worth(asked, study, problems)
+    if not problems.found:
+        with problems.noting("all together", None):
+            cover = _cover(asked.distributions, study, len(drawn.trials), worth)
+    _raise(problems, deviations, run)
+    weights = Weights(_ratio(drawn, study, asked), cover.most, cover.cut)
+    weighted = drawn._replace(sample=drawn.sample._replace(weights=weights))
+    before, after = summaries_of(drawn), summaries_of(weighted)
+    return WhatIf(
+        run.title,
+        run.path.name,
+        run.model,
+        Asked(
+            {
+                name: Changed(run.assumed[name].words, words, worth[name])
+                for name, words in asked.words.items()
+            },
+            len(drawn.trials),
+            weights.number,
+            cover.worth * len(drawn.trials),
+        ),
+        joint_findings(weighted),
+        joint_findings(drawn),
+        {
+            response.name: Weighed(
+                **vars(after[response.name]),
+                nominal=run.nominal_values[response.name],
+                sentence=response.sentence,
+                scale=run.scales[response.name],
+                as_run=before[response.name],
+            )
+            for response in run.responses
+        },
+        tuple(notes_of(run, weighted.sample)),
+    )
+
+
+def _check_drawn(run: Run, study: Study) -> None:
+    """Refuse a run whose study draws other machines by now."""
+    plan = plan_again(run, study)
+    if len(trials_drawn_otherwise(run, plan, plan.deviations)):
+        raise RunFileError(
+            f"{run.path}: its study draws other deviations by now, because its data or "
+            "the machine are others; run it again"
+        )
+
+
+def _read(
+    given: Mapping[str, str | dict[str, Any]], study: Study, problems: Problems
+) -> Deviations:
+    """Read what is asked, as lines of [deviations]."""
+    check_bounds({"deviations": dict(given)}, problems)
+    problems.raise_if_any()
+    for name, line in given.items():
+        if isinstance(line, dict) and "common" in line:
+            with problems.noting(f"[deviations] {name}", line):
+                raise DependenceError(
+                    "what hangs together stays as it was drawn; leave out common"
+                )
+    if not given:
+        problems.add("[deviations]", None, "nothing is asked; name a contributor")
+    folder = study.path.parent if study.path else None
+    contributors = study.description.contributors
+    return read_deviations(given, {}, contributors, folder, problems)
+
+
+def _worth(asked: Deviations, study: Study, problems: Problems) -> dict[str, float]:
+    """Check that each change by itself is covered; what each leaves of the trials."""
+    found, as_drawn = {}, study.deviating
+    for name, new in asked.distributions.items():
+        with problems.noting(f"[deviations] {name}", asked.words[name]):
+            if name not in as_drawn.distributions:
+                raise DistributionError("it does not deviate in this run")
+            with_it = all_alike(name, as_drawn.dependence)
+            if any(asked.distributions.get(n) != new for n in with_it):
+                raise DistributionError(
+                    f"all parts of its batch are alike: {', '.join(with_it)}"
+                )
+            try:
+                found[name] = check_covered(as_drawn.distributions[name], new)
+            except DistributionError as error:
+                drawn = as_drawn.words[name]
+                raise DistributionError(f"{error}; drawn was {drawn}") from None
+    return found
+
+
+def _cover(
+    new: Mapping[str, Distribution],
+    study: Study,
+    trials: int,
+    worth: Mapping[str, float],
+) -> Cover:
+    """Check that the trials are worth enough for all changes together."""
+    as_drawn = study.deviating
+    found = cover_of(as_drawn.distributions, as_drawn.dependence, new, trials)
+    if found.worth * trials < LEAST_EFFECTIVE:
+        least = sorted(worth, key=lambda name: worth[name])[:3]
+        each = ", ".join(f"{name} alone {100 * worth[name]:.2g} %" for name in least)
+        raise DistributionError(
+            f"{found.worth * trials:.0f} effective trials would be left of {trials}, "
+            f"and {LEAST_EFFECTIVE} are needed ({each})"
+        )
+    return found
+
+
+def _ratio(drawn: Drawn, study: Study, asked: Deviations) -> Any:
+    """Return the weights of the trials: float64[trial]."""
+    as_drawn = study.deviating
+    values = {name: drawn.values(name) for name in as_drawn.distributions}
+    weighting = Weighting(values, as_drawn.distributions, as_drawn.dependence)
+    return weighting.weights(asked.distributions)
+
+
+def _raise(
+    problems: Problems, given: Mapping[str, str | dict[str, Any]], run: Run
+) -> None:
+    """Refuse what is not covered, and say what runs it."""
+    try:
+        problems.raise_if_any()
+    except TolstatError as error:
+        study = run.study_file.name if run.study_file else "the study"
+        raise StudyError(
+            f"{error}\n  a run of its own tells: change {', '.join(given)} in a copy "
+            f"of {study}, and `tolstat run` that"
+        ) from None

@@ -1,0 +1,127 @@
+"""What if: the trials of a run weighted, on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from tolstat.asking.what_if import WhatIf, what_if
+from tolstat.cli.reporting import deliver, limits_in, value_in
+from tolstat.cli.showing import WIDE, print_table, screen
+from tolstat.errors import StudyError
+from tolstat.reporting.making import check_folder
+from tolstat.reporting.plain import share_words
+from tolstat.reporting.summary_table import PER_CENT, Cell, estimate_in_words
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.summary import Limited
+
+SHARES = (0.5, 0.95)  # quantiles on the screen
+
+
+def ask_what_if(
+    path: Path,
+    changes: Sequence[str],
+    limits: Sequence[str],
+    output: Path | None,
+    form: str,
+) -> None:
+    """Say what a run would have found with other deviations.
+
+    Parameters
+    ----------
+    path : Path
+        The run.
+    changes : sequence of str
+        "rod_length=+-0.6 mm": a contributor and what a study would say of it.
+    limits : sequence of str
+        Asked anew: "rod_force <= 120 kN".
+    output : Path, optional
+        Where JSON and CSV go; the standard output if not given.
+    form : str
+        "", "json" or "csv".
+    """
+    if output:
+        check_folder(output)
+    found = what_if(path, _changes(changes), limits=limits_in(limits))
+    if form:
+        deliver(found, output, form)
+    else:
+        _print(found)
+
+
+def _changes(texts: Sequence[str]) -> dict[str, Any]:
+    """Read contributors and what is asked of them."""
+    found: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip():
+            raise StudyError(f'{text}: NAME=TOLERANCE, such as rod_length="+-0.6 mm"')
+        if name.strip() in found:
+            raise StudyError(f"{text}: {name.strip()} stands there already")
+        found[name.strip()] = value_in(value, text)
+    return found
+
+
+def _print(found: WhatIf) -> None:
+    """Print the changes, the limits and all responses, each as run and with what-if."""
+    console, asked = screen(), found.what_if
+    wide = console.width >= WIDE
+    rows: list[list[Cell]] = [
+        [name, each.as_run, each.what_if, f"{100 * each.worth:.0f} %"]
+        for name, each in asked.deviations.items()
+    ]
+    heads = ["contributor", "as run", "what if", "trials left"]
+    print_table(f"{found.title}: what if", heads, rows, wide=wide)
+    limited_first = sorted(
+        found.responses, key=lambda n: not found.responses[n].limited
+    )
+    judged: list[list[Cell]] = []
+    rows = []
+    for name in limited_first:
+        each = found.responses[name]
+        if each.limited and each.as_run.limited:
+            cells = [*_judged(each.as_run.limited), *_judged(each.limited)]
+            judged.append([name, each.limited.limit.words, *cells])
+        row: list[Cell] = [name, each.scale.mark]
+        for share in SHARES:
+            for of in (each.as_run, each):
+                row.append(estimate_in_words(of.quantiles[share], each.scale))
+        rows.append(row)
+    if judged:
+        heads = ["ppm beyond", "verdict"]
+        heads = ["response", "limit", *heads, *(f"what if: {head}" for head in heads)]
+        print_table("limits", heads, judged, wide=wide)
+    heads = ["response", "unit"]
+    for share in SHARES:
+        heads += [share_words(share), f"what if: {share_words(share)}"]
+    print_table("responses", heads, rows, wide=wide)
+    console.print(
+        f"{asked.trials} trials, weighted as if drawn so, are worth {asked.effective} "
+        "independent ones; nothing was simulated"
+    )
+    if found.joint and found.joint_as_run:
+        console.print(
+            f"within all limits at once: {_in_line(found.joint_as_run.within)} as run, "
+            f"what if: {_in_line(found.joint.within)}"
+        )
+    for note in found.notes:
+        console.print(note)
+
+
+def _in_line(share: Estimate) -> str:
+    value, lower, upper = (PER_CENT.number(each) for each in share[:3])
+    return f"{value} % ({lower}..{upper} %)" if share.sure else share.reason
+
+
+def _judged(limited: Limited) -> list[Cell]:
+    """Write the share beyond, per million, and the verdict."""
+    beyond = limited.yields.beyond
+    if not beyond.sure:
+        return [beyond.reason, limited.yields.verdict]
+    value, lower, upper = (_per_million(each) for each in beyond[:3])
+    return [(value, lower, upper), limited.yields.verdict]
+
+
+def _per_million(share: float) -> str:
+    return f"{1e6 * share:.0f}" if share >= 1e-6 or share == 0 else "< 1"
