@@ -21,9 +21,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from tests.coverage import halving_problems, index_problems, one_response
+from tests.coverage import (
+    halving_problems,
+    index_problems,
+    one_response,
+    weighting_problems,
+)
 
-FAMILIES = (one_response, index_problems, halving_problems)
+FAMILIES = (one_response, index_problems, halving_problems, weighting_problems)
 ROOT = Path(__file__).parents[2]
 TABLE = Path(__file__).with_name("table.csv")
 PARTS = 4  # that the studies of a cell are measured in, side by side

@@ -73,12 +73,10 @@ def _print(found: WhatIf) -> None:
     ]
     heads = ["contributor", "as run", "what if", "trials left"]
     print_table(f"{found.title}: what if", heads, rows, wide=wide)
-    limited_first = sorted(
-        found.responses, key=lambda n: not found.responses[n].limited
-    )
+    first = [name for name, each in found.responses.items() if each.limited]
     judged: list[list[Cell]] = []
     rows = []
-    for name in limited_first:
+    for name in dict.fromkeys([*first, *found.responses]):
         each = found.responses[name]
         if each.limited and each.as_run.limited:
             cells = [*_judged(each.as_run.limited), *_judged(each.limited)]

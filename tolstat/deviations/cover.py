@@ -66,16 +66,15 @@ def check_covered(drawn: Distribution, new: Distribution) -> float:
         the weights of few of them would decide.
     """
     parts = new.deviations((np.arange(PARTS) + 0.5) / PARTS)
-    Density(new)
-    uncovered = float(np.mean(_outside(parts, Density(drawn))))
-    if uncovered > MOST_UNCOVERED:
-        raise DistributionError(
-            f"{100 * uncovered:.2g} % of these parts lie where none was drawn"
-        )
     weights = Weighting({"": parts}, {"": drawn}, Dependence()).weights({"": new})
     if _few_decide(weights):
         raise DistributionError(
             "its tails are too heavy beside those drawn: a few parts would decide"
+        )
+    uncovered = float(np.mean(_outside(parts, Density(drawn))))
+    if uncovered > MOST_UNCOVERED:
+        raise DistributionError(
+            f"{100 * uncovered:.2g} % of these parts lie where none was drawn"
         )
     return float(1 / weights.mean())
 

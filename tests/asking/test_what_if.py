@@ -1,0 +1,186 @@
+"""What if, without a run: against fresh runs, and refused where it is not covered."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import tolstat
+from tests.benchmarks.what_if import CASES, compared
+from tolstat.cli.main import main
+from tolstat.errors import PictureError, RunFileError, StudyError
+
+QUICK = ("narrower, another", "shifted", "all alike, narrower")
+
+
+def test_what_if_says_what_fresh_runs_say(tmp_path):
+    cases = [c for c in CASES if c.words in QUICK and c.machine in ("stack", "batch")]
+    assert len(cases) == len(QUICK)
+    for case, effective, answers in compared(cases, tmp_path, 2000):
+        assert 500 < effective < 1500, case
+        told = [each for each in answers if each.holds is not None]
+        assert len(told) >= 7
+        assert all(each.holds for each in told), case
+        # and it says another thing than the run as it is
+        assert any(
+            each.as_run.lower > each.fresh.upper or each.fresh.lower > each.as_run.upper
+            for each in told
+        )
+
+
+@pytest.fixture
+def run(toy, toy_study):
+    return tolstat.run(toy_study, model=toy)
+
+
+def test_common_words_of_a_study_and_all_that_is_told(run, toy):
+    asked = {"part_1": {"tolerance": "+-1 mm", "cp": 1.5}, "part_2": "-0.9..+0.7 mm"}
+    found = tolstat.what_if(run, asked, model=toy, limits={"gap": "-1..1.5 mm"})
+    changed = found.what_if.deviations
+    assert list(changed) == ["part_1", "part_2"]
+    assert changed["part_1"].as_run == "normal, +-1 mm, cp 1"
+    assert changed["part_1"].what_if == "normal, +-1 mm, cp 1.5"
+    gap = found.responses["gap"]
+    # twice the sum of two normal parts
+    mean, sigma = -0.2e-3, 2e-3 * np.hypot(1 / 4.5, 0.8 / 3)
+    assert gap.mean.lower < mean < gap.mean.upper
+    assert gap.sigma.lower < sigma < gap.sigma.upper
+    assert gap.quantiles[0.95].lower < mean + 1.645 * sigma < gap.quantiles[0.95].upper
+    assert gap.limited.limit.words == "-1..1.5 mm"
+    assert gap.as_run.limited.limit == gap.limited.limit
+    assert gap.as_run.sigma.value > gap.sigma.value
+    assert np.isnan(gap.largest) and gap.limited.yields.needed == 0
+    assert 400 < found.what_if.effective < 1000
+    assert any("asked anew, not of the study" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"part": "+-1.5 mm"}, "tails are too heavy beside those drawn"),
+        ({"part": "+-3 mm"}, "of these parts lie where none was drawn"),
+        ({"angle": {"tolerance": "0..400 deg", "distribution": "uniform"}},
+         r"10 % of these parts lie where none was drawn; drawn was uniform, 0\.\.360"),
+        ({"part_1": "2.5..3 mm"}, "tails are too heavy|lie where none was drawn"),
+        ({"part": "+-0.2 mm"}, r"effective trials would be left of 1000, and 150 are"),
+        ({"part": {"distribution": "constant", "value": "0 mm"}}, "as good as one"),
+        ({"parts": "+-1 mm"}, "did you mean 'part'"),
+        ({"part": "+-1 kN"}, "of another kind"),
+        ({"part": {"tolerance": "+-1 mm", "common": True}}, "leave out common"),
+        ({}, "nothing is asked"),
+    ],
+)  # fmt: skip
+def test_what_is_not_covered_is_refused_with_the_reason(run, toy, asked, said):
+    with pytest.raises(StudyError, match=said):
+        tolstat.what_if(run, asked, model=toy)
+
+
+def test_a_refusal_of_what_is_right_says_what_runs_it(run, toy):
+    with pytest.raises(StudyError, match=r"copy of toy\.toml, and `tolstat run` that"):
+        tolstat.what_if(run, {"part": "+-2 mm"}, model=toy)
+    with pytest.raises(StudyError) as refused:
+        tolstat.what_if(run, {"parts": "+-2 mm"}, model=toy)
+    assert "tolstat run" not in str(refused.value)
+
+
+def test_only_some_of_what_hangs_closely_together_are_refused(toy, toy_study):
+    close = "[correlation]\npart_1 = { part_2 = 0.9 }\n[limits]"
+    toy_study.write_text(toy_study.read_text().replace("[limits]", close))
+    run = tolstat.run(toy_study, model=toy)
+    with pytest.raises(StudyError, match="of parts that hang together, change all"):
+        tolstat.what_if(run, {"part_1": "+-0.5 mm"}, model=toy)
+    both = tolstat.what_if(run, {"part": "+-0.5 mm"}, model=toy)
+    assert both.what_if.effective > 350
+
+
+def test_trials_that_depend_on_each_other_are_refused(toy, toy_study):
+    text = toy_study.read_text().replace("1000", "1024")
+    toy_study.write_text('sampling = "latin"\n' + text)
+    run = tolstat.run(toy_study, model=toy)
+    with pytest.raises(PictureError, match="latin trials depend on each other"):
+        tolstat.what_if(run, {"part": "+-0.5 mm"}, model=toy)
+
+
+def test_a_run_whose_study_draws_other_machines_by_now_is_refused(run, toy, toy_study):
+    from tests.store.tampering import resealed
+
+    with resealed(run.path) as file:
+        file["part_1"][5] += 1e-6
+    with pytest.raises(RunFileError, match="draws other deviations by now"):
+        tolstat.what_if(tolstat.open(run.path), {"part": "+-0.5 mm"}, model=toy)
+
+
+def test_limits_asked_anew_take_the_place_of_the_studys(run, toy):
+    again = tolstat.limited(run, {"gap": "-1..1.2 mm", "ratio": "<= 0.5"}, toy)
+    assert run.limits["gap"].words == "-1..2 mm"
+    assert list(again.limits) == ["gap", "ratio"]
+    bad = (run.column("gap") > 1.2e-3) | (run.column("gap") < -1e-3) | (run.status > 1)
+    np.testing.assert_array_equal(again.beyond("gap"), bad)
+    worst = again.evidence.worst["ratio"]
+    done = np.where(run.status == 1, run.column("ratio"), -np.inf)
+    assert [each.trial for each in worst] == np.argsort(-done)[:10].tolist()
+    halved = again.evidence.halved["gap"]["part_1", "part_2"].beyond
+    assert halved.value < run.evidence.halved["gap"]["part_1", "part_2"].beyond.upper
+    assert halved.sure and not run.evidence.halved.get("ratio")
+    page = tolstat.report(again, run.path.with_suffix(".html")).read_text()
+    assert "asked anew, not of the study: gap -1..1.2 mm; ratio &lt;= 0.5" in page
+    # the demanded yield stays where nothing else is said
+    less = tolstat.limited(run, {"gap": {"limit": "-1..2 mm", "yield": "90 %"}}, toy)
+    assert less.limits["gap"].demanded == 0.9
+    assert tolstat.limited(less, {"gap": "-1..1 mm"}).limits["gap"].demanded == 0.9
+
+
+@pytest.fixture
+def stack(tmp_path):
+    path = tmp_path / "stack.h5"
+    place = "runs/own/stack.py:Stack"
+    made = CliRunner().invoke(
+        main, ["run", "runs/own/stack.toml", "--machine", place, "--trials", "1000",
+               "-o", str(path)],
+    )  # fmt: skip
+    assert made.exit_code in (0, 3), made.output
+
+    def ask(command, *arguments):
+        asked = [command, str(path), *arguments, "--machine", place]
+        return CliRunner().invoke(main, asked)
+
+    return ask
+
+
+def test_the_command_line_tells_and_delivers(stack):
+    shown = stack("what-if", "part=+-0.025 mm", "--limit", "gap <= 0.18 mm")
+    assert shown.exit_code == 0, shown.output
+    assert "what if: ppm beyond" in shown.output and "<= 0.18 mm" in shown.output
+    assert "nothing was simulated" in shown.output
+    table = 'part_1={ tolerance = "+-0.03 mm", cp = 1.3 }'
+    found = json.loads(stack("what-if", table, "--json").output)
+    assert found["what_if"]["deviations"]["part_1"]["what_if"].endswith("cp 1.3")
+    limited = found["responses"]["gap"]["limited"]
+    assert limited["yields"]["beyond"]["lower"] < limited["yields"]["beyond"]["upper"]
+    assert "as_run" in found["responses"]["gap"]
+    rows = stack("what-if", table, "--csv").output
+    assert "what_if/effective" in rows
+    again = json.loads(stack("report", "--json", "--limit", "gap >= 0 mm").output)
+    assert again["responses"]["gap"]["limited"]["limit"]["words"] == ">= 0 mm"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("what-if", "part"), "NAME=TOLERANCE"),
+        (("what-if", "part=+-0.02 mm", "part=+-0.01 mm"), "stands there already"),
+        (("what-if", "part={ tolerance"), "part={ tolerance"),
+        (("what-if", "part=+-0.02 mm", "-o", "x.html"), "-o belongs to"),
+        (("report", "--limit", "gap"), "such as"),
+        (("report", "--limit", "gap <= 1 kN"), "gap"),
+        (("report", "--limit", "gab <= 1 mm"), "did you mean 'gap'"),
+        (("what-if", "part=+-0.045 mm"), "tails are too heavy"),
+    ],
+)
+def test_what_is_wrong_ends_with_2_and_a_sentence(stack, arguments, said):
+    found = stack(*arguments)
+    assert found.exit_code == 2 and said in found.output
+    assert "Traceback" not in found.output
