@@ -1,7 +1,8 @@
-"""The same machines in two designs: what the difference is, trial by trial."""
+"""Two designs compared: what the difference is, trial by trial where they are paired."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -9,120 +10,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import PictureError, RunFileError
-from tolstat.reporting.drawn import Drawn, drawn_trials
+from tolstat.reporting.drawn import Drawn
 from tolstat.reporting.gather import responses_of_interest
-from tolstat.reporting.plain import share_words
-from tolstat.reporting.summary_table import (
-    PER_CENT,
-    Cell,
-    estimate_in_words,
-    summaries_of,
-)
-from tolstat.statistics.estimate import Estimate
+from tolstat.reporting.pairing import UNPAIRED, Pair, pair_of
+from tolstat.reporting.summary_table import summaries_of
+from tolstat.reporting.yields_compared import YieldsCompared, yields_of
+from tolstat.statistics.difference import difference, going_together
+from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.proportions import proportion
 from tolstat.statistics.replicates import share_from_replicates
 from tolstat.statistics.sample import Sample
+from tolstat.statistics.statistic import quantiles_at
 from tolstat.statistics.summary import Summary, summarize
-from tolstat.status import Status
 from tolstat.store.run import Run
 from tolstat.units.scale import Scale
 
-Array = NDArray[np.float64]
 SIDES = ("first", "second")
-
-
-class Pair(NamedTuple):
-    """Two runs of the same machines.
-
-    Attributes
-    ----------
-    first, second : Drawn
-        The runs.
-    sample : Sample
-        The machines: done where both are.
-    responses : tuple of str
-        Names that both runs have, in the order of the first.
-    """
-
-    first: Drawn
-    second: Drawn
-    sample: Sample
-    responses: tuple[str, ...]
-
-    def difference(self, response: str) -> Array:
-        """Return second less first of all machines, SI; NaN where either failed."""
-        return self.second.values(response) - self.first.values(response)
-
-
-def pair_of(first: Run, second: Run) -> Pair:
-    """Put two runs side by side.
-
-    Parameters
-    ----------
-    first, second : Run
-        Of the same deviations.
-
-    Returns
-    -------
-    Pair
-        With the responses that both have.
-
-    Raises
-    ------
-    RunFileError
-        If the deviations differ: it names the contributor and the trial.
-    PictureError
-        If machines were not drawn, or no response is in both.
-    """
-    _check_alike(first, second)
-    A, B = drawn_trials(first), drawn_trials(second)
-    if A is None or B is None:
-        raise PictureError(
-            f"{first.path} and {second.path}: machines of a grid or a table were "
-            "chosen and not drawn, and have no statistics; `tolstat show --plot` draws "
-            "them"
-        )
-    done = A.sample.done & B.sample.done
-    ran = A.sample.ran & B.sample.ran
-    if not done.any():
-        raise PictureError(f"{first.path} and {second.path}: no trial is done in both")
-    # how the trial failed does not matter here
-    status = np.where(done, Status.DONE, np.where(ran, Status.NOT_FINITE, 0))
-    units = second.units
-    names = tuple(
-        each.name for each in first.responses if units.get(each.name) == each.unit
-    )
-    if not names:
-        raise PictureError(f"{first.path} and {second.path} have no response in common")
-    return Pair(A, B, Sample(status, A.sample.replicates), names)
-
-
-def _check_alike(first: Run, second: Run) -> None:
-    """Refuse runs of different machines."""
-    where = f"{first.path} and {second.path} are not of the same machines"
-    if first.trials != second.trials:
-        raise RunFileError(
-            f"{where}: {first.trials} trials and {second.trials}; "
-            f"give both studies the same trials and seed"
-        )
-    names = [contributor.name for contributor in first.contributors]
-    others = [contributor.name for contributor in second.contributors]
-    for name in dict.fromkeys([*names, *others]):
-        columns = [
-            run.column(name) if name in known else np.zeros(run.trials)
-            for run, known in ((first, names), (second, others))
-        ]
-        different = np.flatnonzero(columns[0] != columns[1])
-        if len(different):
-            trial = int(different[0])
-            values = ", ".join(repr(float(column[trial])) for column in columns)
-            unit = {**second.units, **first.units}[name]
-            raise RunFileError(
-                f"{where}: {name} differs in {len(different)} of {first.trials} "
-                f"trials, first in trial {trial} ({values} {unit}); give both studies "
-                "the same seed, sampling and [deviations]"
-            )
+COMPARED = (0.5, 0.95)  # quantiles of which the difference is told
+NOT_PAIRED = Estimate(math.nan, reason=UNPAIRED)
 
 
 class SideFindings(NamedTuple):
@@ -139,13 +44,43 @@ class SideFindings(NamedTuple):
 
 
 class PairFindings(NamedTuple):
-    """The machines of both: asked, done in both, failed in one, and what was drawn."""
+    """The machines of both.
+
+    Attributes
+    ----------
+    asked, done_in_both, failed : int
+        Machines that are in both runs, done in both, and failed in one or both; 0 of
+        unpaired runs.
+    failures : Estimate
+        Share that failed.
+    promise : str
+        What their sampling allows to say.
+    kind, words : str
+        "same machines", "same qualities" or "unpaired", and how that is known.
+    """
 
     asked: int
     done_in_both: int
     failed: int
     failures: Estimate
     promise: str
+    kind: str
+    words: str
+
+
+class Shift(NamedTuple):
+    """By how much the numbers of a response differ: second less first.
+
+    Attributes
+    ----------
+    mean : Estimate
+        Of means.
+    quantiles : dict of float to Estimate
+        Of medians, and of the values that 95 % of the machines stay below.
+    """
+
+    mean: Estimate
+    quantiles: Mapping[float, Estimate]
 
 
 @dataclass(frozen=True)
@@ -167,19 +102,25 @@ class ResponseCompared:
         How it is shown: as the first study has it.
     first, second : Sided
         In each design.
-    difference : Summary
-        Second less first, machine by machine.
+    difference : Summary or None
+        Second less first, machine by machine; None of unpaired runs.
     smaller, larger : Estimate
         Share of the machines in which the second is smaller, or larger.
+    shift : Shift
+        By how much numbers of the second differ from those of the first.
+    yields : YieldsCompared or None
+        Machines within and beyond; None where neither study has a limit.
     """
 
     sentence: str
     scale: Scale
     first: Sided
     second: Sided
-    difference: Summary
+    difference: Summary | None
     smaller: Estimate
     larger: Estimate
+    shift: Shift
+    yields: YieldsCompared | None
 
 
 @dataclass(frozen=True)
@@ -190,8 +131,8 @@ class Comparison:
     ----------
     first, second : SideFindings
         The runs.
-    settings : dict of str to tuple of str
-        Those that differ, as they are written.
+    settings, deviations : dict of str to tuple of str
+        Those that differ, as they are written; empty in a run that has no such one.
     trials : PairFindings
         The machines of both.
     interest : tuple of str
@@ -203,9 +144,39 @@ class Comparison:
     first: SideFindings
     second: SideFindings
     settings: Mapping[str, tuple[str, str]]
+    deviations: Mapping[str, tuple[str, str]]
     trials: PairFindings
     interest: tuple[str, ...]
     responses: Mapping[str, ResponseCompared]
+
+
+@dataclass(frozen=True)
+class Comparisons:
+    """Several runs, each compared with the first.
+
+    Attributes
+    ----------
+    comparisons : tuple of Comparison
+        In the order of the runs.
+    """
+
+    comparisons: tuple[Comparison, ...]
+
+
+def compared_with_first(
+    runs: Sequence[Run], chosen: Sequence[str] = ()
+) -> tuple[list[Pair], Comparisons]:
+    """Compare runs, each with the first of them.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        Two or more.
+    chosen : sequence of str
+        Responses to be looked at closely; what has a limit if none are given.
+    """
+    pairs = [pair_of(runs[0], other) for other in runs[1:]]
+    return pairs, Comparisons(tuple(compared(pair, chosen) for pair in pairs))
 
 
 def compared(pair: Pair, chosen: Sequence[str] = ()) -> Comparison:
@@ -214,7 +185,7 @@ def compared(pair: Pair, chosen: Sequence[str] = ()) -> Comparison:
     Parameters
     ----------
     pair : Pair
-        Two runs of the same machines.
+        Two runs.
     chosen : sequence of str
         Responses to be looked at closely; what has a limit if none are given.
     """
@@ -228,44 +199,93 @@ def compared(pair: Pair, chosen: Sequence[str] = ()) -> Comparison:
         name = response.name
         if name not in pair.responses:
             continue
-        difference = pair.difference(name)
         before, after = (
             Sided(**vars(of[name]), nominal=run.nominal_values[name])
             for of, run in zip(summaries, (first, second), strict=True)
         )
+        differences, smaller, larger = _machine_by_machine(pair, name)
         responses[name] = ResponseCompared(
             response.sentence,
             first.scales[name],
             before,
             after,
-            summarize(
-                difference,
-                pair.sample,
-                declared=_range_of_difference(first, second, name),
-            ),
-            _share(difference < 0, pair.sample),
-            _share(difference > 0, pair.sample),
+            differences,
+            smaller,
+            larger,
+            _shift(pair, name, before, after, differences),
+            yields_of(pair, name),
         )
-    done = pair.sample.done
     return Comparison(
         _side(pair.first),
         _side(pair.second),
-        {
-            name: (chosen_in.words, second.settings[name].words)
-            for name, chosen_in in first.settings.items()
-            if name in second.settings
-            and chosen_in.words != second.settings[name].words
-        },
-        PairFindings(
-            len(done),
-            int(np.count_nonzero(done)),
-            pair.sample.failed,
-            pair.sample.failures,
-            pair.first.sampled.promise,
-        ),
+        _that_differ(*({n: c.words for n, c in r.settings.items()} for r in (first, second)),
+                     only_shared=True),
+        _that_differ(*({n: c.words for n, c in r.assumed.items()} for r in (first, second))),
+        _trials(pair),
         tuple(name for name in dict.fromkeys(wanted) if name in pair.responses),
         responses,
+    )  # fmt: skip
+
+
+def _that_differ(
+    first: Mapping[str, str], second: Mapping[str, str], *, only_shared: bool = False
+) -> dict[str, tuple[str, str]]:
+    """Return what two studies say otherwise."""
+    names = [n for n in {**first, **second} if not only_shared or n in first and n in second]
+    pairs = {name: (first.get(name, ""), second.get(name, "")) for name in names}
+    return {name: (a, b) for name, (a, b) in pairs.items() if a != b}
+
+
+def _trials(pair: Pair) -> PairFindings:
+    sample, promise = pair.sample, pair.first.sampled.promise
+    if sample is None:
+        return PairFindings(0, 0, 0, NOT_PAIRED, promise, pair.kind, pair.words)
+    done = int(np.count_nonzero(sample.done))
+    return PairFindings(
+        len(sample.done), done, sample.failed, sample.failures, promise, pair.kind,
+        pair.words,
+    )  # fmt: skip
+
+
+def _machine_by_machine(
+    pair: Pair, name: str
+) -> tuple[Summary | None, Estimate, Estimate]:
+    """Summarize the differences, and the shares of smaller and larger ones."""
+    if pair.sample is None:
+        return None, NOT_PAIRED, NOT_PAIRED
+    first, second = pair.values(name)
+    differences = second - first
+    declared = _range_of_difference(pair.first.run, pair.second.run, name)
+    return (
+        summarize(differences, pair.sample, declared=declared),
+        _share(differences < 0, pair.sample),
+        _share(differences > 0, pair.sample),
     )
+
+
+def _shift(
+    pair: Pair, name: str, before: Summary, after: Summary, differences: Summary | None
+) -> Shift:
+    """Take the numbers of the first from those of the second."""
+    if pair.sample is None or differences is None:
+        return Shift(
+            difference(before.mean, after.mean),
+            {q: difference(before.quantiles[q], after.quantiles[q]) for q in COMPARED},
+        )
+    first, second = pair.values(name)
+    ends = [run.limits.get(name) for run in (pair.first.run, pair.second.run)]
+    known = [
+        quantiles_at(values, pair.sample, COMPARED, limit.permitted if limit else None)
+        for values, limit in zip((first, second), ends, strict=True)
+    ]
+    found = {}
+    for share, a, b in ((q, known[0][q], known[1][q]) for q in COMPARED):
+        if pair.sample.replicates:
+            found[share] = Estimate(b.value - a.value, reason=RANDOM_ONLY)
+            continue
+        below = (values <= each.value for values, each in ((first, a), (second, b)))
+        found[share] = difference(a, b, going_together(*below))
+    return Shift(differences.mean, found)
 
 
 def _range_of_difference(
@@ -296,47 +316,3 @@ def _side(drawn: Drawn) -> SideFindings:
         run.source_digest,
         run.provenance["version_tolstat"],
     )
-
-
-class ComparisonTable(NamedTuple):
-    """The table of a comparison for the screen; cells as of `SummaryTable`."""
-
-    title: str
-    heads: list[str]
-    rows: list[list[Cell]]
-    notes: list[str]
-
-
-def comparison_table(found: Comparison) -> ComparisonTable:
-    """Summarize a comparison for the screen, in the units of the first study."""
-    rows: list[list[Cell]] = []
-    for name, each in found.responses.items():
-        quantiles = each.difference.quantiles
-        estimates = [
-            each.first.quantiles[0.95],
-            each.second.quantiles[0.95],
-            quantiles[0.5],
-            quantiles[0.95],
-        ]
-        row: list[Cell] = [name, each.scale.mark]
-        row += [estimate_in_words(estimate, each.scale) for estimate in estimates]
-        row.append(estimate_in_words(each.smaller, PER_CENT))
-        rows.append(row)
-    settings = "; ".join(
-        f"{name}: {a} and {b}" for name, (a, b) in found.settings.items()
-    )
-    trials, share = found.trials, share_words(0.95)
-    notes = [
-        f"A: {found.first.run}, {found.first.failed} failed; "
-        f"B: {found.second.run}, {found.second.failed} failed; "
-        f"{trials.done_in_both} of {trials.asked} trials done in both",
-        f"settings that differ: {settings or 'none'}",
-        f"with each number its 95 % interval; {trials.promise}",
-    ]
-    return ComparisonTable(
-        "the same machines, B less A",
-        ["response", "unit", f"A: {share}", f"B: {share}", "B - A: median",
-         f"B - A: {share}", "% smaller in B"],
-        rows,
-        notes,
-    )  # fmt: skip
