@@ -311,14 +311,28 @@ def test_compare_on_the_screen_and_as_a_page(twins, tmp_path):
     assert "responses/yaw/difference/mean," in rows
 
 
-def test_runs_of_other_machines_are_not_compared(twins, tmp_path):
-    other = tmp_path / "other.h5"
-    asked = ("--trials", 240, "--seed", 76, "-o", other)
+def test_several_runs_are_compared_with_the_first(twins, tmp_path):
+    other, page = tmp_path / "other.h5", tmp_path / "three.html"
+    asked = ("--trials", 200, "--seed", 76, "-o", other)
     assert call("run", "runs/khpt75-equalized.toml", *asked).exit_code == 0
-    done = call("compare", twins[0], other)
-    assert done.exit_code == 2
-    assert "rod_length_1 differs in 240 of 240 trials" in done.stderr
-    assert "same seed" in done.stderr
+    done = call("compare", *twins, other, "-o", page)
+    assert done.exit_code == 0
+    said = " ".join(done.output.split())
+    assert "240 done, 0 failed; same machines as in A" in said
+    assert "200 done, 0 failed; unpaired (seeds 75 and 76)" in said
+    assert "C less A, unpaired" in page.read_text()
+    found = json.loads(call("compare", *twins, other, "--json").stdout)["comparisons"]
+    assert [each["trials"]["kind"] for each in found] == ["same machines", "unpaired"]
+    assert found[0] == json.loads(call("compare", *twins, "--json").stdout)
+    assert (
+        "comparisons/1/trials/kind,unpaired"
+        in call("compare", *twins, other, "--csv").stdout
+    )
+
+
+def test_one_run_alone_is_not_compared(twins):
+    done = call("compare", twins[0])
+    assert done.exit_code == 2 and "1 runs were given: A.h5 B.h5" in done.stderr
 
 
 def test_a_run_until_precise_says_so(tmp_path):

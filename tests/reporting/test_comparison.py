@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
 
 import tolstat
 from tests.store.tampering import resealed
-from tolstat.errors import PictureError, RunFileError
-from tolstat.reporting.comparison import compared, comparison_table, pair_of
+from tolstat.errors import PictureError
+from tolstat.reporting.comparison import compared, compared_with_first
+from tolstat.reporting.comparison_table import comparison_table
+from tolstat.reporting.pairing import pair_of
 from tolstat.reporting.plain import plain
 
 
@@ -32,8 +36,8 @@ def test_differences_are_machine_by_machine(mill, linked):
 
 
 def test_a_run_differs_from_itself_by_nothing(mill):
-    comparison = compared(pair_of(mill, mill), ["yaw"])
-    found = plain(comparison)
+    _, comparison = compared_with_first([mill, mill], ["yaw"])
+    found = plain(comparison.alone)
     for each in found["responses"].values():
         assert each["difference"]["least"] == each["difference"]["largest"] == 0
         assert each["smaller"]["value"] == each["larger"]["value"] == 0
@@ -56,16 +60,6 @@ def other(toy, toy_study, tmp_path):
         return tolstat.run(study, model=toy, output=tmp_path / name, force=True)
 
     return run
-
-
-def test_runs_of_other_machines_are_refused(other):
-    base = other(name="base.h5")
-    with pytest.raises(RunFileError, match="1000 trials and 900"):
-        pair_of(base, other(("1000", "900")))
-    with pytest.raises(RunFileError, match="part_1 differs in 1000 of 1000 trials"):
-        pair_of(base, other(("seed = 1", "seed = 2")))
-    with pytest.raises(RunFileError, match=r"angle differs .* first in trial 0 .* rad"):
-        pair_of(base, other(("0..360 deg", "0..180 deg")))
 
 
 def test_differences_that_are_all_alike_are_drawn(toy, tmp_path):
@@ -108,3 +102,101 @@ def test_machines_that_were_chosen_have_no_statistics(toy, tmp_path):
     run = tolstat.run(study, model=toy)
     with pytest.raises(PictureError, match="chosen and not drawn"):
         pair_of(run, run)
+
+
+def kind_of(base, other):
+    pair = pair_of(base, other)
+    return pair.kind, pair.words
+
+
+def test_what_two_runs_have_in_common_is_found_in_their_deviations(other):
+    base = other(name="base.h5")
+    assert kind_of(base, base)[0] == "same machines"
+    kind, words = kind_of(base, other(("+-1 mm", "+-0.4 mm")))
+    assert kind == "same qualities" and "widths differ: part_1, part_2" in words
+    uniform = '{ tolerance = "0..2 mm", distribution = "uniform" }'
+    kind, _ = kind_of(base, other(('"+-1 mm"', uniform)))
+    assert kind == "same qualities"
+    assert kind_of(base, other(("seed = 1", "seed = 2"))) == (
+        "unpaired", "seeds 1 and 2"
+    )  # fmt: skip
+    sobol = ("[deviations]", 'sampling = "sobol"\n[deviations]')
+    kind, words = kind_of(base, other(sobol))
+    assert (kind, words) == ("unpaired", "samplings random and sobol")
+    # asked what it was drawn from, and not what it says of itself
+    liar = other(("seed = 1", "seed = 2"))
+    told = replace(liar, sampled=liar.sampled._replace(seed=1))
+    assert kind_of(base, told)[0] == "unpaired"
+
+
+def test_parts_that_hang_together_otherwise_are_named(other):
+    base = other(name="base.h5")
+    correlated = "[correlation]\npart_1 = { part_2 = 0.6 }\n[limits]"
+    kind, words = kind_of(base, other(("[limits]", correlated)))
+    assert kind == "same qualities" and words.endswith("hang together: part_2")
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol", "latin", "saltelli"])
+def test_more_trials_are_paired_where_the_first_stay_what_they_were(other, sampling):
+    drawn = ("[deviations]", f'sampling = "{sampling}"\n[deviations]')
+    base = other(drawn, name="base.h5")
+    more = other(drawn, ("1000", "2000"), ("+-1 mm", "+-0.5 mm"))
+    pair = pair_of(base, more)
+    if sampling == "latin":
+        assert pair.kind == "unpaired" and pair.sample is None
+        return
+    assert pair.kind == "same qualities"
+    assert f"of both the first {len(pair.first.trials)} trials" in pair.words
+    first, second = pair.done("gap")
+    assert second == pytest.approx(first / 2)
+
+
+def test_yields_are_compared_by_the_limit_of_each(other):
+    base = other(name="base.h5")
+    tight = other(("+-1 mm", "+-0.8 mm"), ("-1..2 mm", "-0.5..0.5 mm"))
+    found = compared(pair_of(base, tight)).responses["gap"].yields
+    assert found.limits == ("-1..2 mm", "-0.5..0.5 mm")
+    within = [
+        (run.column("gap") >= low) & (run.column("gap") <= high)
+        for run, low, high in ((base, -1e-3, 2e-3), (tight, -0.5e-3, 0.5e-3))
+    ]
+    assert found.worse == np.count_nonzero(within[0] & ~within[1]) > 0
+    assert found.better == np.count_nonzero(~within[0] & within[1])
+    assert found.beyond[1].value == 1 - within[1].mean()
+    assert found.beyond_more.value == pytest.approx(within[0].mean() - within[1].mean())
+    unlimited = other(('[limits]\ngap = "-1..2 mm"\n', ""))
+    found = compared(pair_of(base, unlimited)).responses["gap"].yields
+    assert found.limits == ("-1..2 mm", "-1..2 mm")
+    assert found.worse == found.better == 0
+    none = compared(pair_of(unlimited, unlimited))
+    assert none.responses["gap"].yields is None
+
+
+def test_an_unpaired_run_is_compared_as_what_it_is(other):
+    base = other(name="base.h5")
+    new = other(("seed = 1", "seed = 2"), ("1000", "700"))
+    found = plain(compared(pair_of(base, new)))
+    assert found["trials"]["kind"] == "unpaired"
+    each = found["responses"]["gap"]
+    assert each["difference"] is None and each["smaller"]["reason"] == "unpaired"
+    means = [np.nanmean(run.column("gap")) for run in (base, new)]
+    shift = each["shift"]["mean"]
+    assert shift["value"] == pytest.approx(means[1] - means[0])
+    sigma = np.hypot(
+        *(np.nanstd(r.column("gap")) / np.sqrt(r.ended) for r in (base, new))
+    )
+    half = (shift["upper"] - shift["lower"]) / 2
+    assert 1.96 * sigma < half < 4 * 1.96 * sigma
+    assert (
+        each["yields"]["worse"] is None and each["yields"]["beyond_more"]["lower"] < 0
+    )
+
+
+@pytest.mark.parametrize("sampling", ["sobol", "latin"])
+def test_dependent_trials_are_compared_by_their_replicates(other, sampling):
+    drawn = ("[deviations]", f'sampling = "{sampling}"\n[deviations]')
+    base, half = other(drawn, name="a.h5"), other(drawn, ("+-1 mm", "+-0.5 mm"))
+    found = compared(pair_of(base, half)).responses["gap"]
+    assert found.yields.beyond_more.upper < 0 and found.yields.worse == 0
+    assert found.yields.ppk_more.reason == found.shift.quantiles[0.95].reason
+    assert "random trials only" in found.yields.ppk_more.reason

@@ -22,7 +22,7 @@ from tolstat.reporting import (
     distribution_pictures,
     response_pictures,
 )
-from tolstat.reporting.comparison import compared, pair_of
+from tolstat.reporting.comparison import compared_with_first
 from tolstat.reporting.comparison_page import make_comparison_page
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.page import make_page, pictures_of
@@ -72,12 +72,11 @@ def report(mill, figures, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def comparison(mill, linked, figures, tmp_path_factory):
-    pair = pair_of(mill, linked)
-    found = compared(pair)
+    pairs, found = compared_with_first([mill, linked])
     figures.clear()
-    text = make_comparison_page(pair, found)
+    text = make_comparison_page(pairs, found)
     path = tmp_path_factory.mktemp("page") / "comparison.html"
-    return Made(text, plain(found), list(figures), path)
+    return Made(text, plain(found.alone), list(figures), path)
 
 
 @pytest.fixture(params=["report", "comparison"])
@@ -307,8 +306,7 @@ def test_texts_of_a_study_are_escaped(toy, toy_study, tmp_path):
     assert "<script" not in page and not {"script", "i", "b"} & set(read.tags)
     assert "&lt;script&gt;" in page and HOSTILE in read.text and named.name in read.text
     assert 'a <b> in "quotes"' in read.text
-    pair = pair_of(run, run)
-    page = make_comparison_page(pair, compared(pair))
+    page = make_comparison_page(*compared_with_first([run, run]))
     assert "<script" not in page and HOSTILE in Page(page).text
     assert not {"script", "i", "b"} & set(Page(page).tags)
 
@@ -425,8 +423,7 @@ def test_captions_of_a_comparison_count_each_design_or_both(toy, toy_study, tmp_
 
     A = tolstat.run(toy_study, model=toy, output=tmp_path / "A.h5")
     B = tolstat.run(toy_study, model=Other(), output=tmp_path / "B.h5")
-    pair = pair_of(A, B)
-    page = make_comparison_page(pair, compared(pair))
+    page = make_comparison_page(*compared_with_first([A, B]))
     both = np.count_nonzero((A.status == 1) & (B.status == 1))
     assert 0 < A.failed < B.failed == 1000 - both
     each = "; ".join(
@@ -434,7 +431,7 @@ def test_captions_of_a_comparison_count_each_design_or_both(toy, toy_study, tmp_
         for name, run in (("A", A), ("B", B))
     )
     differences = f"{both} trials done in A and in B, {1000 - both} failed in either"
-    assert words_under(page, "caption") == [each, differences, each]
+    assert words_under(page, "caption") == [each, differences, differences, each]
     figures = words_under(page, "figcaption")
     assert (
         f"The {both} that are done in both; {1000 - both} failed in either"

@@ -1,4 +1,4 @@
-"""Two runs of the same machines, compared."""
+"""Runs compared, each with the first."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from pathlib import Path
 
 from tolstat.cli.reporting import deliver
 from tolstat.cli.showing import print_table, screen
-from tolstat.reporting.comparison import compared, comparison_table, pair_of
+from tolstat.reporting.comparison import compared_with_first
+from tolstat.reporting.comparison_table import comparison_table
 from tolstat.reporting.making import check_folder, write
 from tolstat.store.opening import open as open_run
 
 
 def compare_runs(
-    first: Path,
-    second: Path,
+    paths: Sequence[Path],
     output: Path | None,
     form: str,
     responses: Sequence[str],
 ) -> None:
-    """Compare two runs of the same machines, on the screen or as a page.
+    """Compare runs with the first of them, on the screen or as a page.
 
     Parameters
     ----------
-    first, second : Path
+    paths : sequence of Path
         The runs.
     output : Path, optional
         Where to; a page if it is to be one. JSON and CSV go to the standard output if
@@ -33,20 +33,21 @@ def compare_runs(
     responses : sequence of str
         What is looked at closely.
     """
-    pair = pair_of(open_run(first), open_run(second))
+    pairs, found = compared_with_first([open_run(path) for path in paths], responses)
     if output:
         check_folder(output)
-    found = compared(pair, responses)
     if form:
-        deliver(found, output, form)
+        deliver(found.alone or found, output, form)
         return
     console = screen()
     summary = comparison_table(found)
     print_table(summary.title, summary.heads, summary.rows, wide=False)
+    if summary.limit_rows:
+        print_table("limits", summary.limit_heads, summary.limit_rows, wide=False)
     for note in summary.notes:
         console.print(note)
     if output:
         from tolstat.reporting.comparison_page import make_comparison_page
 
-        write(output, make_comparison_page(pair, found))
+        write(output, make_comparison_page(pairs, found))
         console.print(f"report in {output}")

@@ -15,6 +15,7 @@ from tolstat.cli.stock import batch, doctor, export, runs
 from tolstat.errors import TolstatError
 from tolstat.literal import visible
 
+MOST_COMPARED = 26  # runs: each has a letter
 EXIT_CODES = """
 \b
 Exit codes:
@@ -357,26 +358,35 @@ def what_if(
 
 
 @main.command()
-@click.argument("first", metavar="A.h5", type=click.Path(path_type=Path))
-@click.argument("second", metavar="B.h5", type=click.Path(path_type=Path))
+@click.argument(
+    "runs",
+    metavar="A.h5 B.h5...",
+    nargs=-1,
+    required=True,
+    type=click.Path(path_type=Path),
+)
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="Also as a page of HTML."
 )
 @_findings
 def compare(
-    first: Path,
-    second: Path,
+    runs: tuple[Path, ...],
     output: Path | None,
     form: str | None,
     responses: tuple[str, ...],
 ) -> None:
-    """Compare two runs of the same deviations, machine by machine: B less A.
+    """Compare runs, each with the first: B less A.
 
-    Runs whose deviations differ are refused.
+    Machine by machine where both have the same machines, or the same qualities with
+    other tolerances: the same seed, sampling and, of a Latin hypercube, trials.
     """
     from tolstat.cli.comparing import compare_runs
 
-    compare_runs(first, second, output, form or "", responses)
+    if not 2 <= len(runs) <= MOST_COMPARED:
+        raise click.UsageError(
+            f"{len(runs)} runs were given: A.h5 B.h5, and others up to {MOST_COMPARED}"
+        )
+    compare_runs(runs, output, form or "", responses)
 
 
 @main.command()

@@ -1,4 +1,4 @@
-"""Two designs compared: what the difference is, trial by trial where they are paired."""
+"""Two designs compared: what differs, machine by machine where they are paired."""
 
 from __future__ import annotations
 
@@ -162,6 +162,11 @@ class Comparisons:
 
     comparisons: tuple[Comparison, ...]
 
+    @property
+    def alone(self) -> Comparison | None:
+        """The only one; None of three runs or more."""
+        return self.comparisons[0] if len(self.comparisons) == 1 else None
+
 
 def compared_with_first(
     runs: Sequence[Run], chosen: Sequence[str] = ()
@@ -189,10 +194,13 @@ def compared(pair: Pair, chosen: Sequence[str] = ()) -> Comparison:
     chosen : sequence of str
         Responses to be looked at closely; what has a limit if none are given.
     """
-    first, second = pair.first.run, pair.second.run
-    wanted = [
-        name for run in (first, second) for name in responses_of_interest(run, chosen)
+    runs = first, second = pair.first.run, pair.second.run
+    shared = first.settings.keys() & second.settings.keys()
+    settings = [
+        {n: each.words for n, each in run.settings.items() if n in shared}
+        for run in runs
     ]
+    wanted = [name for run in runs for name in responses_of_interest(run, chosen)]
     summaries = [summaries_of(pair.first), summaries_of(pair.second)]
     responses = {}
     for response in first.responses:
@@ -201,7 +209,7 @@ def compared(pair: Pair, chosen: Sequence[str] = ()) -> Comparison:
             continue
         before, after = (
             Sided(**vars(of[name]), nominal=run.nominal_values[name])
-            for of, run in zip(summaries, (first, second), strict=True)
+            for of, run in zip(summaries, runs, strict=True)
         )
         differences, smaller, larger = _machine_by_machine(pair, name)
         responses[name] = ResponseCompared(
@@ -218,21 +226,19 @@ def compared(pair: Pair, chosen: Sequence[str] = ()) -> Comparison:
     return Comparison(
         _side(pair.first),
         _side(pair.second),
-        _that_differ(*({n: c.words for n, c in r.settings.items()} for r in (first, second)),
-                     only_shared=True),
-        _that_differ(*({n: c.words for n, c in r.assumed.items()} for r in (first, second))),
+        _that_differ(*settings),
+        _that_differ(*({n: d.words for n, d in run.assumed.items()} for run in runs)),
         _trials(pair),
         tuple(name for name in dict.fromkeys(wanted) if name in pair.responses),
         responses,
-    )  # fmt: skip
+    )
 
 
 def _that_differ(
-    first: Mapping[str, str], second: Mapping[str, str], *, only_shared: bool = False
+    first: Mapping[str, str], second: Mapping[str, str]
 ) -> dict[str, tuple[str, str]]:
     """Return what two studies say otherwise."""
-    names = [n for n in {**first, **second} if not only_shared or n in first and n in second]
-    pairs = {name: (first.get(name, ""), second.get(name, "")) for name in names}
+    pairs = {n: (first.get(n, ""), second.get(n, "")) for n in {**first, **second}}
     return {name: (a, b) for name, (a, b) in pairs.items() if a != b}
 
 

@@ -1,13 +1,23 @@
-"""The comparison of two designs as a page."""
+"""The comparison of designs as a page."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from tolstat.reporting.comparison import SIDES, Comparison, Pair, ResponseCompared
+from tolstat.reporting.comparison import (
+    COMPARED,
+    Comparison,
+    Comparisons,
+    ResponseCompared,
+    SideFindings,
+)
+from tolstat.reporting.comparison_table import LABELS
 from tolstat.reporting.distribution_pictures import (
     edges_of,
     mark_limit,
@@ -22,90 +32,124 @@ from tolstat.reporting.page_picture import (
     legend_above,
     page_figure,
 )
+from tolstat.reporting.pairing import UNPAIRED, Pair
 from tolstat.reporting.picture import COLOURS, logarithmic
 from tolstat.reporting.plain import share_words
 from tolstat.statistics.summary import QUANTILES
 
 Array = NDArray[np.float64]
-LABELS = ("A", "B")
 
 
-def make_comparison_page(pair: Pair, found: Comparison) -> str:
+def make_comparison_page(pairs: Sequence[Pair], found: Comparisons) -> str:
     """Make the page of a comparison.
 
     Parameters
     ----------
-    pair : Pair
-        Two runs of the same machines.
-    found : Comparison
-        Of `compared`: every number on the page is one of these.
+    pairs : sequence of Pair
+        The runs, each beside the first.
+    found : Comparisons
+        Of `compared_with_first`: every number on the page is one of these.
 
     Returns
     -------
     str
         HTML.
     """
-    numbers = Numbers(found)
-    responses = found.responses
-    limited = [
-        (name, side)
-        for name, each in responses.items()
-        for side in SIDES
-        if getattr(each, side).limited
+    numbers = Numbers(found.alone or found)
+    each = [
+        Shown([] if found.alone else ["comparisons", place], label, one, pair)
+        for place, (label, one, pair) in enumerate(
+            zip(LABELS[1:], found.comparisons, pairs, strict=False)
+        )
     ]
+    first, others = each[0].found.first, [one.found.second for one in each]
     template = environment().get_template("comparison.html")
     page: str = template.render(
-        title=f"{found.first.title} | {found.second.title}",
+        title=" | ".join([first.title, *(side.title for side in others)]),
         style=style(),
-        f=found,
+        each=each,
+        designs=_designs(each),
         at=numbers.at,
         show=numbers.show,
         estimate_line=numbers.estimate_line,
-        limited=limited,
+        verdicts=_verdicts(each),
         shares=QUANTILES,
+        compared=COMPARED,
+        unpaired=UNPAIRED,
         share_words=share_words,
-        sides=dict(zip(SIDES, LABELS, strict=True)),
         pictures={
-            name: [
-                _distributions(pair, name, responses[name]),
-                _differences(pair, name, responses[name]),
-                _scatter(pair, name, responses[name]),
-            ]
-            for name in found.interest
+            (one.label, name): _pictures(one, name)
+            for one in each
+            for name in one.found.interest
         },
     )
     return page
 
 
-def _both(pair: Pair, name: str) -> list[Array]:
-    done = pair.sample.done
-    return [drawn.values(name)[done] for drawn in (pair.first, pair.second)]
+class Shown(NamedTuple):
+    """A run beside the first: where its findings lie, its letter, what is said."""
+
+    path: list[Any]
+    label: str
+    found: Comparison
+    pair: Pair
 
 
-def _distributions(pair: Pair, name: str, found: ResponseCompared) -> Markup:
+def _designs(each: Sequence[Shown]) -> list[tuple[str, SideFindings, list[Any]]]:
+    """List letter, findings and path of every run."""
+    first = each[0]
+    return [
+        ("A", first.found.first, [*first.path, "first"]),
+        *((one.label, one.found.second, [*one.path, "second"]) for one in each),
+    ]
+
+
+def _verdicts(each: Sequence[Shown]) -> list[tuple[str, str, list[Any]]]:
+    """List response, letter and path of everything limited, by response."""
+    found = []
+    for name in dict.fromkeys(name for one in each for name in one.found.responses):
+        sides = [("A", "first", each[0]), *((one.label, "second", one) for one in each)]
+        for label, side, one in sides:
+            known = one.found.responses.get(name)
+            if known and getattr(known, side).limited:
+                found.append((name, label, [*one.path, "responses", name, side]))
+    return found
+
+
+def _pictures(one: Shown, name: str) -> list[Markup]:
+    found = one.found.responses[name]
+    drawn = [_distributions(one, name, found)]
+    if one.pair.sample is not None:
+        drawn += [_differences(one, name, found), _scatter(one, name, found)]
+    return drawn
+
+
+def _distributions(one: Shown, name: str, found: ResponseCompared) -> Markup:
     """Draw both distribution functions on a probability scale."""
-    times, n = found.scale.factor, int(pair.sample.done.sum())
-    share = (np.arange(1, n + 1) - 0.5) / n
+    times, labels = found.scale.factor, ("A", one.label)
     with page_figure() as figure:
         axes = figure.subplots()
-        chosen = spread_out(n)
+        least = 0.5
         for values, colour, label in zip(
-            _both(pair, name), COLOURS, LABELS, strict=False
+            one.pair.done(name), COLOURS, labels, strict=False
         ):
+            n = len(values)
+            share, chosen = (np.arange(1, n + 1) - 0.5) / n, spread_out(n)
+            least = min(least, share[0])
             axes.plot(
                 times * np.sort(values)[chosen], ndtri(share[chosen]), ".",
                 color=colour, markersize=3, label=label,
             )  # fmt: skip
-        scale_of_probability(axes, share[0])
+        scale_of_probability(axes, least)
         mark_limit(axes, found.first if found.first.limited else found.second, times)
         axes.set_xlabel(found.scale.label(name))
         legend_above(axes)
-        return inline(figure, f"Distributions of {name} in A and in B")
+        return inline(figure, f"Distributions of {name} in A and in {one.label}")
 
 
-def _differences(pair: Pair, name: str, found: ResponseCompared) -> Markup:
+def _differences(one: Shown, name: str, found: ResponseCompared) -> Markup:
     """Draw how often each difference occurs."""
-    first, second = _both(pair, name)
+    first, second = one.pair.done(name)
     scale = found.scale.factor
     with page_figure() as figure:
         axes = figure.subplots()
@@ -118,15 +162,17 @@ def _differences(pair: Pair, name: str, found: ResponseCompared) -> Markup:
         axes.axvline(0.0, color=INK, linewidth=1, label="no difference")
         logarithmic(axes.yaxis, linthresh=10)
         axes.set_ylim(bottom=0)
-        axes.set_xlabel(found.scale.label(f"B - A of {name}"))
+        axes.set_xlabel(found.scale.label(f"{one.label} - A of {name}"))
         axes.set_ylabel("machines a bar")
         legend_above(axes)
-        return inline(figure, f"Histogram of the differences of {name}, B less A")
+        return inline(
+            figure, f"Histogram of the differences of {name}, {one.label} less A"
+        )
 
 
-def _scatter(pair: Pair, name: str, found: ResponseCompared) -> Markup:
+def _scatter(one: Shown, name: str, found: ResponseCompared) -> Markup:
     """Draw each machine: B over A."""
-    first, second = (found.scale.factor * each for each in _both(pair, name))
+    first, second = (found.scale.factor * each for each in one.pair.done(name))
     with page_figure() as figure:
         axes = figure.subplots()
         axes.plot(
@@ -136,6 +182,7 @@ def _scatter(pair: Pair, name: str, found: ResponseCompared) -> Markup:
         ends = [min(first.min(), second.min()), max(first.max(), second.max())]
         axes.plot(ends, ends, color=INK, linewidth=0.8, label="no difference")
         axes.set_xlabel(found.scale.label(f"A: {name}"))
-        axes.set_ylabel(found.scale.label(f"B: {name}"))
+        axes.set_ylabel(found.scale.label(f"{one.label}: {name}"))
         legend_above(axes)
-        return inline(figure, f"{name} of each machine in B over the same machine in A")
+        words = f"{name} of each machine in {one.label} over the same machine in A"
+        return inline(figure, words)

@@ -58,8 +58,12 @@ def compare(
     second: Run | str | os.PathLike[str],
     output: str | os.PathLike[str],
     responses: Sequence[str] = (),
+    others: Sequence[Run | str | os.PathLike[str]] = (),
 ) -> Path:
-    """Compare two runs of the same deviations, machine by machine, on a page.
+    """Compare runs with the first of them, on a page.
+
+    Machine by machine where both runs have the same, or of the same qualities; see
+    `tolstat.reporting.pairing.pair_of`.
 
     Parameters
     ----------
@@ -69,20 +73,26 @@ def compare(
         The page.
     responses : sequence of str
         What is looked at closely; what has a limit if none are given.
+    others : sequence of Run or path
+        More runs.
 
     Raises
     ------
+    PictureError
+        If machines were not drawn, or no response is in both.
     RunFileError
-        If the deviations differ: it names the contributor and the trial.
+        If a run cannot be read, or the page not be written.
     """
-    from tolstat.reporting.comparison import compared, pair_of
+    from tolstat.reporting.comparison import compared_with_first
     from tolstat.reporting.comparison_page import make_comparison_page
 
-    pair = pair_of(
-        *(run if isinstance(run, Run) else open_run(run) for run in (first, second))
-    )
+    every = [
+        run if isinstance(run, Run) else open_run(run)
+        for run in (first, second, *others)
+    ]
+    pairs, found = compared_with_first(every, responses)
     check_folder(Path(output))
-    return write(Path(output), make_comparison_page(pair, compared(pair, responses)))
+    return write(Path(output), make_comparison_page(pairs, found))
 
 
 def save_view(view: View, path: Path, title: str, sentence: str = "") -> None:

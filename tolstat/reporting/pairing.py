@@ -163,8 +163,9 @@ def _same_order(a: Array, b: Array) -> bool:
 
 def _go_together(a: Array, b: Array) -> bool:
     """Tell whether ranks are correlated by more than chance."""
-    r = np.corrcoef(*(np.argsort(np.argsort(each)) for each in (a, b)))[0, 1]
-    return bool(abs(r) > CHANCE / math.sqrt(len(a)))
+    ranks = [np.argsort(np.argsort(each)) for each in (a, b)]
+    r = float(np.asarray(np.corrcoef(ranks))[0, 1])
+    return abs(r) > CHANCE / math.sqrt(len(a))
 
 
 def _listed(names: list[str]) -> str:

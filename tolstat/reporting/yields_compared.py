@@ -86,26 +86,25 @@ def yields_of(pair: Pair, name: str) -> YieldsCompared | None:
             pair.values(name), limits, samples, strict=True
         )
     ]
-    shares = [_share(~each, of) for each, of in zip(good, samples, strict=True)]
-    ppks = [by_share(s, limit) for s, limit in zip(shares, limits, strict=True)]
-    changes, more = None, difference(*shares)
-    ppk_more = difference(*ppks)
+    a, b = (_share(~each, of) for each, of in zip(good, samples, strict=True))
+    ppks = by_share(a, limits[0]), by_share(b, limits[1])
+    changes, more, together = None, difference(a, b), 0.0
     moments = difference_of_ppk(*pair.done(name), limits)
     replicated = samples[0].replicates or samples[1].replicates
     if pair.sample is not None:
         changes = _exchange(good[0], good[1], pair.sample)
-        more = changes.beyond
-        ppk_more = difference(*ppks, going_together(*good))
+        more, together = changes.beyond, going_together(good[0], good[1])
+    ppk_more = difference(ppks[0], ppks[1], together)
     if replicated:
         moments = _unsure(moments)
         ppk_more = _unsure(ppk_more) if pair.sample else ppk_more
     return YieldsCompared(
         (limits[0].words, limits[1].words),
-        (shares[0], shares[1]),
+        (a, b),
         changes.worse if changes else None,
         changes.better if changes else None,
         more,
-        (ppks[0], ppks[1]),
+        ppks,
         ppk_more,
         moments,
     )

@@ -19,7 +19,9 @@ Array = NDArray[np.float64]
 Machines = NDArray[np.bool_]
 
 LEAST_OF_MOMENTS = 200  # trials from which Ppk by moments is told apart
-MOST_TOGETHER = 0.9  # closer, the ends of both are too ragged to be taken from each other
+MOST_TOGETHER = (
+    0.9  # closer, the ends of both are too ragged to be taken from each other
+)
 NONE_BEYOND = "none beyond in either"
 
 
