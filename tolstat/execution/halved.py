@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +17,14 @@ from tolstat.execution.trials import Trials
 from tolstat.model.kinds import kinds_of_part
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limit import within
+from tolstat.statistics.pairs import pairs
 from tolstat.statistics.weighted import weighted_share
 from tolstat.statistics.weights import Weights
 from tolstat.store.evidence import Halved, Members
 from tolstat.study.study import Study
+
+Array = NDArray[np.float64]
+Machines = NDArray[np.bool_]
 
 TURN = 2 * math.pi * (1 - 1e-9)
 
@@ -37,8 +42,9 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     Returns
     -------
     dict of str to dict
-        By limited response and the contributors whose tolerances are halved; empty
-        where trials depend on each other. Failed trials count as beyond.
+        By limited response and the contributors whose tolerances are halved: each, each
+        kind of part, and pairs that explain machines beyond; empty where trials depend
+        on each other. Failed trials count as beyond.
     """
     sampler = study.sampler
     if sampler is None or sampler.replicates:
@@ -68,7 +74,8 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     units = {each.name: each.unit for each in contributors}
     turning = [name for name in every if _is_a_turn(study, name, units[name])]
     unfit: set[str] = set()  # alone; these come first
-    for members in dict.fromkeys([*((name,) for name in every), *map(tuple, kinds)]):
+    several = [*map(tuple, kinds), *_paired(every, beyond)]
+    for members in dict.fromkeys([*((name,) for name in every), *several]):
         these = [name for name in members if name not in turning]
         try:
             if not these:
@@ -86,6 +93,14 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
             share = weighted_share(beyond[name], weights)
             of[members] = Halved(share, weights.number)
     return found
+
+
+def _paired(
+    every: Mapping[str, Array], beyond: Mapping[str, Machines]
+) -> Iterator[Members]:
+    """Yield the pairs of contributors that explain machines beyond."""
+    for machines in beyond.values():
+        yield from (each.members for each in pairs(every, machines))
 
 
 def _is_a_turn(study: Study, name: str, unit: str) -> bool:

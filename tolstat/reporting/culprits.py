@@ -6,9 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tolstat.reporting.drawn import Drawn
-from tolstat.reporting.findings import Culprit, Culprits
+from tolstat.reporting.findings import Culprit, Culprits, PairCulprit
 from tolstat.statistics.beyond import (
     CLEAR,
     Difference,
@@ -17,8 +18,11 @@ from tolstat.statistics.beyond import (
     of_kind,
 )
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
+from tolstat.statistics.pairs import BOTH_FAR, SUM, Together, pairs
 from tolstat.store.evidence import Halved, Members
 from tolstat.store.run import Run
+
+Array = NDArray[np.float64]
 
 NONE, FEW = "none beyond", "too few beyond to tell"
 
@@ -47,14 +51,67 @@ def culprits_of(
             name: Culprits(int(each.sum()), RANDOM_ONLY, (), {}, {})
             for name, each in beyond.items()
         }
-    columns = {each.name: drawn.values(each.name)[ran] for each in run.contributors}
-    deviations = {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
+    deviations = _deviating(drawn)
+    paired = paired_culprits(drawn)
     differing = differences(deviations, beyond)
     return {
         name: _culprits(int(each.sum()), differing[name], list(deviations), members,
-                        run.evidence.halved.get(name, {}), run)
+                        run.evidence.halved.get(name, {}), run)._replace(
+                            pairs=paired[name])
         for name, each in beyond.items()
     }  # fmt: skip
+
+
+def paired_culprits(drawn: Drawn) -> dict[str, tuple[PairCulprit, ...]]:
+    """Name the pairs that explain the machines beyond each limit.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        The trials; of those that depend on each other there is none.
+
+    Returns
+    -------
+    dict of str to tuple of PairCulprit
+        By limited response.
+    """
+    run, ran = drawn.run, drawn.sample.ran
+    found: dict[str, tuple[PairCulprit, ...]] = dict.fromkeys(run.limits, ())
+    if drawn.sample.replicates or not run.limits:
+        return found
+    deviations, unknown = _deviating(drawn), _unknown(run)
+    for name in run.limits:
+        halved = run.evidence.halved.get(name, {})
+        found[name] = tuple(
+            PairCulprit(_in_words(each), each, *halved.get(each.members, unknown))
+            for each in pairs(deviations, run.beyond(name)[drawn.trials][ran])
+        )
+    return found
+
+
+def _deviating(drawn: Drawn) -> dict[str, Array]:
+    """Return the contributors that deviate, of the trials that ran."""
+    ran = drawn.sample.ran
+    columns = {n.name: drawn.values(n.name)[ran] for n in drawn.run.contributors}
+    return {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
+
+
+def _unknown(run: Run) -> Halved:
+    missing = run.evidence.missing or "not stored in this run"
+    return Halved(Estimate(math.nan, reason=missing), 0)
+
+
+def _in_words(found: Together) -> str:
+    """Say what two contributors do in the machines beyond."""
+    (a, b), way = found.members, found.way
+    if found.how == BOTH_FAR:
+        return f"{a} and {b} both far off"
+    if found.how == SUM:
+        sides = {1: "both high", -1: "both low", 0: "both high or both low"}
+        return f"{a} and {b} {sides[way]}"
+    if way < 0:
+        a, b = b, a
+    return f"{a} high with {b} low" + ("" if way else ", or the other way round")
 
 
 def _culprits(
@@ -66,8 +123,7 @@ def _culprits(
     run: Run,
 ) -> Culprits:
     """Put together what is known of each contributor and each kind of part."""
-    missing = run.evidence.missing or "not stored in this run"
-    unknown = Halved(Estimate(math.nan, reason=missing), 0)
+    unknown = _unknown(run)
     contributors = {}
     for name in names:
         difference = differing.get(name, _NO_DIFFERENCE)

@@ -12,6 +12,7 @@ from tolstat.statistics.changing_sides import Sides
 from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.linear import Departure, Linear
+from tolstat.statistics.pairs import Together
 from tolstat.statistics.shapes import Atom, Shape
 from tolstat.statistics.summary import Summary
 from tolstat.store.evidence import WorstCase
@@ -175,6 +176,37 @@ class Culprit(NamedTuple):
         return self.level < CLEAR
 
 
+class PairCulprit(NamedTuple):
+    """Two contributors that together explain machines beyond, more than each alone.
+
+    Attributes
+    ----------
+    words : str
+        What they do in these machines.
+    together : Together
+        How clearly, and in how many of them.
+    halved : Estimate
+        Share beyond with the tolerances of both halved.
+    effective : int
+        Number of trials that this rests on; 0 without any.
+    """
+
+    words: str
+    together: Together
+    halved: Estimate
+    effective: int
+
+    def sentence(self, response: str) -> str:
+        """Say what they explain of the machines beyond a limit."""
+        far, alone = (
+            f"{100 * s:.3g} %" for s in (self.together.far.value, self.together.alone)
+        )
+        return (
+            f"beyond {response}: {self.words}, in {far} of these machines farther off "
+            f"than in 19 of 20 of all; either alone in {alone} at most"
+        )
+
+
 class Culprits(NamedTuple):
     """Who drives the machines beyond a limit.
 
@@ -189,6 +221,9 @@ class Culprits(NamedTuple):
         clearest first.
     contributors, kinds : dict of str to Culprit
         By name.
+    pairs : tuple of PairCulprit
+        Pairs of contributors that explain more than either of them, what explains most
+        first.
     """
 
     beyond: int
@@ -196,6 +231,7 @@ class Culprits(NamedTuple):
     driving: tuple[str, ...]
     contributors: Mapping[str, Culprit]
     kinds: Mapping[str, Culprit]
+    pairs: tuple[PairCulprit, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.model.description import StudyNumber
+from tolstat.reporting.culprits import paired_culprits
 from tolstat.reporting.drawn import Drawn, drawn_trials
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
@@ -116,7 +117,7 @@ def summary_table(run: Run) -> SummaryTable:
         rows,
         ["response", *(judged if sample else ["limit", "machines beyond"])],
         limit_rows,
-        [*_joint(drawn), *notes_of(run, sample)],
+        [*_joint(drawn), *_pairs(drawn), *notes_of(run, sample)],
         tuple(
             name
             for name, each in summaries.items()
@@ -174,6 +175,12 @@ def _joint(drawn: Drawn | None) -> list[str]:
         ends = [PER_CENT.number(end) for end in (share.lower, share.upper)]
         text += f" ({ends[0]}..{ends[1]} %)"
     return [f"{text} of the machines are within all limits at once"]
+
+
+def _pairs(drawn: Drawn | None) -> list[str]:
+    """Say which pair of contributors explains machines beyond, of each limit."""
+    found = paired_culprits(drawn) if drawn else {}
+    return [pairs[0].sentence(name) for name, pairs in found.items() if pairs]
 
 
 def _extremes(run: Run, name: str, scale: Scale) -> list[Cell]:

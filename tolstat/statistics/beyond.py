@@ -126,10 +126,23 @@ def _level(ranks: Array, machines: Machines) -> float:
 
 
 def _holm(found: Mapping[str, Difference]) -> dict[str, Difference]:
-    """Correct levels for their number: each at least as large as the one before."""
-    worst, corrected = 0.0, {}
-    in_order = sorted(found, key=lambda name: found[name].level)
-    for place, name in enumerate(in_order):
-        worst = max(worst, (len(found) - place) * found[name].level)
-        corrected[name] = found[name]._replace(level=min(1.0, worst))
-    return {name: corrected[name] for name in found}
+    """Correct the levels of contributors for their number."""
+    levels = holm(np.array([each.level for each in found.values()]))
+    return {
+        name: each._replace(level=float(level))
+        for (name, each), level in zip(found.items(), levels, strict=True)
+    }
+
+
+def holm(levels: Array) -> Array:
+    """Correct float64[n] levels for their number: each at least as large as those less.
+
+    References
+    ----------
+    S. Holm, Scand. J. Statist. 6 (1979) 65-70.
+    """
+    order = np.argsort(levels, kind="stable")
+    times = np.arange(len(levels), 0, -1)
+    corrected = np.empty(len(levels))
+    corrected[order] = np.minimum(np.maximum.accumulate(levels[order] * times), 1.0)
+    return corrected

@@ -1,0 +1,52 @@
+"""A run that names the pair behind its machines beyond: screen, JSON, page."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+import tolstat
+from tolstat.reporting.gather import findings_of
+from tolstat.reporting.making import report
+from tolstat.reporting.plain import plain
+from tolstat.reporting.summary_table import summary_table
+
+DEGREE = np.pi / 180
+STUDY = {
+    "model": "toy", "trials": 3000, "seed": 3,
+    "deviations": {"part": "+-1 mm", "angle": "+-1 deg"},
+    "limits": {"gap": "-1.2..1.2 mm"},
+}  # fmt: skip
+
+
+@pytest.fixture
+def run(toy, tmp_path):
+    class Apart(type(toy)):
+        """What matters is a part and an angle, which are of no kind."""
+
+        def evaluate(self, deviations, settings):
+            gap = deviations[:, 0] - deviations[:, 2] * 1e-3 / DEGREE
+            return (
+                super()
+                .evaluate(deviations, settings)
+                ._replace(responses=np.stack([gap, gap], axis=1), status=None)
+            )
+
+    return tolstat.run(STUDY, model=Apart(), output=tmp_path / "apart.h5")
+
+
+def test_the_pair_is_named_with_what_it_explains(run, tmp_path):
+    (pair,) = findings_of(run).responses["gap"].culprits.pairs
+    apart = "part_1 high with angle low, or the other way round"
+    assert pair.words == apart
+    assert pair.together.far.value == 1.0 > pair.together.alone
+    assert pair.halved == run.evidence.halved["gap"][("part_1", "angle")].beyond
+    known = 2 * norm.sf(1.2 * 6 / np.sqrt(2))  # a sixth of a millimetre each
+    assert pair.halved.lower <= known <= pair.halved.upper < 0.006
+    (said,) = [n for n in summary_table(run).notes if n.startswith("beyond gap")]
+    assert f"beyond gap: {apart}, in 100 % of these machines" in said
+    found = plain(findings_of(run))["responses"]["gap"]["culprits"]["pairs"][0]
+    assert found["together"]["members"] == ["part_1", "angle"]
+    page = report(run, tmp_path / "page.html").read_text()
+    assert f"Together: <strong>{apart}</strong>" in page

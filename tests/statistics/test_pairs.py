@@ -1,0 +1,100 @@
+"""Pairs that explain machines beyond: levels that hold, planted ones that are found."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from tests.statistics.test_beyond import parts
+from tolstat.statistics.beyond import CLEAR
+from tolstat.statistics.pairs import BOTH_FAR, DIFFERENCE, SUM, pairs
+
+
+def worst(y, m):
+    return y >= np.sort(y)[-m]
+
+
+PLANTED = {
+    "difference": (lambda a, b: np.abs(a - b), DIFFERENCE, 0),
+    "one way": (lambda a, b: b - a, DIFFERENCE, -1),
+    "sum": (lambda a, b: np.abs(a + b), SUM, 0),
+    "both low": (lambda a, b: -a - b, SUM, -1),
+    "product": (lambda a, b: np.abs(a * b), BOTH_FAR, 0),
+    "uneven": (lambda a, b: np.abs(4 * a - 3 * b), DIFFERENCE, 0),
+}
+
+
+@pytest.mark.parametrize("machines", [15, 40])
+@pytest.mark.parametrize("name", PLANTED)
+def test_planted_pairs_are_found_among_twenty_contributors(name, machines):
+    of, how, way = PLANTED[name]
+    for seed in range(2):
+        X = parts(4096, 20, seed)
+        noise = 0.2 * np.random.default_rng(seed + 100).normal(size=4096)
+        found = pairs(X, worst(of(X["part_3"], X["part_8"]) + noise, machines))
+        assert found[0].members == ("part_3", "part_8")
+        assert (found[0].how, found[0].way) == (how, way)
+        assert found[0].far.value > max(found[0].alone, 0.5)
+
+
+SINGLE = {
+    "nothing": lambda X, noise: noise,
+    "one": lambda X, noise: X["part_1"],
+    "one, to both sides": lambda X, noise: np.abs(X["part_1"]) + 0.2 * noise,
+    "either of three": lambda X, noise: np.max(
+        [np.abs(X[f"part_{i}"]) for i in (1, 2, 3)], axis=0
+    ),
+}
+
+
+@pytest.mark.parametrize("machines", [6, 40])
+@pytest.mark.parametrize("name", SINGLE)
+def test_single_contributors_are_seldom_taken_for_a_pair(name, machines):
+    studies, hits = 80, 0
+    for seed in range(studies):
+        X = parts(600, 10, seed)
+        noise = np.random.default_rng(seed + 1000).normal(size=600)
+        hits += bool(pairs(X, worst(SINGLE[name](X, noise), machines)))
+    assert hits / studies < CLEAR + 3.5 * np.sqrt(CLEAR * (1 - CLEAR) / studies)
+
+
+def test_the_level_is_that_of_the_less_telling_member():
+    X = parts(3000, 2, 4)
+    beyond = worst(2 * X["part_1"] - 1.5 * X["part_2"], 12)
+    z = [stats.norm.ppf((stats.rankdata(x) - 0.5) / 3000)[beyond] for x in X.values()]
+    score = -np.sum(z[0] * z[1]) / max(np.linalg.norm(each) for each in z)
+    (found,) = pairs(X, beyond)
+    assert np.log(found.level) == pytest.approx(
+        np.log(2 * 2 * stats.norm.sf(score)), rel=0.02
+    )
+    off = np.abs(z[0] - z[1]) / np.sqrt(2) > stats.norm.isf(0.025)
+    assert found.far.value == off.mean()
+    alone = [(np.abs(each) > stats.norm.isf(0.025)).mean() for each in z]
+    assert found.alone == max(alone)
+
+
+def test_contributors_that_hang_together_are_no_pair():
+    X = parts(4000, 4, 2)
+    X["part_2"] = 0.7 * X["part_3"] + 0.7 * X["part_2"]
+    X["part_1"] = 0.7 * X["part_3"] + 0.7 * X["part_1"]
+    assert pairs(X, worst(X["part_3"], 40)) == []
+    X["part_1"] = X["part_4"] = parts(4000, 1, 9)["part_1"]  # of one batch
+    assert pairs(X, worst(np.abs(X["part_1"]), 40)) == []
+
+
+def test_nothing_is_told_of_no_machine_or_no_pair():
+    X = parts(100, 3, 1)
+    assert pairs(X, np.zeros(100, bool)) == pairs(X, np.ones(100, bool)) == []
+    assert pairs({"part_1": X["part_1"]}, X["part_1"] > 2) == []
+
+
+def test_parts_that_are_all_but_alike_are_ranked_by_chance():
+    """Two sizes only: what falls together is in no order."""
+    X = {n: np.sign(x) for n, x in parts(2000, 6, 3).items()}
+    rng = np.random.default_rng(5)
+    hits = sum(
+        bool(pairs(X, np.isin(np.arange(2000), rng.choice(2000, 20, False))))
+        for _ in range(40)
+    )
+    assert hits / 40 < CLEAR + 3.5 * np.sqrt(CLEAR * (1 - CLEAR) / 40)

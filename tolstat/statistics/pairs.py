@@ -1,0 +1,160 @@
+"""Pairs of contributors that only together explain the machines beyond a limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from tolstat.statistics.beyond import CLEAR, holm
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.proportions import proportion
+
+Array = NDArray[np.float64]
+Machines = NDArray[np.bool_]
+
+SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both far off"
+LEAST_EXPLAINED = 0.5  # share of the machines beyond that a named pair explains
+FAR = 0.05  # share of all machines that count as far off
+RANKED = 100_000  # trials among which a deviation has its place
+CHANCE = 4.0  # correlation that is no chance, times the root of the trials
+ONE_WAY = 0.9  # of the machines, from which a combination goes one way
+
+
+class Together(NamedTuple):
+    """Two contributors that together explain machines beyond, more than each alone.
+
+    Attributes
+    ----------
+    members : tuple of str
+        Their names.
+    how : str
+        "difference": one high where the other is low; "sum": both high or both low;
+        "both far off": either of them to any side.
+    way : int
+        1 where the first of them is high, -1 where it is low, 0: either happens.
+    level : float
+        How often chance alone would let some pair seem to matter so much, corrected for
+        the number of pairs after Holm.
+    far : Estimate
+        Share of the machines beyond that have the combination farther off than 19 of 20
+        machines have it: 5 % if it did not matter.
+    alone : float
+        The same of that member that is so far off oftener.
+    """
+
+    members: tuple[str, str]
+    how: str
+    way: int
+    level: float
+    far: Estimate
+    alone: float
+
+
+def pairs(deviations: Mapping[str, Array], beyond: Machines) -> list[Together]:
+    """Find the pairs of contributors that together explain the machines beyond a limit.
+
+    Parameters
+    ----------
+    deviations : mapping of str to float64[trial]
+        By contributor; of independent trials.
+    beyond : bool[trial]
+        Which machines are beyond the limit, failed ones among them.
+
+    Returns
+    -------
+    list of Together
+        Those that are clear, and far off in more than half of these machines and in
+        more than either member is; what explains most comes first. Contributors that
+        hang together are no pair.
+
+    Notes
+    -----
+    Deviations are compared as normal scores, and so are their distances from the
+    median. If only one of two contributors matters, the other one's scores are normal
+    in the machines beyond, whatever those of the first are; so then is the sum of the
+    products of both over the root of the sum of squares of the first. That is tried
+    with either as the first, and the one that tells less counts: a single contributor
+    makes no pair, however much it matters. For each pair the smaller of both levels
+    counts, of scores and of distances, doubled.
+    """
+    names = list(deviations)
+    if len(names) < 2 or not 0 < beyond.sum() < len(beyond):
+        return []
+    z, far = (
+        np.array([_scores(x, beyond) for x in of])
+        for of in (
+            deviations.values(),
+            (np.abs(x - np.median(x)) for x in deviations.values()),
+        )
+    )
+    related = _related(list(deviations.values()))
+    known = [p for p in combinations(range(len(names)), 2) if not related[p]]
+    if not known:
+        return []
+    first, second = np.array(known).T
+    signed, of_far = (_products(each)[first, second] for each in (z, far))
+    levels = np.array([2 * ndtr(-np.abs(signed)), ndtr(-of_far)])
+    corrected = holm(2 * levels.min(axis=0))
+    alone = (np.abs(z) > -ndtri(FAR / 2)).mean(axis=1)
+    found = []
+    for place in np.flatnonzero(corrected < CLEAR):
+        i, j = known[place]
+        how = SUM if signed[place] > 0 else DIFFERENCE
+        u, least = (z[i] + z[j] if how == SUM else z[i] - z[j]), -ndtri(FAR / 2)
+        if levels[1, place] < levels[0, place]:
+            how, u, least = BOTH_FAR, far[i] + far[j], -ndtri(FAR)
+        u = u / math.sqrt(2)
+        off = u > least if how == BOTH_FAR else np.abs(u) > least
+        count, most = int(off.sum()), float(max(alone[i], alone[j]))
+        if count <= max(most, LEAST_EXPLAINED) * len(u):
+            continue
+        high = float((u[off] > 0).mean())
+        way = int(high >= ONE_WAY) - int(high <= 1 - ONE_WAY)
+        found.append(
+            Together(
+                (names[i], names[j]), how, 0 if how == BOTH_FAR else way,
+                float(corrected[place]), proportion(count, len(u)), most,
+            )
+        )  # fmt: skip
+    return sorted(found, key=lambda each: (-each.far.value, each.level))
+
+
+def _scores(x: Array, beyond: Machines) -> Array:
+    """Return the normal scores that machines beyond have among all, ties by chance."""
+    ordered = np.sort(x[:RANKED])
+    n, values = len(ordered), x[beyond]
+    low, high = (np.searchsorted(ordered, values, side) for side in ("left", "right"))
+    chance = np.random.RandomState(n).random_sample(len(values))  # the same for ever
+    place = np.clip((low + chance * (high - low)) / n, 0.5 / n, 1 - 0.5 / n)
+    return np.asarray(ndtri(place), np.float64)
+
+
+def _products(z: Array) -> Array:
+    """Return float64[i, j] normal scores: products of two, over the less telling one.
+
+    Parameters
+    ----------
+    z : float64[contributor, machine beyond]
+        Normal scores.
+    """
+    products = z @ z.T
+    squares = np.diag(products)
+    return np.asarray(products / np.sqrt(np.maximum.outer(squares, squares)))
+
+
+def _related(columns: list[Array]) -> Machines:
+    """Tell bool[i, j] which contributors hang together, also by way of others."""
+    n = min(len(columns[0]), RANKED)
+    ranks = np.array([np.argsort(np.argsort(x[:n])) for x in columns], np.float64)
+    ranks -= ranks.mean(axis=1, keepdims=True)
+    ranks /= np.linalg.norm(ranks, axis=1, keepdims=True)
+    found: Machines = np.abs(ranks @ ranks.T) > CHANCE / math.sqrt(n)
+    for _ in columns:  # whatever a chain of them links
+        found = found @ found
+    return found
