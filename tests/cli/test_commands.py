@@ -278,7 +278,7 @@ def test_report_as_a_page_and_for_other_tools(twins, tmp_path):
     assert len(found["responses"]["rod_force_1"]["worst_trials"]) == 10
     table = tmp_path / "numbers.csv"
     assert call("report", run, "--csv", "-o", table).exit_code == 0
-    assert "responses/yaw/mean," in table.read_text()
+    assert "mean [unit],mean lower [unit]," in table.read_text()
 
 
 def test_a_report_that_cannot_be_made_says_why(twins, tmp_path):

@@ -41,7 +41,7 @@ def test_markup_stays_text(folder):
     assert "\\x1b[31mred" in shown
     shown += call(folder, "show", "o[red]ut.h5") + call(folder, "report", "o[red]ut.h5")
     table = call(folder, "report", "o[red]ut.h5", "--csv")
-    assert "\ntitle,'=1+1 a[/nope]" in table
+    assert "\n'=1+1 a[/nope]" in table
     page = (folder / "o[red]ut.html").read_text()
     assert "\x1b" not in shown + table + page
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import subprocess
+from html import unescape
 from html.parser import HTMLParser
 
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
@@ -36,26 +38,36 @@ def printed(page, folder):
 
 
 def scroll_width(page, folder, width):
-    """Return how wide the page is in a frame of a width, in pixels.
+    """Return how wide the page is in a frame of a width, in pixels."""
+    inner, scroll = asked(
+        page, folder, width, "[innerWidth, document.documentElement.scrollWidth]"
+    )
+    assert inner == width
+    return scroll
+
+
+def asked(page, folder, width, question, *, paper=False):
+    """Ask a page in a frame of a width, in pixels; as it is printed if it is paper.
 
     A window is never narrower than 500 pixels, a frame is as narrow as one likes.
     """
     probe, frame = folder / "probe.html", folder / f"frame-{width}.html"
-    script = (
-        "<script>onload = () => parent.postMessage("
-        "[innerWidth, document.documentElement.scrollWidth], '*')</script>"
-    )
     text = page.read_text(encoding="utf-8")
-    probe.write_text(text.replace("</body>", script + "</body>"), encoding="utf-8")
+    if paper:
+        text = text.replace("@media print", "@media all")
+    script = (
+        f"<script>onload = () => parent.postMessage(JSON.stringify({question}), '*')"
+        "</script></body>"
+    )
+    probe.write_text(text.replace("</body>", script), encoding="utf-8")
     frame.write_text(
-        "<title></title><script>onmessage = e => { document.title = e.data }</script>"
+        "<p></p><script>onmessage = e => {"
+        " document.querySelector('p').textContent = e.data }</script>"
         f'<iframe src="{probe.name}" style="width:{width}px; height:900px; border:0">'
         "</iframe>"
     )
     shown = _call(frame, [], "--virtual-time-budget=10000", "--dump-dom")
-    inner, scroll = re.search(r"<title>(\d+),(\d+)</title>", shown).groups()
-    assert int(inner) == width
-    return int(scroll)
+    return json.loads(unescape(re.search(r"<p>(.*?)</p>", shown, re.DOTALL)[1]))
 
 
 def _call(page, more, *arguments):

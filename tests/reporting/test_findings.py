@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import json
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 
@@ -14,6 +16,7 @@ from tests.conftest import Toy
 from tolstat.errors import PictureError
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.plain import as_csv, as_json, plain
+from tolstat.reporting.report_csv import report_csv
 from tolstat.statistics.contributions import contributions
 from tolstat.statistics.total_indices import sobol_indices
 
@@ -141,6 +144,59 @@ def test_json_and_csv_say_the_same(found):
     assert [float(v) for v in row[1:4]] == [
         known[k] for k in ("value", "lower", "upper")
     ]
+
+
+def test_the_table_for_spreadsheets_holds_the_findings_in_the_units_it_names(
+    mill, found, columns
+):
+    table = pd.read_csv(io.StringIO(report_csv(findings_of(mill)))).set_index(
+        "response"
+    )
+    assert list(table.index) == list(found["responses"])
+    times = {"%": 100, "kN": 1e-3, "kJ": 1e-3, "J": 1, "kN m": 1e-3, "mrad": 1e3}
+    for name, row in table.iterrows():
+        shown = times[row["unit"]]
+        for head, known in (
+            ("mean [unit]", columns[name].mean()),
+            ("largest [unit]", columns[name].max()),
+            ("50 % [unit]", np.quantile(columns[name], 0.5, method="median_unbiased")),
+        ):
+            assert row[head] == pytest.approx(shown * known, rel=1e-9)
+        limited = found["responses"][name]["limited"]
+        if limited is None:
+            assert row.loc["lower limit [unit]":"Ppk by percentiles upper"].isna().all()
+            continue
+        beyond = limited["yields"]["beyond"]
+        assert row["beyond lower [ppm]"] == pytest.approx(1e6 * beyond["lower"])
+        assert row["verdict"] == limited["yields"]["verdict"]
+        assert row["within [%]"] == pytest.approx(100 * (1 - beyond["value"]))
+        assert np.isnan(row["lower limit [unit]"])  # open
+        assert row["upper limit [unit]"] == pytest.approx(
+            shown * mill.limits[name].permitted[1]
+        )
+    assert table.loc["extra_loss", "upper limit [unit]"] == 3.0
+    assert (table["trials done"] == 2200).all() and (table["trials failed"] == 0).all()
+
+
+def test_a_fit_that_is_accepted_says_what_it_has_beyond(mill, found, columns):
+    """By SciPy's own distributions, fitted anew to what is no atom."""
+    told = 0
+    for name in found["interest"]:
+        of = found["responses"][name]["distribution"]
+        if of["shape"]["refused"] or of["shape"]["level"] < 0.05:
+            assert of["beyond"] is None
+            continue
+        told += 1
+        x, atom = columns[name], of["atom"]
+        if atom:
+            x = x[(x < atom["least"]) | (x > atom["largest"])]
+        assert len(x) == of["rest"] and of["shape"]["name"] == "lognormal"
+        sigma = np.log(x).std(ddof=1)
+        fitted = stats.lognorm(sigma, scale=np.exp(np.log(x).mean()))
+        limit = mill.limits[name].permitted[1]
+        share = fitted.sf(limit) * len(x) / len(columns[name])
+        assert of["beyond"] == pytest.approx(share, rel=1e-6)
+    assert told
 
 
 def test_what_is_infinite_stays_json(tmp_path, toy_study):

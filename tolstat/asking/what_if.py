@@ -25,7 +25,7 @@ from tolstat.model.contract import Model
 from tolstat.reporting.drawn import Drawn
 from tolstat.reporting.findings import JointFindings
 from tolstat.reporting.gather import joint_findings, reportable
-from tolstat.reporting.summary_table import notes_of, summaries_of
+from tolstat.reporting.summary_table import notes_of, reading_of, summaries_of
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.summary import Summary
 from tolstat.statistics.weights import LEAST_EFFECTIVE, Weights
@@ -205,14 +205,14 @@ def what_if(
             )
             for response in run.responses
         },
-        tuple(notes_of(run, weighted.sample)),
+        (*notes_of(run, weighted.sample), *reading_of(run, weighted.sample)),
     )
 
 
 def _check_drawn(run: Run, study: Study) -> None:
     """Refuse a run whose study draws other machines by now."""
     plan = plan_again(run, study)
-    if len(trials_drawn_otherwise(run, plan, plan.deviations)):
+    if len(trials_drawn_otherwise(run, plan)):
         raise RunFileError(
             f"{run.path}: its study draws other deviations by now, because its data or "
             "the machine are others; run it again"

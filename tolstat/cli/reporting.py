@@ -14,8 +14,10 @@ import click
 from tolstat.errors import StudyError
 from tolstat.literal import visible
 from tolstat.reporting import making
+from tolstat.reporting.findings import Findings
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.plain import as_csv, as_json
+from tolstat.reporting.report_csv import report_csv
 from tolstat.store.opening import open as open_run
 
 NAMED = re.compile(r"\s*(\w+)\s*(.*?)\s*", re.DOTALL)
@@ -97,7 +99,10 @@ def value_in(value: str, text: str) -> Any:
 
 def deliver(found: Any, output: Path | None, form: str) -> None:
     """Write findings as JSON or CSV, to a file or the standard output."""
-    text = as_json(found) if form == "json" else as_csv(found)
+    if form == "json":
+        text = as_json(found)
+    else:
+        text = report_csv(found) if isinstance(found, Findings) else as_csv(found)
     if output:
         making.write(output, text)
     else:

@@ -22,17 +22,25 @@ from tolstat.reporting.page_picture import (
     legend_above,
     page_figure,
 )
+from tolstat.reporting.picture import COLOURS
 from tolstat.statistics.summary import Summary
+from tolstat.units.scale import Scale
 
 Array = NDArray[np.float64]
 
 BINS = 60
 TICKS = (1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5)
 DRAWN_POINTS = 600  # of a distribution function
+CURVE_POINTS = 240  # of a fit
+MEAN = COLOURS[2]
+PPM = Scale("1", "ppm")
 
 
 def histogram(drawn: Drawn, name: str, found: ResponseFindings) -> Markup:
     """Draw how often each value occurs; beyond the limit in another colour.
+
+    Its limit, mean and quantiles stand in it, and the curve of the named distribution
+    that the trials do not speak against.
 
     Parameters
     ----------
@@ -59,16 +67,14 @@ def histogram(drawn: Drawn, name: str, found: ResponseFindings) -> Markup:
             heights = counts / np.diff(edges) * (edges[-1] - edges[0]) / BINS
             lower, upper = limit_of(found)
             beyond = (edges[1:] <= lower) | (edges[:-1] >= upper)
-            for chosen, colour, label in (
-                (~beyond, WITHIN, "within" if found.limited else ""),
-                (beyond, BEYOND, "beyond"),
-            ):
+            for chosen, colour in ((~beyond, WITHIN), (beyond, BEYOND)):
                 if chosen.any():
                     axes.stairs(
                         np.where(chosen, heights, 0.0), scale * edges, fill=True,
-                        color=colour, linewidth=0, label=label or "_unnamed",
+                        color=colour, linewidth=0,
                     )  # fmt: skip
-        _mark_nominal(axes, found, scale)
+            _draw_fit(axes, found, scale, edges)
+        _mark_middle(axes, found, scale)
         mark_limit(axes, found, scale)
         _mark_quantiles(axes, found, scale)
         axes.set_xlabel(found.scale.label(name))
@@ -78,9 +84,31 @@ def histogram(drawn: Drawn, name: str, found: ResponseFindings) -> Markup:
         return inline(figure, f"Histogram of {name}: {_summary_words(found)}")
 
 
-def _mark_nominal(axes: Axes, found: ResponseFindings, scale: float) -> None:
+def _draw_fit(axes: Axes, found: ResponseFindings, scale: float, edges: Array) -> None:
+    """Draw how many machines a bar would have by the fit, if it is not rejected."""
+    of = found.distribution
+    if of is None or of.shape.rejected:
+        return
+    at = np.linspace(edges[0], edges[-1], CURVE_POINTS + 1)
+    bars = CURVE_POINTS / BINS  # points a bar
+    heights = of.rest * np.diff(of.shape.below(at)) * bars
+    label = of.shape.name
+    if not math.isnan(of.beyond):
+        label += f", {PPM.number(of.beyond)} ppm"
+    middle = scale * (at[1:] + at[:-1]) / 2
+    axes.plot(middle, heights, color=INK, linewidth=1, label=label)
+
+
+def _mark_middle(axes: Axes, found: ResponseFindings, scale: float) -> None:
     if not math.isnan(found.nominal):
-        axes.axvline(scale * found.nominal, color=INK, linewidth=1, label="nominal")
+        label = f"nominal {found.scale.number(found.nominal)}"
+        axes.axvline(scale * found.nominal, color=INK, linewidth=1, label=label)
+    if not math.isnan(found.mean.value):
+        label = f"mean {found.scale.interval(*found.mean[:3])[0]}"
+        axes.axvline(
+            scale * found.mean.value, color=MEAN, linestyle=":", linewidth=1.4,
+            label=label,
+        )  # fmt: skip
 
 
 def limit_of(found: Summary) -> tuple[float, float]:
@@ -95,11 +123,13 @@ def ends_of(found: Summary) -> list[float]:
 
 
 def mark_limit(axes: Axes, found: Summary, scale: float) -> None:
-    """Mark the ends of the limit across the picture, once in the legend."""
-    for end, label in zip(ends_of(found), ("limit", "_unnamed"), strict=False):
+    """Mark the ends of the limit across the picture, with its words in the legend."""
+    label = f"limit {found.limited.limit.words}" if found.limited else ""
+    for end in ends_of(found):
         axes.axvline(
             scale * end, color=BEYOND, linestyle="--", linewidth=1.2, label=label
         )
+        label = "_unnamed"
 
 
 def _mark_quantiles(axes: Axes, found: ResponseFindings, scale: float) -> None:

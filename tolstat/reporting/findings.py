@@ -67,11 +67,15 @@ class DistributionFindings(NamedTuple):
         Machines that have another.
     shape : Shape
         The named distribution that is nearest to these, or why none was fitted.
+    beyond : float
+        Share of all machines done that would be beyond the limit if the rest were so
+        distributed; NaN without a limit, and where the trials reject it.
     """
 
     atom: Atom | None
     rest: int
     shape: Shape
+    beyond: float
 
 
 class IndicesFindings(NamedTuple):
@@ -248,6 +252,8 @@ class ResponseFindings(Summary):
         How it is shown.
     integration_error : IntegrationFindings or None
         None where nothing was evaluated again.
+    slopes : dict of str to float
+        At the nominal machine, by contributor that deviates.
     linear : Linear or None
         The linear answer; None without slopes.
     departures : tuple of Departure
@@ -270,6 +276,7 @@ class ResponseFindings(Summary):
     source: str
     scale: Scale
     integration_error: IntegrationFindings | None = None
+    slopes: Mapping[str, float] = field(default_factory=dict)
     linear: Linear | None = None
     departures: tuple[Departure, ...] = ()
     worst_cases: Mapping[str, WorstCase] = field(default_factory=dict)
@@ -371,12 +378,24 @@ class JointFindings(NamedTuple):
     wrongly: float
 
 
+class DocumentFindings(NamedTuple):
+    """What the study says of the sheet that is signed; empty texts if nothing."""
+
+    project: str
+    drawing: str
+    revision: str
+    author: str
+    approval: str
+
+
 @dataclass(frozen=True)
 class Findings:
     """What a report says of a run.
 
     Attributes
     ----------
+    document : DocumentFindings
+        What it is part of, and who answers for it.
     title, run, model : str
         What it is of.
     machine : str
@@ -397,6 +416,7 @@ class Findings:
         Versions, times, processor; the study as it was written.
     """
 
+    document: DocumentFindings
     title: str
     run: str
     model: str

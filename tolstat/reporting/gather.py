@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -18,6 +19,7 @@ from tolstat.reporting.findings import (
     Assumptions,
     DeviationFindings,
     DistributionFindings,
+    DocumentFindings,
     Findings,
     JointFindings,
     NumberFindings,
@@ -104,7 +106,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
         errors = {
             name: integration_of(drawn, name, summaries[name]) for name in summaries
         }
-        shapes = {name: _distribution(drawn.done(name), drawn) for name in interest}
+        shapes = {name: _distribution(name, drawn) for name in interest}
         contributions, members = shares.result()
     culprits = culprits_of(drawn, members)
     classical = classical_of(drawn, summaries, contributions, culprits)
@@ -119,6 +121,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
             source=response.source,
             scale=run.scales[name],
             integration_error=errors[name],
+            slopes=run.evidence.slopes.get(name, {}),
             linear=classical[name].linear,
             departures=classical[name].departures,
             worst_cases=run.evidence.worst_cases.get(name, {}),
@@ -135,6 +138,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
             )
         responses[name] = found
     return Findings(
+        _document(run),
         run.title,
         run.path.name,
         run.model,
@@ -193,16 +197,30 @@ def joint_findings(drawn: Drawn) -> JointFindings | None:
     return JointFindings(limits, within, min(limits * (1 - CONFIDENCE) / 2, 1.0))
 
 
-def _distribution(done: Array, drawn: Drawn) -> DistributionFindings:
-    """Say what the response looks like: an atom, and the shape of the rest."""
-    sample = drawn.sample
+def _document(run: Run) -> DocumentFindings:
+    """Return what the study says of its sheet."""
+    given = run.study.table.get("document", {})
+    names = DocumentFindings._fields
+    return DocumentFindings(*(str(given.get(name, "")).strip() for name in names))
+
+
+def _distribution(name: str, drawn: Drawn) -> DistributionFindings:
+    """Say what a response looks like: an atom, and the shape of the rest."""
+    sample, done = drawn.sample, drawn.done(name)
     replicate = sample.replicate[sample.done] if sample.replicates else None
     atom = atom_of(done, replicate)
     rest = atom.without(done) if atom else done
     shape = Shape(NAMES[0], {}, refused=RANDOM_ONLY)
     if not sample.replicates:
         shape = best_shape(rest)
-    return DistributionFindings(atom, len(rest), shape)
+    beyond, limit = math.nan, drawn.run.limits.get(name)
+    if limit and not shape.rejected:
+        lower, upper = limit.permitted
+        least, most = shape.below(np.array([lower, upper]))
+        beyond = float(least + 1 - most) * len(rest) / len(done)
+        if atom and not lower <= atom.value <= upper:
+            beyond += atom.share.value
+    return DistributionFindings(atom, len(rest), shape, beyond)
 
 
 def _assumptions(run: Run) -> Assumptions:

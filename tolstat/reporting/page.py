@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
-from typing import Any, NamedTuple
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
@@ -16,6 +16,7 @@ from tolstat.reporting import response_pictures as pictures
 from tolstat.reporting.drawn import drawn_trials
 from tolstat.reporting.findings import Culprit, Findings, ResponseFindings, leading_of
 from tolstat.reporting.plain import key_words, share_words
+from tolstat.reporting.sentences import sentences_of, worst_first
 from tolstat.reporting.sketch import sketch
 from tolstat.reporting.summary_table import AS_IS, PER_CENT
 from tolstat.statistics.contributions import Contributions
@@ -23,12 +24,16 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.moments import Reach
 from tolstat.statistics.summary import QUANTILES
 from tolstat.store.run import Run
-from tolstat.units.scale import Scale
+from tolstat.units.scale import Ratio, Scale
 
-MATTERS = 0.05  # share of the variance from which a contributor is named
 NAMED = 3  # contributors beside a worst trial
 DEMANDED = 10  # digits of a share close to 1
-WORDS = {"%": PER_CENT, "ppm": Scale("1", "ppm"), "plain": AS_IS}
+WORDS = {
+    "%": PER_CENT,
+    "ppm": Scale("1", "ppm"),
+    "plain": AS_IS,
+    "level": PER_CENT.beside(1.0),  # that of chance: no test is better than that
+}
 
 Path = Sequence[Any]  # the way to a number: names, keys, places
 
@@ -44,7 +49,13 @@ def environment() -> Environment:
         lstrip_blocks=True,
     )
     made.globals["infinity"] = math.inf
+    made.filters["breaking"] = _breaking
     return made
+
+
+def _breaking(name: str) -> Markup:
+    """Let a long name end its line behind any _ of it."""
+    return Markup("_<wbr>").join(escape(visible(name)).split("_"))
 
 
 def style() -> Markup:
@@ -75,24 +86,28 @@ class Numbers:
                 found = getattr(found, key)
         return found
 
-    def show(self, path: Path, scale: Scale | str = "%") -> Markup:
+    def show(self, path: Path, scale: Scale | Ratio | str = "%") -> Markup:
         """Print a number with its full value beside it, for programs.
 
         Parameters
         ----------
         path : sequence
             Where it lies in the findings.
-        scale : Scale or str
-            How it is shown; "%", "ppm" (a share per million), "whole ppm" (no smaller
-            one) or "plain".
+        scale : Scale, Ratio or str
+            How it is shown; "%", "ppm" (a share per million), "level", "demanded" or
+            "plain".
         """
         value = self.at(path)
         if isinstance(value, float) and math.isnan(value):
             return Markup("failed" if path[-1] == "nominal" else "none")
         joined = "/".join(key_words(key) for key in path)
+        words = in_words(value, scale)
+        of = self.at(path[:-1])
+        if isinstance(of, Estimate) and of.sure and not isinstance(scale, Ratio):
+            words = _of_estimate(of, scale)[Estimate._fields.index(path[-1])]
         return Markup(
             f'<span data-value="{escape(repr(value))}" data-path="{escape(joined)}">'
-            f"{escape(in_words(value, scale))}</span>"
+            f"{escape(words).replace(' ', Markup(' <wbr>'))}</span>"
         )
 
     def estimate_line(self, path: Path, scale: Scale | str = "%") -> Markup:
@@ -104,20 +119,29 @@ class Numbers:
         if not found.sure:
             return text + Markup(f" ({escape(found.reason)})")
         ends = [self.show([*path, end], scale) for end in ("lower", "upper")]
+        if ends[0].striptags() == ends[1].striptags() and found.value:
+            return text
         return text + Markup(" (") + ends[0] + Markup(" .. ") + ends[1] + Markup(")")
 
 
-def in_words(value: float, scale: Scale | str) -> str:
+def in_words(value: float, scale: Scale | Ratio | str) -> str:
     """Write a number as the page shows it; a whole number whole."""
     if isinstance(value, int):  # a truth value too
         return str(value)
-    if scale == "whole ppm":
-        return f"{1e6 * value:.0f}" if value >= 1e-6 or value == 0 else "< 1"
     if scale == "demanded":
         return f"{100 * value:.{DEMANDED}g}"
     if math.isinf(value):
         return "infinite" if value > 0 else "-infinite"
-    return (scale if isinstance(scale, Scale) else WORDS[scale]).number(value)
+    return (WORDS[scale] if isinstance(scale, str) else scale).number(value)
+
+
+def _of_estimate(found: Estimate, scale: Scale | str) -> tuple[str, str, str]:
+    """Write an estimate as its interval allows; what is infinite in words."""
+    if not all(map(math.isfinite, found[:3])):
+        value, lower, upper = (in_words(x, scale) for x in found[:3])
+        return value, lower, upper
+    shown = WORDS[scale] if isinstance(scale, str) else scale
+    return shown.interval(*found[:3])
 
 
 Pictures = Mapping[str, Mapping[str, Markup | None]]
@@ -150,7 +174,9 @@ def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
         show=numbers.show,
         estimate_line=numbers.estimate_line,
         limited=[name for name, each in found.responses.items() if each.limited],
-        blame={name: _blame(name, each) for name, each in found.responses.items()},
+        sentences=sentences_of(found),
+        leading=leading_response(found),
+        sheet=_css_string(" · ".join(filter(None, _sheet(found)))),
         shares=QUANTILES,
         ranged=[r.name for r in run.responses if Reach(r.range).known],
         one_in=lambda share: math.floor(1 / share),
@@ -160,8 +186,10 @@ def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
             n: leading_of(r.contributions, r.culprits)
             for n, r in found.responses.items()
         },
+        every=_contributors,
         by_level=_clearest_first,
         by_group=_largest_first,
+        ratio=Ratio,
         parameter_scale=_parameter_scale,
         parameter_suffix=_parameter_suffix,
         named=NAMED,
@@ -205,6 +233,24 @@ def pictures_of(run: Run, found: Findings) -> Pictures:
     }
 
 
+def leading_response(found: Findings) -> str:
+    """Name the response that the first page shows: the worst of those limited."""
+    shown = [name for name in worst_first(found.responses) if name in found.interest]
+    return [*shown, *found.interest][0]
+
+
+def _sheet(found: Findings) -> tuple[str, ...]:
+    """Say what stands at the foot of each printed sheet."""
+    document = found.document
+    return document.drawing, document.revision, found.title, found.run
+
+
+def _css_string(text: str) -> str:
+    """Write a text for a style sheet, where none of it is an instruction."""
+    plain = (c if c.isalnum() else f"\\{ord(c):x} " for c in visible(text))
+    return '"' + "".join(plain) + '"'
+
+
 def _sketches(run: Run, found: Findings) -> dict[tuple[str, int], Markup]:
     """Draw the worst trials of what is looked at closely."""
     return {
@@ -213,6 +259,14 @@ def _sketches(run: Run, found: Findings) -> dict[tuple[str, int], Markup]:
         for worst in run.evidence.worst.get(name, ())
         if worst.sketch
     }
+
+
+def _contributors(each: ResponseFindings) -> list[str]:
+    """Name all contributors of which something is known, what matters first."""
+    known = [*leading_of(each.contributions, each.culprits), *each.slopes]
+    for case in each.worst_cases.values():
+        known += [name for name, off in case.deviations.items() if off]
+    return list(dict.fromkeys(known))
 
 
 def _largest_first(contributions: Contributions) -> list[str]:
@@ -233,54 +287,6 @@ def _clearest_first(found: Mapping[str, Culprit]) -> list[str]:
         return found[name].level, math.inf if math.isnan(left) else left
 
     return sorted(found, key=place)
-
-
-class Blame(NamedTuple):
-    """Who is to blame: paths of shares by name, and what is known of these.
-
-    Attributes
-    ----------
-    shares : list of (str, path)
-        At most three, the largest first.
-    sure : bool
-        Whether they have intervals.
-    few_decide : bool
-        Whether a few machines decide the variance: it is the least shares then.
-    """
-
-    shares: list[tuple[str, list[str]]]
-    sure: bool
-    few_decide: bool
-
-
-def _blame(name: str, each: ResponseFindings) -> Blame:
-    """Name who is to blame for the variance of a response: groups, and single parts."""
-    found = each.contributions
-    if found is None:
-        return Blame([], True, False)
-    grouped = {member for members in each.members.values() for member in members}
-    single = [part for part in found.first_order if part not in grouped]
-    known = {}
-    for part in [*each.members, *single]:
-        # what parts do together, where that can be told
-        kinds = [
-            kind
-            for kind in ("together", "groups", "first_order")
-            if not math.isnan(getattr(found, kind).get(part, UNKNOWN).value)
-        ]
-        if not kinds or (found.few_decide and kinds[0] != "together"):
-            continue
-        share = getattr(found, kinds[0])[part]
-        size = share.lower if found.few_decide else share.value
-        if size >= MATTERS and not (share.sure and share.lower <= 0):
-            known[part] = size, ["responses", name, "contributions", kinds[0], part]
-    leading = sorted(known, key=lambda part: -known[part][0])[:3]
-    paths = [(part, known[part][1]) for part in leading]
-    sure = all(getattr(found, path[-2])[part].sure for part, path in paths)
-    return Blame(paths, sure, found.few_decide)
-
-
-UNKNOWN = Estimate(math.nan)
 
 
 def _parameter_scale(each: ResponseFindings, key: str) -> Scale:

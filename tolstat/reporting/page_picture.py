@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import count
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -22,7 +23,8 @@ from tolstat.reporting.picture import COLOURS, LIMIT, literally, styled
 INK, GRID = "#101418", "#e1e3e6"
 BEYOND, WITHIN, SECOND = LIMIT, COLOURS[0], COLOURS[1]
 MOST_POINTS = 2000  # of a scatter, above which it is rasterised
-WIDTH, HEIGHT = 4.6, 2.9
+WIDTH, HEIGHT = 3.5, 2.5  # inches: half a printed page, and a phone
+SMALLEST = 8.4  # points, so that on paper no word of a picture has less than 8
 PAGE_STYLE: dict[Any, Any] = {
     "text.color": INK,
     "axes.labelcolor": INK,
@@ -33,9 +35,12 @@ PAGE_STYLE: dict[Any, Any] = {
     "figure.facecolor": "none",
     "axes.facecolor": "none",
     "savefig.facecolor": "none",
-    "font.size": 9,
-    "axes.titlesize": 9,
-    "legend.fontsize": 8,
+    "font.size": SMALLEST,
+    "axes.titlesize": SMALLEST,
+    "axes.labelsize": SMALLEST,
+    "xtick.labelsize": SMALLEST,
+    "ytick.labelsize": SMALLEST,
+    "legend.fontsize": SMALLEST,
     "svg.fonttype": "path",
 }
 _numbers = count(1)
@@ -67,16 +72,28 @@ def few_ticks(axes: Axes) -> None:
         axis.set_ticks([at for at in axis.get_majorticklocs() if low <= at <= high])
 
 
-def legend_above(axes: Axes, columns: int = 3) -> None:
+def legend_above(axes: Axes) -> None:
     """Put the legend over the picture, where it hides nothing."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         figure = axes.get_figure(root=True)
         assert figure is not None
+        room = 72 * figure.get_figwidth()
+        columns = next(
+            (n for n in (3, 2) if _legend_width(list(map(str, labels)), n) < room), 1
+        )
         figure.legend(
             handles, labels, loc="outside upper left", ncols=columns,
             borderaxespad=0.0, handlelength=1.4, columnspacing=1.1,
         )  # fmt: skip
+
+
+def _legend_width(labels: Sequence[str], columns: int) -> float:
+    """Return about how many points wide a legend is."""
+    shared = np.array_split(np.array([len(label) for label in labels]), columns)
+    return sum(
+        SMALLEST * (0.62 * int(each.max()) + 3.5) for each in shared if len(each)
+    )
 
 
 def inline(figure: Figure, alternative: str) -> Markup:

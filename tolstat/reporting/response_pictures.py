@@ -155,7 +155,7 @@ def scatter(drawn: Drawn, name: str, found: ResponseFindings) -> Markup | None:
     response = found.scale.factor * drawn.done(name)
     scales = drawn.run.scales
     many = len(response) > MOST_POINTS
-    with page_figure(width=2.4 * SCATTERED + 0.6, height=2.5) as figure:
+    with page_figure(width=2.35 * SCATTERED, height=2.4) as figure:
         # always as wide: the page gives it the same room, however few there are
         every = figure.subplots(1, SCATTERED, sharey=True, squeeze=False)[0]
         for axes in every[len(leading) :]:

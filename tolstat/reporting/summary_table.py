@@ -117,7 +117,12 @@ def summary_table(run: Run) -> SummaryTable:
         rows,
         ["response", *(judged if sample else ["limit", "machines beyond"])],
         limit_rows,
-        [*_joint(drawn), *_pairs(drawn), *notes_of(run, sample)],
+        [
+            *_joint(drawn),
+            *_pairs(drawn),
+            *notes_of(run, sample),
+            *reading_of(run, sample),
+        ],
         tuple(
             name
             for name, each in summaries.items()
@@ -127,16 +132,20 @@ def summary_table(run: Run) -> SummaryTable:
 
 
 def estimate_in_words(estimate: Estimate, scale: Scale) -> Cell:
-    """Write an estimate with its interval, or why it has none."""
-    value = scale.number(estimate.value)
+    """Write an estimate with its interval, or why it has none.
+
+    Of one that is nothing to an engineer the interval says nothing more.
+    """
+    value, lower, upper = scale.interval(*estimate[:3])
     if estimate.sure and math.isinf(estimate.upper):
-        return f"at least {scale.number(estimate.lower)}"
+        return f"at least {lower}"
     if estimate.sure and math.isinf(estimate.lower):
-        return f"at most {scale.number(estimate.upper)}"
+        return f"at most {upper}"
     if math.isinf(estimate.value):
         return "no interval"
     if estimate.sure:
-        return value, scale.number(estimate.lower), scale.number(estimate.upper)
+        nothing = estimate.value and scale.nothing(max(map(abs, estimate[:3])))
+        return value if nothing else (value, lower, upper)
     if estimate.needs_more:
         return estimate.reason
     return f"{value}: no interval"
@@ -170,9 +179,9 @@ def _joint(drawn: Drawn | None) -> list[str]:
     share = joint_of(drawn) if drawn else None
     if share is None or not drawn:
         return []
-    text = f"{PER_CENT.number(share.value)} %"
+    value, *ends = PER_CENT.interval(*share[:3])
+    text = f"{value} %"
     if share.sure:
-        ends = [PER_CENT.number(end) for end in (share.lower, share.upper)]
         text += f" ({ends[0]}..{ends[1]} %)"
     return [f"{text} of the machines are within all limits at once"]
 
@@ -228,8 +237,8 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
             ran = int(np.count_nonzero(sample.ran))
             text += f", {sample.failed} of the {ran} that statistics rest on"
         if sample and (share := sample.failures).sure:
-            text += f" (95 % interval {PER_CENT.number(share.lower)}.."
-            text += f"{PER_CENT.number(share.upper)} %)"
+            _, *ends = PER_CENT.interval(*share[:3])
+            text += f" (95 % interval {ends[0]}..{ends[1]} %)"
         if run.failures:
             said = (f"{count} {word}" for word, count in run.failures.items())
             text += ": " + ", ".join(said) + "; they count as beyond every limit"
@@ -253,15 +262,20 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
         if math.isfinite(wanted := run.stopped.wanted) and wanted:
             text += f"; the last look asks for about {wanted:.0f}"
         notes.append(text)
+    return notes
+
+
+def reading_of(run: Run, sample: Sample | None) -> list[str]:
+    """Say what stands with each number of a table for the screen."""
     if sample and sample.weights:
-        notes.append(WEIGHTED)
-    elif sample and not sample.replicates:
-        notes.append(
+        return [WEIGHTED]
+    if sample and not sample.replicates:
+        return [
             "with each number its 95 % interval: order statistics for quantiles; of "
             "shares beyond limits it holds however often one looks while trials are "
             'added; "needs N": no interval exists with fewer trials; "N decide": with '
             "a chance of 80 %; as Ppk: of a normal response with as many beyond"
-        )
-    elif run.sampled:
-        notes.append(f"with each number its 95 % interval: {run.sampled.promise}")
-    return notes
+        ]
+    if run.sampled:
+        return [f"with each number its 95 % interval: {run.sampled.promise}"]
+    return []

@@ -172,7 +172,7 @@ def comparisons(run: Run) -> list[Comparison]:
     along = axis_scale(run, axis)
     found = []
     for response in [name for name in others if name not in run.grid]:
-        scale = run.scales[response]
+        scale = run.scales[response].exact  # small differences count
         for sweep in sweeps(run, axis, response):
             on = np.full(len(columns[axis]), True)
             for name in fixed:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_ndtr
+from scipy.special import log_ndtr, ndtr
 
 from tolstat.statistics.anderson_darling import a_squared, level_in, log_of_the_rest
 from tolstat.statistics.estimate import Estimate
@@ -61,6 +61,20 @@ class Shape(NamedTuple):
     def rejected(self) -> bool:
         """Whether the trials speak against it."""
         return bool(self.refused) or self.level < DOUBTFUL
+
+    def below(self, values: Array) -> Array:
+        """Return the share that a fit has below each of float64[n]."""
+        first, second = self.parameters.values()
+        x = np.asarray(values, dtype=np.float64)
+        if self.name == "gumbel":
+            return np.exp(-np.exp(-(x - first) / second))
+        if self.name == "normal":
+            return np.asarray(ndtr((x - first) / second))
+        x = np.maximum(x, 0.0)  # nothing lies below zero
+        if self.name == "weibull":
+            return -np.expm1(-((x / second) ** first))
+        with np.errstate(divide="ignore"):
+            return np.asarray(ndtr((np.log(x) - first) / second))
 
 
 class Atom(NamedTuple):

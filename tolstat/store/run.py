@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -190,12 +191,16 @@ class Run:
         return {name: self._scale(name, unit) for name, unit in self.units.items()}
 
     def _scale(self, name: str, unit: str) -> Scale:
-        values = self._columns[name]
-        if name in self._shown or values.dtype.kind != "f":
-            return scale_of(unit, self._shown.get(name, ""))
-        known = np.append(values, self.nominal_values.get(name, np.nan))
-        size = float(np.nanmax(np.abs(known))) if not np.isnan(known).all() else 0.0
-        return scale_of(unit, "", size)
+        values, shown = self._columns[name], self._shown.get(name, "")
+        if values.dtype.kind != "f":
+            return scale_of(unit, shown)
+        known = np.abs(np.append(values, self.nominal_values.get(name, np.nan)))
+        size = float(np.nanmax(known)) if not np.isnan(known).all() else 0.0
+        found = scale_of(unit, shown, size)
+        # what is nothing beside its numbers, and beside what is asked of them
+        ends = self.limits[name].permitted if name in self.limits else ()
+        asked = [abs(end) for end in ends if end and math.isfinite(end)]
+        return found.beside(min([size, *asked]))
 
     def scale_of(self, number: StudyNumber) -> Scale:
         """Return how a number of the study is shown: as what it is an answer about."""

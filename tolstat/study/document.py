@@ -23,12 +23,25 @@ NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
 
 
+class TitleBlock(BaseModel):
+    """What stands on the sheet that is signed."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    project: str = ""
+    drawing: str = ""
+    revision: str = ""
+    author: str = ""
+    approval: str = ""
+
+
 class Document(BaseModel):
     """A study file before its names and quantities are looked at."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
     title: str = ""
+    document: TitleBlock = TitleBlock()
     model: str
     trials: Annotated[int, Field(ge=1)] | dict[str, Any] | None = None
     seed: int | None = Field(default=None, ge=0, le=MOST_SEED)
@@ -51,6 +64,8 @@ MISSING = {
 
 EXPECTED = {
     "title": "a text is expected",
+    "document": 'a text in quotes is expected, such as revision = "B"; in [document] '
+    f"may stand {', '.join(TitleBlock.model_fields)}",
     "model": "the name of a machine is expected, in quotes",
     "trials": "a whole number from 1 is expected, or a stopping rule such as "
     '{ until = "extra_loss p95 +-2 %", at_most = 200000 }',
@@ -166,7 +181,8 @@ def _note(error: Any, table: dict[str, Any], problems: Problems) -> None:
     if error["type"] == "missing":
         problems.add(key, None, MISSING[section])
     elif error["type"] == "extra_forbidden":
-        allowed = allowed_names(section, Document.model_fields)
+        of = TitleBlock if rest else Document
+        allowed = allowed_names(rest[0] if rest else section, of.model_fields)
         problems.add(key, None, f"a study has no such key; {allowed}")
     else:
         problem = (key, value, EXPECTED[section])

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import NamedTuple
 
 from tolstat.units.conversion import from_si
 
 PLAIN, COUNT = "1", "count"
-FIGURES = 4
+FIGURES = 4  # of a number that has no interval
+MOST_FIGURES = 6  # of one that has: machines are not integrated more precisely
+NOTHING = 1e-6  # of a size, up to the next power of ten: zero to an engineer
 
 # by SI unit: what it is shown in, the largest first, each from which size on (SI); the
 # last also serves what is smaller
@@ -40,10 +43,13 @@ class Scale(NamedTuple):
         SI unit of its numbers.
     shown : str
         Unit in which people read it; "1" is a plain number, "count" a whole one.
+    least : float
+        A power of ten, in the unit shown: what is smaller is said to be below it.
     """
 
     unit: str
     shown: str
+    least: float = 0.0
 
     @property
     def factor(self) -> float:
@@ -55,12 +61,64 @@ class Scale(NamedTuple):
         """What stands behind a number: the unit, or nothing."""
         return "" if self.shown in (PLAIN, COUNT) else self.shown
 
+    def beside(self, size: float) -> Scale:
+        """Return it with what is nothing beside numbers of a size, SI."""
+        shown = NOTHING * abs(float(from_si(size, self.unit, self.shown)))
+        known = shown > 0 and math.isfinite(shown)
+        least = 10.0 ** math.ceil(math.log10(shown)) if known else 0.0
+        return self._replace(least=least)
+
+    @property
+    def exact(self) -> Scale:
+        """The same, with nothing too small to be said."""
+        return self._replace(least=0.0)
+
+    def nothing(self, value: float) -> bool:
+        """Whether an SI number is not zero, but to an engineer."""
+        return 0 < abs(float(from_si(value, self.unit, self.shown))) < self.least
+
     def number(self, value: float) -> str:
-        """Write an SI number in the unit shown, without it."""
+        """Write an SI number in the unit shown, without it: with four figures."""
         shown = float(from_si(value, self.unit, self.shown))
+        if self.nothing(value):
+            return self._below(shown)
         if self.shown == COUNT and shown.is_integer():
             return f"{shown:.0f}"
         return four_figures(shown)
+
+    def interval(
+        self, value: float, lower: float, upper: float
+    ) -> tuple[str, str, str]:
+        """Write a number and the ends of its interval, as precisely as this allows.
+
+        All three end where half the interval has its second figure; they have six
+        figures at most. Where the interval has no width or no end, each has four.
+
+        Parameters
+        ----------
+        value, lower, upper : float
+            SI.
+        """
+        given = (value, lower, upper)
+        three = [float(from_si(x, self.unit, self.shown)) for x in given]
+        half, size = (three[2] - three[1]) / 2, max(map(abs, three))
+        whole = self.shown == COUNT and all(map(float.is_integer, three))
+        if whole or not (math.isfinite(size) and half > 0):
+            return self.number(value), self.number(lower), self.number(upper)
+        place = min(
+            1 - math.floor(math.log10(half)),
+            MOST_FIGURES - 1 - math.floor(math.log10(size)),
+        )
+        # where figures end before, what is nothing is rounded to zero
+        least = self.least if 10.0**-place <= self.least else 0.0
+        a, b, c = (
+            self._below(x) if 0 < abs(x) < least else to_place(x, place) for x in three
+        )
+        return a, b, c
+
+    def _below(self, shown: float) -> str:
+        least = _tidy(f"{self.least:g}")
+        return f"below {least}" if shown > 0 else f"above -{least}"
 
     def words(self, value: float) -> str:
         """Write an SI number with its unit."""
@@ -69,6 +127,32 @@ class Scale(NamedTuple):
     def label(self, name: str) -> str:
         """Name a quantity with its unit, for an axis or a head."""
         return f"{name}, {self.mark}" if self.mark else name
+
+
+class Ratio(NamedTuple):
+    """How a slope is shown: in units of a response by those of a contributor.
+
+    Attributes
+    ----------
+    above, below : Scale
+        Of the response and the contributor.
+    """
+
+    above: Scale
+    below: Scale
+
+    @property
+    def mark(self) -> str:
+        """What stands behind a number, kN/mm."""
+        below = self.below.mark
+        if not below:
+            return self.above.mark
+        joined = any(sign in below for sign in "/* ")
+        return f"{self.above.mark or 1}/{f'({below})' if joined else below}"
+
+    def number(self, value: float) -> str:
+        """Write an SI number in the units shown, without them: with four figures."""
+        return four_figures(value * self.above.factor / self.below.factor)
 
 
 def four_figures(value: float) -> str:
@@ -84,9 +168,33 @@ def four_figures(value: float) -> str:
     if value == 0:
         return "0"
     if not 1e-3 <= abs(value) <= 1e6:
-        return f"{value:.{FIGURES - 2}e}"
+        return _tidy(f"{value:.{FIGURES - 2}e}")
     digits = max(0, FIGURES - 1 - math.floor(math.log10(abs(value))))
     return f"{value:.{digits}f}"
+
+
+def to_place(value: float, place: int) -> str:
+    """Write a number up to a place behind its point; before it if that is negative.
+
+    Parameters
+    ----------
+    value : float
+        In the unit to be shown.
+    place : int
+        Where its last figure stands.
+    """
+    rounded = round(value, place)
+    if rounded == 0:
+        return "0"
+    figures = math.floor(math.log10(abs(rounded))) + place  # behind the first
+    if not 1e-3 <= abs(rounded) <= 1e6:
+        return _tidy(f"{rounded:.{max(figures, 0)}e}")
+    return f"{rounded:.{max(place, 0)}f}"
+
+
+def _tidy(number: str) -> str:
+    """Write 1e-05 as 1e-5."""
+    return re.sub(r"e([+-])0+(?=\d)", r"e\1", number).replace("e+", "e")
 
 
 def scale_of(unit: str, shown: str = "", size: float = math.nan) -> Scale:

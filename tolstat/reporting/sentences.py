@@ -1,0 +1,142 @@
+"""The verdict in three sentences: who drives the machines beyond, who the spread."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from tolstat.reporting.findings import Culprits, Findings, ResponseFindings
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.yields import MET, NOT_MET, UNDECIDED
+
+MATTERS = 0.05  # share of the variance from which a contributor is named
+MOST = 3  # sentences
+WORST_FIRST = (NOT_MET, UNDECIDED, MET)
+UNKNOWN = Estimate(math.nan)
+
+Path = list[str]
+
+
+class Driver(NamedTuple):
+    """What clearly differs among the machines beyond some limits.
+
+    Attributes
+    ----------
+    name : str
+        Of a contributor, or a kind of part.
+    parts : tuple of str
+        The contributors that it stands for, if it is a kind.
+    limits : list of (str, path)
+        Limited responses, the worst first, and where it stands among the culprits.
+    """
+
+    name: str
+    parts: tuple[str, ...]
+    limits: list[tuple[str, Path]]
+
+
+class Spread(NamedTuple):
+    """To whom the variance of a response is owed.
+
+    Attributes
+    ----------
+    name : str
+        Of the response.
+    beyond : str
+        Why nobody is named for the machines beyond its limit; empty where somebody is,
+        and without a limit.
+    shares : list of (str, path)
+        At most three, the largest first.
+    sure : bool
+        Whether they have intervals.
+    few_decide : bool
+        Whether a few machines decide the variance: it is the least shares then.
+    """
+
+    name: str
+    beyond: str
+    shares: list[tuple[str, Path]]
+    sure: bool
+    few_decide: bool
+
+
+def worst_first(responses: Mapping[str, ResponseFindings]) -> list[str]:
+    """Name the limited responses: what is not met first, then the most beyond."""
+
+    def place(name: str) -> tuple[int, float]:
+        limited = responses[name].limited
+        assert limited
+        verdict, beyond = limited.yields.verdict, limited.yields.beyond.value
+        return WORST_FIRST.index(verdict), -beyond
+
+    return sorted((n for n, each in responses.items() if each.limited), key=place)
+
+
+def sentences_of(found: Findings) -> list[Driver | Spread]:
+    """Choose what the first page says in words.
+
+    Parameters
+    ----------
+    found : Findings
+        Of a run.
+
+    Returns
+    -------
+    list of Driver or Spread
+        At most three: who drives the machines beyond, the worst limit first, then who
+        the spread, of those first for whose limit nobody is named.
+    """
+    ordered = worst_first(found.responses)
+    drivers: dict[str, Driver] = {}
+    for name in ordered:
+        each = found.responses[name]
+        if each.culprits and each.culprits.driving:
+            who = each.culprits.driving[0]
+            kind = "kinds" if who in each.culprits.kinds else "contributors"
+            driver = drivers.setdefault(who, Driver(who, each.members.get(who, ()), []))
+            path = ["responses", name, "culprits", kind, who]
+            driver.limits.append((name, path))
+    told = {name for driver in drivers.values() for name, _ in driver.limits}
+    every = dict.fromkeys([*ordered, *found.interest])
+    said: list[Driver | Spread] = [*drivers.values()]
+    said += [
+        spread_of(name, found.responses[name])
+        for name in sorted(every, key=lambda name: name in told)
+        if found.responses[name].contributions
+    ]
+    return said[:MOST]
+
+
+def spread_of(name: str, each: ResponseFindings) -> Spread:
+    """Name to whom the variance of a response is owed: groups, and single parts."""
+    found, beyond = each.contributions, _nobody(each.culprits)
+    if found is None:
+        return Spread(name, beyond, [], True, False)
+    grouped = {member for members in each.members.values() for member in members}
+    single = [part for part in found.first_order if part not in grouped]
+    known = {}
+    for part in [*each.members, *single]:
+        # what parts do together, where that can be told
+        kinds = [
+            kind
+            for kind in ("together", "groups", "first_order")
+            if not math.isnan(getattr(found, kind).get(part, UNKNOWN).value)
+        ]
+        if not kinds or (found.few_decide and kinds[0] != "together"):
+            continue
+        share = getattr(found, kinds[0])[part]
+        size = share.lower if found.few_decide else share.value
+        if size >= MATTERS and not (share.sure and share.lower <= 0):
+            known[part] = size, ["responses", name, "contributions", kinds[0], part]
+    leading = sorted(known, key=lambda part: -known[part][0])[:3]
+    paths = [(part, known[part][1]) for part in leading]
+    sure = all(getattr(found, path[-2])[part].sure for part, path in paths)
+    return Spread(name, beyond, paths, sure, found.few_decide)
+
+
+def _nobody(culprits: Culprits | None) -> str:
+    """Say why no culprit is named; empty without a limit, and where one is."""
+    if culprits is None or culprits.driving:
+        return ""
+    return culprits.reason or "nothing differs among them by more than chance"
