@@ -7,11 +7,8 @@ import pytest
 from scipy import stats
 
 from tolstat.statistics.beyond import CLEAR, differences, least_level, of_kind
-from tolstat.statistics.weighted import (
-    LEAST_EFFECTIVE,
-    effective_number,
-    weighted_share,
-)
+from tolstat.statistics.weighted import weighted_share
+from tolstat.statistics.weights import LEAST_EFFECTIVE, Weights, effective_number
 
 
 def parts(n, k, seed):
@@ -50,7 +47,7 @@ def test_levels_are_corrected_after_holm():
     assert of_kind(["part_2", "part_1"], differences(X, {"y": beyond})["y"]) == found[0]
 
 
-@pytest.mark.parametrize(("beyond", "trials"), [(5, 2000), (20, 2000), (200, 1000)])
+@pytest.mark.parametrize(("beyond", "trials"), [(5, 800), (20, 800), (200, 800)])
 def test_chance_is_seldom_taken_for_a_culprit(beyond, trials):
     """Among twenty contributors that have nothing to do with it, also with five."""
     studies, hits = 400, 0
@@ -86,7 +83,7 @@ def test_too_few_machines_beyond_cannot_tell():
 
 def test_equal_weights_are_trials():
     machines = np.arange(1000) < 7
-    found = weighted_share(machines, np.ones(1000))
+    found = weighted_share(machines, Weights(np.ones(1000)))
     poisson = stats.gamma.ppf([0.025, 0.975], [7, 8]) / 1000  # Garwood (1936)
     assert found[:3] == pytest.approx((0.007, *poisson), rel=1e-9)
     assert effective_number(np.ones(1000)) == 1000
@@ -95,7 +92,7 @@ def test_equal_weights_are_trials():
 def test_no_machine_beyond_is_no_proof_that_there_is_none():
     weights = np.where(np.arange(1000) < 500, 2.0, 0.0)
     assert effective_number(weights) == 500
-    found = weighted_share(np.zeros(1000, bool), weights)
+    found = weighted_share(np.zeros(1000, bool), Weights(weights))
     assert found.value == found.lower == 0
     assert found.upper == pytest.approx(-np.log(0.025) * 2 / 1000)
 
@@ -103,6 +100,6 @@ def test_no_machine_beyond_is_no_proof_that_there_is_none():
 def test_too_few_effective_trials_give_no_number():
     weights = np.zeros(1000)
     weights[: LEAST_EFFECTIVE - 1] = 1000 / (LEAST_EFFECTIVE - 1)
-    found = weighted_share(weights > 0, weights)
+    found = weighted_share(weights > 0, Weights(weights))
     assert np.isnan(found.value) and "149 effective trials are too few" in found.reason
     assert effective_number(np.zeros(5)) == 0
