@@ -183,7 +183,7 @@ def test_the_command_line_tells_and_delivers(stack):
         (("what-if", "part"), "NAME=TOLERANCE"),
         (("what-if", "part=+-0.02 mm", "part=+-0.01 mm"), "stands there already"),
         (("what-if", "part={ tolerance"), "part={ tolerance"),
-        (("what-if", "part=+-0.02 mm", "-o", "x.html"), "-o belongs to"),
+        (("what-if", "part=+-0.02 mm", "-o", "no/x.html"), "no such folder"),
         (("report", "--limit", "gap"), "such as"),
         (("report", "--limit", "gap <= 1 kN"), "gap"),
         (("report", "--limit", "gab <= 1 mm"), "did you mean 'gap'"),

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 from tolstat.asking.anew import limited
 from tolstat.deviations.cover import Cover, check_covered, cover_of
@@ -23,11 +22,10 @@ from tolstat.execution.going_on import plan_again, study_of
 from tolstat.execution.sameness import trials_drawn_otherwise
 from tolstat.model.contract import Model
 from tolstat.reporting.drawn import Drawn
-from tolstat.reporting.findings import JointFindings
 from tolstat.reporting.gather import joint_findings, reportable
 from tolstat.reporting.summary_table import notes_of, reading_of, summaries_of
+from tolstat.reporting.weighed import Asked, Changed, Weighed, WhatIf
 from tolstat.statistics.estimate import RANDOM_ONLY
-from tolstat.statistics.summary import Summary
 from tolstat.statistics.weights import LEAST_EFFECTIVE, Weights
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
@@ -35,93 +33,6 @@ from tolstat.study.bounds import check_bounds
 from tolstat.study.deviations import Deviations, read_deviations
 from tolstat.study.problems import Problems
 from tolstat.study.study import Study
-from tolstat.units.scale import Scale
-
-
-class Changed(NamedTuple):
-    """How a deviation is distributed, in words, and what that alone leaves.
-
-    Attributes
-    ----------
-    as_run, what_if : str
-        As the run has it, and as is asked.
-    worth : float
-        Effective trials for each with this change alone.
-    """
-
-    as_run: str
-    what_if: str
-    worth: float
-
-
-class Asked(NamedTuple):
-    """What is asked, and what the stored trials are worth for it.
-
-    Attributes
-    ----------
-    deviations : dict of str to Changed
-        By contributor that changes; all others are as the run has them, and so are
-        batches and correlations.
-    trials, effective : int
-        Trials that are weighted, and how many independent ones they are worth.
-    expected : float
-        That number as the distributions have it, without the trials.
-    """
-
-    deviations: Mapping[str, Changed]
-    trials: int
-    effective: int
-    expected: float
-
-
-@dataclass(frozen=True)
-class Weighed(Summary):
-    """A response with what is asked, and beside it as the run has it.
-
-    Attributes
-    ----------
-    nominal : float
-        Of the nominal machine, SI.
-    sentence : str
-        What it is.
-    scale : Scale
-        How it is shown.
-    as_run : Summary
-        Without what is asked.
-    """
-
-    nominal: float
-    sentence: str
-    scale: Scale
-    as_run: Summary
-
-
-@dataclass(frozen=True)
-class WhatIf:
-    """The answers of a run if its parts came from other distributions; SI.
-
-    Attributes
-    ----------
-    title, run, model : str
-        Of the run.
-    what_if : Asked
-        What is asked.
-    joint, joint_as_run : JointFindings or None
-        All limits together; None without any.
-    responses : dict of str to Weighed
-        All of them.
-    notes : tuple of str
-        What must be known to read the numbers.
-    """
-
-    title: str
-    run: str
-    model: str
-    what_if: Asked
-    joint: JointFindings | None
-    joint_as_run: JointFindings | None
-    responses: Mapping[str, Weighed]
-    notes: tuple[str, ...]
 
 
 def what_if(

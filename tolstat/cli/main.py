@@ -331,7 +331,7 @@ def report(
 @_run_file
 @click.argument("deviations", metavar="NAME=TOLERANCE...", nargs=-1, required=True)
 @click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="File of --json or --csv."
+    "-o", "--output", type=click.Path(path_type=Path), help="Also as a page of HTML."
 )
 @click.option("--json", "form", flag_value="json", help="The numbers as JSON.")
 @click.option("--csv", "form", flag_value="csv", help="The numbers as CSV.")
@@ -352,8 +352,6 @@ def what_if(
     """
     from tolstat.cli.weighing import ask_what_if
 
-    if output and not form:
-        raise click.UsageError("-o belongs to --json or --csv")
     ask_what_if(source, deviations, limits, output, form or "")
 
 

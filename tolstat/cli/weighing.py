@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tolstat.asking.what_if import WhatIf, what_if
+from tolstat.asking.what_if import what_if
 from tolstat.cli.reporting import deliver, limits_in, value_in
 from tolstat.cli.showing import WIDE, print_table, screen
 from tolstat.errors import StudyError
-from tolstat.reporting.making import check_folder
+from tolstat.reporting.making import check_folder, write
 from tolstat.reporting.plain import share_words
 from tolstat.reporting.summary_table import PER_CENT, Cell, estimate_in_words
+from tolstat.reporting.weighed import WhatIf, make_what_if_page
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import Limited
 
@@ -37,7 +38,8 @@ def ask_what_if(
     limits : sequence of str
         Asked anew: "rod_force <= 120 kN".
     output : Path, optional
-        Where JSON and CSV go; the standard output if not given.
+        Where to; a page if it is to be one. JSON and CSV go to the standard output if
+        not given.
     form : str
         "", "json" or "csv".
     """
@@ -46,8 +48,11 @@ def ask_what_if(
     found = what_if(path, _changes(changes), limits=limits_in(limits))
     if form:
         deliver(found, output, form)
-    else:
-        _print(found)
+        return
+    _print(found)
+    if output:
+        write(output, make_what_if_page(found))
+        screen().print(f"page in {output}")
 
 
 def _changes(texts: Sequence[str]) -> dict[str, Any]:
