@@ -1,0 +1,80 @@
+"""Intervals of weighted trials: what caps and cuts do; coverage is measured apart."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from tolstat.statistics.betting import mean_between
+from tolstat.statistics.limit import Limit
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.summary import summarize
+from tolstat.statistics.weighted import share_left, weighted_quantile, weighted_share
+from tolstat.statistics.weights import Weights
+from tolstat.status import Status
+
+N = 3000
+Z = np.random.default_rng(5).standard_normal(N)
+HALVED = Weights(np.exp(np.log(2) - 1.5 * Z**2), 2.0, 0.0)
+
+
+def test_weights_of_one_change_nothing_but_rounding():
+    ones = Weights(np.ones(N))
+    plain = mean_between(Z, -20.0, 20.0)
+    assert mean_between(Z, -20.0, 20.0, weights=ones) == pytest.approx(plain, abs=2e-3)
+    found = weighted_quantile(Z, ones, 0.9)
+    assert found.lower < norm.ppf(0.9) < found.upper
+    assert found.value == pytest.approx(np.quantile(Z, 0.9), abs=0.01)
+
+
+def test_all_numbers_are_those_of_the_other_machines():
+    sample = Sample(np.full(N, Status.DONE), weights=HALVED)
+    found = summarize(Z, sample, Limit(-1.2, 1.2, 0.95), (-20.0, 20.0))
+    for estimate, truth in (
+        (found.mean, 0.0),
+        (found.sigma, 0.5),
+        (found.quantiles[0.05], 0.5 * norm.ppf(0.05)),
+        (found.quantiles[0.99], 0.5 * norm.ppf(0.99)),
+        (found.limited.yields.least, 1 - 2 * norm.sf(2.4)),
+        (found.limited.moments.ppk, 0.8),
+    ):
+        assert estimate.lower < truth < estimate.upper
+    assert found.limited.yields.verdict == "met"
+    assert found.limited.percentiles.ppk.reason.endswith("too few with these weights")
+
+
+def test_what_is_cut_off_widens_every_interval():
+    cut = Weights(HALVED.values, 2.0, 0.01)
+    beyond = Z > 1.0
+    sharp, wide = weighted_share(beyond, HALVED), weighted_share(beyond, cut)
+    assert wide.upper == pytest.approx(sharp.upper + 0.01)
+    left = share_left(~beyond, cut)
+    assert left.lower == pytest.approx(1 - wide.upper)
+    a, b = (mean_between(Z, -5.0, 5.0, weights=w) for w in (HALVED, cut))
+    assert b[1] - a[1] > 0.03 and a[0] - b[0] > 0.03
+    x, y = (weighted_quantile(Z, w, 0.5) for w in (HALVED, cut))
+    assert y.upper > x.upper and y.lower < x.lower
+
+
+def test_failed_trials_weigh_too():
+    status = np.where(Z > 0.8, Status.NOT_FINITE, Status.DONE)
+    values = np.where(Z > 0.8, np.nan, Z)
+    sample = Sample(status, weights=HALVED)
+    found = summarize(values, sample, Limit(-np.inf, 10.0))
+    failing = norm.sf(1.6)
+    assert sample.failures.lower < failing < sample.failures.upper
+    yields = found.limited.yields
+    assert yields.beyond.lower < failing < yields.beyond.upper
+    assert yields.most.value == 1.0
+    assert found.quantiles[0.99].reason == "failed trials reach there"
+    # the mean of those that are done
+    known = -0.5 * norm.pdf(1.6) / norm.cdf(1.6)
+    assert found.mean.lower < known < found.mean.upper
+
+
+def test_too_few_effective_trials_give_no_interval():
+    heavy = Weights(np.where(np.arange(N) < 100, 30.0, 0.0))
+    assert heavy.number == 100
+    for found in (weighted_share(Z > 0, heavy), weighted_quantile(Z, heavy, 0.5)):
+        assert found.reason == "100 effective trials are too few" and not found.sure
