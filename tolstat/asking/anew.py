@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from tolstat.deviations.names import expand
 from tolstat.errors import TolstatError
 from tolstat.execution.going_on import study_of
 from tolstat.execution.halved import halved_shares
@@ -55,15 +56,27 @@ def limited(
         If a limit cannot be read, or no such response is there.
     """
     run = run if isinstance(run, Run) else open_run(run)
+    found = with_limits(run, limits)
+    evidence = replace(
+        run.evidence,
+        worst={name: _worst(run, name, each) for name, each in found.limits.items()},
+        halved=_halved(found, model) or _still(run.evidence, run.limits, found.limits),
+    )
+    return replace(found, evidence=evidence)
+
+
+def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
+    """Return a run with other limits, and the evidence of its own; see `limited`."""
     problems = Problems(f"{run.path}", "cannot be asked that")
     check_bounds({"limits": dict(limits)}, problems)
     problems.raise_if_any()
     read = read_limits(limits, run.responses, problems)
     problems.raise_if_any()
-    for name, given in limits.items():
-        if isinstance(given, str) and name in run.limits and name in read:
-            read[name] = read[name]._replace(demanded=run.limits[name].demanded)
     before = run.limits
+    for name, given in limits.items():
+        for each in expand(name, list(read)):
+            if isinstance(given, str) and each in before:
+                read[each] = read[each]._replace(demanded=before[each].demanded)
     now = {
         response.name: {**before, **read}[response.name]
         for response in run.responses
@@ -75,13 +88,7 @@ def limited(
         "that, and worst cases are those of the study's limits"
     )
     shown = {name: unit_of(limit.words) for name, limit in read.items()}
-    found = run.limited(now, shown, note)
-    evidence = replace(
-        run.evidence,
-        worst={name: _worst(run, name, limit) for name, limit in now.items()},
-        halved=_halved(found, model) or _still(run.evidence, before, now),
-    )
-    return replace(found, evidence=evidence)
+    return run.limited(now, shown, note)
 
 
 def _worst(run: Run, name: str, limit: Limit) -> list[Worst]:

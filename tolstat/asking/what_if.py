@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from tolstat.asking.anew import limited
+from tolstat.asking.anew import with_limits
 from tolstat.deviations.cover import Cover, check_covered, cover_of
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.weighting import Weighting, all_alike
@@ -71,7 +71,7 @@ def what_if(
     """
     run = run if isinstance(run, Run) else open_run(run)
     if limits:
-        run = limited(run, limits, model)
+        run = with_limits(run, limits)
     drawn, _ = reportable(run)
     if drawn.sample.replicates:
         raise PictureError(
