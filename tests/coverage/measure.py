@@ -22,13 +22,20 @@ import numpy as np
 import pandas as pd
 
 from tests.coverage import (
+    comparing_problems,
     halving_problems,
     index_problems,
     one_response,
     weighting_problems,
 )
 
-FAMILIES = (one_response, index_problems, halving_problems, weighting_problems)
+FAMILIES = (
+    one_response,
+    index_problems,
+    halving_problems,
+    comparing_problems,
+    weighting_problems,
+)
 ROOT = Path(__file__).parents[2]
 TABLE = Path(__file__).with_name("table.csv")
 PARTS = 4  # that the studies of a cell are measured in, side by side
