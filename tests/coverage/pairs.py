@@ -9,7 +9,7 @@ import numpy as np
 
 from tolstat.statistics.pairs import pairs
 
-STUDIES, TRIALS, CONTRIBUTORS = 100, 4096, 20
+STUDIES, TRIALS, CONTRIBUTORS = 60, 4096, 20
 BEYOND = (5, 15, 40, 400)
 NOBODY = {
     "nothing": lambda x, noise: noise,

@@ -45,7 +45,9 @@ def test_the_pair_is_named_with_what_it_explains(run, tmp_path):
     known = 2 * norm.sf(1.2 * 6 / np.sqrt(2))  # a sixth of a millimetre each
     assert pair.halved.lower <= known <= pair.halved.upper < 0.006
     (said,) = [n for n in summary_table(run).notes if n.startswith("beyond gap")]
-    assert f"beyond gap: {apart}, in 100 % of these machines" in said
+    assert (
+        f"beyond gap: {apart}: far off in 100 % of these machines and in 5 % of" in said
+    )
     found = plain(findings_of(run))["responses"]["gap"]["culprits"]["pairs"][0]
     assert found["together"]["members"] == ["part_1", "angle"]
     page = report(run, tmp_path / "page.html").read_text()

@@ -35,7 +35,7 @@ def test_planted_pairs_are_found_among_twenty_contributors(name, machines):
         found = pairs(X, worst(of(X["part_3"], X["part_8"]) + noise, machines))
         assert found[0].members == ("part_3", "part_8")
         assert (found[0].how, found[0].way) == (how, way)
-        assert found[0].far.value > max(found[0].alone, 0.5)
+        assert found[0].far.value >= max(found[0].alone, 0.5)
 
 
 SINGLE = {
@@ -51,9 +51,9 @@ SINGLE = {
 @pytest.mark.parametrize("machines", [6, 40])
 @pytest.mark.parametrize("name", SINGLE)
 def test_single_contributors_are_seldom_taken_for_a_pair(name, machines):
-    studies, hits = 80, 0
+    studies, hits = 50, 0
     for seed in range(studies):
-        X = parts(600, 10, seed)
+        X = parts(600, 6, seed)
         noise = np.random.default_rng(seed + 1000).normal(size=600)
         hits += bool(pairs(X, worst(SINGLE[name](X, noise), machines)))
     assert hits / studies < CLEAR + 3.5 * np.sqrt(CLEAR * (1 - CLEAR) / studies)
@@ -71,7 +71,7 @@ def test_the_level_is_that_of_the_less_telling_member():
     off = np.abs(z[0] - z[1]) / np.sqrt(2) > stats.norm.isf(0.025)
     assert found.far.value == off.mean()
     alone = [(np.abs(each) > stats.norm.isf(0.025)).mean() for each in z]
-    assert found.alone == max(alone)
+    assert found.alone == max(alone) and found.of_all == 0.05
 
 
 def test_contributors_that_hang_together_are_no_pair():

@@ -202,12 +202,11 @@ class PairCulprit(NamedTuple):
 
     def sentence(self, response: str) -> str:
         """Say what they explain of the machines beyond a limit."""
-        far, alone = (
-            f"{100 * s:.3g} %" for s in (self.together.far.value, self.together.alone)
-        )
+        shares = (self.together.far.value, self.together.of_all, self.together.alone)
+        far, of_all, alone = (f"{100 * share:.3g} %" for share in shares)
         return (
-            f"beyond {response}: {self.words}, in {far} of these machines farther off "
-            f"than in 19 of 20 of all; either alone in {alone} at most"
+            f"beyond {response}: {self.words}: far off in {far} of these machines and "
+            f"in {of_all} of all; either alone in {alone} at most"
         )
 
 

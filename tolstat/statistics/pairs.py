@@ -20,7 +20,7 @@ Machines = NDArray[np.bool_]
 
 SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both far off"
 LEAST_EXPLAINED = 0.5  # share of the machines beyond that a named pair explains
-FAR = 0.05  # share of all machines that count as far off
+FAR = 0.05  # share of all machines that count as far off, if no more are beyond
 RANKED = 100_000  # trials among which a deviation has its place
 CHANCE = 4.0  # correlation that is no chance, times the root of the trials
 ONE_WAY = 0.9  # of the machines, from which a combination goes one way
@@ -42,8 +42,9 @@ class Together(NamedTuple):
         How often chance alone would let some pair seem to matter so much, corrected for
         the number of pairs after Holm.
     far : Estimate
-        Share of the machines beyond that have the combination farther off than 19 of 20
-        machines have it: 5 % if it did not matter.
+        Share of the machines beyond that have the combination far off.
+    of_all : float
+        The same of all machines: 5 %, or as many as are beyond.
     alone : float
         The same of that member that is so far off oftener.
     """
@@ -53,6 +54,7 @@ class Together(NamedTuple):
     way: int
     level: float
     far: Estimate
+    of_all: float
     alone: float
 
 
@@ -69,8 +71,8 @@ def pairs(deviations: Mapping[str, Array], beyond: Machines) -> list[Together]:
     Returns
     -------
     list of Together
-        Those that are clear, and far off in more than half of these machines and in
-        more than either member is; what explains most comes first. Contributors that
+        Those that are clear, and far off in more than half of these machines and in no
+        fewer than either member is; what explains most comes first. Contributors that
         hang together are no pair.
 
     Notes
@@ -101,25 +103,27 @@ def pairs(deviations: Mapping[str, Array], beyond: Machines) -> list[Together]:
     signed, of_far = (_products(each)[first, second] for each in (z, far))
     levels = np.array([2 * ndtr(-np.abs(signed)), ndtr(-of_far)])
     corrected = holm(2 * levels.min(axis=0))
-    alone = (np.abs(z) > -ndtri(FAR / 2)).mean(axis=1)
+    of_all = min(max(FAR, float(beyond.mean())), 0.5)
+    two_ends, one_end = -ndtri(of_all / 2), -ndtri(of_all)
+    alone = (np.abs(z) > two_ends).mean(axis=1)
     found = []
     for place in np.flatnonzero(corrected < CLEAR):
         i, j = known[place]
         how = SUM if signed[place] > 0 else DIFFERENCE
-        u, least = (z[i] + z[j] if how == SUM else z[i] - z[j]), -ndtri(FAR / 2)
+        u, least = (z[i] + z[j] if how == SUM else z[i] - z[j]), two_ends
         if levels[1, place] < levels[0, place]:
-            how, u, least = BOTH_FAR, far[i] + far[j], -ndtri(FAR)
+            how, u, least = BOTH_FAR, far[i] + far[j], one_end
         u = u / math.sqrt(2)
         off = u > least if how == BOTH_FAR else np.abs(u) > least
         count, most = int(off.sum()), float(max(alone[i], alone[j]))
-        if count <= max(most, LEAST_EXPLAINED) * len(u):
+        if count < most * len(u) or count <= LEAST_EXPLAINED * len(u):
             continue
         high = float((u[off] > 0).mean())
         way = int(high >= ONE_WAY) - int(high <= 1 - ONE_WAY)
         found.append(
             Together(
                 (names[i], names[j]), how, 0 if how == BOTH_FAR else way,
-                float(corrected[place]), proportion(count, len(u)), most,
+                float(corrected[place]), proportion(count, len(u)), of_all, most,
             )
         )  # fmt: skip
     return sorted(found, key=lambda each: (-each.far.value, each.level))

@@ -1,0 +1,115 @@
+"""Differences of two designs against closed forms, enumeration, leaving out by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from tolstat.statistics.difference import (
+    LEAST_OF_MOMENTS,
+    MOST_TOGETHER,
+    difference,
+    difference_of_ppk,
+    exchange,
+    going_together,
+)
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limit import Limit
+
+
+def machines(both, worse, better, neither):
+    """Return who is within in either design."""
+    counts = (both, worse, better, neither)
+    return np.repeat([1, 1, 0, 0], counts) > 0, np.repeat([1, 0, 1, 0], counts) > 0
+
+
+def test_machines_that_change_sides_are_counted_with_exact_ends():
+    found = exchange(*machines(970, 9, 3, 18))
+    assert (found.worse, found.better) == (9, 3)
+    share, lean = (
+        stats.binomtest(k, n).proportion_ci(0.975, "exact")
+        for k, n in ((12, 1000), (9, 12))
+    )
+    lower = share.high * (2 * lean.low - 1)  # leans to the better there
+    assert lean.low < 0.5
+    assert found.beyond[:3] == pytest.approx(
+        (0.006, lower, share.high * (2 * lean.high - 1)), rel=1e-9
+    )
+    nobody = exchange(*machines(1000, 0, 0, 0)).beyond
+    assert nobody[:3] == pytest.approx(
+        (0, -(1 - 0.0125 ** (1 / 1000)), 1 - 0.0125 ** (1 / 1000)), rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("shares", [(0.1, 0.1), (0.3, 0.02), (0.5, 0.4), (0.05, 0.0)])
+def test_every_outcome_together_covers_the_difference_of_yields(shares):
+    n, (worse, better) = 15, shares
+    missed = 0.0
+    for w in range(n + 1):
+        for b in range(n + 1 - w):
+            p = stats.multinomial.pmf([w, b, n - w - b], n, [*shares, 1 - sum(shares)])
+            ends = exchange(*machines(n - w - b, w, b, 0)).beyond
+            missed += p * (not ends.lower <= worse - better <= ends.upper)
+    assert missed < 0.05
+
+
+def test_a_difference_takes_both_intervals_by_squares():
+    # Newcombe 1998, table II (a): 56 of 70 less 48 of 80 by Wilson scores
+    a, b = Estimate(48 / 80, 0.4905, 0.7003), Estimate(56 / 70, 0.6918, 0.8770)
+    assert difference(a, b)[:3] == pytest.approx((0.2, 0.0524, 0.3339), abs=2e-4)
+    apart = difference(a, b, 0.5)
+    assert apart.lower == pytest.approx(
+        0.2 - math.sqrt(0.1082**2 + 0.1003**2 - 0.1082 * 0.1003), abs=1e-9
+    )
+    never, some = Estimate(math.inf, 0.9, math.inf), Estimate(0.8, 0.7, 1.0)
+    assert difference(some, never)[:3] == (math.inf, pytest.approx(-0.1), math.inf)
+    assert difference(never, some)[:2] == (-math.inf, -math.inf)
+    assert difference(never, never).reason == "none beyond in either"
+    unsure = difference(some, Estimate(0.9, reason="needs 59"))
+    assert unsure.value == pytest.approx(0.1) and unsure.reason == "needs 59"
+
+
+def test_what_errs_together_is_a_correlation_that_is_never_sure():
+    rng = np.random.default_rng(1)
+    first = rng.random(500) < 0.2
+    second = np.where(rng.random(500) < 0.3, rng.random(500) < 0.2, first)
+    more = np.append(first, [True, False]), np.append(second, [False, True])
+    assert going_together(first, second) == pytest.approx(np.corrcoef(*more)[0, 1])
+    assert going_together(first, first) == MOST_TOGETHER
+    assert abs(going_together(first, np.ones(500, bool))) < 0.1
+
+
+def test_ppk_by_moments_leaves_out_a_twentieth_at_a_time():
+    rng = np.random.default_rng(2)
+    z, limits = rng.normal(size=1210), (Limit(-4, 4), Limit(-4, 5))
+    first, second = z + 0.2, 0.8 * z + 0.1 * rng.normal(size=1210)
+
+    def more(keep):
+        ends = (
+            (first[keep], limits[0].permitted),
+            (second[keep], limits[1].permitted),
+        )
+        each = [
+            min(high - y.mean(), y.mean() - low) / 3 / np.std(y, ddof=1)
+            for y, (low, high) in ends
+        ]
+        return each[1] - each[0]
+
+    number = np.arange(1210)
+    left = np.array([more(number % 20 != i) for i in range(20)])
+    half = 1.1 * stats.t.ppf(0.975, 19) * np.sqrt(19 * left.var())
+    found = difference_of_ppk(first, second, limits)
+    value = more(number >= 0)
+    assert found[:3] == pytest.approx((value, value - half, value + half), rel=1e-9)
+
+
+def test_ppk_by_moments_says_why_it_is_not_told_apart():
+    z, limits = np.random.default_rng(3).normal(size=4000), (Limit(-4, 4),) * 2
+    few = difference_of_ppk(z[:900], z[:900], limits)
+    assert few.reason == f"needs {LEAST_OF_MOMENTS}"
+    assert "few trials decide" in difference_of_ppk(z, z**7, limits).reason
+    still = difference_of_ppk(z, np.full(4000, 1.0), limits)
+    assert np.isnan(still.value) and "does not spread" in still.reason
