@@ -33,9 +33,9 @@ def compare_runs(
     responses : sequence of str
         What is looked at closely.
     """
-    pairs, found = compared_with_first([open_run(path) for path in paths], responses)
     if output:
         check_folder(output)
+    pairs, found = compared_with_first([open_run(path) for path in paths], responses)
     if form:
         deliver(found.alone or found, output, form)
         return

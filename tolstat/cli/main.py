@@ -382,7 +382,7 @@ def compare(
 
     if not 2 <= len(runs) <= MOST_COMPARED:
         raise click.UsageError(
-            f"{len(runs)} runs were given: A.h5 B.h5, and others up to {MOST_COMPARED}"
+            f"A.h5 B.h5...: two runs or more are compared, up to {MOST_COMPARED}"
         )
     compare_runs(runs, output, form or "", responses)
 

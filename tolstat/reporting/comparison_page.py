@@ -108,10 +108,11 @@ def _verdicts(each: Sequence[Shown]) -> list[tuple[str, str, list[Any]]]:
     """List response, letter and path of everything limited, by response."""
     found = []
     for name in dict.fromkeys(name for one in each for name in one.found.responses):
-        sides = [("A", "first", each[0]), *((one.label, "second", one) for one in each)]
+        having = [one for one in each if name in one.found.responses]
+        sides = [("A", "first", having[0])]
+        sides += [(one.label, "second", one) for one in having]
         for label, side, one in sides:
-            known = one.found.responses.get(name)
-            if known and getattr(known, side).limited:
+            if getattr(one.found.responses[name], side).limited:
                 found.append((name, label, [*one.path, "responses", name, side]))
     return found
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from string import ascii_uppercase
 from typing import NamedTuple
@@ -10,6 +11,8 @@ from tolstat.reporting.comparison import Comparison, Comparisons
 from tolstat.reporting.pairing import MACHINES, UNPAIRED
 from tolstat.reporting.plain import share_words
 from tolstat.reporting.summary_table import AS_IS, PER_CENT, Cell, estimate_in_words
+from tolstat.statistics.estimate import Estimate
+from tolstat.units.scale import Scale
 
 LABELS = ascii_uppercase
 
@@ -85,8 +88,15 @@ def _limit_rows(each: tuple[Comparison, ...]) -> Iterator[list[Cell]]:
             yield [
                 f"{name} {label}", known.limits[1], beyond[1],
                 estimate_in_words(known.beyond_more, PER_CENT), *changes,
-                ppk[1], estimate_in_words(known.ppk_more, AS_IS),
+                ppk[1], _or_why(known.ppk_more, AS_IS),
             ]  # fmt: skip
+
+
+def _or_why(estimate: Estimate, scale: Scale) -> Cell:
+    """Write an estimate, or why there is none."""
+    if math.isnan(estimate.value):
+        return estimate.reason
+    return estimate_in_words(estimate, scale)
 
 
 def _notes(each: tuple[Comparison, ...]) -> Iterator[str]:

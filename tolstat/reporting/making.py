@@ -86,12 +86,12 @@ def compare(
     from tolstat.reporting.comparison import compared_with_first
     from tolstat.reporting.comparison_page import make_comparison_page
 
+    check_folder(Path(output))
     every = [
         run if isinstance(run, Run) else open_run(run)
         for run in (first, second, *others)
     ]
     pairs, found = compared_with_first(every, responses)
-    check_folder(Path(output))
     return write(Path(output), make_comparison_page(pairs, found))
 
 
