@@ -10,6 +10,7 @@ from scipy.stats import norm
 from tests.coverage.problems import SIZES
 from tolstat.statistics.capability import by_share
 from tolstat.statistics.difference import (
+    below_together,
     difference,
     difference_of_ppk,
     exchange,
@@ -91,9 +92,9 @@ def intervals(problem, rng, n):
         found["mean"] = difference(mean_of(first), mean_of(second))
     found["Ppk by share"] = difference(*ppks, together)
     for share in SHARES:
-        below = first <= a[share].value, second <= b[share].value
-        near = going_together(*below) if r else 0.0
-        found[f"quantile {share:g}"] = difference(a[share], b[share], near)
+        of = a[share], b[share]
+        near = below_together(first, second, of) if r else 0.0
+        found[f"quantile {share:g}"] = difference(*of, near)
     words = WORDS[r > 0]
     for each, estimate in found.items():
         exact = each == "share beyond" and r > 0

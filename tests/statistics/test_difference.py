@@ -11,6 +11,7 @@ from scipy import stats
 from tolstat.statistics.difference import (
     LEAST_OF_MOMENTS,
     MOST_TOGETHER,
+    below_together,
     difference,
     difference_of_ppk,
     exchange,
@@ -18,6 +19,7 @@ from tolstat.statistics.difference import (
 )
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limit import Limit
+from tolstat.statistics.quantiles import quantile
 
 
 def machines(both, worse, better, neither):
@@ -80,6 +82,15 @@ def test_what_errs_together_is_a_correlation_that_is_never_sure():
     assert going_together(first, second) == pytest.approx(np.corrcoef(*more)[0, 1])
     assert going_together(first, first) == MOST_TOGETHER
     assert abs(going_together(first, np.ones(500, bool))) < 0.1
+
+
+def test_a_quantile_next_to_a_value_that_many_share_errs_alone():
+    z = np.random.default_rng(4).normal(size=300)
+    jam = np.maximum(np.abs(z) - 1.9, 0.0)
+    found = [quantile(y, 0.95) for y in (jam, z, 0.9 * z)]
+    assert found[0].lower == 0.0 < found[0].upper
+    assert below_together(jam, z, (found[0], found[1])) == 0.0
+    assert below_together(z, 0.9 * z, (found[1], found[2])) > 0.8
 
 
 def test_ppk_by_moments_leaves_out_a_twentieth_at_a_time():

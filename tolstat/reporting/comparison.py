@@ -15,7 +15,7 @@ from tolstat.reporting.gather import responses_of_interest
 from tolstat.reporting.pairing import UNPAIRED, Pair, pair_of
 from tolstat.reporting.summary_table import summaries_of
 from tolstat.reporting.yields_compared import YieldsCompared, yields_of
-from tolstat.statistics.difference import difference, going_together
+from tolstat.statistics.difference import below_together, difference
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.proportions import proportion
 from tolstat.statistics.replicates import share_from_replicates
@@ -289,8 +289,7 @@ def _shift(
         if pair.sample.replicates:
             found[share] = Estimate(b.value - a.value, reason=RANDOM_ONLY)
             continue
-        below = (values <= each.value for values, each in ((first, a), (second, b)))
-        found[share] = difference(a, b, going_together(*below))
+        found[share] = difference(a, b, below_together(first, second, (a, b)))
     return Shift(differences.mean, found)
 
 

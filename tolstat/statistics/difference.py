@@ -139,6 +139,31 @@ def going_together(first: Machines, second: Machines) -> float:
     return min((n * both - one * other) / math.sqrt(spread), MOST_TOGETHER)
 
 
+def below_together(
+    first: Array, second: Array, quantiles: tuple[Estimate, Estimate]
+) -> float:
+    """Return how far a quantile of two designs errs together.
+
+    Parameters
+    ----------
+    first, second : float64[trial]
+        The response in either design, of the same trials in the same order.
+    quantiles : tuple of Estimate
+        Of either design.
+
+    Returns
+    -------
+    float
+        As of `going_together` of the machines below it; 0 where an end of an interval
+        is a value that several machines share, for then it is not as far as it errs.
+    """
+    a, b = quantiles
+    for values, each in ((first, a), (second, b)):
+        if any(np.count_nonzero(values == e) > 1 for e in (each.lower, each.upper)):
+            return 0.0
+    return going_together(first <= a.value, second <= b.value)
+
+
 def difference_of_ppk(
     first: Array,
     second: Array,
