@@ -350,6 +350,69 @@ def test_texts_of_a_study_are_escaped(toy, toy_study, tmp_path):
     assert not {"script", "i", "b"} & set(Page(page).tags)
 
 
+@pytest.mark.parametrize("approval", ["", "A. Engineer, 2026-11-22"])
+def test_the_title_block_is_what_the_study_says(toy, toy_study, approval):
+    drawing = "رسم <b>\\u202e 7"  # from right to left, and not to be obeyed
+    document = f'project = "P-1"\nauthor = " "\ndrawing = "{drawing}"\n'
+    text = toy_study.read_text().replace(
+        "[deviations]", f'[document]\n{document}approval = "{approval}"\n[deviations]'
+    )
+    toy_study.write_text(text)
+    page, found = page_of(tolstat.run(toy_study, model=toy))
+    assert found["document"] == {
+        "project": "P-1", "drawing": "رسم <b>\u202e 7", "revision": "", "author": "",
+        "approval": approval,
+    }  # fmt: skip
+    said = first_of(page)
+    assert "project P-1 drawing رسم <b>\\u202e 7" in said and "author" not in said
+    assert ('class="sign"' in page) == (approval == "")
+    assert approval in said and "revision" not in said
+    # a foot that a style sheet reads: nothing but letters, figures and their codes
+    foot = unescape(re.search(r'style="--sheet: ([^"]*)">', page)[1])
+    assert re.fullmatch(r'"(\w|\\[0-9a-f]+ )*"', foot)
+    assert '"' not in foot[1:-1] and "\\3c " in foot
+
+
+def test_slopes_and_the_worst_corner_stand_with_their_units(report, mill):
+    words = {path: words for path, _, words in report.page.numbers}
+    part = section_of(report.text, "rod_force_1")
+    slopes = mill.evidence.slopes["rod_force_1"]
+    for name, unit, factor in (
+        ("rod_length_1", "kN/mm", 1e-6), ("crank_angle_1", "kN/deg", np.pi / 180e3),
+    ):  # fmt: skip
+        path = f"responses/rod_force_1/slopes/{name}"
+        assert says(words[path], factor * slopes[name])
+        assert re.search(rf'data-path="{path}">[^<]*</span> {unit}<', part)
+        corner = mill.evidence.worst_cases["rod_force_1"]["largest"].deviations[name]
+        path = f"responses/rod_force_1/worst_cases/largest/deviations/{name}"
+        assert says(words[path], mill.scales[name].factor * corner)
+
+
+def test_a_histogram_says_limit_mean_and_what_is_fitted(report):
+    figures = dict(report.figures)
+    for name in report.found["interest"]:
+        each = report.found["responses"][name]
+        words = next(w for w in figures if w.startswith(f"Histogram of {name}:"))
+        (legend,) = figures[words].legends
+        labels = [text.get_text() for text in legend.get_texts()]
+        assert f"limit {each['limited']['limit']['words']}" in labels
+        mean = next(label for label in labels if label.startswith("mean"))
+        factor = 10.0 ** {"kN": -3, "kN m": -3, "%": 2}[each["scale"]["shown"]]
+        assert says(mean.split()[1], factor * each["mean"]["value"])
+        shape, fitted = each["distribution"], each["distribution"]["shape"]
+        fits = [label for label in labels if label.startswith(fitted["name"])]
+        assert bool(fits) == (shape["beyond"] is not None)
+        for label in fits:
+            assert says(label.split()[1], 1e6 * shape["beyond"])
+            curve = next(
+                line for line in figures[words].axes[0].lines
+                if line.get_label() == label
+            )  # fmt: skip
+            area = np.trapezoid(curve.get_ydata(), curve.get_xdata())
+            bars = np.ptp(curve.get_xdata()) / 60 * shape["rest"]
+            assert area == pytest.approx(bars, rel=0.1)
+
+
 def test_one_failed_trial_is_visible_in_every_table(tmp_path, toy, toy_study):
     class Once(type(toy)):
         def evaluate(self, deviations, settings):
@@ -660,4 +723,4 @@ def test_trials_that_depend_on_each_other_name_no_culprit(toy, toy_study):
     culprits = found["responses"]["gap"]["culprits"]
     assert culprits["reason"] == "for random trials only"
     assert culprits["beyond"] > 0 and culprits["contributors"] == {}
-    assert "Beyond gap : for random trials only" in first_of(page)
+    assert "gap : culprits are named of random trials only" in first_of(page)

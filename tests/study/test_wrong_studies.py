@@ -30,6 +30,13 @@ FILES = {
 }
 
 WRONG = {
+    "unknown key of the document": (
+        HEAD + '[document]\ndrawin = "A-1"\n', ["[document] drawin: ", "did you mean 'drawing'"],
+    ),
+    "a revision that is no text": (
+        HEAD + "[document]\nrevision = 3\n", ["[document] revision = 3", "in quotes", "approval"],
+    ),
+    "a document in words": (HEAD + 'document = "A-1"\n', ['document = "A-1"', 'revision = "B"']),
     "unknown key": (HEAD + "trails = 9\n", ["trails", "did you mean 'trials'"]),
     "unknown model": (
         'model = "stnad"\ntrials = 8\nseed = 1\n', ['model = "stnad"', "did you mean 'stand'"],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 import tolstat
 from tests.model.rich import Rich
 from tolstat.reporting.summary_table import summary_table
-from tolstat.units.scale import Scale, scale_of
+from tolstat.units.scale import Ratio, Scale, scale_of
 
 
 @pytest.mark.parametrize(
@@ -74,6 +75,48 @@ def test_from_study_to_table_units_are_those_that_were_typed(tmp_path):
     page = tolstat.report(run).read_text()
     assert "stress, GPa" in page and "&lt;= 0.3 GPa" in page
     assert "Settings(" not in page and "speeds 10..100 rad/s (by default)" in page
+
+
+def test_digits_are_those_that_the_interval_supports():
+    """Against decimal arithmetic: two figures of half the interval, six at most."""
+    generator = np.random.default_rng(5)
+    for _ in range(2000):
+        value = float(generator.normal() * 10 ** generator.uniform(-3, 5))
+        half = float(abs(value) * 10 ** generator.uniform(-5, 1))
+        lower, upper = value - half, value + half * generator.uniform(0.5, 1.5)
+        wide = Decimal(upper) - Decimal(lower)
+        size = max(map(abs, map(Decimal, (value, lower, upper))))
+        last = max((wide / 2).adjusted() - 1, size.adjusted() - 5)
+        unit = Decimal(1).scaleb(last)
+        for x, words in zip(
+            (value, lower, upper),
+            Scale("1", "1").interval(value, lower, upper), strict=True,
+        ):  # fmt: skip
+            assert abs(Decimal(words) - Decimal(x)) <= unit / 2 + Decimal("1e-12")
+            assert Decimal(words) % unit == 0 and "e+" not in words
+            assert Decimal(words) == 0 or Decimal(words).as_tuple().exponent <= max(
+                last, 0
+            )
+
+
+def test_what_is_nothing_to_an_engineer_is_said_to_be_below():
+    loss = Scale("1", "%").beside(0.03)
+    assert loss.least == 1e-5
+    assert loss.words(1.06e-8) == "below 1e-5 %" and loss.number(-1e-9) == "above -1e-5"
+    assert loss.number(0.0) == "0" and loss.number(1.2e-7) == "1.20e-5"
+    assert loss.exact.number(1.06e-8) == "1.06e-6"
+    # where figures end before, it is rounded away
+    assert loss.interval(1e-9, 0.0, 0.002) == ("0", "0", "0.20")
+    assert loss.interval(2e-8, 1e-8, 2e-7) == ("below 1e-5",) * 2 + ("2.00e-5",)
+    assert Scale("m", "mm").beside(0.0).least == 0.0 == Scale("m", "mm").least
+
+
+def test_slopes_have_both_units():
+    slope = Ratio(Scale("N", "kN"), Scale("m", "mm"))
+    assert slope.mark == "kN/mm" and slope.number(2e6) == "2.000"
+    assert Ratio(Scale("1", "1"), Scale("m", "mm")).mark == "1/mm"
+    assert Ratio(Scale("1", "%"), Scale("1", "1")).mark == "%"
+    assert Ratio(Scale("N m", "kN m"), Scale("m/s", "m/s")).mark == "kN m/(m/s)"
 
 
 def test_energies_of_nothing_are_not_ten_to_the_minus_eleven_kilojoules(tmp_path):

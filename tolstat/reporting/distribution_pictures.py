@@ -33,7 +33,7 @@ TICKS = (1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5)
 DRAWN_POINTS = 600  # of a distribution function
 CURVE_POINTS = 240  # of a fit
 MEAN = COLOURS[2]
-PPM = Scale("1", "ppm")
+FITTED = Scale("1", "ppm", 1.0)  # of a million; a tail that is fitted is no finer
 
 
 def histogram(drawn: Drawn, name: str, found: ResponseFindings) -> Markup:
@@ -94,7 +94,7 @@ def _draw_fit(axes: Axes, found: ResponseFindings, scale: float, edges: Array) -
     heights = of.rest * np.diff(of.shape.below(at)) * bars
     label = of.shape.name
     if not math.isnan(of.beyond):
-        label += f", {PPM.number(of.beyond)} ppm"
+        label += f", {FITTED.number(of.beyond)} ppm"
     middle = scale * (at[1:] + at[:-1]) / 2
     axes.plot(middle, heights, color=INK, linewidth=1, label=label)
 
@@ -102,7 +102,9 @@ def _draw_fit(axes: Axes, found: ResponseFindings, scale: float, edges: Array) -
 def _mark_middle(axes: Axes, found: ResponseFindings, scale: float) -> None:
     if not math.isnan(found.nominal):
         label = f"nominal {found.scale.number(found.nominal)}"
-        axes.axvline(scale * found.nominal, color=INK, linewidth=1, label=label)
+        axes.axvline(
+            scale * found.nominal, color=INK, linestyle="-.", linewidth=1, label=label
+        )
     if not math.isnan(found.mean.value):
         label = f"mean {found.scale.interval(*found.mean[:3])[0]}"
         axes.axvline(

@@ -27,10 +27,12 @@ from tolstat.store.run import Run
 from tolstat.units.scale import Ratio, Scale
 
 NAMED = 3  # contributors beside a worst trial
+LONGEST = 60  # characters of a title at the foot of a sheet
 DEMANDED = 10  # digits of a share close to 1
 WORDS = {
     "%": PER_CENT,
     "ppm": Scale("1", "ppm"),
+    "fitted": distributions.FITTED,
     "plain": AS_IS,
     "level": PER_CENT.beside(1.0),  # that of chance: no test is better than that
 }
@@ -94,8 +96,8 @@ class Numbers:
         path : sequence
             Where it lies in the findings.
         scale : Scale, Ratio or str
-            How it is shown; "%", "ppm" (a share per million), "level", "demanded" or
-            "plain".
+            How it is shown; "%", "ppm" (a share per million), "fitted", "level",
+            "demanded" or "plain".
         """
         value = self.at(path)
         if isinstance(value, float) and math.isnan(value):
@@ -242,7 +244,8 @@ def leading_response(found: Findings) -> str:
 def _sheet(found: Findings) -> tuple[str, ...]:
     """Say what stands at the foot of each printed sheet."""
     document = found.document
-    return document.drawing, document.revision, found.title, found.run
+    title = found.title[:LONGEST] + "..." * (len(found.title) > LONGEST)
+    return document.drawing, document.revision, title, found.run
 
 
 def _css_string(text: str) -> str:

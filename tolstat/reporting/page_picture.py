@@ -91,9 +91,8 @@ def legend_above(axes: Axes) -> None:
 def _legend_width(labels: Sequence[str], columns: int) -> float:
     """Return about how many points wide a legend is."""
     shared = np.array_split(np.array([len(label) for label in labels]), columns)
-    return sum(
-        SMALLEST * (0.62 * int(each.max()) + 3.5) for each in shared if len(each)
-    )
+    widths = (0.62 * float(max(each)) + 3.5 for each in shared if len(each))
+    return SMALLEST * sum(widths)
 
 
 def inline(figure: Figure, alternative: str) -> Markup:

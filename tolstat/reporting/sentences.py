@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from tolstat.reporting.findings import Culprits, Findings, ResponseFindings
-from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.yields import MET, NOT_MET, UNDECIDED
 
 MATTERS = 0.05  # share of the variance from which a contributor is named
@@ -139,4 +139,6 @@ def _nobody(culprits: Culprits | None) -> str:
     """Say why no culprit is named; empty without a limit, and where one is."""
     if culprits is None or culprits.driving:
         return ""
-    return culprits.reason or "nothing differs among them by more than chance"
+    if culprits.reason == RANDOM_ONLY:
+        return "culprits are named of random trials only"
+    return culprits.reason or "nothing differs among those beyond by more than chance"
