@@ -111,5 +111,5 @@ def view_of(
         return chart
     rows = first
     if study is not None and known[name].machines:
-        rows = np.concatenate([first, study.deviations()[: known[name].machines]])
+        rows = np.concatenate([first, study.machines(known[name].machines)])
     return shown(model, name, rows, settings)

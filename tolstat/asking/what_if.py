@@ -19,6 +19,7 @@ from tolstat.errors import (
     TolstatError,
 )
 from tolstat.execution.going_on import plan_again, study_of
+from tolstat.execution.rare import drawn_again
 from tolstat.execution.sameness import trials_drawn_otherwise
 from tolstat.model.contract import Model
 from tolstat.reporting.drawn import Drawn
@@ -122,7 +123,7 @@ def what_if(
 
 def _check_drawn(run: Run, study: Study) -> None:
     """Refuse a run whose study draws other machines by now."""
-    plan = plan_again(run, study)
+    plan = plan_again(run, study, drawn_again(run, study))
     if len(trials_drawn_otherwise(run, plan)):
         raise RunFileError(
             f"{run.path}: its study draws other deviations by now, because its data or "

@@ -17,6 +17,7 @@ from tolstat.reporting import making
 from tolstat.reporting.findings import Findings
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.plain import as_csv, as_json
+from tolstat.reporting.rare import rare_findings
 from tolstat.reporting.report_csv import report_csv
 from tolstat.store.opening import open as open_run
 
@@ -57,7 +58,8 @@ def report_run(
         made = making.report(run, output, responses)
         click.echo(f"report in {visible(str(made))}")
     else:
-        deliver(findings_of(run, responses), output, form)
+        gathered = rare_findings if run.rare else findings_of
+        deliver(gathered(run, responses), output, form)
 
 
 def limits_in(texts: Sequence[str]) -> dict[str, Any]:

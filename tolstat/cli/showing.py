@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from tolstat.literal import visible
+from tolstat.reporting.rare import rare_table
 from tolstat.reporting.summary_table import Cell, summary_table
 from tolstat.reporting.sweep import comparisons
 from tolstat.store.opening import open as open_run
@@ -70,7 +71,7 @@ def print_summary(run: Run) -> bool:
         Whether no limit is found to be not met.
     """
     console = screen()
-    summary = summary_table(run)
+    summary = rare_table(run) if run.rare else summary_table(run)
     parts = [(summary.title, summary.heads, summary.rows)]
     if summary.limit_rows:
         parts.append(("limits", summary.limit_heads, summary.limit_rows))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.names import known_or_general
 from tolstat.deviations.parts import find_in
+from tolstat.deviations.samplers.rare import Rare, Stage
 
 
 def draw(
@@ -47,13 +48,66 @@ def draw(
         SI.
     """
     dependence = dependence or Dependence()
-    number = _numbers(contributors)
-    wanted = factors(distributions, dependence)
-    streams = {name: i for name, i in number.items() if name in wanted}
+    streams = _streams(contributors, distributions, dependence)
     table = find_in(samplers, sampling)().unit_samples(seed, streams, trials)
+    return _deviations(table, contributors, distributions, dependence)
+
+
+def draw_in_stages(
+    contributors: Sequence[str],
+    distributions: Mapping[str, Distribution],
+    *,
+    seed: int,
+    trials: int,
+    dependence: Dependence,
+) -> Generator[tuple[Stage, NDArray[np.float64]], NDArray[np.float64], None]:
+    """Draw the trials of a rare run, each stage after the answers to those before.
+
+    Parameters
+    ----------
+    contributors, distributions, seed, trials, dependence
+        As of `draw`.
+
+    Yields
+    ------
+    tuple of (Stage, float64[trial, contributor])
+        The trials of a stage and their deviations, SI. For each it wants
+        float64[trial]: see `Rare.stages`.
+    """
+    streams = _streams(contributors, distributions, dependence)
+    course = Rare().stages(seed, streams, trials)
+    try:
+        stage = next(course)
+        while True:
+            rows = _deviations(stage.unit, contributors, distributions, dependence)
+            margins = yield stage, rows
+            stage = course.send(margins)
+    except StopIteration:
+        return
+
+
+def _streams(
+    contributors: Sequence[str],
+    distributions: Mapping[str, Distribution],
+    dependence: Dependence,
+) -> dict[str, int]:
+    """Return what is drawn, each with its number."""
+    wanted = factors(distributions, dependence)
+    return {name: i for name, i in _numbers(contributors).items() if name in wanted}
+
+
+def _deviations(
+    table: NDArray[np.float64],
+    contributors: Sequence[str],
+    distributions: Mapping[str, Distribution],
+    dependence: Dependence,
+) -> NDArray[np.float64]:
+    """Turn float64[trial, stream] unit samples into float64[trial, contributor], SI."""
+    number = _numbers(contributors)
+    streams = _streams(contributors, distributions, dependence)
     unit = joined(dict(zip(streams, table.T, strict=True)), dependence)
-    deviations = np.zeros((trials, len(contributors)))
-    middle = np.full(trials, 0.5)  # of what is constant
+    deviations = np.zeros((len(table), len(contributors)))
+    middle = np.full(len(table), 0.5)  # of what is constant
     for name, distribution in distributions.items():
         u = unit.get(name, middle)
         deviations[:, number[name]] = distribution.deviations(u)

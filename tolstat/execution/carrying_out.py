@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tolstat.errors import ModelError
 from tolstat.execution.audit import audit, evaluated_again
 from tolstat.execution.further import gather
+from tolstat.execution.rare import drawn_in_stages
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Interrupted, Workers
 from tolstat.statistics.precision import FIRST, next_stage, trials_wanted
@@ -122,7 +123,7 @@ def _evaluate(
         alone = np.zeros((1, len(study.description.contributors)))
         file.write_nominal(workers.simulate(study.model, alone, study.settings))
     stages: list[int] = []
-    for stop in _stages(study, trials, tell):
+    for stop in _stages(study, trials, file, tell):
         cases = _missing(study.cases, trials.status[:stop])
         for blocks in workers.blocks(study.model, cases, trials.deviations):
             file.write_blocks(blocks)
@@ -146,8 +147,13 @@ def _rerun(study: Study, trials: Trials, workers: Workers) -> Audited:
     return found
 
 
-def _stages(study: Study, trials: Trials, tell: Telling) -> Iterator[int]:
+def _stages(
+    study: Study, trials: Trials, file: RunWriter, tell: Telling
+) -> Iterator[int]:
     """Yield how many trials are to be over before anyone looks at them again."""
+    if study.rare:
+        yield from drawn_in_stages(study, trials, file.write_drawn)
+        return
     stop = min(FIRST, study.trials) if study.until else study.trials
     yield stop
     while stop < study.trials and (wanted := _wanted(study, trials, stop)):

@@ -10,6 +10,7 @@ from tolstat.errors import StoppedError, StudyError
 from tolstat.execution.carrying_out import Progress, Telling, carry_out
 from tolstat.execution.elsewhere import crew_of
 from tolstat.execution.planning import cannot_be_built, plan_of
+from tolstat.execution.rare import columns_of
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Workers
 from tolstat.model.contract import Model
@@ -130,7 +131,8 @@ def _stored(
         trials = Trials.planned(study.description, study.deviations())
         if doubt := cannot_be_built(study, trials.deviations):
             tell(Progress(0, 0, study.trials, doubt=doubt))
-        plan = plan_of(study, trials.deviations)
+        trials.drawn = columns_of(study)
+        plan = plan_of(study, trials)
         with RunWriter.made(lock, plan, force=force) as file:
             carry_out(study, trials, file, workers, tell)
     if file.given_up:

@@ -7,12 +7,11 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from tolstat.errors import RunFileError, StudyError
 from tolstat.execution.carrying_out import Progress, Telling, carry_out
 from tolstat.execution.elsewhere import crew_of
 from tolstat.execution.planning import cannot_be_built, plan_of
+from tolstat.execution.rare import drawn_again
 from tolstat.execution.sameness import check_same, study_differs
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Workers
@@ -147,17 +146,15 @@ def _gone_on(
     if wanted is not None:
         _check_wanted(run, wanted)
     study = study_of(run, wanted, model)
-    plan = _plan(run, study, regardless)
+    trials = drawn_again(run, study)
+    plan = _plan(run, study, trials, regardless)
     if wanted is not None and (doubt := cannot_be_built(study, plan.deviations)):
         tell(Progress(0, 0, study.trials, doubt=doubt))
     rerun = rerun or run.rerun is not None
-    whole = run.status != Status.NOT_RUN
-    whole[run.damage.trials] = False
+    whole = trials.status[: run.trials] != Status.NOT_RUN
     ending = None
     if run.complete and wanted is None:
         ending = Ending(run.trials, run.stopped, run.audited, run.evidence, run.rerun)
-    known = np.pad(whole, (0, study.trials - run.trials))
-    trials = Trials.of_run(run, plan.deviations, known)
     nominal = run.nominal_values["status"] != Status.NOT_RUN.word
     nominal &= not run.damage.nominal
     del run  # its columns are in the trials
@@ -195,11 +192,11 @@ def study_of(run: Run, trials: int | None = None, model: Model | None = None) ->
     )
 
 
-def plan_again(run: Run, study: Study) -> Plan:
-    """Plan a run again, in the words of the one that is stored."""
+def plan_again(run: Run, study: Study, trials: Trials) -> Plan:
+    """Plan a run again, of `drawn_again`, in the words of the one that is stored."""
     same = study.trials == run.trials
     return replace(
-        plan_of(study, study.deviations()),
+        plan_of(study, trials),
         study_text=run.study.text,
         title=run.title,
         machine=run.machine,
@@ -210,9 +207,9 @@ def plan_again(run: Run, study: Study) -> Plan:
     )
 
 
-def _plan(run: Run, study: Study, regardless: bool) -> Plan:
+def _plan(run: Run, study: Study, trials: Trials, regardless: bool) -> Plan:
     """Plan the run again, and refuse what would not be the same run."""
-    plan = plan_again(run, study)
+    plan = plan_again(run, study, trials)
     check_same(run, plan)
     differing = run.made_otherwise(study.model.source_digest)
     doubts = [*study_differs(run), *differing]

@@ -44,10 +44,10 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     dict of str to dict
         By limited response and the contributors whose tolerances are halved: each, each
         kind of part, and pairs that explain machines beyond; empty where trials depend
-        on each other. Failed trials count as beyond.
+        on each other, or were sought. Failed trials count as beyond.
     """
     sampler = study.sampler
-    if sampler is None or sampler.replicates:
+    if sampler is None or sampler.replicates or study.rare:
         return {}
     group = sampler.group(len(study.factors))
     own: slice | NDArray[np.bool_] = slice(None)

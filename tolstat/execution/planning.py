@@ -11,6 +11,7 @@ from tolstat import catalogue
 from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.spread import Spread, spread_of
 from tolstat.errors import StudyError
+from tolstat.execution.trials import Trials
 from tolstat.model.checked import impossible, numbers_of
 from tolstat.model.description import StudyNumber
 from tolstat.model.settings import settings_of
@@ -21,15 +22,15 @@ from tolstat.study.points import setting_name
 from tolstat.study.study import Study
 
 
-def plan_of(study: Study, deviations: NDArray[np.float64]) -> Plan:
+def plan_of(study: Study, trials: Trials) -> Plan:
     """Say all that is known of a run before anything has run.
 
     Parameters
     ----------
     study : Study
         Checked.
-    deviations : float64[trial, contributor]
-        Drawn, SI.
+    trials : Trials
+        Drawn; those of a rare study as far as they are.
     """
     model, points = study.model, study.points
     assumed = assumed_of(study.deviating)
@@ -40,7 +41,7 @@ def plan_of(study: Study, deviations: NDArray[np.float64]) -> Plan:
         machine=catalogue.place_of(model),
         sampling=study.sampling,
         description=study.description,
-        deviations=deviations,
+        deviations=trials.deviations,
         words=words_of(model.failures),
         integrates=model.integrates,
         source_digest=model.source_digest,
@@ -64,6 +65,8 @@ def plan_of(study: Study, deviations: NDArray[np.float64]) -> Plan:
         numbers=_numbers(study, assumed),
         rules=study.until.rules if study.until else (),
         study_file=study.path.resolve() if study.path else None,
+        drawn=trials.drawn,
+        rare=study.rare,
     )
 
 
@@ -82,6 +85,8 @@ def cannot_be_built(study: Study, deviations: NDArray[np.float64]) -> str:
     StudyError
         If none of them can.
     """
+    if study.rare:  # its machines are sought, and those that cannot be among them
+        return ""
     model = study.model
     status = np.concatenate(
         [

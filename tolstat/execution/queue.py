@@ -10,6 +10,7 @@ from tolstat.errors import RunFileError
 from tolstat.execution.carrying_out import Telling
 from tolstat.execution.execute import execute
 from tolstat.execution.going_on import go_on, plan_again, study_of
+from tolstat.execution.rare import drawn_again
 from tolstat.execution.sameness import check_same, study_differs
 from tolstat.execution.workers import Workers
 from tolstat.store.opening import open as open_run
@@ -69,7 +70,7 @@ def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
     _check_asked(run, study)
     if run.complete and not run.damage:
         again = study_of(run)
-        check_same(run, plan_again(run, again))
+        check_same(run, plan_again(run, again, drawn_again(run, again)))
         notes = run.made_otherwise(study.model.source_digest)
         return Done(run, FINISHED_BEFORE, tuple(notes))
     del run  # its columns are not needed twice

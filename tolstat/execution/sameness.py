@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import RunFileError
+from tolstat.execution.rare import NOT_YET, is_drawn
 from tolstat.model.description import Contributor, Response
+from tolstat.status import Status
 from tolstat.store.damage import ranges_of
-from tolstat.store.layout import encoded
+from tolstat.store.layout import STAGE, encoded
 from tolstat.store.plan import Plan, Reference
 from tolstat.store.run import Run
 
@@ -59,7 +61,7 @@ def check_same(run: Run, plan: Plan) -> None:
     run : Run
         Stored.
     plan : Plan
-        Of its study, as it is read now, its deviations drawn again.
+        Of its study, as it is read now, with its trials drawn again.
 
     Raises
     ------
@@ -113,12 +115,22 @@ def words_of(named: Mapping[str, Any]) -> dict[str, str]:
 
 
 def trials_drawn_otherwise(run: Run, plan: Plan) -> NDArray[np.int64]:
-    """Return the trials of a run whose deviations are not those drawn again."""
+    """Return the trials of a run whose deviations are not those drawn again.
+
+    What of a rare run was not drawn yet, or cannot be drawn again because answers are
+    missing, is not among them.
+    """
     other = np.zeros(run.trials, bool)
-    for column, each in enumerate(plan.description.contributors):
-        drawn = np.ascontiguousarray(plan.deviations[: run.trials, column])
-        stored = np.ascontiguousarray(run.column(each.name))
+    known = is_drawn(plan.deviations[: run.trials])
+    if run.rare:
+        known &= (run.status != Status.NOT_RUN) | (run.column(STAGE) != NOT_YET)
+    names = [each.name for each in plan.description.contributors]
+    again = dict(zip(names, plan.deviations.T, strict=True)) | dict(plan.drawn)
+    for name, values in again.items():
+        drawn = np.ascontiguousarray(values[: run.trials])
+        stored = np.ascontiguousarray(run.column(name))
         other |= stored.view(np.uint64) != drawn.view(np.uint64)
+    other &= known
     for name, swept in plan.swept.items():
         values = encoded(swept.values)[: run.trials]
         other |= encoded(run.column(name)) != values

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,8 @@ class Trials:
         SI; NaN where there is none.
     over, failed : int
         Trials that are over, and those of them that failed.
+    drawn : mapping of str to float64[trial]
+        What is stored of how they were drawn.
     """
 
     description: Description
@@ -39,6 +42,7 @@ class Trials:
     responses: Array
     over: int = 0
     failed: int = 0
+    drawn: Mapping[str, Array] = field(default_factory=dict)
 
     @classmethod
     def planned(cls, description: Description, deviations: Array) -> Trials:
@@ -66,6 +70,12 @@ class Trials:
             self.status[rows], self.responses[rows] = outcome.status, outcome.responses
             self.over += len(outcome.status)
             self.failed += int(np.count_nonzero(outcome.status != Status.DONE))
+
+    def forget(self, these: NDArray[np.bool_]) -> None:
+        """Let some trials not have run."""
+        self.status[these], self.responses[these] = Status.NOT_RUN, np.nan
+        self.over = int(np.count_nonzero(self.status))
+        self.failed = int(np.count_nonzero(self.status > Status.DONE))
 
     def first(self, trials: int) -> Trials:
         """Return the first trials, all of which are over."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tolstat.errors import TolstatError
 from tolstat.execution.choosing import random_trials
 from tolstat.execution.going_on import plan_again, study_of
+from tolstat.execution.rare import drawn_again, is_drawn
 from tolstat.execution.sameness import trials_drawn_otherwise
 from tolstat.execution.workers import Workers
 from tolstat.model.contract import Answers, Model
@@ -106,12 +107,13 @@ def verify(
             f"{path}: checksums of all that is stored: {run.damage.words or 'all fit'};"
             f" its trials cannot be drawn and evaluated again: {error}"
         ) from error
-    plan = plan_again(run, study)
+    plan = plan_again(run, study, drawn_again(run, study))
     ran = np.flatnonzero(run.status != Status.NOT_RUN)
     chosen = np.intersect1d(ran, random_trials(study.seed or 0, run.trials))
     otherwise = trials_drawn_otherwise(run, plan)
     # another machine's answers say nothing of what is stored
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
+    chosen = chosen[is_drawn(plan.deviations[chosen])]
     with Workers(workers) as crew:
         cases = list(_alone(study, chosen))
         found = None

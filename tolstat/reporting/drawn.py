@@ -61,8 +61,8 @@ class Drawn(NamedTuple):
 
 
 def drawn_trials(run: Run) -> Drawn | None:
-    """Return the trials of a run; None if its machines were chosen and not drawn."""
-    if run.sampled is None:
+    """Return the trials of a run; None if they are no sample: see `no_sample`."""
+    if run.sampled is None or run.rare:
         return None
     trials = np.arange(run.trials)
     group = run.sampled.group
@@ -71,3 +71,16 @@ def drawn_trials(run: Run) -> Drawn | None:
     each = run.trials / max(len(trials), 1)
     sample = Sample(run.status[trials], run.sampled.replicates, each)
     return Drawn(run, run.sampled, trials, sample)
+
+
+def no_sample(run: Run) -> str:
+    """Say why the machines of a run are no sample of those of its study."""
+    if run.rare:
+        return (
+            f"{run.path}: machines of a rare run were sought and are no sample; they "
+            f"tell the share beyond the limit of {run.rare} alone (`tolstat report`)"
+        )
+    return (
+        f"{run.path}: machines of a grid or a table were chosen and not drawn, and "
+        "have no statistics; `tolstat show --plot` draws them"
+    )

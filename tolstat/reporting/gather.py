@@ -14,7 +14,7 @@ from tolstat.errors import PictureError, allowed_names
 from tolstat.reporting.classical_answers import classical_of
 from tolstat.reporting.contributing import contributions_of, indices_of
 from tolstat.reporting.culprits import culprits_of
-from tolstat.reporting.drawn import Drawn, drawn_trials
+from tolstat.reporting.drawn import Drawn, drawn_trials, no_sample
 from tolstat.reporting.findings import (
     Assumptions,
     DeviationFindings,
@@ -74,10 +74,7 @@ def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
     """
     drawn = drawn_trials(run)
     if drawn is None:
-        raise PictureError(
-            f"{run.path}: machines of a grid or a table were chosen and not drawn, and "
-            "have no statistics; `tolstat show --plot` draws them"
-        )
+        raise PictureError(no_sample(run))
     if not np.any(drawn.sample.ran):
         raise PictureError(f"{run.path}: no trial has run; there is nothing to report")
     return drawn, responses_of_interest(run, chosen)
@@ -153,7 +150,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
             )
             for each in run.numbers
         },
-        _assumptions(run),
+        assumptions_of(run),
         {
             **run.provenance,
             "source_digest": run.source_digest,
@@ -223,7 +220,7 @@ def _distribution(name: str, drawn: Drawn) -> DistributionFindings:
     return DistributionFindings(atom, len(rest), shape, beyond)
 
 
-def _assumptions(run: Run) -> Assumptions:
+def assumptions_of(run: Run) -> Assumptions:
     """Say what the numbers hang on."""
     correlation: Mapping[str, Mapping[str, float]] = run.study.table.get(
         "correlation", {}

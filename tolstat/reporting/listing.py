@@ -14,6 +14,7 @@ from tolstat.errors import DamagedError, RunFileError, TolstatError
 from tolstat.reporting.drawn import drawn_trials
 from tolstat.reporting.page import environment, style
 from tolstat.reporting.plain import csv_text
+from tolstat.reporting.rare import rare_findings
 from tolstat.statistics.yields import NOT_MET, UNDECIDED, yield_of
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
@@ -104,6 +105,8 @@ def verdicts_of(run: Run) -> dict[str, list[str]]:
         Limited responses by verdict, the worst first; of machines that were chosen and
         not drawn by how many of them are beyond.
     """
+    if run.rare:
+        return {rare_findings(run).verdict: [run.rare]} if run.ended else {}
     found: dict[str, list[str]] = {}
     drawn = drawn_trials(run)
     for name, limit in run.limits.items() if run.ended else ():

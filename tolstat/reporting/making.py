@@ -49,6 +49,10 @@ def report(
     of = run if isinstance(run, Run) else open_run(run)
     path = Path(output) if output is not None else of.path.with_suffix(".html")
     check_folder(path)
+    if of.rare:
+        from tolstat.reporting.rare import rare_findings, rare_page
+
+        return write(path, rare_page(rare_findings(of, responses)))
     found = findings_of(of, responses)
     return write(path, make_page(of, found, pictures_of(of, found)))
 

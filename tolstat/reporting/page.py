@@ -18,7 +18,7 @@ from tolstat.reporting.findings import Culprit, Findings, ResponseFindings, lead
 from tolstat.reporting.plain import key_words, share_words
 from tolstat.reporting.sentences import sentences_of, worst_first
 from tolstat.reporting.sketch import sketch
-from tolstat.reporting.summary_table import AS_IS, PER_CENT
+from tolstat.reporting.summary_table import AS_IS, PER_CENT, PPM
 from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.moments import Reach
@@ -31,7 +31,7 @@ LONGEST = 60  # characters of a title at the foot of a sheet
 DEMANDED = 10  # digits of a share close to 1
 WORDS = {
     "%": PER_CENT,
-    "ppm": Scale("1", "ppm"),
+    "ppm": PPM,
     "fitted": distributions.FITTED,
     "plain": AS_IS,
     "level": PER_CENT.beside(1.0),  # that of chance: no test is better than that

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import PictureError
-from tolstat.reporting.drawn import Drawn, drawn_trials
+from tolstat.reporting.drawn import Drawn, drawn_trials, no_sample
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run import Run
@@ -87,10 +87,7 @@ def pair_of(first: Run, second: Run) -> Pair:
     A, B = drawn_trials(first), drawn_trials(second)
     where = f"{first.path} and {second.path}"
     if A is None or B is None:
-        raise PictureError(
-            f"{where}: machines of a grid or a table were chosen and not drawn, and "
-            "have no statistics; `tolstat show --plot` draws them"
-        )
+        raise PictureError(no_sample(second if A else first))
     units = second.units
     names = tuple(
         each.name for each in first.responses if units.get(each.name) == each.unit

@@ -29,7 +29,7 @@ WEIGHTED = (
     "sharper, and decides what is undecided"
 )
 
-PER_CENT, AS_IS = Scale("1", "%"), Scale("1", PLAIN)
+PER_CENT, PPM, AS_IS = Scale("1", "%"), Scale("1", "ppm"), Scale("1", PLAIN)
 
 # a text, or a number with the ends of its interval
 Cell = str | tuple[str, str, str]

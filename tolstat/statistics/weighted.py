@@ -7,10 +7,10 @@ from bisect import bisect_left
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaincinv
 
 from tolstat.statistics.betting import surely_more
 from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.gamma import gamma_ends
 from tolstat.statistics.moments import order_of
 from tolstat.statistics.weights import Weights
 
@@ -37,22 +37,13 @@ def weighted_share(
         With the gamma interval of a sum of weighted counts. The heaviest of all trials
         stands for the next machine beyond, which may be anywhere: conservative, and
         above zero even where no machine is beyond.
-
-    References
-    ----------
-    M. P. Fay, E. J. Feuer, Confidence intervals for directly standardized rates,
-    Statistics in Medicine 16 (1997) 791-801.
     """
     if weights.too_few:
         return Estimate(math.nan, reason=weights.too_few)
     n = len(weights.values)
     counted = weights.capped[machines] / n
-    y, v, heaviest = counted.sum(), np.sum(counted**2), weights.most / n
-    miss = (1 - confidence) / 2
-    lower = v / y * gammaincinv(y**2 / v, miss) if v > 0 else 0.0
-    one_more, its_square = y + heaviest, v + heaviest**2
-    shape, scale = one_more**2 / its_square, its_square / one_more
-    upper = min(scale * gammaincinv(shape, 1 - miss) + weights.cut, 1.0)
+    lower, upper = gamma_ends(counted, weights.most / n, confidence)
+    upper = min(upper + weights.cut, 1.0)
     value = min((weights.values[machines] / n).sum(), upper)
     return Estimate(float(value), float(min(lower, value)), float(upper))
 

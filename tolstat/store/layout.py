@@ -6,7 +6,8 @@ dimension scale; the nominal machine, which is no trial, in the group `nominal`;
 settings, as written, in the group `settings`, numbers of the study, alike for all its
 machines, in the group `numbers`; everything about the run as a whole in
 the attributes of the root. A grid has its swept settings as further datasets, and known
-points to compare with in the group `reference`. All these datasets are contiguous and
+points to compare with in the group `reference`. A rare run has four further datasets
+that say how each trial was drawn. All these datasets are contiguous and
 allocated when the file is made: while trials run only the bytes of rows change, and a
 kill cannot tear the file. The group `checks` holds a checksum of each trial, written
 before its status, one of the nominal machine, the seal of all that is no row, and how
@@ -51,6 +52,17 @@ TOLERANCE = "tolerance"  # its ends, SI
 ASSUMED = "assumed"  # its distribution, in words
 BATCH = "batch"  # whose parts are all alike
 PART = "part"  # the kind of part it belongs to
+# how the trials of a rare run were drawn; no response can be called so
+STAGE, SPREAD, DISTANCE, WEIGHT = (
+    "rare-stage", "rare-spread", "rare-distance", "rare-weight",
+)  # fmt: skip
+DRAWN = {
+    STAGE: "stage that the trial belongs to; -1 before it is drawn",
+    SPREAD: "times the spread of the study that the stage aimed at",
+    DISTANCE: "distance from the middle machine, in normal scores",
+    WEIGHT: "density in the study over that in the stage; NaN where only sought",
+}
+RARE = "rare"  # attribute: the response that it is about
 # of the status
 WORDS, CODES = "words", "flag_values"
 
@@ -121,6 +133,10 @@ def lay_out(file: h5py.File, plan: Plan, trials: int) -> None:
         if swept.shown:
             column.attrs[SHOWN] = swept.shown
         column.dims[0].attach_scale(index)
+    for name in plan.drawn:
+        column = allocate(file, name, (trials,), np.float64)
+        column.attrs["units"], column.attrs["long_name"] = "1", DRAWN[name]
+        column.dims[0].attach_scale(index)
     _lay_out_settings(file.create_group(SETTINGS, track_order=True), plan.settings)
     if plan.numbers:
         group = file.create_group(NUMBERS, track_order=True)
@@ -151,6 +167,7 @@ def _lay_out_checks(group: h5py.Group, plan: Plan, trials: int) -> None:
     group.attrs["long_name"] = "what tells whether the file is as it was written"
     contributors, responses = plan.description
     columns = len(contributors) + 2 * len(responses) + len(plan.swept) + 8
+    columns += len(plan.drawn)
     allocate(file := group.file, SEAL, (), f"S{length_of(columns)}")
     each = allocate(file, CHECKSUM, (trials,), np.uint64)
     each.attrs["long_name"] = "checksum of all that is stored of a trial; 0 for none"
@@ -224,6 +241,8 @@ def write_facts(
         attrs["replicates"] = plan.sampled.replicates
         attrs["group"] = plan.sampled.group
         write_texts(file, "factors", plan.sampled.factors)
+    if plan.rare:
+        attrs[RARE] = plan.rare
     write_texts(file, "until", plan.rules)
     if stopped:
         attrs["until_reached"], attrs["until_stages"] = stopped.reached, stopped.stages

@@ -34,6 +34,7 @@ from tolstat.store.layout import (
     NUMBERS,
     PART,
     RANGE,
+    RARE,
     REFERENCE,
     RERUN,
     SETTINGS,
@@ -161,6 +162,7 @@ def _read(path: Path, file: h5py.File) -> Run:
         complete=complete,
         damage=damage,
         study_file=_study_file(path, file),
+        rare=str(attrs.get(RARE, "")),
     )
 
 

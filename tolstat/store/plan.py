@@ -151,6 +151,10 @@ class Plan:
         The stopping rule, as it is written; empty without one.
     study_file : Path or None
         Where the study lies; None for one that is no file.
+    drawn : mapping of str to float64[trial]
+        Columns that say how trials were drawn, where not all were drawn alike.
+    rare : str
+        The response whose limit a rare run is about; empty for any other run.
     """
 
     study_text: str
@@ -176,6 +180,8 @@ class Plan:
     numbers: tuple[StudyNumber, ...] = ()
     rules: tuple[str, ...] = ()
     study_file: Path | None = None
+    drawn: Mapping[str, Array] = field(default_factory=dict)
+    rare: str = ""
 
 
 class Stopped(NamedTuple):

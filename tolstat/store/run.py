@@ -18,7 +18,7 @@ from tolstat.status import Status, status_words
 from tolstat.store.audited import Audited
 from tolstat.store.damage import Damage
 from tolstat.store.evidence import Evidence
-from tolstat.store.layout import STATUS, STEPS
+from tolstat.store.layout import DRAWN, STATUS, STEPS
 from tolstat.store.plan import Assumed, Chosen, Reference, Sampled, Stopped
 from tolstat.store.provenance import DECISIVE, provenance
 from tolstat.units.scale import Scale, scale_of
@@ -99,6 +99,8 @@ class Run:
         What is not as it was written; false if nothing is.
     study_file : Path or None
         Where the study lay that it was made from.
+    rare : str
+        The response whose limit a rare run is about; empty for any other run.
     """
 
     path: Path
@@ -133,6 +135,7 @@ class Run:
     complete: bool = False
     damage: Damage = field(default_factory=Damage)
     study_file: Path | None = None
+    rare: str = ""
 
     @property
     def trials(self) -> int:
@@ -209,7 +212,10 @@ class Run:
         return scale_of(number.unit, number.shown, abs(number.value))
 
     def column(self, name: str) -> NDArray[Any]:
-        """Return a swept setting, contributor or response of all trials, SI."""
+        """Return a swept setting, contributor or response of all trials, SI.
+
+        Of a rare run also how they were drawn: "rare-stage", "rare-weight".
+        """
         return self._columns[name]
 
     def beyond(self, response: str) -> NDArray[np.bool_]:
@@ -286,7 +292,8 @@ class Run:
         """
         import pandas as pd
 
-        columns: dict[str, Any] = {name: self._columns[name] for name in self.units}
+        named = [*self.units, *(name for name in DRAWN if name in self._columns)]
+        columns: dict[str, Any] = {name: self._columns[name] for name in named}
         columns[STATUS] = status_words(self.status, self.words)
         if self.steps is not None:
             columns[STEPS] = self.steps

@@ -180,11 +180,13 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._rows = rows
 
     def _given(self, trials: slice) -> Iterator[tuple[str, NDArray[Any]]]:
-        """Yield what is known of trials before anything runs."""
+        """Yield what is known of trials before they run."""
         for column, each in enumerate(self.plan.description.contributors):
             yield each.name, self.plan.deviations[trials, column]
         for name, swept in self.plan.swept.items():
             yield name, encoded(swept.values[trials])
+        for name, values in self.plan.drawn.items():
+            yield name, values[trials]
 
     def _kept(self, rows: Rows) -> list[str]:
         """Name the columns that trials fill."""
@@ -194,6 +196,22 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _answers(self) -> list[str]:
         names = [each.name for each in self.plan.description.responses]
         return [*names, STEPS] if self.plan.integrates else names
+
+    def write_drawn(self, trials: slice) -> None:
+        """Store the deviations of trials that are drawn now, before they run.
+
+        Parameters
+        ----------
+        trials : slice
+            Their rows of the plan.
+        """
+        rows = self._open_rows()
+        try:
+            for name, values in self._given(trials):
+                rows.write(name, values, trials.start)
+            rows.sync()
+        except OSError as error:
+            raise self._lost_hope(error) from error
 
     def write_nominal(self, outcome: Answers) -> None:
         """Store the machine without deviations.

@@ -45,7 +45,7 @@ class Document(BaseModel):
     model: str
     trials: Annotated[int, Field(ge=1)] | dict[str, Any] | None = None
     seed: int | None = Field(default=None, ge=0, le=MOST_SEED)
-    sampling: str = "random"
+    sampling: str | dict[str, Any] = "random"
     table: str | None = None
     settings: dict[str, Any] = {}
     links: dict[str, str | int | float | dict[str, Any]] = {}
@@ -70,7 +70,8 @@ EXPECTED = {
     "trials": "a whole number from 1 is expected, or a stopping rule such as "
     '{ until = "extra_loss p95 +-2 %", at_most = 200000 }',
     "seed": f"a whole number from 0 to {MOST_SEED} is expected",
-    "sampling": "the name of a sampling is expected, in quotes",
+    "sampling": "the name of a sampling is expected, in quotes, or of what is rare: "
+    '{ rare = "extra_loss" }',
     "table": 'the name of a CSV file is expected, such as table = "machines.csv"',
     "settings": "a table of settings is expected (`tolstat show MODEL` lists them)",
     "links": 'a link is expected, such as { nominal = "60 mm", tolerance = '
@@ -172,7 +173,7 @@ def _of_mapping(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
 def _note(error: Any, table: dict[str, Any], problems: Problems) -> None:
     """Say one of pydantic's findings in the words of a study file."""
     section, *rest = (str(part) for part in error["loc"])
-    if section == "trials":
+    if section in ("trials", "sampling"):
         rest = []  # which of its forms was tried
     key = section if not rest else f"[{section}] {rest[0]}"
     value: Any = table.get(section)

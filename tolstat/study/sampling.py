@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 from tolstat.deviations import samplers
 from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.draw import factors
+from tolstat.deviations.names import expand
 from tolstat.deviations.parts import find_in, names_in
 from tolstat.deviations.samplers import Sampler
-from tolstat.errors import allowed_names
+from tolstat.errors import ModelError, StudyError, allowed_names
 from tolstat.study.deviations import Deviations
 from tolstat.study.document import MISSING, Document
 from tolstat.study.points import Points
@@ -17,12 +19,78 @@ from tolstat.study.problems import Problems
 
 GIVEN = ("grid", "table")  # samplings that draw nothing
 GROUPED = "saltelli"
+RARE = "rare"
+LEAST_RARE = 5000  # trials, to be sought with and to tell the share
 
 
 def sampler_of(sampling: str) -> Sampler:
     """Return the sampler of a name."""
     found: Sampler = find_in(samplers, sampling)()
     return found
+
+
+def read_sampling(document: Document, problems: Problems) -> tuple[Document, str]:
+    """Read a sampling that says of which response it is asked.
+
+    Parameters
+    ----------
+    document : Document
+        The study as it is written.
+    problems : Problems
+        Takes what is wrong.
+
+    Returns
+    -------
+    tuple of (Document, str)
+        With the name of the sampling alone; the response that `{ rare = "..." }` names,
+        empty where none is named.
+    """
+    given = document.sampling
+    if isinstance(given, str):
+        return document, ""
+    with problems.noting("sampling", given):
+        for key in given:
+            if key != RARE:
+                raise StudyError(f"no key {key}; {allowed_names(key, (RARE,))}")
+        name = given.get(RARE)
+        if not isinstance(name, str) or not name:
+            raise StudyError(
+                'a response with a limit is expected, such as { rare = "extra_loss" }'
+            )
+        return document.model_copy(update={"sampling": RARE}), name
+    return document.model_copy(update={"sampling": "random"}), ""
+
+
+def rare_response(name: str, limited: Collection[str], known: list[str]) -> str:
+    """Return the response whose limit a rare study is about.
+
+    Parameters
+    ----------
+    name : str
+        As the study writes it; empty where it names none.
+    limited : collection of str
+        Responses with a limit.
+    known : list of str
+        All responses.
+
+    Raises
+    ------
+    StudyError, ModelError
+        If it is none, or several.
+    """
+    asked = expand(name, known) if name else list(limited)
+    if name and (without := [each for each in asked if each not in limited]):
+        raise ModelError(f"{', '.join(without)}: no limit; give it a line in [limits]")
+    if not asked:
+        raise StudyError(
+            'it is for a limit; give one, such as limits.extra_loss = "<= 3 %"'
+        )
+    if len(asked) > 1:
+        raise StudyError(
+            f"it is for one limit, and there are {len(asked)}: {', '.join(asked)}; "
+            f'name one, such as sampling = {{ rare = "{asked[0]}" }}'
+        )
+    return asked[0]
 
 
 def check_sampling(
@@ -36,7 +104,7 @@ def check_sampling(
     Parameters
     ----------
     document : Document
-        The study as it is written.
+        The study as `read_sampling` leaves it.
     deviating : Deviations
         What deviates.
     points : Points or None
@@ -44,7 +112,7 @@ def check_sampling(
     problems : Problems
         Takes what is wrong.
     """
-    sampling = document.sampling
+    sampling = str(document.sampling)
     known = [*names_in(samplers), *GIVEN]
     if sampling not in known:
         allowed = allowed_names(sampling, known)
@@ -72,7 +140,7 @@ def check_sampling(
 
 
 def _check_drawn(document: Document, deviating: Deviations, problems: Problems) -> None:
-    sampling = document.sampling
+    sampling = str(document.sampling)
     if isinstance(document.trials, dict):
         sampler = sampler_of(sampling)
         if not sampler.extensible:
@@ -101,6 +169,13 @@ def check_trials(trials: int, sampling: str, deviating: Deviations) -> str:
         What deviates: it decides how many trials belong together.
     """
     varying = len(factors(deviating.distributions, deviating.dependence))
+    if sampling == RARE and not varying:
+        return "nothing deviates: no machine is rare; give [deviations]"
+    if sampling == RARE and trials < LEAST_RARE:
+        return (
+            f'sampling = "rare" needs {LEAST_RARE} trials or more: half of them are to '
+            "find the machines beyond; 20000 are plenty"
+        )
     group = sampler_of(sampling).group(varying)
     if trials % group == 0:
         return ""
@@ -118,7 +193,7 @@ def _check_given(
     points: Points | None,
     problems: Problems,
 ) -> None:
-    sampling = document.sampling
+    sampling = str(document.sampling)
     if document.correlation:
         problems.add("[correlation]", None, f'sampling = "{sampling}" draws nothing')
     taken = {m for axis in points.swept for m in axis.members} if points else set()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat import catalogue
-from tolstat.deviations.draw import draw, factors, in_order
+from tolstat.deviations.draw import draw, draw_in_stages, factors, in_order
 from tolstat.deviations.samplers import Sampler
+from tolstat.deviations.samplers.rare import Stage
 from tolstat.errors import ModelError, StudyError, TolstatError
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, impossible
@@ -30,7 +31,14 @@ from tolstat.study.links import check_sizes, read_links
 from tolstat.study.points import Case, Points, read_grid, read_table, setting_name
 from tolstat.study.problems import Problems
 from tolstat.study.reference import read_reference
-from tolstat.study.sampling import check_sampling, check_trials, sampler_of
+from tolstat.study.sampling import (
+    RARE,
+    check_sampling,
+    check_trials,
+    rare_response,
+    read_sampling,
+    sampler_of,
+)
 from tolstat.study.size import large, too_large
 from tolstat.study.until import Until, read_until
 from tolstat.units.grammar import unit_of
@@ -76,6 +84,9 @@ class Study:
         By response, SI.
     shown : dict of str to str
         The unit in which each contributor, response or swept setting is written.
+    rare : str
+        The response whose limit it is about, where few machines are to be beyond it;
+        empty for any other study.
     """
 
     path: Path | None
@@ -94,6 +105,7 @@ class Study:
     reference: tuple[str, dict[str, NDArray[np.float64]]] | None
     limits: dict[str, Limit]
     shown: dict[str, str]
+    rare: str = ""
 
     @property
     def cases(self) -> tuple[Case, ...]:
@@ -131,28 +143,61 @@ class Study:
     @property
     def factors(self) -> tuple[str, ...]:
         """What varies independently, in the order in which it is drawn."""
-        names = [contributor.name for contributor in self.description.contributors]
         varying = factors(self.deviating.distributions, self.deviating.dependence)
-        return in_order(names, varying)
+        return in_order(self._contributors, varying)
 
     def deviations(self) -> NDArray[np.float64]:
         """Draw, or look up, the deviations of all trials: float64[trial, contributor].
 
-        SI.
+        SI; NaN in a rare study, whose stages hang on answers: see `stages`.
         """
-        names = [contributor.name for contributor in self.description.contributors]
+        names = self._contributors
+        if self.rare:
+            return np.full((self.trials, len(names)), np.nan)
         if self.points:
             table = self.points.deviations.copy()
             for name, held in self.deviating.distributions.items():
                 table[:, names.index(name)] = held.deviations(np.full(1, 0.5))
             return table
+        return self._drawn(self.sampling, self.trials)
+
+    def machines(self, number: int) -> NDArray[np.float64]:
+        """Return the deviations of the first machines, SI; of a rare study random ones.
+
+        Parameters
+        ----------
+        number : int
+            How many, at most.
+        """
+        if self.rare:
+            return self._drawn("random", number)
+        return self.deviations()[:number]
+
+    def stages(
+        self,
+    ) -> Generator[tuple[Stage, NDArray[np.float64]], NDArray[np.float64], None]:
+        """Draw a rare study stage by stage: see `draw_in_stages`."""
         assert self.seed is not None  # checked when the study was loaded
-        return draw(
-            names,
+        return draw_in_stages(
+            self._contributors,
             self.deviating.distributions,
-            sampling=self.sampling,
             seed=self.seed,
             trials=self.trials,
+            dependence=self.deviating.dependence,
+        )
+
+    @property
+    def _contributors(self) -> list[str]:
+        return [contributor.name for contributor in self.description.contributors]
+
+    def _drawn(self, sampling: str, trials: int) -> NDArray[np.float64]:
+        assert self.seed is not None  # checked when the study was loaded
+        return draw(
+            self._contributors,
+            self.deviating.distributions,
+            sampling=sampling,
+            seed=self.seed,
+            trials=trials,
             dependence=self.deviating.dependence,
         )
 
@@ -192,6 +237,7 @@ def load(
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
     text, document = read(path or cast(Mapping[str, Any], source), problems)
+    document, about = read_sampling(document, problems)
     machine = _machine(document, model, problems)
     written, document = document, read_links(document, machine, problems)
     settings = _settings(document, machine, problems)
@@ -209,7 +255,11 @@ def load(
             swept = points.swept if points else ()
             reference = read_reference(document.reference, swept, description, folder)
     limits = read_limits(document.limits, description.responses, problems)
-    until = None
+    rare, until = "", None
+    if document.sampling == RARE:
+        with problems.noting("sampling", RARE if not about else {RARE: about}):
+            names = [response.name for response in description.responses]
+            rare = rare_response(about, limits, names)
     if isinstance(document.trials, dict):
         with problems.noting("trials", document.trials):
             until = read_until(document.trials, description, limits)
@@ -224,7 +274,7 @@ def load(
         trials = until.at_most if until else cast(int, document.trials)
     wrong = too_large(trials, description)
     if not points and not wrong:
-        wrong = check_trials(trials, document.sampling, deviating)
+        wrong = check_trials(trials, str(document.sampling), deviating)
     if wrong:
         raise StudyError(f"{problems.source}: trials = {trials}: {wrong}")
     return Study(
@@ -238,7 +288,7 @@ def load(
         trials,
         until,
         document.seed if seed is None else seed,
-        document.sampling,
+        str(document.sampling),
         deviating,
         points,
         reference,
@@ -252,6 +302,7 @@ def load(
                 **{name: unit_of(limit.words) for name, limit in limits.items()},
             },
         ),
+        rare,
     )
 
 

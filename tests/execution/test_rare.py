@@ -1,0 +1,197 @@
+"""Rare machines: the share of known ones, the same bits however a run came about."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.stats import norm
+
+import tolstat
+from tests.execution.test_going_on import Enough, same
+from tests.store.tampering import resealed
+from tolstat.cli.main import main
+from tolstat.errors import PictureError, StudyError
+from tolstat.execution.execute import execute
+from tolstat.execution.workers import Workers
+from tolstat.reporting.rare import rare_findings, rare_table
+from tolstat.study.study import load
+
+CHAIN = """\
+model = "dimension_chain"
+sampling = "rare"
+trials = 5000
+seed = 3
+settings.gap = "A - B"
+[links]
+A = { nominal = "10 mm", tolerance = "+-0.3 mm" }
+B = { nominal = "9 mm", tolerance = "+-0.4 mm" }
+[limits]
+gap = ">= 0.2 mm"
+"""
+SIGMA = np.hypot(0.1, 0.4 / 3)  # mm
+DISTANCE = 0.8 / SIGMA
+DRAWN = ("rare-stage", "rare-spread", "rare-distance", "rare-weight")
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = tmp_path / "chain.toml"
+    path.write_text(CHAIN)
+    return path
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("whole")
+    (folder / "chain.toml").write_text(CHAIN)
+    with Workers(1, block=5000) as crew:
+        return execute(load(folder / "chain.toml"), folder / "chain.h5", crew)
+
+
+@pytest.fixture
+def run(whole, tmp_path):
+    """A copy, to be tampered with."""
+    return tolstat.open(shutil.copy(whole.path, tmp_path / "chain.h5"))
+
+
+def like(one, other):
+    for name in DRAWN:
+        np.testing.assert_array_equal(one.column(name), other.column(name))
+    return same(one, other)
+
+
+def stopped(study, path, trials):
+    enough = Enough(trials)
+    with Workers(2, enough, block=40) as crew:
+        return execute(load(study), path, crew, progress=enough.tell)
+
+
+def test_a_share_of_one_in_a_million_is_told(run):
+    found = rare_findings(run)
+    truth = norm.sf(DISTANCE)
+    assert truth < 1e-6 and found.verdict == "met"
+    assert found.beyond.lower < truth < found.beyond.upper < 1.3 * found.beyond.lower
+    assert found.within.upper == 1 - found.beyond.lower
+    # the design point: in the direction in which the gap closes
+    first = found.likeliest[0]
+    assert first.distance == pytest.approx(DISTANCE, rel=0.02)
+    deviations = np.array([first.deviations[name] for name in "AB"]) * 1e3
+    scores = deviations / [0.1, 0.4 / 3]
+    assert scores @ [-0.1, 0.4 / 3] / SIGMA == pytest.approx(DISTANCE, rel=0.02)
+    assert tolstat.replay(run, first.trial).differences == ()
+    # of a plain run: width over its root
+    relative = (found.beyond.upper - found.beyond.lower) / found.beyond.value
+    expected = (2 * norm.isf(0.025) / relative) ** 2 / found.beyond.value
+    assert found.plain_trials == pytest.approx(expected, rel=1e-3)
+    assert sum(stage.trials for stage in found.stages) == run.trials
+
+
+def test_who_evaluates_and_in_which_blocks_does_not_matter(study, whole):
+    with Workers(2, block=37) as crew:
+        assert like(execute(load(study), study.with_suffix(".h5"), crew), whole)
+
+
+def test_stopped_anywhere_it_becomes_the_run_that_was_not(study, whole, tmp_path):
+    path = tmp_path / "part.h5"
+    for trials in (0, 640, 4000):  # before all, in a stage of the search, in the last
+        path.unlink(missing_ok=True)
+        part = stopped(study, path, trials)
+        assert not part.complete and trials <= part.ended < 5000
+        notes = " ".join(rare_table(part).notes)
+        assert f"{5000 - part.ended} of 5000 trials have not run" in notes
+        if trials:
+            share = rare_findings(part).beyond
+            assert share.sure == (trials == 4000)
+        assert tolstat.verify(path).whole
+        assert like(tolstat.resume(path), whole)
+    assert tolstat.verify(path, every=True).whole
+
+
+def test_what_is_drawn_otherwise_is_found(run):
+    with resealed(run.path) as file:
+        file["A"][4000] *= 1.5
+        file["rare-weight"][4500] *= 2
+    found = tolstat.verify(run.path)
+    assert found.drawn_otherwise.tolist() == [4000, 4500]
+
+
+def test_what_is_damaged_is_found_and_drawn_anew(run, whole):
+    with h5py.File(run.path, "r+") as file:
+        file["gap"][17] *= -1
+    found = tolstat.verify(run.path)
+    # what hangs on trial 17 cannot be drawn again, and is not said to be wrong
+    assert found.trials.tolist() == [17] and not len(found.drawn_otherwise)
+    assert like(tolstat.resume(run.path), whole)
+    assert tolstat.verify(run.path).whole
+
+
+def test_a_forged_answer_shows_in_the_draws_after_it(run):
+    row = int(np.flatnonzero(run.column("gap")[:600] > 0.3e-3)[0])
+    with resealed(run.path) as file:
+        file["gap"][row] = -1e-3
+    found = tolstat.verify(run.path)
+    assert found.drawn_otherwise.tolist() == list(range(625, 5000))
+
+
+def test_it_is_no_sample(run, tmp_path):
+    with pytest.raises(StudyError, match="made for a number of trials"):
+        tolstat.extend(run.path, 8000)
+    with pytest.raises(PictureError, match="were sought and are no sample"):
+        tolstat.compare(run, run, tmp_path / "pair.html")
+    assert run.evidence.halved == {}
+    frame = run.frame()
+    assert list(frame.columns)[-5:-1] == list(DRAWN)
+    last = frame[~frame["rare-weight"].isna()]
+    beyond = last.loc[last["gap"] < 0.2e-3, "rare-weight"].sum() / len(last)
+    assert beyond == pytest.approx(rare_findings(run).beyond.value, rel=1e-12)
+
+
+def test_failed_machines_are_beyond(toy, tmp_path):
+    """A part longer than 0.9 mm cannot be mounted; no other is near the limit."""
+    study = {
+        "model": "toy", "trials": 5000, "seed": 1, "sampling": "rare",
+        "deviations": {"part": "+-0.6 mm"}, "limits": {"gap": "<= 90 mm"},
+    }  # fmt: skip
+    found = rare_findings(tolstat.run(study, model=toy, output=tmp_path / "run.h5"))
+    assert found.beyond.lower < norm.sf(4.5) < found.beyond.upper
+    assert found.trials.failed == sum(stage.beyond for stage in found.stages)
+
+
+def test_where_none_is_beyond_plain_trials_bound_the_share(toy, tmp_path):
+    study = {
+        "model": "toy", "trials": 5000, "seed": 1, "sampling": "rare",
+        "deviations": {"angle": "+-1 deg"}, "limits": {"gap": "<= 90 mm"},
+    }  # fmt: skip
+    found = rare_findings(tolstat.run(study, model=toy, output=tmp_path / "run.h5"))
+    n = found.trials.counted
+    assert found.beyond[:2] == (0, 0) and not found.likeliest
+    assert found.beyond.upper == found.unmet == pytest.approx(3.689 / n, rel=1e-2)
+
+
+def command(*words):
+    return CliRunner().invoke(main, [str(word) for word in words])
+
+
+def test_at_the_command_line(study):
+    study.write_text(
+        CHAIN.replace('">= 0.2 mm"', '{ limit = ">= 0.2 mm", ppm = 1e-4 }')
+    )
+    run = study.with_suffix(".h5")
+    done = command("run", study)
+    assert done.exit_code == 3 and "not met" in done.output, done.output
+    shown = command("show", run).output
+    for words in ("likeliest machine beyond", "a plain run would need", "not met"):
+        assert words in shown
+    found = json.loads(command("report", run, "--json").output)
+    assert found["beyond"]["lower"] < norm.sf(DISTANCE) < found["beyond"]["upper"]
+    assert command("report", run).exit_code == 0
+    page = run.with_suffix(".html").read_text()
+    assert "The machines that lead there" in page and "verdict not-met" in page
+    refused = command("report", run, "--response", "worst")
+    assert refused.exit_code == 2 and "tells of gap alone" in refused.output
+    assert "not met" in command("runs", study.parent).output

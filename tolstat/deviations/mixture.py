@@ -1,0 +1,173 @@
+"""Mixtures of normal distributions: their density, draws from them, fits to points."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+MOST = 6  # parts of a fit
+ROUNDS = 15  # of a fit: each part takes the points that are likelier in it
+WIDER = 0.15  # of the variance that all directions have at least: tails need room
+SETTLED = 1e-4  # by less the mean logarithm of the density rises: the fit has ended
+
+
+class Mixture(NamedTuple):
+    """Normal distributions, each with its share.
+
+    Attributes
+    ----------
+    shares : float64[part]
+        Their sum is 1.
+    means : float64[part, direction]
+        Of each.
+    roots : float64[part, direction, direction]
+        Lower triangles L; the covariance is L L^T.
+    """
+
+    shares: Array
+    means: Array
+    roots: Array
+
+    def log_parts(self, points: Array) -> Array:
+        """Return float64[part, point], the logarithm of each part's density."""
+        found = np.empty((len(self.shares), len(points)))
+        for i, (share, mean, root) in enumerate(zip(*self, strict=True)):
+            # einsum, not BLAS: alike for any number of its threads
+            away = np.einsum("nj,ij->ni", points - mean, np.linalg.inv(root))
+            found[i] = np.log(share) - 0.5 * np.einsum("ni,ni->n", away, away)
+            found[i] -= np.log(np.diag(root)).sum()
+        found -= 0.5 * points.shape[1] * np.log(2 * np.pi)
+        return found
+
+    def log_density(self, points: Array) -> Array:
+        """Return the logarithm of the density: float64[point].
+
+        Parameters
+        ----------
+        points : float64[point, direction]
+        """
+        return np.asarray(np.logaddexp.reduce(self.log_parts(points)), np.float64)
+
+    def points(self, which: Array, scores: Array) -> Array:
+        """Return points of the mixture.
+
+        Parameters
+        ----------
+        which : float64[point]
+            Unit samples that choose the part.
+        scores : float64[point, direction]
+            Normal scores.
+        """
+        part = np.searchsorted(np.cumsum(self.shares)[:-1], which, "right")
+        found = np.empty_like(scores)
+        for i in range(len(self.shares)):
+            own = part == i
+            found[own] = np.einsum("nj,ij->ni", scores[own], self.roots[i])
+        return found + self.means[part]
+
+    def beside(self, share: float, other: Mixture) -> Mixture:
+        """Return a mixture that has another one beside it, which has some share."""
+        return Mixture(
+            np.concatenate([(1 - share) * self.shares, share * other.shares]),
+            np.concatenate([self.means, other.means]),
+            np.concatenate([self.roots, other.roots]),
+        )
+
+
+def centred(spreads: Array, directions: int) -> Mixture:
+    """Return normal distributions about zero, alike in all directions.
+
+    Parameters
+    ----------
+    spreads : float64[part]
+        Standard deviation of each; their shares are equal.
+    directions : int
+        How many.
+    """
+    n = len(spreads)
+    roots = spreads[:, None, None] * np.eye(directions)
+    return Mixture(np.full(n, 1 / n), np.zeros((n, directions)), roots)
+
+
+def fitted(points: Array, effective: float, spread: float) -> Mixture:
+    """Fit a mixture to points, by expectation and maximisation.
+
+    Parameters
+    ----------
+    points : float64[point, direction]
+        Some may be there several times.
+    effective : float
+        How many points they are worth.
+    spread : float
+        Standard deviation that a direction has of which the points say nothing.
+
+    Returns
+    -------
+    Mixture
+        Of as many parts as the information criterion of Schwarz finds.
+    """
+    best, most = None, -np.inf
+    for parts in range(1, MOST + 1):
+        found, log_likelihood = _with_parts(points, parts, effective, spread)
+        # a covariance has few numbers of its own, the others lean to the spread
+        numbers = parts * (1 + 3 * points.shape[1])
+        criterion = effective * log_likelihood - 0.5 * numbers * np.log(effective)
+        if best and criterion <= most:
+            break
+        best, most = found, criterion
+    assert best
+    return best
+
+
+def _with_parts(
+    points: Array, parts: int, effective: float, spread: float
+) -> tuple[Mixture, float]:
+    """Fit so many parts; return the mean logarithm of the density too."""
+    n, directions = points.shape
+    # begin at points that are far from each other, the one nearest to zero first
+    squares = np.einsum("ni,ni->n", points, points)
+    centres = [points[squares.argmin()]]
+    for _ in range(parts):
+        away = np.array([((points - centre) ** 2).sum(axis=1) for centre in centres])
+        centres.append(points[away.min(axis=0).argmax()])
+    belongs = (away.argmin(axis=0) == np.arange(parts)[:, None]).astype(np.float64)
+    before = -np.inf
+    for _ in range(ROUNDS):
+        counts = np.maximum(belongs.sum(axis=1), 1e-3)
+        means = np.einsum("kn,ni->ki", belongs, points) / counts[:, None]
+        roots = np.empty((parts, directions, directions))
+        for i in range(parts):
+            away = points - means[i]
+            scatter = np.einsum("ni,nj->ij", belongs[i][:, None] * away, away)
+            own = effective * counts[i] / n
+            roots[i] = _root(scatter / counts[i], own, spread)
+        found = Mixture(counts / counts.sum(), means, roots)
+        each = found.log_parts(points)
+        total = np.asarray(np.logaddexp.reduce(each), np.float64)
+        belongs, mean = np.exp(each - total), float(total.mean())
+        if mean - before < SETTLED:
+            break
+        before = mean
+    return found, mean
+
+
+def _root(scatter: Array, points: float, spread: float) -> Array:
+    """Return the triangle of a covariance that so many points show.
+
+    Directions in which it differs from the spread by no more than chance would have it
+    (V. A. Marchenko, L. A. Pastur, Math. USSR Sbornik 1 (1967) 457-483) have the
+    spread: else hundreds of numbers would be fitted where a few matter. In no direction
+    is it small.
+    """
+    values, vectors = np.linalg.eigh(scatter)
+    even = spread**2
+    chance = np.sqrt(len(values) / max(points, 1e-3))
+    least, most = even * max(1 - chance, 0.0) ** 2, even * (1 + chance) ** 2
+    values = np.where((values >= least) & (values <= most), even, values)
+    values = (1 - WIDER) * values + WIDER * even
+    covariance = np.einsum("ik,jk->ij", vectors * values, vectors)
+    return np.asarray(np.linalg.cholesky(covariance), np.float64)

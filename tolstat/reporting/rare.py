@@ -1,0 +1,411 @@
+"""What a rare run says: the share beyond, and the machines that lead there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from tolstat.errors import PictureError
+from tolstat.reporting.findings import Assumptions
+from tolstat.reporting.gather import assumptions_of
+from tolstat.reporting.page import Numbers, environment, style
+from tolstat.reporting.summary_table import (
+    AS_IS,
+    PPM,
+    Cell,
+    SummaryTable,
+    estimate_in_words,
+    notes_of,
+)
+from tolstat.statistics.capability import by_share
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limit import Limit, within
+from tolstat.statistics.rare import plain_trials, rare_share, unmet
+from tolstat.statistics.yields import MET, NOT_MET, UNDECIDED
+from tolstat.status import Status
+from tolstat.store.layout import DISTANCE, SPREAD, STAGE, WEIGHT
+from tolstat.store.run import Run
+from tolstat.units.scale import Scale
+
+LIKELIEST = 10  # machines beyond that are named
+
+
+class RareTrials(NamedTuple):
+    """What became of the trials.
+
+    Attributes
+    ----------
+    asked, ran, done, failed : int
+        How many.
+    counted, beyond : int
+        Trials of the last stage, which tell the share, and those of them beyond.
+    by_status : dict of str to int
+        By the word of each status.
+    promise : str
+        What the sampling allows to say.
+    notes : tuple of str
+        What must be known to read the numbers, failures first.
+    """
+
+    asked: int
+    ran: int
+    done: int
+    failed: int
+    counted: int
+    beyond: int
+    by_status: Mapping[str, int]
+    promise: str
+    notes: tuple[str, ...]
+
+
+class StageFindings(NamedTuple):
+    """Trials that were drawn at once.
+
+    Attributes
+    ----------
+    trials, beyond, failed : int
+        How many have run; of these, beyond the limit, failed ones among them.
+    least, largest : float
+        Times the spread of the study that they aimed at.
+    """
+
+    trials: int
+    beyond: int
+    failed: int
+    least: float
+    largest: float
+
+
+class LikelyFindings(NamedTuple):
+    """A machine beyond the limit, of those that are most likely.
+
+    Attributes
+    ----------
+    trial : int
+        Its number.
+    value : float
+        The response, SI; NaN where it failed.
+    distance : float
+        From the middle machine, in normal scores: how many sigmas off.
+    deviations : dict of str to float
+        By contributor that deviates, SI.
+    """
+
+    trial: int
+    value: float
+    distance: float
+    deviations: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class RareFindings:
+    """What a rare run says of its limit. SI.
+
+    Attributes
+    ----------
+    title, run, model, machine : str
+        What it is of.
+    trials : RareTrials
+        What became of them.
+    response, sentence : str
+        What is limited.
+    scale : Scale
+        How it is shown.
+    nominal : float
+        Of the nominal machine; NaN if that failed.
+    limit : Limit
+        What is permitted, and of how many machines it is asked.
+    demanded_ppk : float
+        What is demanded, as the Ppk of a normal response.
+    beyond, within : Estimate
+        Shares of the machines; failed ones are beyond.
+    verdict : str
+        As of a plain run; of the interval at one look.
+    equivalent : Estimate
+        Ppk of a normal response with as many beyond.
+    plain_trials : float
+        Trials of a plain run that would have as narrow an interval; NaN where none.
+    unmet : float
+        Share that a kind of machine beyond which no stage has met has at most (97.5 %).
+    first_order : float
+        Share beyond if the limit were straight at the likeliest machine beyond; NaN
+        where there is none.
+    stages : tuple of StageFindings
+        In order; the last one tells the share.
+    likeliest : tuple of LikelyFindings
+        The most likely machines beyond that were met, the first the design point.
+    precise, changed : int
+        Trials evaluated again more precisely, and those of them that change sides.
+    assumptions : Assumptions
+        What the numbers hang on.
+    scales : dict of str to Scale
+        How each contributor that deviates is shown.
+    provenance : dict
+        Versions, times, processor; the study as it was written.
+    """
+
+    title: str
+    run: str
+    model: str
+    machine: str
+    trials: RareTrials
+    response: str
+    sentence: str
+    scale: Scale
+    nominal: float
+    limit: Limit
+    demanded_ppk: float
+    beyond: Estimate
+    within: Estimate
+    verdict: str
+    equivalent: Estimate
+    plain_trials: float
+    unmet: float
+    first_order: float
+    stages: tuple[StageFindings, ...]
+    likeliest: tuple[LikelyFindings, ...]
+    precise: int
+    changed: int
+    assumptions: Assumptions
+    scales: Mapping[str, Scale]
+    provenance: Mapping[str, object]
+
+
+def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
+    """Gather what a rare run says; of its file alone.
+
+    Parameters
+    ----------
+    run : Run
+        Complete or not.
+    chosen : sequence of str
+        Responses that the user names: its own, or none.
+
+    Raises
+    ------
+    PictureError
+        If no trial has run, or another response is asked for.
+    """
+    name, limit = run.rare, run.limits[run.rare]
+    if others := [each for each in chosen if each != name]:
+        raise PictureError(
+            f'response {others[0]}: {run.path} has sampling = "rare" and tells of '
+            f"{name} alone"
+        )
+    if not run.ended:
+        raise PictureError(f"{run.path}: no trial has run; there is nothing to report")
+    ran = run.status != Status.NOT_RUN
+    beyond, stage = run.beyond(name), run.column(STAGE)
+    weights = run.column(WEIGHT)
+    last = ran & ~np.isnan(weights)
+    share = rare_share(beyond[last], weights[last])
+    good = _complement(share)
+    likeliest = _likeliest(run, beyond)
+    response = next(each for each in run.responses if each.name == name)
+    sampled = run.sampled
+    assert sampled
+    return RareFindings(
+        run.title,
+        run.path.name,
+        run.model,
+        run.machine,
+        RareTrials(
+            run.trials,
+            run.ended,
+            run.ended - run.failed,
+            run.failed,
+            int(np.count_nonzero(last)),
+            int(np.count_nonzero(beyond[last])),
+            run.counts,
+            sampled.promise,
+            tuple(notes_of(run, None)),
+        ),
+        name,
+        response.sentence,
+        run.scales[name],
+        run.nominal_values[name],
+        limit,
+        limit.ppk,
+        share,
+        good,
+        verdict_of(good, limit),
+        by_share(share, limit),
+        plain_trials(share),
+        unmet(weights[last]) if last.any() else math.nan,
+        float(ndtr(-likeliest[0].distance)) if likeliest else math.nan,
+        tuple(
+            _stage(run, ran & (stage == each), beyond) for each in np.unique(stage[ran])
+        ),
+        likeliest,
+        *_changed(run),
+        assumptions_of(run),
+        {each: run.scales[each] for each in run.assumed},
+        {
+            **run.provenance,
+            "source_digest": run.source_digest,
+            "seed": sampled.seed,
+            "study": run.study.text,
+        },
+    )
+
+
+def _complement(share: Estimate) -> Estimate:
+    """Return the share of all other machines."""
+    ends = 1 - share.upper, 1 - share.lower
+    return Estimate(1 - share.value, *ends, share.reason)
+
+
+def verdict_of(good: Estimate, limit: Limit) -> str:
+    """Judge a limit by the share of machines within."""
+    if good.lower >= limit.demanded:
+        return MET
+    return NOT_MET if good.upper < limit.demanded else UNDECIDED
+
+
+def _stage(
+    run: Run, trials: NDArray[np.bool_], beyond: NDArray[np.bool_]
+) -> StageFindings:
+    spread = run.column(SPREAD)[trials]
+    return StageFindings(
+        int(np.count_nonzero(trials)),
+        int(np.count_nonzero(trials & beyond)),
+        int(np.count_nonzero(run.status[trials] > Status.DONE)),
+        float(spread.min()),
+        float(spread.max()),
+    )
+
+
+def _likeliest(run: Run, beyond: NDArray[np.bool_]) -> tuple[LikelyFindings, ...]:
+    """Name the machines beyond that are nearest to the middle one."""
+    distance = np.where(beyond, run.column(DISTANCE), np.inf)
+    order = np.argsort(distance, kind="stable")[:LIKELIEST]
+    return tuple(
+        LikelyFindings(
+            trial,
+            float(run.column(run.rare)[trial]),
+            float(distance[trial]),
+            {name: float(run.column(name)[trial]) for name in run.assumed},
+        )
+        for trial in order.tolist()
+        if beyond[trial]
+    )
+
+
+def _changed(run: Run) -> tuple[int, int]:
+    """Count the trials evaluated again, and those that change sides of the limit."""
+    if run.audited is None:
+        return 0, 0
+    permitted = run.limits[run.rare].permitted
+    sides = [
+        within(values, permitted)
+        for values in (
+            run.column(run.rare)[run.audited.trials],
+            run.audited.responses[run.rare],
+        )
+    ]
+    return len(run.audited.trials), int(np.count_nonzero(sides[0] != sides[1]))
+
+
+def rare_table(run: Run) -> SummaryTable:
+    """Summarize a rare run for the screen: its stages, its limit.
+
+    Parameters
+    ----------
+    run : Run
+        Complete or not.
+    """
+    title = f"{run.title}: {run.trials} trials of {run.model}, sought in stages"
+    if not run.ended:
+        return SummaryTable(title, ["stage"], [], [], [], notes_of(run, None))
+    found = rare_findings(run)
+    rows: list[list[Cell]] = [
+        [str(number), _spread(each), str(each.trials), str(each.beyond)]
+        for number, each in enumerate(found.stages)
+    ]
+    limits: list[list[Cell]] = [
+        [
+            found.response,
+            found.limit.words,
+            f"{100 * found.limit.demanded:.10g} %",
+            found.verdict,
+            _cell(found.beyond, PPM),
+            _cell(found.equivalent, AS_IS),
+        ]
+    ]
+    return SummaryTable(
+        title,
+        ["stage", "times the spread", "trials", "beyond"],
+        rows,
+        ["response", "limit", "demanded", "verdict", "beyond, ppm", "as Ppk"],
+        limits,
+        [*_said(run, found), *found.trials.notes],
+        (found.response,) if found.verdict == NOT_MET else (),
+    )
+
+
+def _cell(estimate: Estimate, scale: Scale) -> Cell:
+    return estimate.reason or estimate_in_words(estimate, scale)
+
+
+def _spread(stage: StageFindings) -> str:
+    if stage.least == stage.largest:
+        return AS_IS.number(stage.least)
+    return f"{AS_IS.number(stage.least)}..{AS_IS.number(stage.largest)}"
+
+
+def _said(run: Run, found: RareFindings) -> list[str]:
+    """Say what the numbers of a rare run mean."""
+    said = []
+    if found.likeliest:
+        first = found.likeliest[0]
+        parts = ", ".join(
+            f"{name} {found.scales[name].words(value)}"
+            for name, value in first.deviations.items()
+        )
+        said.append(
+            f"likeliest machine beyond: trial {first.trial}, "
+            f"{AS_IS.number(first.distance)} sigmas from the middle one: {parts}"
+        )
+    if not math.isnan(found.plain_trials):
+        said.append(
+            f"a plain run would need about {AS_IS.number(found.plain_trials)} trials "
+            "for as narrow an interval"
+        )
+    if found.trials.counted:
+        said.append(
+            "of a kind of machine beyond that no stage has met it is known alone that "
+            f"it has less than {PPM.number(found.unmet)} ppm"
+        )
+    if others := [name for name in run.limits if name != run.rare]:
+        said.append(f"not asked: {', '.join(others)}; that takes a run of its own")
+    if found.changed:
+        said.append(
+            f"of {found.precise} trials evaluated again more precisely {found.changed} "
+            "change sides of the limit"
+        )
+    return said
+
+
+def rare_page(found: RareFindings) -> str:
+    """Make the page of a rare run.
+
+    Parameters
+    ----------
+    found : RareFindings
+        Every number on the page is one of these.
+    """
+    numbers = Numbers(found)
+    context: dict[str, Any] = {
+        "at": numbers.at,
+        "show": numbers.show,
+        "estimate_line": numbers.estimate_line,
+    }
+    template = environment().get_template("rare.html")
+    page: str = template.render(title=found.title, style=style(), f=found, **context)
+    return page
