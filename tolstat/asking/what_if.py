@@ -90,6 +90,10 @@ def what_if(
             cover = _cover(asked.distributions, study, len(drawn.trials), worth)
     _raise(problems, deviations, run)
     weights = Weights(_ratio(drawn, study, asked), cover.most, cover.cut)
+    if weights.too_few:
+        said = f"{weights.too_few}: {LEAST_EFFECTIVE} are needed"
+        problems.add("all together", None, said)
+        _raise(problems, deviations, run)
     weighted = drawn._replace(sample=drawn.sample._replace(weights=weights))
     before, after = summaries_of(drawn), summaries_of(weighted)
     return WhatIf(

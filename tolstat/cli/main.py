@@ -345,7 +345,7 @@ def what_if(
 ) -> None:
     """Say what a run would have found with other tolerances; nothing is simulated.
 
-    As in [deviations] of a study: rod_length="+-0.6 mm" crank_radius=IT9
+    As in [deviations] of a study: rod_length="+-0.6 mm" crank_radius=IT11
     runout='{ tolerance = "0..30 um", distribution = "uniform" }'. The stored trials are
     weighted by the ratio of densities. What they do not cover is refused, with the
     reason.
