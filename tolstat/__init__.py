@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from tolstat.asking.view import view
     from tolstat.asking.what_if import what_if
     from tolstat.catalogue import names as models
+    from tolstat.execution.allocate import allocate
     from tolstat.execution.execute import run
     from tolstat.execution.going_on import extend, resume
     from tolstat.execution.verifying import verify
@@ -56,6 +57,7 @@ _HOMES = {
     "Panel": "tolstat.model.view",
     "Region": "tolstat.model.view",
     "Span": "tolstat.model.view",
+    "allocate": "tolstat.execution.allocate",
     "closer": "tolstat.model.contract",
     "Contributor": "tolstat.model.description",
     "Description": "tolstat.model.description",
@@ -90,10 +92,10 @@ _ELSEWHERE = {"models": "names"}
 __all__ = [
     "Axis", "Band", "Chart", "Contributor", "Curve", "Description", "History",
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
-    "Range", "Region", "Response", "Run", "Span", "StudyNumber", "closer", "column",
-    "compare", "evaluate", "extend", "identify_drive", "limited", "models", "open",
-    "replay", "report", "resume", "run", "setting", "trajectory", "verify", "view",
-    "what_if",
+    "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "closer",
+    "column", "compare", "evaluate", "extend", "identify_drive", "limited", "models",
+    "open", "replay", "report", "resume", "run", "setting", "trajectory", "verify",
+    "view", "what_if",
 ]  # fmt: skip
 
 

@@ -31,6 +31,10 @@ class DistributionError(TolstatError, ValueError):
     """A distribution that does not exist, or does not fit its tolerance."""
 
 
+class CostError(TolstatError, ValueError):
+    """A cost that cannot be read, or does not fit the tolerance."""
+
+
 class DataError(TolstatError, ValueError):
     """A data file beside a study that cannot be read."""
 

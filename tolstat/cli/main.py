@@ -22,7 +22,7 @@ Exit codes:
   0    done
   1    something broke, or is damaged; what was stored before is safe
   2    what was asked for is wrong, and nothing was done
-  3    done, and a limit is not met (run, resume, extend, batch)
+  3    done, and a limit is not met (run, resume, extend, batch, allocate)
   130  stopped by Ctrl-C, SIGTERM or SIGHUP; what is finished is stored
 """
 
@@ -385,6 +385,51 @@ def compare(
             f"A.h5 B.h5...: two runs or more are compared, up to {MOST_COMPARED}"
         )
     compare_runs(runs, output, form or "", responses)
+
+
+@main.command()
+@click.argument("study", metavar="STUDY.toml", type=click.Path(path_type=Path))
+@click.option(
+    "--trials",
+    type=click.IntRange(min=1),
+    help="Of the wide run, and of each proof; as many as the limits need if not given.",
+)
+@powered
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Write the study with the tolerances found: a .toml file.",
+)
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    help="Cost over ppm: a .png, .svg, .pdf, .csv or .html file.",
+)
+@click.option("--json", is_flag=True, help="The numbers as JSON.")
+@click.option("--force", is_flag=True, help="Replace an existing file of -o.")
+def allocate(
+    study: Path,
+    trials: int | None,
+    power: Power,
+    output: Path | None,
+    plot: Path | None,
+    json: bool,
+    force: bool,
+) -> None:
+    """Find the cheapest tolerances with which STUDY.toml meets its limits.
+
+    Its lines of [deviations] say what they cost by tolerance. What is found is proved
+    by a fresh run; where nothing meets the limits the exit code is 3.
+    """
+    from tolstat.cli.allocating import allocate_study
+
+    _judge(
+        allocate_study(
+            study, power, trials=trials, output=output, plot=plot, json=json,
+            force=force,
+        )
+    )  # fmt: skip
 
 
 @main.command()

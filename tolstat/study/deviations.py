@@ -15,10 +15,12 @@ from tolstat.deviations.dependence import (
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.names import expand
-from tolstat.errors import DependenceError, ModelError
+from tolstat.deviations.prices import Priced
+from tolstat.errors import CostError, DependenceError, ModelError
 from tolstat.model.description import Contributor
 from tolstat.study.distribution import DEFAULT, read_distribution, written_unit
 from tolstat.study.measured_parts import read_parts
+from tolstat.study.prices import read_cost, with_tolerance
 from tolstat.study.problems import Problems
 
 
@@ -37,6 +39,8 @@ class Deviations(NamedTuple):
         The unit in which each is written.
     notes : tuple of str
         What the summary of the run has to say of them.
+    priced : tuple of Priced
+        Lines that say what their parts cost by tolerance.
     """
 
     distributions: dict[str, Distribution]
@@ -44,6 +48,7 @@ class Deviations(NamedTuple):
     words: dict[str, str]
     shown: dict[str, str]
     notes: tuple[str, ...]
+    priced: tuple[Priced, ...] = ()
 
 
 def read_deviations(
@@ -82,11 +87,13 @@ def read_deviations(
     words: dict[str, str] = {}
     shown: dict[str, str] = {}
     notes: list[str] = []
+    priced: list[Priced] = []
     for name, given in lines.items():
         section = "links" if name in linked else "deviations"
         with problems.noting(f"[{section}] {name}", given):
             keys = {"tolerance": given} if isinstance(given, str) else dict(given)
             members = expand(name, list(known))
+            cost = keys.pop("cost", None)
             batch = _batch(name, keys.pop("common", None), members)
             for member in members:
                 if member in found:
@@ -105,8 +112,33 @@ def read_deviations(
                 if batch:
                     batches[member] = batch
                 words[member] = _in_words(keys, fitted, batch)
+            if cost is not None:
+                priced.append(
+                    _priced(name, cost, keys, [known[m] for m in members], found)
+                )
     pairs = _pairs(correlations, list(known), found, batches, problems)
-    return Deviations(found, Dependence(batches, pairs), words, shown, tuple(notes))
+    return Deviations(
+        found, Dependence(batches, pairs), words, shown, tuple(notes), tuple(priced)
+    )
+
+
+def _priced(
+    name: str,
+    cost: Any,
+    keys: Mapping[str, Any],
+    members: Sequence[Contributor],
+    found: Mapping[str, Distribution],
+) -> Priced:
+    """Read what the parts of a line cost."""
+
+    def made(words: str) -> dict[str, Distribution]:
+        line = with_tolerance(keys, words)
+        return {each.name: read_distribution(line, each) for each in members}
+
+    if "data" in keys:
+        raise CostError("cost is by tolerance, and measured parts have none")
+    drawn = {each.name: found[each.name] for each in members}
+    return read_cost(name, cost, drawn, made, members[0].unit, written_unit(keys))
 
 
 def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:

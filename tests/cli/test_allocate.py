@@ -1,0 +1,113 @@
+"""`tolstat allocate` as a user types it."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import tolstat
+from tests.conftest import ROOT
+from tolstat.catalogue import load as machine
+from tolstat.cli.main import main
+
+MACHINE = f"{ROOT}/runs/own/stack.py:Stack"
+STUDY = """\
+model = "stack"
+trials = 2000
+seed = 4
+[deviations.housing]
+tolerance = "+-0.05 mm"
+cost = { "+-0.1 mm" = 2, "+-0.05 mm" = 5 }
+[deviations.part]
+tolerance = "IT8"
+cost = { IT8 = 4, IT9 = 2, IT7 = 7 }
+[limits]
+gap = { limit = "0.02..0.18 mm", yield = "95 %" }
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = tmp_path / "stack.toml"
+    path.write_text(STUDY)
+    return path
+
+
+def call(*arguments):
+    words = [str(each) for each in arguments]
+    return CliRunner().invoke(main, ["allocate", *words, "--machine", MACHINE])
+
+
+def test_a_study_that_runs_tables_and_a_picture(study):
+    new, picture = study.with_name("new.toml"), study.with_name("curve.csv")
+    done = call(study, "-o", new, "--plot", picture)
+    assert done.exit_code == 0, done.output
+    for word in ("housing", "IT8", "every limit is met in a fresh run", "worst case"):
+        assert word in done.output
+    text = new.read_text()
+    trials, seed = text.split("--trials ")[1].split("\n")[0].split(" --seed ")
+    run = tolstat.run(
+        new, model=machine(MACHINE), trials=int(trials), seed=int(seed), workers=1
+    )
+    low, high = 0.02e-3, 0.18e-3
+    gap = run.column("gap")
+    ppm = 1e6 * (1 - ((gap >= low) & (gap <= high)).mean())
+    assert f"{ppm:.0f} (" in done.output  # as the proof had it
+    assert "found" in picture.read_text()
+    again = call(study, "-o", new)
+    assert again.exit_code == 2 and "--force" in again.stderr
+    itself = call(study, "-o", study, "--force")
+    assert itself.exit_code == 2 and study.read_text() == STUDY
+
+
+def test_json_for_other_tools(study):
+    done = call(study, "--json", "--trials", "1000")
+    found = json.loads(done.stdout)
+    assert done.exit_code == 0 and found["met"]
+    assert list(found)[:2] == ["cost", "tolerances"]
+    assert set(found["tolerances"]) == {"housing", "part"}
+    assert found["tolerances"]["housing"] in (0.1e-3, 0.05e-3)
+    assert found["cost"] == sum(line["cost"] for line in found["lines"])
+    assert {"beyond", "cost"} == set(found["trade_off"][0])
+
+
+def test_where_nothing_meets_the_limits_nothing_is_written(study):
+    study.write_text(STUDY.replace("0.02..0.18", "0.09..0.11"))
+    new = study.with_name("new.toml")
+    done = call(study, "-o", new)
+    assert done.exit_code == 3, done.output
+    assert "no tolerances were shown to meet every limit" in done.output
+    assert "gap: not met" in done.output and not new.exists()
+
+
+def test_what_is_wrong_is_said_before_anything_runs(study):
+    assert "a study ends in .toml" in call(study, "-o", "new.txt").stderr
+    assert "a view ends in" in call(study, "--plot", "curve.doc").stderr
+    study.write_text(STUDY.replace("IT9 = 2", "IT99 = 2"))
+    assert "IT99" in call(study).stderr and call(study).exit_code == 2
+
+
+def test_ctrl_c_leaves_nothing(study):
+    new = study.with_name("new.toml")
+    tolstat_ = Path(sys.executable).with_name("tolstat")
+    words = ["allocate", study, "-o", new, "--machine", MACHINE]
+    process = subprocess.Popen(
+        [tolstat_, *words, "--trials", "3000000"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    time.sleep(5.0)
+    process.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    _, shown = process.communicate(timeout=30)
+    assert time.monotonic() - began < 4.0
+    assert process.returncode == 130 and "nothing is written" in shown
+    assert not new.exists()
+    assert tomllib.loads(study.read_text()) == tomllib.loads(STUDY)

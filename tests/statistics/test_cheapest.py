@@ -1,0 +1,84 @@
+"""The cheapest choice: against Lagrange, and against every combination."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from tolstat.statistics import cheapest as module
+from tolstat.statistics.cheapest import Dial, cheapest
+
+COSTS = (7.0, 3.0, 20.0, 1.0)
+BOUND = 0.05
+
+
+def steady(cost):
+    """A width, as its logarithm; its price is reciprocal."""
+    return Dial(lambda x: cost / math.exp(x), math.log(1e-3), math.log(0.2))
+
+
+def listed(cost, options=7):
+    return Dial(lambda x: cost / width(x), options - 1.0, 0.0, options)
+
+
+def width(x):
+    return 0.06 * 0.75**x
+
+
+def excess(widths):
+    return np.array([math.log(math.hypot(*widths) / BOUND)])
+
+
+def test_steady_choices_are_those_of_lagrange():
+    found = cheapest([steady(cost) for cost in COSTS], lambda x: excess(np.exp(x)))
+    T = np.cbrt(COSTS)
+    T *= BOUND / math.hypot(*T)
+    assert np.exp(found.choice) == pytest.approx(T, rel=0.01)
+    assert found.cost == pytest.approx(np.sum(COSTS / T), rel=1e-4)
+
+
+def by_hand(options):
+    return min(
+        sum(c / width(x) for c, x in zip(COSTS, choice, strict=True))
+        for choice in itertools.product(range(options), repeat=4)
+        if math.hypot(*map(width, choice)) <= BOUND
+    )
+
+
+def test_of_lists_every_combination_is_tried_or_they_are_exchanged(monkeypatch):
+    dials = [listed(cost) for cost in COSTS]
+    found = cheapest(dials, lambda x: excess([*map(width, x)]))
+    assert found.every and found.cost == pytest.approx(by_hand(7))
+    monkeypatch.setattr(module, "MOST_TRIED", 100)
+    near = cheapest(dials, lambda x: excess([*map(width, x)]))
+    assert not near.every and found.cost <= near.cost < 1.05 * found.cost
+
+
+@pytest.mark.parametrize("most", [64, 3])
+def test_lists_and_steady_choices_together(most, monkeypatch):
+    monkeypatch.setattr(module, "MOST_SOLVED", most)
+    dials = [steady(COSTS[0]), *(listed(cost, 4) for cost in COSTS[1:3])]
+
+    def beyond(x):
+        return excess([math.exp(x[0]), *map(width, x[1:])])
+
+    found = cheapest(dials, beyond)
+    best = math.inf
+    for choice in itertools.product(range(4), repeat=2):
+        room = BOUND**2 - sum(width(x) ** 2 for x in choice)
+        if room > 0:
+            rest = sum(c / width(x) for c, x in zip(COSTS[1:], choice, strict=False))
+            best = min(best, COSTS[0] / min(math.sqrt(room), 0.2) + rest)
+    assert beyond(found.choice)[0] <= 1e-4
+    assert best * (1 - 1e-4) <= found.cost <= best * (1.001 if found.every else 1.02)
+
+
+def test_where_nothing_keeps_to_the_bounds_there_is_none():
+    def never(x):
+        return np.array([0.1])
+
+    assert cheapest([steady(1.0), listed(1.0)], never) is None
+    assert cheapest([listed(1.0)] * 6, never) is None

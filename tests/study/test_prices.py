@@ -1,0 +1,131 @@
+"""What a line says it costs, and a study written with other tolerances."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+
+import numpy as np
+import pytest
+
+from tolstat.errors import StudyError
+from tolstat.study.prices import tolerance_words, with_tolerances
+from tolstat.study.study import load
+
+STUDY = {"model": "stand", "trials": 8, "seed": 1}
+
+
+def study_of(cost, name="rod_length", **line):
+    line = {"tolerance": "+-1.2 mm", **line, "cost": cost}
+    return {**STUDY, "deviations": {name: line}}
+
+
+def priced(cost, name="rod_length", **line):
+    (found,) = load(study_of(cost, name, **line)).deviating.priced
+    return found
+
+
+def test_a_reciprocal_price_is_of_each_part():
+    found = priced({"law": "reciprocal", "at": "+-0.6 mm", "price": 20})
+    assert found.cost(found.as_drawn) == pytest.approx(2 * 10)
+    assert found.cost(math.log(0.3e-3)) == pytest.approx(2 * 40)
+    # from a quarter to twice as drawn where nothing is said
+    assert np.exp(found.ends) == pytest.approx([0.3e-3, 2.4e-3])
+
+
+def test_an_exponential_price_is_e_times_as_much_for_each_rate():
+    law = {"law": "exponential", "at": "+-1.2 mm", "price": 5, "rate": "0.5 mm"}
+    found = priced(law | {"tightest": "+-0.2 mm", "loosest": "+-3 mm"})
+    assert found.cost(found.as_drawn) == pytest.approx(2 * 5)
+    assert found.cost(math.log(0.7e-3)) == pytest.approx(2 * 5 * math.e)
+    assert np.exp(found.ends) == pytest.approx([0.2e-3, 3e-3])
+
+
+def test_grades_and_tolerances_that_are_offered():
+    found = priced({"IT10": 4, "IT9": 7, "+-1.2 mm": 1}, tolerance="IT10", size="2 m")
+    assert [each.words for each in found.offered] == ["+-1.2 mm", "IT10", "IT9"]
+    assert found.as_drawn == 1.0 and found.cost(1.0) == 2 * 4
+    assert found.half(2.0) == pytest.approx(0.5 * 370e-6)  # IT9 of 2 m
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ({"tolerance": "+-1.2 mm"}, "+-0.876 mm"),
+        ({"tolerance": "-0.1..0.3 cm"}, "-0.073..0.219 cm"),
+        ({"tolerance": "0..60 um", "distribution": "uniform"}, "0..43.8 um"),
+    ],
+)
+def test_a_tolerance_is_written_as_drawn_and_no_wider(line, words):
+    law = {"law": "reciprocal", "at": "+-1 mm", "price": 20}
+    found = priced(law, **line)
+    assert tolerance_words(found, found.as_drawn) == line["tolerance"]
+    assert tolerance_words(found, found.as_drawn + math.log(0.7304)) == words
+
+
+def test_a_study_written_with_other_tolerances_is_otherwise_the_same():
+    given = study_of({"IT10": 4, "+-1.2 mm": 1}, tolerance="IT10", size="2 m", cp=1.33)
+    study = load(given)
+    text = with_tolerances(study.text, {"rod_length": "+-1.2 mm"}, "why\nso")
+    assert text.startswith("# why\n# so\n\n")
+    line = tomllib.loads(text)["deviations"]["rod_length"]
+    assert line == {
+        "tolerance": "+-1.2 mm",
+        "cp": 1.33,
+        "cost": {"IT10": 4, "+-1.2 mm": 1},
+    }
+    (found,) = load(tomllib.loads(text)).deviating.priced
+    assert found.as_drawn == 0.0
+    back = with_tolerances(text, {"rod_length": "IT10"}, "")
+    assert "size" not in tomllib.loads(back)["deviations"]["rod_length"]
+
+
+def test_a_cost_changes_nothing_of_a_run():
+    given = study_of({"+-1.2 mm": 1, "+-0.6 mm": 5})
+    bare = {**given, "deviations": {"rod_length": "+-1.2 mm"}}
+    costly, free = load(given), load(bare)
+    assert np.array_equal(costly.deviations(), free.deviations())
+    assert costly.deviating._replace(priced=()) == free.deviating
+
+
+LAW = {"law": "reciprocal", "at": "+-1 mm", "price": 1}
+
+
+@pytest.mark.parametrize(
+    ("cost", "words"),
+    [
+        (3, "a table is expected"),
+        ({}, "a table is expected"),
+        ({"law": "linear"}, "allowed: reciprocal, exponential"),
+        ({"law": "reciprocal", "at": "+-1 mm"}, "needs the key price"),
+        (LAW | {"prise": 1}, "did you mean 'price'?"),
+        (LAW | {"rate": "1 mm"}, "has no key rate"),
+        (LAW | {"law": "exponential"}, "needs the key rate"),
+        (LAW | {"law": "exponential", "rate": "1 um"}, "give a larger rate"),
+        (LAW | {"law": "exponential", "rate": "-1 mm"}, "above zero is expected"),
+        (LAW | {"price": 0}, "a price is a number"),
+        (LAW | {"price": "10 EUR"}, "a price is a number"),
+        (LAW | {"at": "+-1 deg"}, "deg"),
+        (LAW | {"at": 1}, "a tolerance such as"),
+        (LAW | {"loosest": "+-1 mm"}, "does not lie between"),
+        (LAW | {"loosest": "+-1 km"}, "no run covers both"),
+        (LAW | {"law": ["reciprocal"]}, "mean 'reciprocal'"),
+        (LAW | {"tightest": "+-3 mm"}, "no tighter"),
+        ({"+-1.2 mm": 1, "IT99": 2}, "IT99"),
+        ({"+-1.2 mm": 1, "+-120e-2 mm": 2}, "are the same"),
+        ({"+-1 mm": 1, "+-0.5 mm": 2}, "as drawn has no price"),
+        ({"+-1.2 mm": -1}, "a price is a number"),
+        ({"+-1.2 mm": 1, "0.6 mm": 2}, "a tolerance such as"),
+    ],
+)  # fmt: skip
+def test_costs_that_are_refused(cost, words):
+    with pytest.raises(StudyError) as refused:
+        load(study_of(cost))
+    assert "[deviations] rod_length = " in str(refused.value)
+    assert words in str(refused.value)
+
+
+def test_what_has_no_tolerance_has_no_cost():
+    value = {"distribution": "constant", "value": "1 mm", "cost": {"IT9": 1}}
+    with pytest.raises(StudyError, match="the line has none"):
+        load({**STUDY, "deviations": {"rod_length": value}})

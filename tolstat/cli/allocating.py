@@ -1,0 +1,229 @@
+"""Tolerances allocated: what was found on the screen, as a study, as a picture."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+from rich.progress import Progress as Bar
+
+from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
+from tolstat.cli.power import Power
+from tolstat.cli.showing import Screen, print_table, screen
+from tolstat.errors import RunFileError
+from tolstat.execution.allocate import allocated
+from tolstat.execution.allocation import ANY, Allocation, Scheme
+from tolstat.execution.carrying_out import Progress
+from tolstat.execution.workers import Interrupted
+from tolstat.reporting.making import (
+    check_folder,
+    check_view_ending,
+    save_view,
+    write,
+)
+from tolstat.reporting.plain import as_json
+from tolstat.statistics.estimate import Estimate
+from tolstat.study.study import load
+from tolstat.units.scale import four_figures
+
+SENTENCE = "cost of the cheapest tolerances over the machines beyond any limit"
+
+
+def allocate_study(
+    path: Path,
+    power: Power,
+    *,
+    trials: int | None,
+    output: Path | None,
+    plot: Path | None,
+    json: bool,
+    force: bool,
+) -> bool:
+    """Allocate the tolerances of a study, and say what came of it.
+
+    Parameters
+    ----------
+    path : Path
+        The study.
+    power : Power
+        Who evaluates.
+    trials : int, optional
+        Of the wide run, and of each proof at its first look.
+    output, plot : Path, optional
+        Where the study with the tolerances found goes, and the picture of the
+        trade-off.
+    json : bool
+        Whether the numbers go to the standard output instead of tables.
+    force : bool
+        Whether an existing study may be replaced.
+
+    Returns
+    -------
+    bool
+        Whether a fresh run showed that they meet every limit.
+    """
+    study = load(path)
+    if output:
+        _check_output(output, path, force=force)
+    if plot:
+        check_view_ending(plot)
+    bar = Bar(
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        console=Screen(stderr=True),
+        transient=True,
+    )
+    with stop_on_interrupt() as stop:
+        try:
+            with bar, power.crew(stop.is_set) as crew:
+                task = bar.add_task("compiling, if need be", total=None)
+
+                def tell(progress: Progress) -> None:
+                    total = progress.asked or None
+                    bar.update(
+                        task, description=progress.doing, total=total,
+                        completed=progress.over,
+                    )  # fmt: skip
+
+                found = allocated(study, crew, trials=trials, progress=tell)
+        except Interrupted:
+            _leave()
+        # a Ctrl-C from here on waits until whole files are written
+        if output and found.met:
+            write(output, found.text)
+        if plot:
+            save_view(found.curve, plot, f"{study.title}: cost over ppm", SENTENCE)
+        if json:
+            sys.stdout.write(as_json(_plain(found)))
+        else:
+            _print(found, output, plot)
+        if stop.is_set():
+            sys.stdout.flush()
+            os._exit(INTERRUPTED)
+    return found.met
+
+
+def _leave() -> None:
+    """End the process; nothing was written."""
+    sys.stderr.write("stopped: nothing is written\n")
+    sys.stderr.flush()
+    os._exit(INTERRUPTED)
+
+
+def _check_output(output: Path, study: Path, *, force: bool) -> None:
+    """Refuse a file that the study cannot be written to, before anything runs."""
+    check_folder(output)
+    if output.suffix != ".toml":
+        raise RunFileError(f"{output}: a study ends in .toml")
+    if output.exists() and (not force or output.resolve() == study.resolve()):
+        other = "give another name" if not force else "it is the study itself"
+        raise RunFileError(
+            f"{output} exists already; {other}, or replace it by --force"
+        )
+
+
+def _plain(found: Allocation) -> dict[str, object]:
+    """Return what came of an allocation, for JSON."""
+    plain = found._asdict()
+    for name in ("text", "curve"):
+        del plain[name]
+    cost, tolerances = plain.pop("cost"), plain.pop("tolerances")
+    curve = found.curve.frame()
+    plain["trade_off"] = [
+        {"beyond": beyond, "cost": cost}
+        for beyond, cost in zip(
+            curve.index.tolist(), curve["cheapest"].tolist(), strict=True
+        )
+    ]
+    return {"cost": cost, "tolerances": tolerances, **plain}
+
+
+def _print(found: Allocation, output: Path | None, plot: Path | None) -> None:
+    """Print the tables: what was found, the proof, and what lies beside it."""
+    console = screen()
+    heads = ["contributor", "parts", "as drawn", "cost", "found", "cost ", "note"]
+    if not found.met:
+        heads[4] = "tightest"
+    rows = [
+        [
+            line.name, f"{line.parts}", line.drawn, four_figures(line.cost_drawn),
+            line.found, four_figures(line.cost), _note(line.at_loosest, line.free),
+        ]
+        for line in found.lines
+    ]  # fmt: skip
+    drawn = sum(line.cost_drawn for line in found.lines)
+    rows.append(["all", "", "", four_figures(drawn), "", four_figures(found.cost), ""])
+    print_table("tolerances", heads, [[*row] for row in rows], wide=True)
+    limits = [name for name in next(iter(found.schemes.values())).beyond if name != ANY]
+    heads = [
+        "",
+        "cost",
+        "beyond any limit, ppm",
+        *(f"{n}, ppm" for n in limits),
+        "fresh run",
+    ]
+    rows = [
+        [
+            name, four_figures(scheme.cost), _ppm(scheme.beyond[ANY]),
+            *(_ppm(scheme.beyond[limit]) for limit in limits), _by(scheme),
+        ]
+        for name, scheme in found.schemes.items()
+    ]  # fmt: skip
+    print_table("machines beyond the limits", heads, [[*r] for r in rows], wide=True)
+    for line_of_text in _sentences(found):
+        console.print(line_of_text, soft_wrap=True)
+    if output and found.met:
+        console.print(f"written to {output}")
+    if plot:
+        console.print(f"drawn in {plot}")
+
+
+def _note(at_loosest: bool, free: bool) -> str:
+    said = ["at its loosest"] * at_loosest + ["costs no yield"] * free
+    return ", ".join(said)
+
+
+def _ppm(share: Estimate) -> str:
+    """Write a share beyond with its interval."""
+    if not share.sure:
+        return share.reason
+    value, lower, upper = (1e6 * each for each in share[:3])
+    return f"{value:.0f} ({lower:.0f}..{upper:.0f})"
+
+
+def _by(scheme: Scheme) -> str:
+    return f"{scheme.trials}, seed {scheme.seed}"
+
+
+def _sentences(found: Allocation) -> list[str]:
+    """Say what was shown, and what decides."""
+    said = []
+    if found.met:
+        proof = found.schemes["found"]
+        said.append(
+            f"cost {proof.cost:.4g}: every limit is met in a fresh run of "
+            f"{proof.trials} machines (the whole 95 % interval of each yield lies at "
+            "or above what is demanded)"
+        )
+    else:
+        missed = [f"{n}: {v}" for n, v in found.verdicts.items() if v != "met"]
+        beyond = found.schemes["tightest"].beyond
+        best = ", ".join(
+            f"{n} {_ppm(beyond[n])} ppm"
+            for n, v in found.verdicts.items()
+            if v != "met"
+        )
+        said.append(
+            "no tolerances were shown to meet every limit; with all of them at their "
+            f"tightest {'; '.join(missed) or 'every limit is met'}"
+            + (f" ({best} beyond)" if best else "")
+        )
+    if found.active:
+        said.append(
+            f"active: {', '.join(found.active)} (a tenth looser, or the next one "
+            "offered, of some tolerance would break it)"
+        )
+    return said + list(found.notes)

@@ -1,0 +1,152 @@
+"""What came of an allocation: tolerances, what they cost, and what that buys."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.model.view import Axis, Chart, Curve, Panel
+from tolstat.statistics.estimate import Estimate
+
+ANY = "any"  # of the limits
+BEYOND = Axis("machines beyond any limit", "1", "ppm", logarithmic=True)
+
+
+class Scheme(NamedTuple):
+    """Tolerances, what they cost, and how many machines they put beyond the limits.
+
+    Attributes
+    ----------
+    cost : float
+        Of all parts whose cost is stated.
+    tolerances : dict of str to str
+        By line of the study, as written.
+    halves : dict of str to float
+        Half their widths, SI.
+    beyond : dict of str to Estimate
+        Share of the machines beyond each limit; "any" of them.
+    trials, seed : int
+        Of the fresh run that showed this.
+    """
+
+    cost: float
+    tolerances: dict[str, str]
+    halves: dict[str, float]
+    beyond: dict[str, Estimate]
+    trials: int
+    seed: int
+
+
+class Line(NamedTuple):
+    """One line of the study, allocated.
+
+    Attributes
+    ----------
+    name, parts : str, int
+        And how many parts share its tolerance.
+    drawn, found : str
+        The tolerances.
+    cost_drawn, cost : float
+        Of all its parts.
+    at_loosest, free : bool
+        Whether it is as loose as it may be, and whether its width, between its
+        loosest and its tightest, moves no limit's share by more than a fiftieth of
+        what that permits.
+    """
+
+    name: str
+    parts: int
+    drawn: str
+    found: str
+    cost_drawn: float
+    cost: float
+    at_loosest: bool
+    free: bool
+
+
+class Allocation(NamedTuple):
+    """What came of an allocation.
+
+    Attributes
+    ----------
+    met : bool
+        Whether a fresh run showed that the tolerances meet every limit.
+    cost : float
+        Of them.
+    tolerances : dict of str to float
+        Half widths by line of the study, SI; where no allocation meets the limits,
+        those of the tightest one.
+    lines : tuple of Line
+        The same, beside those drawn.
+    schemes : dict of str to Scheme
+        "as drawn", "found", "at the cost as drawn", "root sum square", "worst case":
+        what there is of them.
+    verdicts : dict of str to str
+        Of each limit, by the fresh run.
+    active : tuple of str
+        Limits that a step looser of any tolerance would break.
+    notes : tuple of str
+        How it was found, what was tried in vain.
+    curve : Chart
+        Cost over the share of machines beyond.
+    text : str
+        The study with these tolerances, as a file.
+    """
+
+    met: bool
+    cost: float
+    tolerances: dict[str, float]
+    lines: tuple[Line, ...]
+    schemes: dict[str, Scheme]
+    verdicts: dict[str, str]
+    active: tuple[str, ...]
+    notes: tuple[str, ...]
+    curve: Chart
+    text: str
+
+
+class Point(NamedTuple):
+    """The cheapest tolerances for some share of the machines beyond any limit.
+
+    Attributes
+    ----------
+    cost : float
+        Of the tolerances.
+    beyond : float
+        That share, which weighted machines exceed as likely as not.
+    """
+
+    cost: float
+    beyond: float
+
+
+def trade_off(points: list[Point], schemes: Mapping[str, Scheme]) -> Chart:
+    """Draw the cost of the cheapest tolerances over the machines beyond.
+
+    Parameters
+    ----------
+    points : list of Point
+        Of the curve.
+    schemes : mapping of str to Scheme
+        Drawn beside it.
+    """
+    ordered = sorted(points, key=lambda each: each.beyond)
+    at = np.array([each.beyond for each in ordered])
+    costs = np.array([each.cost for each in ordered])
+    curves = [Curve("cheapest", "1", "", "cost of the cheapest tolerances", costs)]
+    for name, scheme in schemes.items():
+        share, cost = np.array([scheme.beyond[ANY].value]), np.array([scheme.cost])
+        curves.append(
+            Curve(name, "1", "", "tolerances beside it", cost, share, points=True)
+        )
+    seen = np.concatenate([at, *(each.at for each in curves if each.at is not None)])
+    least = min((x for x in seen.tolist() if x > 0), default=1.0)
+    # none beyond has no place on an axis of ratios: at its end
+    curves = [
+        each if each.at is None else each._replace(at=np.maximum(each.at, least / 10))
+        for each in curves
+    ]
+    panel = Panel("cost", tuple(each.name for each in curves))
+    return Chart(BEYOND, np.maximum(at, least / 10), tuple(curves), panels=(panel,))

@@ -1,0 +1,128 @@
+"""What linear tolerance analysis would choose: worst case, and root sum square."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr
+
+from tolstat.deviations.distributions import Distribution
+from tolstat.deviations.spread import Spread, spread_of
+from tolstat.execution.classical import slopes
+from tolstat.execution.workers import Workers
+from tolstat.statistics.cheapest import Choice
+from tolstat.statistics.limit import Limit
+from tolstat.statistics.linear import Scatter, root_sum_square
+from tolstat.study.study import Study
+
+Array = NDArray[np.float64]
+
+
+class LinearSchemes:
+    """The bounds that linear analysis would keep to.
+
+    Parameters
+    ----------
+    study : Study
+        Whose lines have costs.
+    correlation : mapping of str to float64[trial]
+        Deviations as drawn, by contributor: what hangs together.
+    workers : Workers
+        Who evaluate.
+    """
+
+    def __init__(
+        self, study: Study, correlation: Mapping[str, Array], workers: Workers
+    ) -> None:
+        self.priced, self.limits = study.deviating.priced, study.limits
+        self._known: dict[Distribution, Spread] = {}
+        self._own = study.deviating.distributions
+        contributors, responses = study.description
+        self.names = [each.name for each in contributors if each.name in correlation]
+        spreads = {name: self._spread(self._own[name]) for name in self.names}
+        usual = np.zeros(len(contributors))
+        for column, each in enumerate(contributors):
+            if each.name in spreads:
+                lower, upper, *_ = spreads[each.name]
+                usual[column] = (upper - lower) / 6
+        table = slopes(study.model, study.settings, usual, workers)
+        alone = np.zeros((1, len(contributors)))
+        nominal = workers.simulate(study.model, alone, study.settings).responses[0]
+        columns = {each.name: i for i, each in enumerate(responses)}
+        self.nominal = {name: float(nominal[columns[name]]) for name in self.limits}
+        self.slopes = {
+            name: {
+                each.name: float(table[row, columns[name]])
+                for row, each in enumerate(contributors)
+                if each.name in spreads
+            }
+            for name in self.limits
+        }
+        drawn = np.column_stack([correlation[name] for name in self.names])
+        self.correlation = np.atleast_2d(np.corrcoef(drawn, rowvar=False))
+
+    @property
+    def known(self) -> bool:
+        """Whether the machine has a slope everywhere."""
+        slope = [value for of in self.slopes.values() for value in of.values()]
+        return bool(np.all(np.isfinite([*slope, *self.nominal.values()])))
+
+    def worst_case(self, choice: Choice) -> Array:
+        """Return how far the worst machine is beyond each end: float64[end].
+
+        Of what each end leaves to the nominal machine.
+        """
+        spreads = self._spreads(choice)
+        found = []
+        for name, limit in self.limits.items():
+            nominal = self.nominal[name]
+            for sign, end in ((-1, limit.lower), (1, limit.upper)):
+                if not np.isfinite(end):
+                    continue
+                off = sum(
+                    max(sign * slope * spreads[part].lower,
+                        sign * slope * spreads[part].upper)
+                    for part, slope in self.slopes[name].items()
+                )  # fmt: skip
+                room = sign * (end - nominal)
+                found.append(off / room - 1 if room > 0 else np.inf)
+        return np.array(found)
+
+    def root_sum_square(self, choice: Choice) -> Array:
+        """Return logarithms of the shares beyond over those permitted: float64[limit].
+
+        Of normal responses.
+        """
+        spreads = self._spreads(choice)
+        sigma = np.array([spreads[name].sigma for name in self.names])
+        scatter = Scatter(
+            tuple(self.names),
+            np.array([spreads[name].mean for name in self.names]),
+            sigma[:, None] * self.correlation * sigma,
+        )
+        found = []
+        for name, limit in self.limits.items():
+            linear = root_sum_square(self.nominal[name], self.slopes[name], scatter)
+            found.append(_beyond(linear.mean, linear.sigma, limit))
+        return np.array(found)
+
+    def _spreads(self, choice: Choice) -> dict[str, Spread]:
+        new = dict(self._own)
+        for priced, chosen in zip(self.priced, choice, strict=True):
+            new.update(priced.distributions(chosen))
+        return {name: self._spread(new[name]) for name in self.names}
+
+    def _spread(self, distribution: Distribution) -> Spread:
+        if distribution not in self._known:
+            self._known[distribution] = spread_of(distribution)
+        return self._known[distribution]
+
+
+def _beyond(mean: float, sigma: float, limit: Limit) -> float:
+    """Return the logarithm of the share beyond over that permitted."""
+    sigma = max(sigma, 1e-12 * max(abs(mean), 1e-300))
+    ends = ((limit.lower - mean) / sigma, (mean - limit.upper) / sigma)
+    low, high = (float(log_ndtr(max(end, -1e6))) for end in ends)
+    return float(np.logaddexp(low, high) - np.log(1 - limit.demanded))

@@ -1,0 +1,299 @@
+"""Machines drawn with several sets of tolerances, weighted as one run of any other."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from tolstat.deviations.dependence import Dependence
+from tolstat.deviations.distributions import Distribution
+from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.prices import Priced
+from tolstat.deviations.weighting import (
+    FARTHEST,
+    Weighting,
+    all_alike,
+    hanging_together,
+)
+from tolstat.execution.trials import Trials
+from tolstat.statistics.cheapest import Choice
+from tolstat.statistics.gamma import gamma_ends
+from tolstat.statistics.limit import Limit, within
+from tolstat.study.study import Study
+
+Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+MISS = 0.025  # with which a share may be above the upper end of its interval
+OTHERS = 8192  # machines within all limits that the search looks at
+NODES, TOLERANCES = 2049, 100  # between which weights are interpolated
+KEPT = 12  # weights of a block that are not computed anew
+
+
+class _Drawn(NamedTuple):
+    """Machines drawn with one set of tolerances."""
+
+    choice: Choice
+    deviations: Mapping[str, Array]
+    beyond: Bools  # [limit, trial]
+
+
+class Pool:
+    """All machines that were evaluated for an allocation.
+
+    A machine is weighted by the density of the tolerances asked for over the mean of
+    those it may have been drawn from, each as often as it was (A. Owen, Y. Zhou, Safe
+    and effective importance sampling, J. Amer. Stat. Assoc. 95 (2000) 135-143): no
+    weight is larger than the share of the machines drawn with tolerances like them
+    permits.
+
+    Parameters
+    ----------
+    study : Study
+        Whose lines have costs.
+    """
+
+    def __init__(self, study: Study) -> None:
+        self.study = study
+        self.limits: dict[str, Limit] = study.limits
+        self._drawn: list[_Drawn] = []
+        self._telling: _Rows | None = None
+
+    def add(self, choice: Choice, trials: Trials) -> None:
+        """Take machines that were drawn with the tolerances of a choice; all are over.
+
+        Parameters
+        ----------
+        choice : tuple of float
+            One of each line that has a cost.
+        trials : Trials
+            With what they answered; failed ones are beyond every limit.
+        """
+        names = [each.name for each in self.study.description.contributors]
+        deviating = {
+            name: trials.deviations[:, names.index(name)]
+            for name, each in self.study.deviating.distributions.items()
+            if not isinstance(each, Constant)
+        }
+        beyond = [
+            ~within(trials.response(name), limit.permitted)
+            for name, limit in self.limits.items()
+        ]
+        self._drawn.append(_Drawn(choice, deviating, np.array(beyond)))
+        self._telling = None
+
+    @property
+    def trials(self) -> int:
+        """How many machines there are."""
+        return sum(each.beyond.shape[1] for each in self._drawn)
+
+    def most(self, choice: Choice, miss: float = MISS) -> Array:
+        """Return what the shares beyond hardly exceed: float64[limit + 1], any last.
+
+        The upper end of `weighted_share`, but that the next machine beyond is one of
+        the usual weight, and not of the heaviest: smooth in what is chosen, and to
+        search with; what is found is proved otherwise.
+
+        Parameters
+        ----------
+        choice : tuple of float
+            One of each line that has a cost.
+        miss : float
+            With which a share may be larger; 0.5: as likely as not.
+        """
+        rows = self._rows()
+        weights = rows.weights(choice) / self.trials
+        counted = weights * rows.times
+        usual = float((counted * weights).sum() / counted.sum())
+        ends = []
+        for of in rows.every:
+            own = weights[of]
+            ends.append(gamma_ends(own, usual, 1 - 2 * miss)[1])
+        return np.array(ends)
+
+    def about(self, choice: Choice) -> Array:
+        """Estimate the shares beyond each limit, and beyond any: float64[limit + 1]."""
+        rows = self._rows()
+        weights = rows.weights(choice) / self.trials
+        return np.array([weights[of].sum() for of in rows.every])
+
+    def _rows(self) -> _Rows:
+        if self._telling is None:
+            self._telling = _Rows(self.study, self._drawn)
+        return self._telling
+
+
+class _Rows:
+    """Machines of a pool: those beyond a limit, some others, and their weights."""
+
+    def __init__(self, study: Study, drawn: Sequence[_Drawn]) -> None:
+        self.beyond = np.concatenate([each.beyond for each in drawn], axis=1)
+        trials = self.beyond.shape[1]
+        step = max(trials // OTHERS, 1)
+        telling = np.asarray(self.beyond.any(axis=0))
+        chosen = telling.copy()
+        chosen[::step] = True
+        self.beyond = self.beyond[:, chosen]
+        self.every = (*self.beyond, self.beyond.any(axis=0))
+        # how many each stands for: of the others only some are looked at
+        self.times = np.where(telling, 1.0, float(step))[chosen]
+        deviations = {
+            name: np.concatenate([each.deviations[name] for each in drawn])[chosen]
+            for name in drawn[0].deviations
+        }
+        self.priced = study.deviating.priced
+        # what they are compared with is in the mixture as well: where it is next to
+        # nothing any other number would do
+        beside = dict(study.deviating.distributions)
+        for line in self.priced:
+            beside.update(line.distributions(line.ends[1]))
+        dependence = study.deviating.dependence
+        self._weighting = Weighting(
+            deviations, {name: beside[name] for name in deviations}, dependence
+        )
+        self._blocks = _blocks(study)
+        self._tables = {
+            line: _Table(self.priced[line], deviations)
+            for block in self._blocks
+            for line in block.lines
+            if block.alone and self.priced[line].law
+        }
+        self._known: dict[tuple[int, ...], dict[Choice, Array]] = {}
+        self._mixture = np.zeros(int(chosen.sum()))
+        for each in drawn:
+            share = each.beyond.shape[1] / trials
+            self._mixture += share * self._over_loosest(each.choice)
+
+    def weights(self, choice: Choice) -> Array:
+        """Return the density of each with a choice over that of the pool."""
+        found: Array = self._over_loosest(choice) / self._mixture
+        return found
+
+    def _over_loosest(self, choice: Choice) -> Array:
+        """Return the density with a choice over that of the loosest one."""
+        found = np.ones(len(self.beyond[0]))
+        for block in self._blocks:
+            known = self._known.setdefault(block.lines, {})
+            own = tuple(choice[i] for i in block.lines)
+            if own not in known:
+                if len(known) >= KEPT:
+                    del known[next(iter(known))]
+                known[own] = self._of(block, own)
+            found *= known[own]
+        return found
+
+    def _of(self, block: _Block, own: Choice) -> Array:
+        """Return the densities of one block over those of the loosest."""
+        if block.lines[0] in self._tables:
+            return self._tables[block.lines[0]].weights(own[0])
+        new: dict[str, Distribution] = {}
+        for i, chosen in zip(block.lines, own, strict=True):
+            new.update(self.priced[i].distributions(chosen))
+        return self._weighting.weights(new)
+
+
+class _Table:
+    """Weights of parts of one tolerance that hang together with nothing.
+
+    Between deviations and tolerances for which they are known, of both so many that
+    they are right to half a hundredth.
+    """
+
+    def __init__(self, line: Priced, deviations: Mapping[str, Array]) -> None:
+        self._line = line
+        drawn = line.distributions(line.ends[1])
+        self._name = next(iter(drawn))
+        of = drawn[self._name]
+        scores = np.linspace(-FARTHEST, FARTHEST, NODES)
+        at = of.deviations(np.asarray(ndtr(scores), np.float64))
+        self._weighting = Weighting({self._name: at}, {self._name: of}, Dependence())
+        self._at: dict[int, tuple[Array, Array]] = {}
+        self._places = []
+        for name in drawn:
+            place = np.interp(deviations[name], at, np.arange(NODES, dtype=np.float64))
+            below = np.minimum(place.astype(np.int64), NODES - 2)
+            self._places.append((below, place - below))
+
+    def weights(self, chosen: float) -> Array:
+        """Return the density of all its parts over that with the loosest tolerance."""
+        tightest, loosest = self._line.ends
+        place = TOLERANCES * (chosen - tightest) / (loosest - tightest)
+        first = min(max(int(place), 0), TOLERANCES - 1)
+        part = place - first
+        (low, log_low), (high, log_high) = self._node(first), self._node(first + 1)
+        with np.errstate(invalid="ignore"):
+            between = np.exp((1 - part) * log_low + part * log_high)
+        # outside one of both zones there is no logarithm
+        both = np.isfinite(log_low) & np.isfinite(log_high)
+        at = np.where(both, between, (1 - part) * low + part * high)
+        step, found = np.diff(at), np.ones(len(self._places[0][0]))
+        for below, rest in self._places:
+            found *= at[below] + rest * step[below]
+        return found
+
+    def _node(self, number: int) -> tuple[Array, Array]:
+        """Return weights with one of the tolerances, and their logarithms."""
+        if number not in self._at:
+            tightest, loosest = self._line.ends
+            chosen = tightest + (loosest - tightest) * number / TOLERANCES
+            new = {self._name: self._line.distributions(chosen)[self._name]}
+            found = self._weighting.weights(new)
+            with np.errstate(divide="ignore"):
+                self._at[number] = found, np.log(found)
+        return self._at[number]
+
+
+class _Block(NamedTuple):
+    """Lines that hang together, by number; their weights are a product of blocks'.
+
+    Attributes
+    ----------
+    lines : tuple of int
+        Which.
+    names : frozenset of str
+        Their contributors, and what hangs together with these.
+    alone : bool
+        Whether nothing does, not even their own parts with each other.
+    """
+
+    lines: tuple[int, ...]
+    names: frozenset[str]
+    alone: bool
+
+
+def _blocks(study: Study) -> list[_Block]:
+    """Sort lines into blocks that nothing connects."""
+    dependence = study.deviating.dependence
+    found: list[_Block] = []
+    for i, each in enumerate(study.deviating.priced):
+        own = list(each.drawn)
+        joints = hanging_together(own, dependence)
+        joints += [all_alike(name, dependence) for name in own]
+        names = frozenset(name for joint in joints for name in joint)
+        made = _Block((i,), names, all(len(joint) == 1 for joint in joints))
+        for block in [block for block in found if block.names & names]:
+            found.remove(block)
+            made = _Block((*block.lines, *made.lines), made.names | block.names, False)
+        found.append(made)
+    return found
+
+
+def with_choice(study: Study, choice: Choice, seed: int, trials: int) -> Study:
+    """Return a study of random machines with the tolerances of a choice."""
+    deviating = study.deviating
+    new = dict(deviating.distributions)
+    for priced, chosen in zip(deviating.priced, choice, strict=True):
+        new.update(priced.distributions(chosen))
+    return dataclasses.replace(
+        study,
+        sampling="random",
+        until=None,
+        trials=trials,
+        seed=seed,
+        deviating=deviating._replace(distributions=new),
+    )

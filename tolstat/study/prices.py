@@ -1,0 +1,238 @@
+"""The key `cost` of a line of [deviations], read; tolerances written into a study."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import tomli_w
+
+from tolstat.deviations.distributions import Distribution
+from tolstat.deviations.grades import iso286
+from tolstat.deviations.prices import Law, Offered, Priced, half_of, resized, zone_of
+from tolstat.deviations.tolerance import Tolerance
+from tolstat.errors import CostError, allowed_names
+from tolstat.units.grammar import quantity, tolerance
+from tolstat.units.scale import scale_of
+
+EXAMPLE = (
+    '{ law = "reciprocal", at = "+-0.02 mm", price = 10 }, or what may be chosen, '
+    '{ "+-1.2 mm" = 10, "+-0.6 mm" = 25 }'
+)
+LAWS = {"reciprocal": (), "exponential": ("rate",)}
+OF_EVERY_LAW = ("law", "at", "price", "tightest", "loosest")
+SPAN = 4.0, 2.0  # times tighter, and looser, than drawn, where nothing is said
+DIGITS, ALL_DIGITS = 3, 9  # of a tolerance that is written
+MOST_PRICE = 1e30
+WIDEST = 1000  # times the tightest tolerance
+ROUNDING = 1e-9
+
+Make = Callable[[str], Mapping[str, Distribution]]
+
+
+def read_cost(
+    name: str,
+    given: Any,
+    drawn: Mapping[str, Distribution],
+    make: Make,
+    unit: str,
+    shown: str,
+) -> Priced:
+    """Read what the parts of a line cost by their tolerance.
+
+    Parameters
+    ----------
+    name : str
+        Of the line.
+    given : object
+        As the study has it: a law, or a table of tolerances and prices.
+    drawn : mapping of str to Distribution
+        By contributor, as the study draws them, SI.
+    make : callable
+        Reads the line with another tolerance.
+    unit : str
+        SI unit of the deviations.
+    shown : str
+        The unit in which the line writes its tolerance; empty for a grade.
+
+    Raises
+    ------
+    CostError, UnitError, DistributionError, GradeError
+        If a key or a value is wrong.
+    """
+    if not isinstance(given, dict) or not given:
+        raise CostError(f"cost: a table is expected, {EXAMPLE}")
+    zones = {zone_of(each) for each in drawn.values()}
+    if None in zones:
+        raise CostError("cost is by tolerance, and the line has none")
+    shown = shown or scale_of(unit, "", half_of(drawn)).shown
+    if set(given) & {*OF_EVERY_LAW, "rate"}:
+        if len(zones) > 1:
+            raise CostError(
+                "cost: the parts have different tolerances; give each a line of its "
+                "own, or a table of grades"
+            )
+        law = _law(given, drawn, unit)
+        return Priced(name, drawn, law, (), unit, shown)
+    offered = [
+        Offered(words, _price(f'"{words}"', price), make(words))
+        for words, price in given.items()
+    ]
+    offered.sort(key=lambda each: -half_of(each.distributions))
+    halves = [half_of(each.distributions) for each in offered]
+    if len(set(halves)) < len(halves):
+        raise CostError("cost: two of its tolerances are the same")
+    if dict(drawn) not in [dict(each.distributions) for each in offered]:
+        words = ", ".join(each.words for each in offered)
+        raise CostError(
+            f"cost: the tolerance as drawn has no price; it has those of {words}"
+        )
+    return Priced(name, drawn, None, tuple(offered), unit, shown)
+
+
+def _law(given: dict[str, Any], drawn: Mapping[str, Distribution], unit: str) -> Law:
+    """Read a law of the price."""
+    law = given.get("law")
+    if not isinstance(law, str) or law not in LAWS:
+        raise CostError(f"cost, law = {law}: {allowed_names(str(law), LAWS)}")
+    known = (*OF_EVERY_LAW, *LAWS[law])
+    for key in given:
+        if key not in known:
+            raise CostError(
+                f"the {law} law has no key {key}; {allowed_names(key, known)}"
+            )
+    for key in ("at", "price", *LAWS[law]):
+        if key not in given:
+            raise CostError(f"cost: the {law} law needs the key {key}; {EXAMPLE}")
+    half, (tighter, looser) = half_of(drawn), SPAN
+    halves = {"tightest": half / tighter, "loosest": half * looser}
+    for key in ("at", "tightest", "loosest"):
+        if key in given:
+            halves[key] = _half(key, given[key], unit)
+    tightest, loosest = halves["tightest"], halves["loosest"]
+    if not tightest < loosest:
+        raise CostError("cost: the tightest tolerance is no tighter than the loosest")
+    if loosest > WIDEST * tightest:
+        raise CostError(
+            f"cost: the loosest tolerance is more than {WIDEST} times the tightest; no "
+            "run covers both"
+        )
+    if not tightest * (1 - ROUNDING) <= half <= loosest * (1 + ROUNDING):
+        raise CostError(
+            "cost: the tolerance as drawn does not lie between tightest and loosest; "
+            f"they are a {tighter:g}th and {looser:g} times as drawn if not given"
+        )
+    rate = 0.0
+    if "rate" in given:
+        rate = quantity(str(given["rate"]), unit)
+        if not rate > 0:
+            raise CostError(
+                "cost, rate: a quantity above zero is expected: the price "
+                "is e times as much for each rate that is taken off"
+            )
+    found = Law(
+        halves["at"],
+        _price("price", given["price"], MOST_PRICE**-1),
+        tightest,
+        loosest,
+        rate,
+    )
+    for end in (tightest, loosest):
+        for each in drawn.values():
+            resized(each, end)
+        if not _computable(found, end):
+            raise CostError(
+                f"cost: with rate = {given.get('rate')} the price at the "
+                "tightest tolerance is no number; give a larger rate"
+            )
+    return found
+
+
+def _computable(law: Law, half: float) -> bool:
+    try:
+        return 0 < law.of(half) < 1e100
+    except OverflowError:
+        return False
+
+
+def _half(key: str, text: Any, unit: str) -> float:
+    """Read half the width of a tolerance of a law."""
+    if not isinstance(text, str):
+        raise CostError(f'cost, {key}: a tolerance such as "+-0.02 mm" is expected')
+    return Tolerance(*tolerance(text, unit)).half
+
+
+def _price(key: str, price: Any, least: float = 0.0) -> float:
+    """Read a price: a number without currency."""
+    fits = isinstance(price, int | float) and not isinstance(price, bool)
+    if not fits or not least <= price <= MOST_PRICE:
+        over = "from 0" if least == 0 else "above 0"
+        raise CostError(f"cost, {key}: a price is a number {over}, such as 10")
+    return float(price)
+
+
+def with_tolerances(text: str, chosen: Mapping[str, str], heading: str) -> str:
+    """Write a study with other tolerances.
+
+    Parameters
+    ----------
+    text : str
+        The study, as it is written.
+    chosen : mapping of str to str
+        The tolerances, by line of [deviations] or [links].
+    heading : str
+        What stands above it, as a comment.
+
+    Returns
+    -------
+    str
+        A study that runs. Other comments are not in it.
+    """
+    table = tomllib.loads(text)
+    for name, words in chosen.items():
+        section = "links" if name in table.get("links", {}) else "deviations"
+        line = with_tolerance(table[section][name], words)
+        table[section][name] = line
+    above = "".join(f"# {line}\n" for line in heading.splitlines())
+    return f"{above}\n{tomli_w.dumps(table)}"
+
+
+def with_tolerance(line: Mapping[str, Any], words: str) -> dict[str, Any]:
+    """Return a line of a study with another tolerance, all other keys as they are."""
+    found: dict[str, Any] = {}
+    graded = iso286.looks_like_grade(words)
+    for key, value in line.items():
+        if key in ("tolerance", "iso1328"):
+            found["tolerance"] = words
+        elif key != "module" and (key != "size" or graded):
+            found[key] = value
+    return found
+
+
+def tolerance_words(priced: Priced, choice: float) -> str:
+    """Write a tolerance that is chosen, of three digits, no wider than it is."""
+    if not priced.law:
+        return priced.offered[round(choice)].words
+    zone = zone_of(next(iter(priced.distributions(choice).values())))
+    assert zone is not None
+    scale = scale_of(priced.unit, priced.shown)
+    # at its tightest as many digits as that has: it is to be no tighter
+    tightest = priced.half(choice) < priced.law.tightest * (1 + 10.0 ** (1 - DIGITS))
+    lower, upper = (
+        f"{end * scale.factor:.{ALL_DIGITS}g}" if tightest else _cut(end * scale.factor)
+        for end in zone
+    )
+    ends = f"+-{upper}" if zone.lower == -zone.upper else f"{lower}..{upper}"
+    return f"{ends} {scale.mark}".strip()
+
+
+def _cut(value: float) -> str:
+    """Write a number of three digits, no larger than it is."""
+    if value == 0:
+        return "0"
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - DIGITS)
+    # what is written with as few digits keeps them
+    count = math.floor(abs(value) / unit * (1 + 1e-9))
+    return f"{math.copysign(count * unit, value):.{DIGITS}g}"
