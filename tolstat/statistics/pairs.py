@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 Machines = NDArray[np.bool_]
 
 SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both far off"
-LEAST_EXPLAINED = 0.5  # share of the machines beyond that a named pair explains
+LEAST_EXPLAINED = 0.4  # share of the machines beyond that a named pair explains
 FAR = 0.05  # share of all machines that count as far off, if no more are beyond
 RANKED = 100_000  # trials among which a deviation has its place
 CHANCE = 4.0  # correlation that is no chance, times the root of the trials
@@ -46,7 +46,8 @@ class Together(NamedTuple):
     of_all : float
         The same of all machines: 5 %, or as many as are beyond.
     alone : float
-        The same of that member that is so far off oftener.
+        Share of the machines beyond that have the one member far off, or the other:
+        the larger one.
     """
 
     members: tuple[str, str]
@@ -71,8 +72,8 @@ def pairs(deviations: Mapping[str, Array], beyond: Machines) -> list[Together]:
     Returns
     -------
     list of Together
-        Those that are clear, and far off in more than half of these machines and in no
-        fewer than either member is; what explains most comes first. Contributors that
+        Those that are clear, and far off in two of five of these machines or more, and
+        in more than either member is; what explains most comes first. Contributors that
         hang together are no pair.
 
     Notes
@@ -105,28 +106,34 @@ def pairs(deviations: Mapping[str, Array], beyond: Machines) -> list[Together]:
     corrected = holm(2 * levels.min(axis=0))
     of_all = min(max(FAR, float(beyond.mean())), 0.5)
     two_ends, one_end = -ndtri(of_all / 2), -ndtri(of_all)
-    alone = (np.abs(z) > two_ends).mean(axis=1)
+    alone = [_far_off(each, two_ends, one_end)[0] for each in z]
     found = []
     for place in np.flatnonzero(corrected < CLEAR):
         i, j = known[place]
-        how = SUM if signed[place] > 0 else DIFFERENCE
-        u, least = (z[i] + z[j] if how == SUM else z[i] - z[j]), two_ends
         if levels[1, place] < levels[0, place]:
-            how, u, least = BOTH_FAR, far[i] + far[j], one_end
-        u = u / math.sqrt(2)
-        off = u > least if how == BOTH_FAR else np.abs(u) > least
-        count, most = int(off.sum()), float(max(alone[i], alone[j]))
-        if count < most * len(u) or count <= LEAST_EXPLAINED * len(u):
-            continue
-        high = float((u[off] > 0).mean())
-        way = int(high >= ONE_WAY) - int(high <= 1 - ONE_WAY)
-        found.append(
-            Together(
-                (names[i], names[j]), how, 0 if how == BOTH_FAR else way,
-                float(corrected[place]), proportion(count, len(u)), of_all, most,
-            )
-        )  # fmt: skip
+            how, way = BOTH_FAR, 0
+            off = float(np.mean((far[i] + far[j]) / math.sqrt(2) > one_end))
+        else:
+            how = SUM if signed[place] > 0 else DIFFERENCE
+            u = z[i] + z[j] if how == SUM else z[i] - z[j]
+            off, way = _far_off(u / math.sqrt(2), two_ends, one_end)
+        most = max(alone[i], alone[j])
+        if off > most and off >= LEAST_EXPLAINED:
+            share = proportion(round(off * z.shape[1]), z.shape[1])
+            level, members = float(corrected[place]), (names[i], names[j])
+            found.append(Together(members, how, way, level, share, of_all, most))
     return sorted(found, key=lambda each: (-each.far.value, each.level))
+
+
+def _far_off(u: Array, two_ends: float, one_end: float) -> tuple[float, int]:
+    """Return the share of float64[machine beyond] that is far off, and to which side.
+
+    To one side where as good as all are on it; 0: to either.
+    """
+    high = float(np.mean(u > 0))
+    way = int(high >= ONE_WAY) - int(high <= 1 - ONE_WAY)
+    off = way * u > one_end if way else np.abs(u) > two_ends
+    return float(off.mean()), way
 
 
 def _scores(x: Array, beyond: Machines) -> Array:
