@@ -10,6 +10,7 @@ import pytest
 from scipy.stats import binom
 
 from tests.coverage.claims import LEAST, claims, named
+from tests.coverage.comparing_problems import intervals as of_designs
 from tests.coverage.halving_problems import intervals as of_halving
 from tests.coverage.index_problems import intervals as of_indices
 from tests.coverage.measure import FAMILIES, ROOT, TABLE, digest, measure
@@ -121,6 +122,7 @@ NEW = {
     ("linear stack", 200): (of_indices, 300),
     ("too alike, 5 % beyond", 1000): (of_halving, 400),
     ("lognormal", FIRST): (until_quantile, 500),
+    ("the other way: in part", 200): (of_designs, 500),
 }
 NARROWER, LEFT = ", a third narrower", 2 / 3
 
