@@ -143,6 +143,10 @@ def test_it_is_no_sample(run, tmp_path):
         tolstat.extend(run.path, 8000)
     with pytest.raises(PictureError, match="were sought and are no sample"):
         tolstat.compare(run, run, tmp_path / "pair.html")
+    with pytest.raises(PictureError, match="were sought and are no sample"):
+        tolstat.what_if(run, {"A": "+-0.1 mm"})
+    with pytest.raises(PictureError, match="drawn for the limit that its study has"):
+        tolstat.limited(run, {"gap": ">= 0.1 mm"})
     assert run.evidence.halved == {}
     frame = run.frame()
     assert list(frame.columns)[-5:-1] == list(DRAWN)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tolstat.deviations.names import expand
-from tolstat.errors import TolstatError
+from tolstat.errors import PictureError, TolstatError
 from tolstat.execution.going_on import study_of
 from tolstat.execution.halved import halved_shares
 from tolstat.execution.picking import worst_trials
@@ -54,6 +54,8 @@ def limited(
     ------
     StudyError
         If a limit cannot be read, or no such response is there.
+    PictureError
+        If it is a rare run.
     """
     run = run if isinstance(run, Run) else open_run(run)
     found = with_limits(run, limits)
@@ -67,6 +69,11 @@ def limited(
 
 def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     """Return a run with other limits, and the evidence of its own; see `limited`."""
+    if run.rare:
+        raise PictureError(
+            f"{run.path}: the trials of a rare run were drawn for the limit that its "
+            f"study has of {run.rare}; run the study with another limit"
+        )
     problems = Problems(f"{run.path}", "cannot be asked that")
     check_bounds({"limits": dict(limits)}, problems)
     problems.raise_if_any()

@@ -13,8 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from tolstat.literal import visible
-from tolstat.reporting.rare import rare_table
-from tolstat.reporting.summary_table import Cell, summary_table
+from tolstat.reporting.summary_table import Cell, SummaryTable, summary_table
 from tolstat.reporting.sweep import comparisons
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
@@ -71,7 +70,7 @@ def print_summary(run: Run) -> bool:
         Whether no limit is found to be not met.
     """
     console = screen()
-    summary = rare_table(run) if run.rare else summary_table(run)
+    summary = _summary(run)
     parts = [(summary.title, summary.heads, summary.rows)]
     if summary.limit_rows:
         parts.append(("limits", summary.limit_heads, summary.limit_rows))
@@ -80,6 +79,14 @@ def print_summary(run: Run) -> bool:
     for note in summary.notes:
         console.print(note)
     return not summary.not_met
+
+
+def _summary(run: Run) -> SummaryTable:
+    if not run.rare:
+        return summary_table(run)
+    from tolstat.reporting.rare import rare_table  # what it needs, others do not
+
+    return rare_table(run)
 
 
 def print_table(

@@ -50,7 +50,8 @@ def report(
     path = Path(output) if output is not None else of.path.with_suffix(".html")
     check_folder(path)
     if of.rare:
-        from tolstat.reporting.rare import rare_findings, rare_page
+        from tolstat.reporting.rare import rare_findings
+        from tolstat.reporting.rare_page import rare_page
 
         return write(path, rare_page(rare_findings(of, responses)))
     found = findings_of(of, responses)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,6 @@ from scipy.special import ndtr
 from tolstat.errors import PictureError
 from tolstat.reporting.findings import Assumptions
 from tolstat.reporting.gather import assumptions_of
-from tolstat.reporting.page import Numbers, environment, style
 from tolstat.reporting.summary_table import (
     AS_IS,
     PPM,
@@ -22,6 +21,7 @@ from tolstat.reporting.summary_table import (
     SummaryTable,
     estimate_in_words,
     notes_of,
+    reading_of,
 )
 from tolstat.statistics.capability import by_share
 from tolstat.statistics.estimate import Estimate
@@ -344,7 +344,7 @@ def rare_table(run: Run) -> SummaryTable:
         rows,
         ["response", "limit", "demanded", "verdict", "beyond, ppm", "as Ppk"],
         limits,
-        [*_said(run, found), *found.trials.notes],
+        [*_said(run, found), *found.trials.notes, *reading_of(run, None)],
         (found.response,) if found.verdict == NOT_MET else (),
     )
 
@@ -390,22 +390,3 @@ def _said(run: Run, found: RareFindings) -> list[str]:
             "change sides of the limit"
         )
     return said
-
-
-def rare_page(found: RareFindings) -> str:
-    """Make the page of a rare run.
-
-    Parameters
-    ----------
-    found : RareFindings
-        Every number on the page is one of these.
-    """
-    numbers = Numbers(found)
-    context: dict[str, Any] = {
-        "at": numbers.at,
-        "show": numbers.show,
-        "estimate_line": numbers.estimate_line,
-    }
-    template = environment().get_template("rare.html")
-    page: str = template.render(title=found.title, style=style(), f=found, **context)
-    return page
