@@ -192,6 +192,21 @@ def test_an_unpaired_run_is_compared_as_what_it_is(other):
     )
 
 
+def test_a_page_of_several_runs_says_how_each_goes_with_the_first(other, tmp_path):
+    base = other(name="base.h5")
+    half = other(("+-1 mm", "+-0.5 mm"), name="half.h5")
+    new = other(("seed = 1", "seed = 2"), ("1000", "700"))
+    page = tmp_path / "several.html"
+    assert tolstat.compare(base.path, half, page, ["gap"], [new]) == page
+    text = page.read_text()
+    for words in (
+        "B and A: same qualities", "C and A: unpaired", "Machines beyond, C less A",
+        "Differences, B less A, machine by machine", "Differences, C less A, unpaired",
+    ):  # fmt: skip
+        assert words in text.replace("<strong>", "").replace("</strong>", "")
+    assert text.count("<svg") == 3 + 1  # of what is unpaired the distributions alone
+
+
 @pytest.mark.parametrize("sampling", ["sobol", "latin"])
 def test_dependent_trials_are_compared_by_their_replicates(other, sampling):
     drawn = ("[deviations]", f'sampling = "{sampling}"\n[deviations]')

@@ -60,13 +60,16 @@ def test_single_contributors_are_seldom_taken_for_a_pair(name, machines):
 
 
 def test_the_level_is_that_of_the_less_telling_member():
-    X = parts(3000, 2, 4)
+    X = parts(3000, 3, 4)  # three pairs, and two kinds
     beyond = worst(2 * X["part_1"] - 1.5 * X["part_2"], 12)
-    z = [stats.norm.ppf((stats.rankdata(x) - 0.5) / 3000)[beyond] for x in X.values()]
+    z = [
+        stats.norm.ppf((stats.rankdata(X[name]) - 0.5) / 3000)[beyond]
+        for name in ("part_1", "part_2")
+    ]
     score = -np.sum(z[0] * z[1]) / max(np.linalg.norm(each) for each in z)
     (found,) = pairs(X, beyond)
     assert np.log(found.level) == pytest.approx(
-        np.log(2 * 2 * stats.norm.sf(score)), rel=0.02
+        np.log(3 * 2 * 2 * stats.norm.sf(score)), rel=0.01
     )
     assert found.way == 1 and found.of_all == 0.05
     far = stats.norm.isf(0.05)  # to one side
