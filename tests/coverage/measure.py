@@ -26,6 +26,7 @@ from tests.coverage import (
     halving_problems,
     index_problems,
     one_response,
+    rare_problems,
     weighting_problems,
 )
 
@@ -34,6 +35,7 @@ FAMILIES = (
     index_problems,
     halving_problems,
     comparing_problems,
+    rare_problems,
     weighting_problems,
 )
 ROOT = Path(__file__).parents[2]
