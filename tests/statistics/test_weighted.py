@@ -57,6 +57,21 @@ def test_what_is_cut_off_widens_every_interval():
     assert y.upper > x.upper and y.lower < x.lower
 
 
+def test_where_no_machine_is_left_none_is_said_to_be():
+    # the weights of a sample add up to its number only on the average
+    assert abs(HALVED.values.sum() / N - 1) > 1e-3
+    all_of_them, none = np.ones(N, np.bool_), np.zeros(N, np.bool_)
+    whole, nothing = (weighted_share(of, HALVED) for of in (all_of_them, none))
+    assert whole.value == 1 == whole.upper > whole.lower > 0.9
+    assert nothing.value == 0 == nothing.lower < nothing.upper < 0.1
+    assert share_left(none, HALVED)[:3] == (0.0, 0.0, 1 - whole.lower)
+    for most in (Z < 2.0, Z > -0.1):
+        a, b = weighted_share(most, HALVED), share_left(~most, HALVED)
+        assert a.lower < a.value < a.upper
+        assert a.value + weighted_share(~most, HALVED).value == pytest.approx(1)
+        assert b.value == pytest.approx(1 - a.value)
+
+
 def test_failed_trials_weigh_too():
     status = np.where(Z > 0.8, Status.NOT_FINITE, Status.DONE)
     values = np.where(Z > 0.8, np.nan, Z)

@@ -36,15 +36,20 @@ def weighted_share(
     Estimate
         With the gamma interval of a sum of weighted counts. The heaviest of all trials
         stands for the next machine beyond, which may be anywhere: conservative, and
-        above zero even where no machine is beyond.
+        above zero even where no machine is beyond. The value of more than half is what
+        the others leave: without any of them it is one.
     """
     if weights.too_few:
         return Estimate(math.nan, reason=weights.too_few)
-    n = len(weights.values)
+    each, n = weights.values, len(weights.values)
     counted = weights.capped[machines] / n
     lower, upper = gamma_ends(counted, weights.most / n, confidence)
     upper = min(upper + weights.cut, 1.0)
-    value = min((weights.values[machines] / n).sum(), upper)
+    value, others = (each[machines] / n).sum(), (each[~machines] / n).sum()
+    if value > others:
+        value = 1 - others
+        upper = max(upper, value)
+    value = min(value, upper)
     return Estimate(float(value), float(min(lower, value)), float(upper))
 
 
