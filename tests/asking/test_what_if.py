@@ -88,6 +88,41 @@ def test_what_is_not_covered_is_refused_with_the_reason(run, toy, asked, said):
         tolstat.what_if(run, asked, model=toy)
 
 
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ({"part": 5}, r"\[deviations\] part = 5: a text or a table is expected"),
+        ({"part": None}, r"\[deviations\] part: a text or a table is expected"),
+        ({1: "+-1 mm"}, r"\[deviations\] = 1: a name is expected"),
+        ([("part", "+-1 mm")], r"\[deviations\]: a dict is expected"),
+    ],
+)
+def test_what_python_gives_otherwise_is_refused_in_words(run, toy, lines, said):
+    with pytest.raises(StudyError, match=said):
+        tolstat.what_if(run, lines, model=toy)
+    with pytest.raises(StudyError, match=said.replace("deviations", "limits")):
+        tolstat.limited(run, lines, toy)
+
+
+def test_measured_parts_are_those_beside_the_study(toy, toy_study, monkeypatch):
+    parts = np.random.default_rng(7).normal(0, 0.2, 60)
+    table = "\n".join(["off [mm]", *(f"{part:.4f}" for part in parts)])
+    folder = toy_study.parent / "study"
+    folder.mkdir()
+    study, elsewhere = toy_study.rename(folder / "toy.toml"), toy_study.parent
+    (folder / "parts.csv").write_text(table)
+    run = tolstat.run(study, model=toy)
+    monkeypatch.chdir(elsewhere)
+    (elsewhere / "parts.csv").write_text(table.replace("0.", "100."))
+    line = {"data": "parts.csv", "column": "off", "fit": "normal"}
+    stored = tolstat.open(run.path)
+    found = tolstat.what_if(stored, {"part_1": line}, model=toy)
+    assert found.what_if.deviations["part_1"].worth > 0.3
+    for outside in ("../parts.csv", str(elsewhere / "parts.csv")):
+        with pytest.raises(StudyError, match="outside the folder of the study"):
+            tolstat.what_if(stored, {"part_1": {**line, "data": outside}}, model=toy)
+
+
 def test_a_refusal_of_what_is_right_says_what_runs_it(run, toy):
     with pytest.raises(StudyError, match=r"copy of toy\.toml, and `tolstat run` that"):
         tolstat.what_if(run, {"part": "+-2 mm"}, model=toy)
@@ -165,6 +200,7 @@ def test_the_command_line_tells_and_delivers(stack):
     assert shown.exit_code == 0, shown.output
     assert "ppm beyond" in shown.output and "<= 0.18 mm" in shown.output
     assert "nothing was simulated" in shown.output
+    assert "at one look" in shown.output
     table = 'part_1={ tolerance = "+-0.03 mm", cp = 1.3 }'
     found = json.loads(stack("what-if", table, "--json").output)
     assert found["what_if"]["deviations"]["part_1"]["what_if"].endswith("cp 1.3")
@@ -177,6 +213,32 @@ def test_the_command_line_tells_and_delivers(stack):
     assert again["responses"]["gap"]["limited"]["limit"]["words"] == ">= 0 mm"
 
 
+def test_the_page_of_the_command_line(stack, tmp_path):
+    page = tmp_path / "page.html"
+    asked = ("part=+-0.025 mm", "--limit", "gap <= 0.18 mm", "-o", str(page))
+    made = stack("what-if", *asked)
+    assert made.exit_code == 0, made.output
+    text = page.read_text()
+    assert text.count("beyond/upper") == 2 and "at one look" in text
+
+
+def test_where_all_are_beyond_none_is_within(stack):
+    asked = ("part=+-0.025 mm", "--limit", "gap >= 9 mm", "--json")
+    found = json.loads(stack("what-if", *asked).output)
+    yields = found["responses"]["gap"]["limited"]["yields"]
+    assert yields["beyond"]["value"] == 1 and yields["least"]["value"] == 0
+    assert found["joint"]["within"]["value"] == 0 and yields["verdict"] == "not met"
+
+
+def test_numbers_of_the_tolerances_as_run_are_not_those_of_what_if(tmp_path):
+    run = tolstat.run("runs/wave-gear.toml", trials=1000, output=tmp_path / "run.h5")
+    own = "without any trial: "
+    assert any(own in note for note in summary_table(run).notes)
+    line = {"tolerance": "+-0.012 mm", "distribution": "uniform"}
+    found = tolstat.what_if(run, {"R_out": line})
+    assert not any(own in note for note in found.notes)
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -185,6 +247,7 @@ def test_the_command_line_tells_and_delivers(stack):
         (("what-if", "part={ tolerance"), "part={ tolerance"),
         (("what-if", "part=+-0.02 mm", "-o", "no/x.html"), "no such folder"),
         (("report", "--limit", "gap"), "such as"),
+        (("report", "--limit", "0.5 mm >= gap"), '--limit "0.5 mm >= gap"'),
         (("report", "--limit", "gap <= 1 kN"), "gap"),
         (("report", "--limit", "gab <= 1 mm"), "did you mean 'gap'"),
         (("what-if", "part=+-0.045 mm"), "tails are too heavy"),

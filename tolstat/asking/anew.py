@@ -23,7 +23,7 @@ from tolstat.status import Status
 from tolstat.store.evidence import Evidence, Worst
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
-from tolstat.study.bounds import check_bounds
+from tolstat.study.bounds import check_lines
 from tolstat.study.limit import read_limits
 from tolstat.study.problems import Problems
 from tolstat.units.grammar import unit_of
@@ -75,8 +75,7 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
             f"study has of {run.rare}; run the study with another limit"
         )
     problems = Problems(f"{run.path}", "cannot be asked that")
-    check_bounds({"limits": dict(limits)}, problems)
-    problems.raise_if_any()
+    check_lines("limits", limits, problems)
     read = read_limits(limits, run.responses, problems)
     problems.raise_if_any()
     before = run.limits

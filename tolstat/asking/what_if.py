@@ -30,7 +30,7 @@ from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.weights import LEAST_EFFECTIVE, Weights
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
-from tolstat.study.bounds import check_bounds
+from tolstat.study.bounds import check_lines
 from tolstat.study.deviations import Deviations, read_deviations
 from tolstat.study.problems import Problems
 from tolstat.study.study import Study
@@ -82,7 +82,7 @@ def what_if(
     study = study_of(run, model=model)
     _check_drawn(run, study)
     problems = Problems(f"{run.path}", "cannot be asked that")
-    asked = _read(deviations, study, problems)
+    asked = _read(deviations, study, run, problems)
     problems.raise_if_any()
     worth = _worth(asked, study, problems)
     if not problems.found:
@@ -136,11 +136,13 @@ def _check_drawn(run: Run, study: Study) -> None:
 
 
 def _read(
-    given: Mapping[str, str | dict[str, Any]], study: Study, problems: Problems
+    given: Mapping[str, str | dict[str, Any]],
+    study: Study,
+    run: Run,
+    problems: Problems,
 ) -> Deviations:
-    """Read what is asked, as lines of [deviations]."""
-    check_bounds({"deviations": dict(given)}, problems)
-    problems.raise_if_any()
+    """Read what is asked, as lines of [deviations], with the files of the study."""
+    check_lines("deviations", given, problems)
     for name, line in given.items():
         if isinstance(line, dict) and "common" in line:
             with problems.noting(f"[deviations] {name}", line):
@@ -149,7 +151,7 @@ def _read(
                 )
     if not given:
         problems.add("[deviations]", None, "nothing is asked; name a contributor")
-    folder = study.path.parent if study.path else None
+    folder = (run.study_file or run.path).parent
     contributors = study.description.contributors
     return read_deviations(given, {}, contributors, folder, problems)
 

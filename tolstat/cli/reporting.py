@@ -21,7 +21,7 @@ from tolstat.reporting.rare import rare_findings
 from tolstat.reporting.report_csv import report_csv
 from tolstat.store.opening import open as open_run
 
-NAMED = re.compile(r"\s*(\w+)\s*(.*?)\s*", re.DOTALL)
+NAMED = re.compile(r"\s*([^\W\d]\w*)\s*(\W.*?)\s*", re.DOTALL)
 
 
 def report_run(
@@ -73,11 +73,11 @@ def limits_in(texts: Sequence[str]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for text in texts:
         named = NAMED.fullmatch(text)
-        if not named or not named[2]:
+        if not named:
             raise StudyError(f'--limit "{text}": such as "rod_force <= 120 kN"')
         if named[1] in found:
             raise StudyError(f'--limit "{text}": {named[1]} stands there already')
-        rest = named[2]
+        rest = named[2].strip()
         found[named[1]] = value_in(rest[1:], text) if rest[0] == "=" else rest
     return found
 

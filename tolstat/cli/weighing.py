@@ -12,7 +12,7 @@ from tolstat.cli.showing import WIDE, print_table, screen
 from tolstat.errors import StudyError
 from tolstat.reporting.making import check_folder, write
 from tolstat.reporting.plain import share_words
-from tolstat.reporting.summary_table import PER_CENT, Cell, estimate_in_words
+from tolstat.reporting.summary_table import PER_CENT, PPM, Cell, estimate_in_words
 from tolstat.reporting.weighed import WhatIf, make_what_if_page
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import Limited
@@ -113,18 +113,12 @@ def _print(found: WhatIf) -> None:
 
 
 def _in_line(share: Estimate) -> str:
-    value, lower, upper = (PER_CENT.number(each) for each in share[:3])
+    value, lower, upper = PER_CENT.interval(*share[:3])
     return f"{value} % ({lower}..{upper} %)" if share.sure else share.reason
 
 
 def _judged(limited: Limited) -> list[Cell]:
     """Write the share beyond, per million, and the verdict."""
     beyond = limited.yields.beyond
-    if not beyond.sure:
-        return [beyond.reason, limited.yields.verdict]
-    value, lower, upper = (_per_million(each) for each in beyond[:3])
-    return [(value, lower, upper), limited.yields.verdict]
-
-
-def _per_million(share: float) -> str:
-    return f"{1e6 * share:.0f}" if share >= 1e-6 or share == 0 else "< 1"
+    said = estimate_in_words(beyond, PPM) if beyond.sure else beyond.reason
+    return [said, limited.yields.verdict]

@@ -25,8 +25,9 @@ EXTREMES = ("least", "in trial", "largest", "in trial")
 
 WEIGHTED = (
     "with each number its 95 % interval: of shares beyond limits that of weighted "
-    "counts, of all others of bets that hold for any response; a run of its own is "
-    "sharper, and decides what is undecided"
+    "counts, of all others of bets that hold for any response; shares and verdicts of "
+    "what-if are at one look, those as run hold at every look: their ends and verdicts "
+    "may differ where nothing else does"
 )
 
 PER_CENT, PPM, AS_IS = Scale("1", "%"), Scale("1", "ppm"), Scale("1", PLAIN)
@@ -252,7 +253,8 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
     if nominal != Status.DONE.word:
         notes.append(f"the nominal machine: {nominal}")
     notes += run.notes
-    if own := [_in_words(run, number) for number in run.numbers if number.of]:
+    own = [_in_words(run, number) for number in run.numbers if number.of]
+    if own and not (sample and sample.weights):  # of the tolerances as run
         notes.append("without any trial: " + ", ".join(own))
     if run.stopped:
         reached = "reached" if run.stopped.reached else "not reached"

@@ -32,6 +32,39 @@ def check_bounds(table: Mapping[str, Any], problems: Problems) -> None:
             problems.add(_key(path), value if number else None, wrong)
 
 
+def check_lines(section: str, lines: object, problems: Problems) -> None:
+    """Refuse what cannot be lines of a section, where Python gives them.
+
+    Parameters
+    ----------
+    section : str
+        "deviations" or "limits".
+    lines : object
+        As somebody has them: a text or a table by name is right.
+    problems : Problems
+        Takes what is wrong.
+
+    Raises
+    ------
+    StudyError
+        If anything is.
+    """
+    if not isinstance(lines, Mapping):
+        said = "a dict is expected, of what a study says by name"
+        problems.add(f"[{section}]", None, said)
+        problems.raise_if_any()
+        return
+    for name, line in lines.items():
+        if not isinstance(name, str):
+            problems.add(f"[{section}]", name, "a name is expected, a text")
+        elif not isinstance(line, str | Mapping):
+            said = "a text or a table is expected, as a study has it"
+            problems.add(f"[{section}] {name}", line, said)
+    problems.raise_if_any()
+    check_bounds({section: lines}, problems)
+    problems.raise_if_any()
+
+
 def _values(table: Mapping[str, Any]) -> Iterator[tuple[Path, Any]]:
     """Yield every value with where it stands; nothing below what is too deep."""
     left: list[tuple[Path, Any]] = [((), table)]
