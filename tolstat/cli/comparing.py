@@ -9,7 +9,8 @@ from tolstat.cli.reporting import deliver
 from tolstat.cli.showing import print_table, screen
 from tolstat.reporting.comparison import compared_with_first
 from tolstat.reporting.comparison_table import comparison_table
-from tolstat.reporting.making import check_folder, write
+from tolstat.reporting.making import write
+from tolstat.reporting.replacing import check_output
 from tolstat.store.opening import open as open_run
 
 
@@ -34,7 +35,7 @@ def compare_runs(
         What is looked at closely.
     """
     if output:
-        check_folder(output)
+        check_output(output)
     pairs, found = compared_with_first([open_run(path) for path in paths], responses)
     if form:
         deliver(found.alone or found, output, form)

@@ -18,6 +18,7 @@ from tolstat.reporting.findings import Findings
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.plain import as_csv, as_json
 from tolstat.reporting.rare import rare_findings
+from tolstat.reporting.replacing import check_output
 from tolstat.reporting.report_csv import report_csv
 from tolstat.store.opening import open as open_run
 
@@ -49,6 +50,8 @@ def report_run(
     """
     # the process ends with the page: what is left over needs no collecting
     gc.disable()
+    if output:
+        check_output(output)
     run = open_run(path)
     if limits:
         from tolstat.asking.anew import limited

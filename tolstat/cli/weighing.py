@@ -10,8 +10,9 @@ from tolstat.asking.what_if import what_if
 from tolstat.cli.reporting import deliver, limits_in, value_in
 from tolstat.cli.showing import WIDE, print_table, screen
 from tolstat.errors import StudyError
-from tolstat.reporting.making import check_folder, write
+from tolstat.reporting.making import write
 from tolstat.reporting.plain import share_words
+from tolstat.reporting.replacing import check_output
 from tolstat.reporting.summary_table import PER_CENT, PPM, Cell, estimate_in_words
 from tolstat.reporting.weighed import WhatIf, make_what_if_page
 from tolstat.statistics.estimate import Estimate
@@ -44,7 +45,7 @@ def ask_what_if(
         "", "json" or "csv".
     """
     if output:
-        check_folder(output)
+        check_output(output)
     found = what_if(path, _changes(changes), limits=limits_in(limits))
     if form:
         deliver(found, output, form)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from tolstat.errors import BrokenError, RunFileError
 from tolstat.literal import csv_cell
-from tolstat.reporting.making import check_folder
+from tolstat.reporting.replacing import check_output
 from tolstat.store.run import Run
 from tolstat.units.scale import PLAIN
 
@@ -41,7 +41,7 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
     ending = path.suffix.lower()
     if ending not in ENDINGS:
         raise RunFileError(f"{path}: a table ends in {' or '.join(ENDINGS)}")
-    check_folder(path)
+    check_output(path)
     if path.exists() and not (force and path.is_file()):
         raise RunFileError(f"{path} exists already; give --force to replace it")
     if ending == ".parquet":

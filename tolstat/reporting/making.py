@@ -6,8 +6,10 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from tolstat.errors import PictureError, RunFileError
+from tolstat.errors import PictureError
 from tolstat.model.view import Listing, View
+from tolstat.reporting.replacing import check_folder as check_folder
+from tolstat.reporting.replacing import check_output, replace
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
 
@@ -48,7 +50,7 @@ def report(
 
     of = run if isinstance(run, Run) else open_run(run)
     path = Path(output) if output is not None else of.path.with_suffix(".html")
-    check_folder(path)
+    check_output(path)
     if of.rare:
         from tolstat.reporting.rare import rare_findings
         from tolstat.reporting.rare_page import rare_page
@@ -91,7 +93,7 @@ def compare(
     from tolstat.reporting.comparison import compared_with_first
     from tolstat.reporting.comparison_page import make_comparison_page
 
-    check_folder(Path(output))
+    check_output(Path(output))
     every = [
         run if isinstance(run, Run) else open_run(run)
         for run in (first, second, *others)
@@ -158,19 +160,7 @@ def check_view_ending(path: Path) -> None:
         raise PictureError(
             f"{path}: a view ends in {', '.join(endings[:-1])} or {endings[-1]}"
         )
-    check_folder(path)
-
-
-def check_folder(path: Path) -> None:
-    """Refuse a file whose folder does not exist, before anything is done for it.
-
-    Raises
-    ------
-    RunFileError
-        If there is no such folder.
-    """
-    if not path.parent.is_dir():
-        raise RunFileError(f"{path} cannot be written: there is no such folder")
+    check_output(path)
 
 
 def write(path: Path, text: str) -> Path:
@@ -181,8 +171,4 @@ def write(path: Path, text: str) -> Path:
     RunFileError
         If it cannot be written.
     """
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise RunFileError(f"{path} cannot be written: {error}") from error
-    return path
+    return replace(path, text.encode())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,8 +17,9 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.ticker import LogFormatter
 
-from tolstat.errors import PictureError
+from tolstat.errors import PictureError, RunFileError
 from tolstat.literal import visible
+from tolstat.reporting.replacing import check_output, replace
 
 ENDINGS = (".png", ".svg", ".pdf")
 # told apart in print and by the colour-blind (Okabe and Ito, 2008)
@@ -55,11 +57,14 @@ def check_ending(path: Path) -> None:
     ------
     PictureError
         If the file ends otherwise.
+    RunFileError
+        If it must not be replaced; see `tolstat.reporting.replacing.check_output`.
     """
     if path.suffix.lower() not in ENDINGS:
         raise PictureError(
             f"{path}: a picture ends in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}"
         )
+    check_output(path)
 
 
 def logarithmic(axis: Axis, **options: Any) -> None:
@@ -110,14 +115,17 @@ def write(figure: Figure, path: Path) -> None:
     PictureError
         If it cannot be written.
     """
-    svg = path.suffix.lower() == ".svg"
+    form = path.suffix.lower().removeprefix(".")
     literally(figure)
+    drawn = io.BytesIO()
+    with styled():
+        # no date: the same picture is the same file
+        metadata = {"Date": None} if form == "svg" else None
+        figure.savefig(drawn, format=form, dpi=150, metadata=metadata)
     try:
-        with styled():
-            # no date: the same picture is the same file
-            figure.savefig(path, dpi=150, metadata={"Date": None} if svg else None)
-    except OSError as error:
-        raise PictureError(f"{path} cannot be written: {error}") from error
+        replace(path, drawn.getvalue())
+    except RunFileError as error:
+        raise PictureError(str(error)) from error
 
 
 def in_legend(words: str) -> str:

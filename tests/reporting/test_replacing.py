@@ -1,0 +1,90 @@
+"""What answers are written over: pages and tables, no run, no study, no data."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import tolstat
+from tolstat.cli.main import main
+from tolstat.errors import RunFileError
+from tolstat.reporting.replacing import check_output, replace
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A study with a table that it reads, its run, and the run under other names."""
+    folder = tmp_path_factory.mktemp("kept")
+    text = Path("runs/wave-gear.toml").read_text()
+    (folder / "gear.toml").write_text(text)
+    (folder / "rods.csv").write_text("rod [mm]\n0.1\n")
+    (folder / "rods.toml").write_text('[deviations]\nrod = { data = "rods.csv" }\n')
+    run = tolstat.run(folder / "gear.toml", trials=400, output=folder / "gear.h5")
+    tolstat.report(run, folder / "page.html")
+    for name in ("other.h5", "run.html", "run.csv", "run.png", "run.json"):
+        shutil.copy(run.path, folder / name)
+    os.symlink("other.h5", folder / "link.html")
+    return folder
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "what-if gear.h5 R_out={change} --csv -o gear.h5",
+        "what-if gear.h5 R_out={change} --json -o gear.toml",
+        "what-if gear.h5 R_out={change} -o new.TOML",
+        "compare gear.h5 other.h5 -o other.h5",
+        "compare gear.h5 other.h5 --csv -o rods.csv",
+        "report gear.h5 -o new.h5",
+        "report gear.h5 -o run.html",
+        "report gear.h5 -o link.html",
+        "report gear.h5 --json -o run.json",
+        "report gear.h5 --csv -o rods.csv",
+        "show gear.h5 --plot run.png",
+        "trial gear.h5 3 --plot run.csv",
+        "trial gear.toml --nominal --plot rods.csv",
+        "view gear.toml chain -o rods.csv",
+        "export gear.h5 -o run.csv --force",
+        "allocate gear.toml --plot rods.csv",
+    ],
+)
+def test_no_run_no_study_and_no_data_is_replaced(folder, monkeypatch, arguments):
+    monkeypatch.chdir(folder)
+    before = {path: path.read_bytes() for path in folder.iterdir()}
+    change = '{ tolerance = "+-0.012 mm", distribution = "uniform" }'
+    words = [each.format(change=change) for each in arguments.split()]
+    found = CliRunner().invoke(main, words)
+    assert found.exit_code == 2, found.output
+    assert "give another name" in found.output, found.output
+    assert {path: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_what_an_answer_left_is_replaced_and_a_link_stays_one(folder):
+    for name in ("page.html", "new.csv", "gear.html"):
+        check_output(folder / name)
+    with pytest.raises(RunFileError, match="named in"):
+        check_output(folder / "rods.csv")
+    (folder / "to-page.html").symlink_to("page.html")
+    tolstat.report(folder / "gear.h5", folder / "to-page.html")
+    assert (folder / "to-page.html").is_symlink()
+    assert "<html" in (folder / "page.html").read_text()
+
+
+def test_a_full_disk_leaves_the_old_page(tmp_path, monkeypatch):
+    page = tmp_path / "page.html"
+    page.write_text("old")
+    write = Path.write_bytes
+
+    def full(path, content):
+        write(path, content[:3])
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(RunFileError, match=r"cannot be written.*No space"):
+        replace(page, b"new page")
+    assert page.read_text() == "old" and [*tmp_path.iterdir()] == [page]
