@@ -14,7 +14,7 @@ from tolstat.cli.power import Power
 from tolstat.cli.showing import Screen, print_table, screen
 from tolstat.errors import RunFileError
 from tolstat.execution.allocate import allocated
-from tolstat.execution.allocation import ANY, Allocation, Scheme
+from tolstat.execution.allocation import Allocation, Scheme
 from tolstat.execution.carrying_out import Progress
 from tolstat.execution.workers import Interrupted
 from tolstat.reporting.making import (
@@ -24,7 +24,7 @@ from tolstat.reporting.making import (
     write,
 )
 from tolstat.reporting.plain import as_json
-from tolstat.statistics.estimate import Estimate
+from tolstat.reporting.summary_table import PPM, Cell, estimate_in_words
 from tolstat.study.study import load
 from tolstat.units.scale import four_figures
 
@@ -157,22 +157,22 @@ def _print(found: Allocation, output: Path | None, plot: Path | None) -> None:
     drawn = sum(line.cost_drawn for line in found.lines)
     rows.append(["all", "", "", four_figures(drawn), "", four_figures(found.cost), ""])
     print_table("tolerances", heads, [[*row] for row in rows], wide=True)
-    limits = [name for name in next(iter(found.schemes.values())).beyond if name != ANY]
     heads = [
         "",
         "cost",
         "beyond any limit, ppm",
-        *(f"{n}, ppm" for n in limits),
+        *(f"{name}, ppm" for name in found.verdicts),
         "fresh run",
     ]
-    rows = [
+    shown: list[list[Cell]] = [
         [
-            name, four_figures(scheme.cost), _ppm(scheme.beyond[ANY]),
-            *(_ppm(scheme.beyond[limit]) for limit in limits), _by(scheme),
+            name, four_figures(scheme.cost), estimate_in_words(scheme.beyond_any, PPM),
+            *(estimate_in_words(scheme.beyond[n], PPM) for n in found.verdicts),
+            _by(scheme),
         ]
         for name, scheme in found.schemes.items()
     ]  # fmt: skip
-    print_table("machines beyond the limits", heads, [[*r] for r in rows], wide=True)
+    print_table("machines beyond the limits", heads, shown, wide=True)
     for line_of_text in _sentences(found):
         console.print(line_of_text, soft_wrap=True)
     if output and found.met:
@@ -186,12 +186,8 @@ def _note(at_loosest: bool, free: bool) -> str:
     return ", ".join(said)
 
 
-def _ppm(share: Estimate) -> str:
-    """Write a share beyond with its interval."""
-    if not share.sure:
-        return share.reason
-    value, lower, upper = (1e6 * each for each in share[:3])
-    return f"{value:.0f} ({lower:.0f}..{upper:.0f})"
+def _in_line(cell: Cell) -> str:
+    return cell if isinstance(cell, str) else "{} ({}..{})".format(*cell)
 
 
 def _by(scheme: Scheme) -> str:
@@ -212,7 +208,7 @@ def _sentences(found: Allocation) -> list[str]:
         missed = [f"{n}: {v}" for n, v in found.verdicts.items() if v != "met"]
         beyond = found.schemes["tightest"].beyond
         best = ", ".join(
-            f"{n} {_ppm(beyond[n])} ppm"
+            f"{n} {_in_line(estimate_in_words(beyond[n], PPM))} ppm"
             for n, v in found.verdicts.items()
             if v != "met"
         )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -205,6 +206,34 @@ def hanging_together(names: Iterable[str], dependence: Dependence) -> list[list[
     found = [group for group in several if set(group) & set(names)]
     joined = {name for group in found for name in group}
     return found + [[name] for name in names if name not in joined]
+
+
+def correlations(names: list[str], dependence: Dependence) -> Array:
+    """Return the correlation of the normal scores of any contributors.
+
+    Parameters
+    ----------
+    names : list of str
+        Contributors.
+    dependence : Dependence
+        What of them hangs together.
+
+    Returns
+    -------
+    float64[contributor, contributor]
+        Of normal deviations it is that of the deviations themselves.
+    """
+    R = np.eye(len(names))
+    place = {name: i for i, name in enumerate(names)}
+    for joint in hanging_together(names, dependence):
+        own = correlation_of(joint, dependence)
+        for (i, one), (j, other) in product(enumerate(joint), repeat=2):
+            if one in place and other in place:
+                R[place[one], place[other]] = own[i, j]
+    for one, other in product(names, repeat=2):
+        if other in all_alike(one, dependence):
+            R[place[one], place[other]] = 1.0
+    return R
 
 
 def correlation_of(joint: list[str], dependence: Dependence) -> Array:

@@ -12,11 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.weighting import Weighting
 from tolstat.errors import DistributionError, StudyError
 from tolstat.execution.allocation import (
-    ANY,
     Allocation,
     Line,
     Point,
@@ -181,7 +179,7 @@ class _Allocating:
 
     def found(self) -> Allocation:
         """Find the tolerances, prove them, and look around."""
-        wide = self._draw_wide()
+        self._draw_wide()
         proof = self._searched()
         answer = proof or self.at_tightest or self._proved(self.tightest, self.seed)
         seed, trials = answer.scheme.seed, self.trials
@@ -190,10 +188,10 @@ class _Allocating:
             "found" if proof else "tightest": answer.scheme,
         }
         points = self._points(answer.choice)
-        spent = self._for_the_cost_drawn(points, answer.choice)
-        if proof and spent:
+        if proof:
+            spent = self._for_the_cost_drawn(points, answer.choice)
             schemes["at the cost drawn"] = self._proved(spent, seed, trials).scheme
-        schemes |= self._linear(wide, seed)
+        schemes |= self._linear(seed)
         return Allocation(
             met=proof is not None,
             cost=answer.scheme.cost,
@@ -209,15 +207,14 @@ class _Allocating:
 
     # --- the search
 
-    def _draw_wide(self) -> Trials:
-        """Evaluate the wide run, and return those with the loosest tolerances."""
+    def _draw_wide(self) -> None:
+        """Evaluate the wide run."""
         loosest = tuple(each.ends[1] for each in self.priced)
         halfway = tuple(
             0.5 * sum(each.ends) if each.law else float(len(each.offered) // 2)
             for each in self.priced
         )
         sets = {"loosest": loosest, "halfway": halfway, "tightest": self.tightest}
-        wide = []
         for name, share in WIDE:
             study = with_choice(
                 self.study, sets[name], self.seed, math.ceil(share * self.trials)
@@ -225,9 +222,7 @@ class _Allocating:
             run = Trials.planned(study.description, study.deviations())
             self._evaluate(study, run, "wide run")
             self.pool.add(sets[name], run)
-            wide.append(run)
             self.seed = (self.seed + 1) % (MOST_SEED + 1)
-        return wide[0]
 
     def _excess(self, times: float) -> Callable[[Choice], Array]:
         """Return how far the upper ends of the shares beyond are above the permitted.
@@ -367,13 +362,13 @@ class _Allocating:
         responses = {name: run.response(name) for name in study.limits}
         ends = {name: each.permitted for name, each in study.limits.items()}
         joint = joint_yield(responses, sample, ends)
-        beyond[ANY] = Estimate(1 - joint.value, 1 - joint.upper, 1 - joint.lower)
         pairs = list(zip(self.priced, choice, strict=True))
         scheme = Scheme(
             self._cost(choice),
             {each.name: tolerance_words(each, x) for each, x in pairs},
             {each.name: each.half(x) for each, x in pairs},
             beyond,
+            Estimate(1 - joint.value, 1 - joint.upper, 1 - joint.lower),
             count,
             seed,
         )
@@ -399,38 +394,33 @@ class _Allocating:
             share = min(float(times) * reference, 1.0)
             if found := cheapest(self.dials, self._for_any(share), start):
                 start = found.choice
-                points.append(Point(found.cost, share))
+                points.append(Point(found.cost, share, start))
         return points
 
-    def _for_the_cost_drawn(self, points: list[Point], start: Choice) -> Choice | None:
+    def _for_the_cost_drawn(self, points: list[Point], start: Choice) -> Choice:
         """Find the tolerances that put the fewest beyond for the cost as drawn."""
         cost = self._cost(self.drawn)
-        affordable = [each.beyond for each in points if each.cost <= cost]
-        dearer = [each.beyond for each in points if each.cost > cost]
-        if not affordable:
-            return None
-        high = math.log(min(affordable))
+        least, best = float(self.pool.most(self.drawn, EVEN)[-1]), self.drawn
+        for each in points:
+            written = self._as_written(each.choice)
+            if each.beyond < least and self._cost(written) <= cost:
+                least, best = each.beyond, written
+        high = math.log(least)
+        dearer = [e.beyond for e in points if e.cost > cost and e.beyond < least]
         low = math.log(max(dearer)) if dearer else high - math.log(FEWER)
-        best: Choice | None = None
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
             found = cheapest(self.dials, self._for_any(math.exp(middle)), start)
-            written = found and self._as_written(found.choice)
-            if written and self._cost(written) <= cost:
+            written = self._as_written(found.choice) if found else self.tightest
+            if found and self._cost(written) <= cost:
                 best, high = written, middle
             else:
                 low = middle
         return best
 
-    def _linear(self, wide: Trials, seed: int) -> dict[str, Scheme]:
+    def _linear(self, seed: int) -> dict[str, Scheme]:
         """Allocate as linear analysis does; what comes of that, by a fresh run."""
-        names = [each.name for each in self.study.description.contributors]
-        correlated = {
-            name: wide.deviations[:, names.index(name)]
-            for name, each in self.study.deviating.distributions.items()
-            if not isinstance(each, Constant)
-        }
-        linear = LinearSchemes(self.study, correlated, self.workers)
+        linear = LinearSchemes(self.study, self.workers)
         if not linear.known:
             self.notes.append("no worst case and root sum square: slopes are not known")
             return {}

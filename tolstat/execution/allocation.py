@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.model.view import Axis, Chart, Curve, Panel
+from tolstat.statistics.cheapest import Choice
 from tolstat.statistics.estimate import Estimate
 
-ANY = "any"  # of the limits
 BEYOND = Axis("machines beyond any limit", "1", "ppm", logarithmic=True)
 
 
@@ -26,7 +26,9 @@ class Scheme(NamedTuple):
     halves : dict of str to float
         Half their widths, SI.
     beyond : dict of str to Estimate
-        Share of the machines beyond each limit; "any" of them.
+        Share of the machines beyond each limit.
+    beyond_any : Estimate
+        Share of those beyond one limit or several.
     trials, seed : int
         Of the fresh run that showed this.
     """
@@ -35,6 +37,7 @@ class Scheme(NamedTuple):
     tolerances: dict[str, str]
     halves: dict[str, float]
     beyond: dict[str, Estimate]
+    beyond_any: Estimate
     trials: int
     seed: int
 
@@ -81,8 +84,8 @@ class Allocation(NamedTuple):
     lines : tuple of Line
         The same, beside those drawn.
     schemes : dict of str to Scheme
-        "as drawn", "found", "at the cost as drawn", "root sum square", "worst case":
-        what there is of them.
+        "as drawn", "found" or "tightest", "at the cost drawn" where one was found,
+        "root sum square", "worst case" where there are slopes, and tolerances that do.
     verdicts : dict of str to str
         Of each limit, by the fresh run.
     active : tuple of str
@@ -116,10 +119,13 @@ class Point(NamedTuple):
         Of the tolerances.
     beyond : float
         That share, which weighted machines exceed as likely as not.
+    choice : tuple of float
+        The tolerances, one of each line that has a cost.
     """
 
     cost: float
     beyond: float
+    choice: Choice
 
 
 def trade_off(points: list[Point], schemes: Mapping[str, Scheme]) -> Chart:
@@ -137,16 +143,13 @@ def trade_off(points: list[Point], schemes: Mapping[str, Scheme]) -> Chart:
     costs = np.array([each.cost for each in ordered])
     curves = [Curve("cheapest", "1", "", "cost of the cheapest tolerances", costs)]
     for name, scheme in schemes.items():
-        share, cost = np.array([scheme.beyond[ANY].value]), np.array([scheme.cost])
+        share, words = scheme.beyond_any.value, name
+        if not share > 0:  # has no place on an axis of ratios
+            words += f", {scheme.cost:.4g}: none of {scheme.trials} beyond"
+            share = np.nan
+        values = np.array([scheme.cost]), np.array([share])
         curves.append(
-            Curve(name, "1", "", "tolerances beside it", cost, share, points=True)
+            Curve(words, "1", "", "tolerances beside it", *values, points=True)
         )
-    seen = np.concatenate([at, *(each.at for each in curves if each.at is not None)])
-    least = min((x for x in seen.tolist() if x > 0), default=1.0)
-    # none beyond has no place on an axis of ratios: at its end
-    curves = [
-        each if each.at is None else each._replace(at=np.maximum(each.at, least / 10))
-        for each in curves
-    ]
     panel = Panel("cost", tuple(each.name for each in curves))
-    return Chart(BEYOND, np.maximum(at, least / 10), tuple(curves), panels=(panel,))
+    return Chart(BEYOND, at, tuple(curves), panels=(panel,))

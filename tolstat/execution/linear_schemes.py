@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
 from tolstat.deviations.distributions import Distribution
+from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.spread import Spread, spread_of
+from tolstat.deviations.weighting import correlations
 from tolstat.execution.classical import slopes
 from tolstat.execution.workers import Workers
 from tolstat.statistics.cheapest import Choice
@@ -27,20 +27,18 @@ class LinearSchemes:
     ----------
     study : Study
         Whose lines have costs.
-    correlation : mapping of str to float64[trial]
-        Deviations as drawn, by contributor: what hangs together.
     workers : Workers
         Who evaluate.
     """
 
-    def __init__(
-        self, study: Study, correlation: Mapping[str, Array], workers: Workers
-    ) -> None:
+    def __init__(self, study: Study, workers: Workers) -> None:
         self.priced, self.limits = study.deviating.priced, study.limits
         self._known: dict[Distribution, Spread] = {}
         self._own = study.deviating.distributions
         contributors, responses = study.description
-        self.names = [each.name for each in contributors if each.name in correlation]
+        still = {n for n, each in self._own.items() if isinstance(each, Constant)}
+        varying = set(self._own) - still
+        self.names = [each.name for each in contributors if each.name in varying]
         spreads = {name: self._spread(self._own[name]) for name in self.names}
         usual = np.zeros(len(contributors))
         for column, each in enumerate(contributors):
@@ -60,8 +58,7 @@ class LinearSchemes:
             }
             for name in self.limits
         }
-        drawn = np.column_stack([correlation[name] for name in self.names])
-        self.correlation = np.atleast_2d(np.corrcoef(drawn, rowvar=False))
+        self.correlation = correlations(self.names, study.deviating.dependence)
 
     @property
     def known(self) -> bool:
@@ -93,7 +90,7 @@ class LinearSchemes:
     def root_sum_square(self, choice: Choice) -> Array:
         """Return logarithms of the shares beyond over those permitted: float64[limit].
 
-        Of normal responses.
+        Of normal responses; deviations are correlated as their normal scores are.
         """
         spreads = self._spreads(choice)
         sigma = np.array([spreads[name].sigma for name in self.names])

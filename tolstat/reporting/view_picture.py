@@ -132,8 +132,9 @@ def _draw(
         at = chart.at if curve.at is None else curve.at
         look = "o" if curve.points else "-"
         (line,) = axes.plot(
-            x * at, times * curve.values, look, color=colours[curve.name], markersize=4
-        )
+            x * at, times * curve.values, look, color=colours[curve.name], markersize=4,
+            clip_on=not curve.points,  # no dot is cut by the end of an axis
+        )  # fmt: skip
         words = curve.name.replace("_", " ")
         for mark in chart.marks:
             if mark.curve == curve.name:
