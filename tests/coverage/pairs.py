@@ -38,7 +38,7 @@ def shares(of, beyond):
         rng = np.random.default_rng([study, beyond])
         x = rng.normal(size=(CONTRIBUTORS, TRIALS))
         y = of(x, rng.normal(size=TRIALS))
-        found = pairs(dict(enumerate(x)), y >= np.sort(y)[-beyond])
+        found = pairs(dict(enumerate(x)), {"y": y >= np.sort(y)[-beyond]})["y"]
         some += bool(found)
         right += any(each.members == (0, 1) for each in found)
     return some / STUDIES, right / STUDIES

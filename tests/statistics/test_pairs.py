@@ -11,6 +11,10 @@ from tolstat.statistics.beyond import CLEAR
 from tolstat.statistics.pairs import BOTH_FAR, DIFFERENCE, SUM, pairs
 
 
+def of_one(X, beyond):
+    return pairs(X, {"y": beyond})["y"]
+
+
 def worst(y, m):
     return y >= np.sort(y)[-m]
 
@@ -32,7 +36,7 @@ def test_planted_pairs_are_found_among_twenty_contributors(name, machines):
     for seed in range(2):
         X = parts(4096, 20, seed)
         noise = 0.2 * np.random.default_rng(seed + 100).normal(size=4096)
-        found = pairs(X, worst(of(X["part_3"], X["part_8"]) + noise, machines))
+        found = of_one(X, worst(of(X["part_3"], X["part_8"]) + noise, machines))
         assert found[0].members == ("part_3", "part_8")
         assert (found[0].how, found[0].way) == (how, way)
         assert found[0].far.value > max(found[0].alone, 0.5)
@@ -55,7 +59,7 @@ def test_single_contributors_are_seldom_taken_for_a_pair(name, machines):
     for seed in range(studies):
         X = parts(600, 6, seed)
         noise = np.random.default_rng(seed + 1000).normal(size=600)
-        hits += bool(pairs(X, worst(SINGLE[name](X, noise), machines)))
+        hits += bool(of_one(X, worst(SINGLE[name](X, noise), machines)))
     assert hits / studies < CLEAR + 3.5 * np.sqrt(CLEAR * (1 - CLEAR) / studies)
 
 
@@ -67,7 +71,7 @@ def test_the_level_is_that_of_the_less_telling_member():
         for name in ("part_1", "part_2")
     ]
     score = -np.sum(z[0] * z[1]) / max(np.linalg.norm(each) for each in z)
-    (found,) = pairs(X, beyond)
+    (found,) = of_one(X, beyond)
     assert np.log(found.level) == pytest.approx(
         np.log(3 * 2 * 2 * stats.norm.sf(score)), rel=0.01
     )
@@ -81,15 +85,15 @@ def test_contributors_that_hang_together_are_no_pair():
     X = parts(4000, 4, 2)
     X["part_2"] = 0.7 * X["part_3"] + 0.7 * X["part_2"]
     X["part_1"] = 0.7 * X["part_3"] + 0.7 * X["part_1"]
-    assert pairs(X, worst(X["part_3"], 40)) == []
+    assert of_one(X, worst(X["part_3"], 40)) == []
     X["part_1"] = X["part_4"] = parts(4000, 1, 9)["part_1"]  # of one batch
-    assert pairs(X, worst(np.abs(X["part_1"]), 40)) == []
+    assert of_one(X, worst(np.abs(X["part_1"]), 40)) == []
 
 
 def test_nothing_is_told_of_no_machine_or_no_pair():
     X = parts(100, 3, 1)
-    assert pairs(X, np.zeros(100, bool)) == pairs(X, np.ones(100, bool)) == []
-    assert pairs({"part_1": X["part_1"]}, X["part_1"] > 2) == []
+    assert of_one(X, np.zeros(100, bool)) == of_one(X, np.ones(100, bool)) == []
+    assert of_one({"part_1": X["part_1"]}, X["part_1"] > 2) == []
 
 
 def test_parts_that_are_all_but_alike_are_ranked_by_chance():
@@ -97,7 +101,47 @@ def test_parts_that_are_all_but_alike_are_ranked_by_chance():
     X = {n: np.sign(x) for n, x in parts(2000, 6, 3).items()}
     rng = np.random.default_rng(5)
     hits = sum(
-        bool(pairs(X, np.isin(np.arange(2000), rng.choice(2000, 20, False))))
+        bool(of_one(X, np.isin(np.arange(2000), rng.choice(2000, 20, False))))
         for _ in range(40)
     )
     assert hits / 40 < CLEAR + 3.5 * np.sqrt(CLEAR * (1 - CLEAR) / 40)
+
+
+@pytest.mark.parametrize(
+    "parts_of, number, machines",
+    [
+        (lambda rng, n: rng.integers(0, 3, n).astype(float), 20, 15),
+        (lambda rng, n: np.maximum(rng.uniform(-1, 1, n), 0.0), 4, 1800),
+    ],
+    ids=["three values", "half at an end"],
+)
+def test_ties_of_one_contributor_fall_otherwise_than_those_of_another(
+    parts_of, number, machines
+):
+    hits, studies = 0, 20
+    for seed in range(studies):
+        rng = np.random.default_rng(seed)
+        X = {f"part_{i}": parts_of(rng, 4096) for i in range(number)}
+        beyond = np.isin(np.arange(4096), rng.choice(4096, machines, False))
+        hits += bool(of_one(X, beyond))
+    assert hits / studies < CLEAR + 3.5 * np.sqrt(CLEAR * (1 - CLEAR) / studies)
+
+
+def test_parts_most_of_which_are_alike_do_not_hang_together():
+    rng = np.random.default_rng(2)
+    X = {
+        f"part_{i}": np.where(rng.random(4096) < 0.7, 0.0, rng.normal(size=4096))
+        for i in range(4)
+    }
+    found = of_one(X, worst(np.abs(X["part_0"] - X["part_3"]), 40))
+    assert [each.members for each in found] == [("part_0", "part_3")]
+
+
+def test_a_chain_links_parts_that_are_not_alike_themselves():
+    """The first and the last of nine have next to nothing in common."""
+    X = parts(4000, 9, 2)
+    for i in range(2, 10):
+        X[f"part_{i}"] = 0.5 * X[f"part_{i - 1}"] + X[f"part_{i}"]
+    ends = np.abs(X["part_1"] - X["part_9"])
+    assert abs(stats.spearmanr(X["part_1"], X["part_9"])[0]) < 4 / np.sqrt(4000)
+    assert of_one(X, worst(ends, 40)) == []

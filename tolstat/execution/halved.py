@@ -99,8 +99,8 @@ def _paired(
     every: Mapping[str, Array], beyond: Mapping[str, Machines]
 ) -> Iterator[Members]:
     """Yield the pairs of contributors that explain machines beyond."""
-    for machines in beyond.values():
-        yield from (each.members for each in pairs(every, machines))
+    for found in pairs(every, beyond).values():
+        yield from (each.members for each in found)
 
 
 def _is_a_turn(study: Study, name: str, unit: str) -> bool:

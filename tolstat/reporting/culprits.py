@@ -79,12 +79,13 @@ def paired_culprits(drawn: Drawn) -> dict[str, tuple[PairCulprit, ...]]:
     found: dict[str, tuple[PairCulprit, ...]] = dict.fromkeys(run.limits, ())
     if drawn.sample.replicates or not run.limits:
         return found
-    deviations, unknown = _deviating(drawn), _unknown(run)
-    for name in run.limits:
+    beyond = {name: run.beyond(name)[drawn.trials][ran] for name in run.limits}
+    unknown = _unknown(run)
+    for name, together in pairs(_deviating(drawn), beyond).items():
         halved = run.evidence.halved.get(name, {})
         found[name] = tuple(
             PairCulprit(_in_words(each), each, *halved.get(each.members, unknown))
-            for each in pairs(deviations, run.beyond(name)[drawn.trials][ran])
+            for each in together
         )
     return found
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Mapping
 from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 from scipy.special import ndtr, ndtri
+from scipy.stats import rankdata
 
 from tolstat.statistics.beyond import CLEAR, holm
 from tolstat.statistics.estimate import Estimate
@@ -59,22 +62,24 @@ class Together(NamedTuple):
     alone: float
 
 
-def pairs(deviations: Mapping[str, Array], beyond: Machines) -> list[Together]:
-    """Find the pairs of contributors that together explain the machines beyond a limit.
+def pairs(
+    deviations: Mapping[str, Array], beyond: Mapping[str, Machines]
+) -> dict[str, list[Together]]:
+    """Find the pairs of contributors that together explain the machines beyond limits.
 
     Parameters
     ----------
     deviations : mapping of str to float64[trial]
         By contributor; of independent trials.
-    beyond : bool[trial]
-        Which machines are beyond the limit, failed ones among them.
+    beyond : mapping of str to bool[trial]
+        Which machines are beyond the limit of each response; failed ones among them.
 
     Returns
     -------
-    list of Together
-        Those that are clear, and far off in two of five of these machines or more, and
-        in more than either member is; what explains most comes first. Contributors that
-        hang together are no pair.
+    dict of str to list of Together
+        By response; those that are clear, and far off in two of five of these machines
+        or more, and in more than either member is; what explains most comes first.
+        Contributors that hang together are no pair.
 
     Notes
     -----
@@ -86,20 +91,31 @@ def pairs(deviations: Mapping[str, Array], beyond: Machines) -> list[Together]:
     makes no pair, however much it matters. For each pair the smaller of both levels
     counts, of scores and of distances, doubled.
     """
+    told = {n: each for n, each in beyond.items() if 0 < each.sum() < len(each)}
+    found: dict[str, list[Together]] = {name: [] for name in beyond}
+    if len(deviations) < 2 or not told:
+        return found
+    apart = ~_related(list(deviations.values()))
+    known = [p for p in combinations(range(len(deviations)), 2) if apart[p]]
+    distances = {n: np.abs(x - np.median(x)) for n, x in deviations.items()}
+    if known:
+        for name, machines in told.items():
+            found[name] = _pairs(deviations, distances, machines, known)
+    return found
+
+
+def _pairs(
+    deviations: Mapping[str, Array],
+    distances: Mapping[str, Array],
+    beyond: Machines,
+    known: list[tuple[int, int]],
+) -> list[Together]:
+    """Find those of one limit among pairs of contributors, by their places."""
     names = list(deviations)
-    if len(names) < 2 or not 0 < beyond.sum() < len(beyond):
-        return []
     z, far = (
-        np.array([_scores(x, beyond) for x in of])
-        for of in (
-            deviations.values(),
-            (np.abs(x - np.median(x)) for x in deviations.values()),
-        )
+        np.array([_scores(x, beyond, n) for n, x in of.items()])
+        for of in (deviations, distances)
     )
-    related = _related(list(deviations.values()))
-    known = [p for p in combinations(range(len(names)), 2) if not related[p]]
-    if not known:
-        return []
     first, second = np.array(known).T
     signed, of_far = (_products(each)[first, second] for each in (z, far))
     levels = np.array([2 * ndtr(-np.abs(signed)), ndtr(-of_far)])
@@ -136,12 +152,17 @@ def _far_off(u: Array, two_ends: float, one_end: float) -> tuple[float, int]:
     return float(off.mean()), way
 
 
-def _scores(x: Array, beyond: Machines) -> Array:
-    """Return the normal scores that machines beyond have among all, ties by chance."""
+def _scores(x: Array, beyond: Machines, name: str) -> Array:
+    """Return the normal scores that machines beyond have among all, ties by chance.
+
+    The same for ever, but each contributor's own: scores of independent contributors
+    whose ties fall alike would go together.
+    """
     ordered = np.sort(x[:RANKED])
     n, values = len(ordered), x[beyond]
     low, high = (np.searchsorted(ordered, values, side) for side in ("left", "right"))
-    chance = np.random.RandomState(n).random_sample(len(values))  # the same for ever
+    own = np.random.RandomState(zlib.crc32(str(name).encode()))
+    chance = own.random_sample(len(values))
     place = np.clip((low + chance * (high - low)) / n, 0.5 / n, 1 - 0.5 / n)
     return np.asarray(ndtri(place), np.float64)
 
@@ -162,10 +183,8 @@ def _products(z: Array) -> Array:
 def _related(columns: list[Array]) -> Machines:
     """Tell bool[i, j] which contributors hang together, also by way of others."""
     n = min(len(columns[0]), RANKED)
-    ranks = np.array([np.argsort(np.argsort(x[:n])) for x in columns], np.float64)
+    ranks = np.array([rankdata(x[:n]) for x in columns])
     ranks -= ranks.mean(axis=1, keepdims=True)
     ranks /= np.linalg.norm(ranks, axis=1, keepdims=True)
-    found: Machines = np.abs(ranks @ ranks.T) > CHANCE / math.sqrt(n)
-    for _ in columns:  # whatever a chain of them links
-        found = found @ found
-    return found
+    _, chain = connected_components(np.abs(ranks @ ranks.T) > CHANCE / math.sqrt(n))
+    return np.asarray(chain[:, None] == chain)
