@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from scipy.stats import norm
 
 import tolstat
+from tests.execution.test_audit import Cliff
 from tests.execution.test_going_on import Enough, same
 from tests.store.tampering import resealed
 from tolstat.cli.main import main
@@ -77,8 +78,10 @@ def test_a_share_of_one_in_a_million_is_told(run):
     assert truth < 1e-6 and found.verdict == "met"
     assert found.beyond.lower < truth < found.beyond.upper < 1.3 * found.beyond.lower
     assert found.within.upper == 1 - found.beyond.lower
-    # the design point: in the direction in which the gap closes
+    # in the direction in which the gap closes
     first = found.likeliest[0]
+    assert found.first_order == pytest.approx(norm.sf(first.distance), rel=1e-12)
+    assert 0.7 * truth < found.first_order <= truth  # straight, of one end
     assert first.distance == pytest.approx(DISTANCE, rel=0.02)
     deviations = np.array([first.deviations[name] for name in "AB"]) * 1e3
     scores = deviations / [0.1, 0.4 / 3]
@@ -175,6 +178,21 @@ def test_where_none_is_beyond_plain_trials_bound_the_share(toy, tmp_path):
     n = found.trials.counted
     assert found.beyond[:2] == (0, 0) and not found.likeliest
     assert found.beyond.upper == found.unmet == pytest.approx(3.689 / n, rel=1e-2)
+
+
+def test_what_changes_sides_is_counted(tmp_path):
+    """Force errs by 1 N: whoever is beyond by less is within in truth."""
+    study = {
+        "model": "cliff", "trials": 5000, "seed": 1, "sampling": "rare",
+        "deviations": {"part": "+-3 mm"}, "limits": {"force": "<= 14.5 N"},
+    }  # fmt: skip
+    run = tolstat.run(study, model=Cliff(), output=tmp_path / "run.h5")
+    found, again = rare_findings(run), run.audited.trials
+    force = 10 + 1e3 * run.column("part_1")[again]
+    done = run.column("part_2")[again] <= 2.9e-3
+    changed = np.count_nonzero((force > 13.5) & (force <= 14.5) & done)
+    assert found.precise == len(again) and found.changed == changed
+    assert 0 < changed < len(again) / 2
 
 
 def command(*words):

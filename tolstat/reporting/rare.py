@@ -27,7 +27,7 @@ from tolstat.statistics.capability import by_share
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limit import Limit, within
 from tolstat.statistics.rare import plain_trials, rare_share, unmet
-from tolstat.statistics.yields import MET, NOT_MET, UNDECIDED
+from tolstat.statistics.yields import NOT_MET, verdict
 from tolstat.status import Status
 from tolstat.store.layout import DISTANCE, SPREAD, STAGE, WEIGHT
 from tolstat.store.run import Run
@@ -134,12 +134,12 @@ class RareFindings:
     unmet : float
         Share that a kind of machine beyond which no stage has met has at most (97.5 %).
     first_order : float
-        Share beyond if the limit were straight at the likeliest machine beyond; NaN
-        where there is none.
+        Share beyond at this end of a limit that is straight, as far from the middle
+        machine as the nearest beyond that was met; NaN where none was.
     stages : tuple of StageFindings
         In order; the last one tells the share.
     likeliest : tuple of LikelyFindings
-        The most likely machines beyond that were met, the first the design point.
+        The most likely machines beyond that were met, the nearest first.
     precise, changed : int
         Trials evaluated again more precisely, and those of them that change sides.
     assumptions : Assumptions
@@ -205,7 +205,7 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
     weights = run.column(WEIGHT)
     last = ran & ~np.isnan(weights)
     share = rare_share(beyond[last], weights[last])
-    good = _complement(share)
+    good = share.complement
     likeliest = _likeliest(run, beyond)
     response = next(each for each in run.responses if each.name == name)
     sampled = run.sampled
@@ -234,7 +234,7 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
         limit.ppk,
         share,
         good,
-        verdict_of(good, limit),
+        verdict(good, limit.demanded),
         by_share(share, limit),
         plain_trials(share),
         unmet(weights[last]) if last.any() else math.nan,
@@ -253,19 +253,6 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
             "study": run.study.text,
         },
     )
-
-
-def _complement(share: Estimate) -> Estimate:
-    """Return the share of all other machines."""
-    ends = 1 - share.upper, 1 - share.lower
-    return Estimate(1 - share.value, *ends, share.reason)
-
-
-def verdict_of(good: Estimate, limit: Limit) -> str:
-    """Judge a limit by the share of machines within."""
-    if good.lower >= limit.demanded:
-        return MET
-    return NOT_MET if good.upper < limit.demanded else UNDECIDED
 
 
 def _stage(
@@ -369,7 +356,7 @@ def _said(run: Run, found: RareFindings) -> list[str]:
             for name, value in first.deviations.items()
         )
         said.append(
-            f"likeliest machine beyond: trial {first.trial}, "
+            f"likeliest machine beyond that was met: trial {first.trial}, "
             f"{AS_IS.number(first.distance)} sigmas from the middle one: {parts}"
         )
     if not math.isnan(found.plain_trials):

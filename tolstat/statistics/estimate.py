@@ -36,5 +36,11 @@ class Estimate(NamedTuple):
         """Whether more trials would give one: the reason says how many."""
         return self.reason.startswith("needs")
 
+    @property
+    def complement(self) -> Estimate:
+        """Of a share: that of all other machines."""
+        ends = 1 - self.upper, 1 - self.lower
+        return Estimate(1 - self.value, *ends, self.reason)
+
 
 NONE_DONE = Estimate(math.nan, reason="no trial is done")

@@ -97,6 +97,21 @@ def joint_yield(
     return _most((good & sample.done)[sample.ran], sample)
 
 
+def verdict(share: Estimate, demanded: float) -> str:
+    """Judge the share of machines within by what is demanded of it.
+
+    Parameters
+    ----------
+    share : Estimate
+        Of the machines; without an interval nothing is decided.
+    demanded : float
+        Share that is to be within.
+    """
+    if share.lower >= demanded:
+        return MET
+    return NOT_MET if share.upper < demanded else UNDECIDED
+
+
 def _judged(good: NDArray[np.bool_], sample: Sample, demanded: float) -> Yield:
     """Judge which machines are good.
 
@@ -110,20 +125,17 @@ def _judged(good: NDArray[np.bool_], sample: Sample, demanded: float) -> Yield:
     ran, done = sample.ran, sample.done
     good, missing = good[ran], ~done[ran]
 
-    least, verdict = _most(good, sample), UNDECIDED
-    if least.lower >= demanded:
-        verdict = MET
-    elif least.upper < demanded:
-        verdict = NOT_MET
+    least = _most(good, sample)
+    found = verdict(least, demanded)
     needed = 0
-    if verdict == UNDECIDED and sample.replicates:
+    if found == UNDECIDED and sample.replicates:
         needed = replicates_that_decide(good, sample.replicate[ran], demanded)
-    elif verdict == UNDECIDED and not sample.weights:
+    elif found == UNDECIDED and not sample.weights:
         beyond, trials = int(np.count_nonzero(~good)), len(good)
         needed = trials_that_decide(beyond, trials, 1 - demanded, CONFIDENCE)
         needed = grown(needed * sample.each) if needed else 0
     most = _most(good | missing, sample)
-    return Yield(_share(~good, sample), least, most, verdict, needed)
+    return Yield(_share(~good, sample), least, most, found, needed)
 
 
 def _most(machines: NDArray[np.bool_], sample: Sample) -> Estimate:
