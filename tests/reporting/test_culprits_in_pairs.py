@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import norm
@@ -10,6 +13,7 @@ import tolstat
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.making import report
 from tolstat.reporting.plain import plain
+from tolstat.reporting.sentences import sentences_of
 from tolstat.reporting.summary_table import summary_table
 
 DEGREE = np.pi / 180
@@ -52,3 +56,22 @@ def test_the_pair_is_named_with_what_it_explains(run, tmp_path):
     assert found["together"]["members"] == ["part_1", "angle"]
     page = report(run, tmp_path / "page.html").read_text()
     assert f"Together: <strong>{apart}</strong>" in page
+    first = re.sub(r"\s+", " ", re.sub("<[^>]*>", "", page.split("</section>")[0]))
+    assert f"{apart}: far off in 100" in first and "either alone in" in first
+    assert "with both tolerances halved" in first and "drive" not in first
+
+
+def test_the_single_one_is_named_where_no_pair_explains_more(run):
+    """Screen and first page choose alike."""
+    found = findings_of(run)
+    culprits = found.responses["gap"].culprits
+    (pair,) = culprits.pairs
+    as_much = pair.together._replace(single=pair.together.far.value)
+    single = culprits._replace(
+        pairs=(pair._replace(together=as_much),), driving=("angle",)
+    )
+    assert single.sentence("gap") == "beyond gap: angle differs by more than chance"
+    responses = {"gap": replace(found.responses["gap"], culprits=single)}
+    (driver, *_) = sentences_of(replace(found, responses=responses, interest=()))
+    assert (driver.name, driver.pair) == ("angle", False)
+    assert driver.limits[0][1][-2:] == ["contributors", "angle"]

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.model.kinds import kinds_of_part
 from tolstat.reporting.drawn import Drawn
 from tolstat.reporting.findings import Culprit, Culprits, PairCulprit
 from tolstat.statistics.beyond import (
@@ -27,17 +28,13 @@ Array = NDArray[np.float64]
 NONE, FEW = "none beyond", "too few beyond to tell"
 
 
-def culprits_of(
-    drawn: Drawn, members: Mapping[str, tuple[str, ...]]
-) -> dict[str, Culprits]:
+def culprits_of(drawn: Drawn) -> dict[str, Culprits]:
     """Compare the machines beyond each limit with the others.
 
     Parameters
     ----------
     drawn : Drawn
         The trials.
-    members : mapping of str to tuple of str
-        The contributors of each kind of part.
 
     Returns
     -------
@@ -52,7 +49,8 @@ def culprits_of(
             for name, each in beyond.items()
         }
     deviations = _deviating(drawn)
-    paired = paired_culprits(drawn)
+    members = kinds_of_part(list(deviations), run.contributors)
+    paired = _paired(run, deviations, beyond)
     differing = differences(deviations, beyond)
     return {
         name: _culprits(int(each.sum()), differing[name], list(deviations), members,
@@ -62,26 +60,12 @@ def culprits_of(
     }  # fmt: skip
 
 
-def paired_culprits(drawn: Drawn) -> dict[str, tuple[PairCulprit, ...]]:
-    """Name the pairs that explain the machines beyond each limit.
-
-    Parameters
-    ----------
-    drawn : Drawn
-        The trials; of those that depend on each other there is none.
-
-    Returns
-    -------
-    dict of str to tuple of PairCulprit
-        By limited response.
-    """
-    run, ran = drawn.run, drawn.sample.ran
-    found: dict[str, tuple[PairCulprit, ...]] = dict.fromkeys(run.limits, ())
-    if drawn.sample.replicates or not run.limits:
-        return found
-    beyond = {name: run.beyond(name)[drawn.trials][ran] for name in run.limits}
-    unknown = _unknown(run)
-    for name, together in pairs(_deviating(drawn), beyond).items():
+def _paired(
+    run: Run, deviations: Mapping[str, Array], beyond: Mapping[str, NDArray[np.bool_]]
+) -> dict[str, tuple[PairCulprit, ...]]:
+    """Name the pairs that explain the machines beyond each limit."""
+    found, unknown = {}, _unknown(run)
+    for name, together in pairs(deviations, beyond).items():
         halved = run.evidence.halved.get(name, {})
         found[name] = tuple(
             PairCulprit(_in_words(each), each, *halved.get(each.members, unknown))
@@ -119,7 +103,7 @@ def _culprits(
     count: int,
     differing: Mapping[str, Difference],
     names: Sequence[str],
-    members: Mapping[str, tuple[str, ...]],
+    members: Mapping[str, Sequence[str]],
     halved: Mapping[Members, Halved],
     run: Run,
 ) -> Culprits:

@@ -236,6 +236,26 @@ class Culprits(NamedTuple):
     kinds: Mapping[str, Culprit]
     pairs: tuple[PairCulprit, ...] = ()
 
+    @property
+    def pair(self) -> PairCulprit | None:
+        """The pair that is named first of all: it explains more than any single one."""
+        explain = (
+            each
+            for each in self.pairs
+            if each.together.far.value > each.together.single
+        )
+        return next(explain, None)
+
+    def sentence(self, response: str) -> str:
+        """Say who drives the machines beyond a limit; empty where it cannot be told."""
+        if self.pair:
+            return self.pair.sentence(response)
+        if not self.driving:
+            return ""
+        who = self.driving[0]
+        verb = "differ" if who in self.kinds else "differs"
+        return f"beyond {response}: {who} {verb} by more than chance"
+
 
 @dataclass(frozen=True)
 class ResponseFindings(Summary):

@@ -105,7 +105,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
         }
         shapes = {name: _distribution(name, drawn) for name in interest}
         contributions, members = shares.result()
-    culprits = culprits_of(drawn, members)
+    culprits = culprits_of(drawn)
     classical = classical_of(drawn, summaries, contributions, culprits)
     responses = {}
     for response in run.responses:

@@ -15,7 +15,7 @@ MOST = 3  # sentences
 WORST_FIRST = (NOT_MET, UNDECIDED, MET)
 UNKNOWN = Estimate(math.nan)
 
-Path = list[str]
+Path = list[str | int]
 
 
 class Driver(NamedTuple):
@@ -24,15 +24,18 @@ class Driver(NamedTuple):
     Attributes
     ----------
     name : str
-        Of a contributor, or a kind of part.
+        Of a contributor, or a kind of part; of a pair, what it does.
     parts : tuple of str
-        The contributors that it stands for, if it is a kind.
+        The contributors that it stands for, if it is a kind or a pair.
+    pair : bool
+        Whether it is a pair.
     limits : list of (str, path)
         Limited responses, the worst first, and where it stands among the culprits.
     """
 
     name: str
     parts: tuple[str, ...]
+    pair: bool
     limits: list[tuple[str, Path]]
 
 
@@ -91,12 +94,19 @@ def sentences_of(found: Findings) -> list[Driver | Spread]:
     drivers: dict[str, Driver] = {}
     for name in ordered:
         each = found.responses[name]
-        if each.culprits and each.culprits.driving:
-            who = each.culprits.driving[0]
-            kind = "kinds" if who in each.culprits.kinds else "contributors"
-            driver = drivers.setdefault(who, Driver(who, each.members.get(who, ()), []))
-            path = ["responses", name, "culprits", kind, who]
-            driver.limits.append((name, path))
+        culprits, parts = each.culprits, tuple[str, ...]()
+        path: Path = ["responses", name, "culprits"]
+        if culprits is None or not (culprits.pair or culprits.driving):
+            continue
+        if pair := culprits.pair:
+            who, parts = pair.words, tuple(pair.together.members)
+            path += ["pairs", culprits.pairs.index(pair)]
+        else:
+            who = culprits.driving[0]
+            parts = each.members.get(who, ())
+            path += ["kinds" if who in culprits.kinds else "contributors", who]
+        driver = drivers.setdefault(who, Driver(who, parts, bool(pair), []))
+        driver.limits.append((name, path))
     told = {name for driver in drivers.values() for name, _ in driver.limits}
     every = dict.fromkeys([*ordered, *found.interest])
     said: list[Driver | Spread] = [*drivers.values()]
@@ -115,7 +125,7 @@ def spread_of(name: str, each: ResponseFindings) -> Spread:
         return Spread(name, beyond, [], True, False)
     grouped = {member for members in each.members.values() for member in members}
     single = [part for part in found.first_order if part not in grouped]
-    known = {}
+    known: dict[str, tuple[float, Path]] = {}
     for part in [*each.members, *single]:
         # what parts do together, where that can be told
         kinds = [
@@ -131,13 +141,13 @@ def spread_of(name: str, each: ResponseFindings) -> Spread:
             known[part] = size, ["responses", name, "contributions", kinds[0], part]
     leading = sorted(known, key=lambda part: -known[part][0])[:3]
     paths = [(part, known[part][1]) for part in leading]
-    sure = all(getattr(found, path[-2])[part].sure for part, path in paths)
+    sure = all(getattr(found, str(path[-2]))[part].sure for part, path in paths)
     return Spread(name, beyond, paths, sure, found.few_decide)
 
 
 def _nobody(culprits: Culprits | None) -> str:
     """Say why no culprit is named; empty without a limit, and where one is."""
-    if culprits is None or culprits.driving:
+    if culprits is None or culprits.driving or culprits.pair:
         return ""
     if culprits.reason == RANDOM_ONLY:
         return "culprits are named of random trials only"

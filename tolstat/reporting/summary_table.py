@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.model.description import StudyNumber
-from tolstat.reporting.culprits import paired_culprits
+from tolstat.reporting.culprits import culprits_of
 from tolstat.reporting.drawn import Drawn, drawn_trials
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
@@ -120,7 +120,7 @@ def summary_table(run: Run) -> SummaryTable:
         limit_rows,
         [
             *_joint(drawn),
-            *_pairs(drawn),
+            *_culprits(drawn),
             *notes_of(run, sample),
             *reading_of(run, sample),
         ],
@@ -187,10 +187,11 @@ def _joint(drawn: Drawn | None) -> list[str]:
     return [f"{text} of the machines are within all limits at once"]
 
 
-def _pairs(drawn: Drawn | None) -> list[str]:
-    """Say which pair of contributors explains machines beyond, of each limit."""
-    found = paired_culprits(drawn) if drawn else {}
-    return [pairs[0].sentence(name) for name, pairs in found.items() if pairs]
+def _culprits(drawn: Drawn | None) -> list[str]:
+    """Say who drives the machines beyond each limit, where that is known."""
+    found = culprits_of(drawn) if drawn else {}
+    said = (each.sentence(name) for name, each in found.items())
+    return [sentence for sentence in said if sentence]
 
 
 def _extremes(run: Run, name: str, scale: Scale) -> list[Cell]:

@@ -51,6 +51,8 @@ class Together(NamedTuple):
     alone : float
         Share of the machines beyond that have the one member far off, or the other:
         the larger one.
+    single : float
+        The same of whichever contributor it is largest of.
     """
 
     members: tuple[str, str]
@@ -60,6 +62,7 @@ class Together(NamedTuple):
     far: Estimate
     of_all: float
     alone: float
+    single: float
 
 
 def pairs(
@@ -137,7 +140,9 @@ def _pairs(
         if off > most and off >= LEAST_EXPLAINED:
             share = proportion(round(off * z.shape[1]), z.shape[1])
             level, members = float(corrected[place]), (names[i], names[j])
-            found.append(Together(members, how, way, level, share, of_all, most))
+            found.append(
+                Together(members, how, way, level, share, of_all, most, max(alone))
+            )
     return sorted(found, key=lambda each: (-each.far.value, each.level))
 
 
