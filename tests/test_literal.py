@@ -16,7 +16,7 @@ from tolstat.literal import csv_cell, visible
 from tolstat.reporting.page import environment
 from tolstat.reporting.page_picture import inline, page_figure
 from tolstat.reporting.picture import logarithmic, styled, write
-from tolstat.reporting.plain import as_csv
+from tolstat.reporting.plain import csv_text
 
 HOSTILE = "[/] [mm] [red]x :warning: $\\foo{ a$ <b>&\x1b[31m\u202ereversed\x07"
 SHOWN = "[/] [mm] [red]x :warning: $\\foo{ a$ <b>&\\x1b[31m\\u202ereversed\\x07"
@@ -56,8 +56,8 @@ def test_on_a_page():
     "text", ["=1+1", "+1", "-1", "@x", "\tx", "=cmd|' /C calc'!A0"]
 )
 def test_no_cell_is_a_formula(text):
-    rows = list(csv.reader(io.StringIO(as_csv({"title": text, "number": -1.5}))))
-    assert rows[1][1] == f"'{text}" and rows[2][1] == "-1.5"
+    rows = list(csv.reader(io.StringIO(csv_text([text, "b"], [[text, -1.5]]))))
+    assert rows == [[f"'{text}", "b"], [f"'{text}", "-1.5"]]
     assert csv_cell("rods") == "rods" and csv_cell(-1.0) == -1.0
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 
@@ -207,8 +209,19 @@ def test_the_command_line_tells_and_delivers(stack):
     limited = found["responses"]["gap"]["limited"]
     assert limited["yields"]["beyond"]["lower"] < limited["yields"]["beyond"]["upper"]
     assert "as_run" in found["responses"]["gap"]
-    rows = stack("what-if", table, "--csv").output
-    assert "what_if/effective" in rows
+    table = pd.read_csv(io.StringIO(stack("what-if", table, "--csv").output))
+    assert list(table["response"]) == list(found["responses"])
+    assert (table["effective trials"] == found["what_if"]["effective"]).all()
+    row, gap = table.set_index("response").loc["gap"], found["responses"]["gap"]
+    assert row["unit"] == "mm" and "part_1: normal" in row["what if"]
+    beyond, before = (of["limited"]["yields"]["beyond"] for of in (gap, gap["as_run"]))
+    for head, told, times in (
+        ("mean lower [unit]", gap["mean"]["lower"], 1e3),
+        ("as run: 5 % [unit]", gap["as_run"]["quantiles"]["5 %"]["value"], 1e3),
+        ("beyond upper [ppm]", beyond["upper"], 1e6),
+        ("as run: beyond upper [ppm]", before["upper"], 1e6),
+    ):
+        assert row[head] == pytest.approx(times * told, rel=1e-9), head
     again = json.loads(stack("report", "--json", "--limit", "gap >= 0 mm").output)
     assert again["responses"]["gap"]["limited"]["limit"]["words"] == ">= 0 mm"
 

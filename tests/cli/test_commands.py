@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import subprocess
@@ -9,6 +10,7 @@ import sys
 from pathlib import Path
 
 import h5py
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 
@@ -307,8 +309,19 @@ def test_compare_on_the_screen_and_as_a_page(twins, tmp_path):
     assert "machine by machine" in page.read_text()
     found = json.loads(call("compare", *twins, "--json").stdout)
     assert found["responses"]["extra_loss"]["smaller"]["value"] > 0.9
-    rows = call("compare", *twins, "--csv").stdout
-    assert "responses/yaw/difference/mean," in rows
+    table = pd.read_csv(io.StringIO(call("compare", *twins, "--csv").stdout))
+    assert list(table["response"]) == list(found["responses"])
+    row, yaw = table.set_index("response").loc["yaw"], found["responses"]["yaw"]
+    times = {"mrad": 1e3, "urad": 1e6, "rad": 1}[row["unit"]]
+    more = row["second less first: mean upper [unit]"]
+    assert more == pytest.approx(times * yaw["shift"]["mean"]["upper"], rel=1e-9)
+    smaller = row["smaller in second lower [%]"]
+    assert smaller == pytest.approx(100 * yaw["smaller"]["lower"])
+    row, loss = table.set_index("response").loc["extra_loss"], found["responses"]
+    known = loss["extra_loss"]["yields"]
+    assert row["worse"] == known["worse"] and row["better"] == known["better"]
+    more = row["second less first: beyond lower [ppm]"]
+    assert more == pytest.approx(1e6 * known["beyond_more"]["lower"])
 
 
 def test_several_runs_are_compared_with_the_first(twins, tmp_path):
@@ -324,10 +337,9 @@ def test_several_runs_are_compared_with_the_first(twins, tmp_path):
     found = json.loads(call("compare", *twins, other, "--json").stdout)["comparisons"]
     assert [each["trials"]["kind"] for each in found] == ["same machines", "unpaired"]
     assert found[0] == json.loads(call("compare", *twins, "--json").stdout)
-    assert (
-        "comparisons/1/trials/kind,unpaired"
-        in call("compare", *twins, other, "--csv").stdout
-    )
+    table = pd.read_csv(io.StringIO(call("compare", *twins, other, "--csv").stdout))
+    assert list(table["machines"].unique()) == ["same machines", "unpaired"]
+    assert len(table) == sum(len(each["responses"]) for each in found)
 
 
 def test_one_run_alone_is_not_compared(twins):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import shutil
 
@@ -211,6 +213,11 @@ def test_at_the_command_line(study):
         assert words in shown
     found = json.loads(command("report", run, "--json").output)
     assert found["beyond"]["lower"] < norm.sf(DISTANCE) < found["beyond"]["upper"]
+    table = command("report", run, "--csv").output
+    (row,) = csv.DictReader(io.StringIO(table))
+    known = pytest.approx(1e6 * found["beyond"]["upper"])
+    assert float(row["beyond upper [ppm]"]) == known
+    assert row["verdict"] == found["verdict"] and row["response"] == found["response"]
     assert command("report", run).exit_code == 0
     page = run.with_suffix(".html").read_text()
     assert "The machines that lead there" in page and "verdict not-met" in page

@@ -11,6 +11,7 @@ from tolstat.reporting.comparison import compared_with_first
 from tolstat.reporting.comparison_table import comparison_table
 from tolstat.reporting.making import write
 from tolstat.reporting.replacing import check_output
+from tolstat.reporting.report_csv import comparison_csv
 from tolstat.store.opening import open as open_run
 
 
@@ -38,7 +39,8 @@ def compare_runs(
         check_output(output)
     pairs, found = compared_with_first([open_run(path) for path in paths], responses)
     if form:
-        deliver(found.alone or found, output, form)
+        of = (found.alone or found) if form == "json" else found
+        deliver(of, output, form, lambda _: comparison_csv(found))
         return
     console = screen()
     summary = comparison_table(found)

@@ -5,23 +5,23 @@ from __future__ import annotations
 import gc
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 
 from tolstat.errors import StudyError
 from tolstat.literal import visible
 from tolstat.reporting import making
-from tolstat.reporting.findings import Findings
 from tolstat.reporting.gather import findings_of
-from tolstat.reporting.plain import as_csv, as_json
+from tolstat.reporting.plain import as_json
 from tolstat.reporting.rare import rare_findings
 from tolstat.reporting.replacing import check_output
-from tolstat.reporting.report_csv import report_csv
+from tolstat.reporting.report_csv import rare_csv, report_csv
 from tolstat.store.opening import open as open_run
 
+Found = TypeVar("Found")
 NAMED = re.compile(r"\s*([^\W\d]\w*)\s*(\W.*?)\s*", re.DOTALL)
 
 
@@ -61,8 +61,10 @@ def report_run(
         made = making.report(run, output, responses)
         click.echo(f"report in {visible(str(made))}")
     else:
-        gathered = rare_findings if run.rare else findings_of
-        deliver(gathered(run, responses), output, form)
+        if run.rare:
+            deliver(rare_findings(run, responses), output, form, rare_csv)
+        else:
+            deliver(findings_of(run, responses), output, form, report_csv)
 
 
 def limits_in(texts: Sequence[str]) -> dict[str, Any]:
@@ -102,12 +104,11 @@ def value_in(value: str, text: str) -> Any:
         raise StudyError(f"{text}: {error}") from None
 
 
-def deliver(found: Any, output: Path | None, form: str) -> None:
+def deliver(
+    found: Found, output: Path | None, form: str, as_csv: Callable[[Found], str]
+) -> None:
     """Write findings as JSON or CSV, to a file or the standard output."""
-    if form == "json":
-        text = as_json(found)
-    else:
-        text = report_csv(found) if isinstance(found, Findings) else as_csv(found)
+    text = as_json(found) if form == "json" else as_csv(found)
     if output:
         making.write(output, text)
     else:

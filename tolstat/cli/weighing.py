@@ -13,6 +13,7 @@ from tolstat.errors import StudyError
 from tolstat.reporting.making import write
 from tolstat.reporting.plain import share_words
 from tolstat.reporting.replacing import check_output
+from tolstat.reporting.report_csv import what_if_csv
 from tolstat.reporting.summary_table import PER_CENT, PPM, Cell, estimate_in_words
 from tolstat.reporting.weighed import WhatIf, make_what_if_page
 from tolstat.statistics.estimate import Estimate
@@ -48,7 +49,7 @@ def ask_what_if(
         check_output(output)
     found = what_if(path, _changes(changes), limits=limits_in(limits))
     if form:
-        deliver(found, output, form)
+        deliver(found, output, form, what_if_csv)
         return
     _print(found)
     if output:

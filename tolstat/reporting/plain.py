@@ -7,15 +7,12 @@ import dataclasses
 import io
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from tolstat.literal import csv_cell
-from tolstat.statistics.estimate import Estimate
-
-HEADS = ("path", "value", "lower", "upper", "reason")
 
 
 def share_words(share: float) -> str:
@@ -71,11 +68,6 @@ def _finite(found: Any) -> Any:
     return found
 
 
-def as_csv(found: Any) -> str:
-    """Write all numbers of findings as CSV: a row for each, with its interval, SI."""
-    return csv_text(HEADS, _rows(plain(found), ()))
-
-
 def csv_text(heads: Iterable[str], rows: Iterable[Sequence[Any]]) -> str:
     """Write a table as CSV; no text in it is a formula to a spreadsheet.
 
@@ -91,16 +83,3 @@ def csv_text(heads: Iterable[str], rows: Iterable[Sequence[Any]]) -> str:
     writer.writerow(map(csv_cell, heads))
     writer.writerows(map(csv_cell, row) for row in rows)
     return buffer.getvalue()
-
-
-def _rows(found: Any, path: tuple[str, ...]) -> Iterator[tuple[Any, ...]]:
-    if isinstance(found, dict) and tuple(found) == Estimate._fields:
-        yield "/".join(path), *found.values()
-    elif isinstance(found, dict):
-        for key, value in found.items():
-            yield from _rows(value, (*path, key))
-    elif isinstance(found, list):
-        for index, value in enumerate(found):
-            yield from _rows(value, (*path, str(index)))
-    else:
-        yield "/".join(path), found, None, None, ""
