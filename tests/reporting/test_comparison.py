@@ -35,6 +35,24 @@ def test_differences_are_machine_by_machine(mill, linked):
     assert found["responses"]["jam_share"]["larger"]["value"] == 0
 
 
+def test_the_screen_shows_the_difference_of_quantiles_and_promises_one_look(
+    mill, linked
+):
+    """That of the quantiles beside it, as a reader takes it."""
+    _, comparison = compared_with_first([mill, linked])
+    table, found = comparison_table(comparison), comparison.alone
+    row = next(row for row in table.rows if row[0] == "rod_force_1")
+    a, b, less = (float(row[i][0]) for i in (2, 3, 5))
+    assert table.heads[5] == "B - A: 95 %"
+    assert less == pytest.approx(b - a, abs=0.02)
+    known = found.responses["rod_force_1"]
+    differences = known.difference.quantiles[0.95].value / known.scale.factor
+    assert abs(less - differences) > 0.1
+    text = " ".join(table.notes)
+    assert "at every look" not in text + found.trials.promise
+    assert "at one look" in found.trials.promise in text
+
+
 def test_a_run_differs_from_itself_by_nothing(mill):
     _, comparison = compared_with_first([mill, mill], ["yaw"])
     found = plain(comparison.alone)

@@ -25,7 +25,7 @@ from tolstat.statistics.summary import Summary, summarize
 from tolstat.store.run import Run
 from tolstat.units.scale import Scale
 
-SIDES = ("first", "second")
+AT_ONE_LOOK = "shares and Ppk at one look"
 COMPARED = (0.5, 0.95)  # quantiles of which the difference is told
 NOT_PAIRED = Estimate(math.nan, reason=UNPAIRED)
 
@@ -54,7 +54,7 @@ class PairFindings(NamedTuple):
     failures : Estimate
         Share that failed.
     promise : str
-        What their sampling allows to say.
+        What their sampling allows to say at the one look that a comparison is.
     kind, words : str
         "same machines", "same qualities" or "unpaired", and how that is known.
     """
@@ -243,7 +243,7 @@ def _that_differ(
 
 
 def _trials(pair: Pair) -> PairFindings:
-    sample, promise = pair.sample, pair.first.sampled.promise
+    sample, promise = pair.sample, _promise(pair.first)
     if sample is None:
         return PairFindings(0, 0, 0, NOT_PAIRED, promise, pair.kind, pair.words)
     done = int(np.count_nonzero(sample.done))
@@ -251,6 +251,13 @@ def _trials(pair: Pair) -> PairFindings:
         len(sample.done), done, sample.failed, sample.failures, promise, pair.kind,
         pair.words,
     )  # fmt: skip
+
+
+def _promise(drawn: Drawn) -> str:
+    """Say what intervals hold; those of verdicts, that hold at every look, are none."""
+    if drawn.run.sampling == "random":
+        return f"exact of quantiles, for random trials are independent; {AT_ONE_LOOK}"
+    return f"{drawn.sampled.promise}; {AT_ONE_LOOK}"
 
 
 def _machine_by_machine(

@@ -58,16 +58,15 @@ def _rows(each: tuple[Comparison, ...]) -> Iterator[list[Cell]]:
             if name not in one.responses:
                 continue
             known = one.responses[name]
-            of = known.difference.quantiles if known.difference else None
             cells = [
                 estimate_in_words(estimate, known.scale)
                 for estimate in (
                     known.first.quantiles[0.95],
                     known.second.quantiles[0.95],
-                    *((of or known.shift.quantiles)[share] for share in (0.5, 0.95)),
+                    *known.shift.quantiles.values(),
                 )
             ]
-            smaller = estimate_in_words(known.smaller, PER_CENT) if of else "unpaired"
+            smaller = _or_why(known.smaller, PER_CENT)
             row = name if len(each) == 1 else f"{name} {label}"
             yield [row, known.scale.mark, *cells, smaller]
 
@@ -117,11 +116,10 @@ def _notes(each: tuple[Comparison, ...]) -> Iterator[str]:
             yield f"deviations that differ: {_listed(one.deviations)}"
     yield (
         f"with each number its 95 % interval; {each[0].trials.promise}; worse, better: "
-        "machines within in A and beyond here, and the other way round; shares and Ppk "
-        "at one look"
+        "machines within in A and beyond here, and the other way round"
     )
-    if any(one.trials.kind == UNPAIRED for one in each):
-        yield "unpaired: the difference of both medians, and of both 95 % values"
+    other = LABELS[1] if len(each) == 1 else "it"
+    yield f"{other} - A: the difference of both medians, and of both 95 % values"
 
 
 def _listed(differing: Mapping[str, tuple[str, str]]) -> str:
