@@ -176,7 +176,14 @@ def _print(found: Allocation, output: Path | None, plot: Path | None) -> None:
     for line_of_text in _sentences(found):
         console.print(line_of_text, soft_wrap=True)
     if output and found.met:
-        console.print(f"written to {output}")
+        proof = found.schemes["found"]
+        console.print(
+            f"written to {output}; the proof again: tolstat run {output} "
+            f"--trials {proof.trials} --seed {proof.seed}",
+            soft_wrap=True,
+        )
+    elif output:
+        console.print(f"{output} is not written: no tolerances meet every limit")
     if plot:
         console.print(f"drawn in {plot}")
 
@@ -217,7 +224,7 @@ def _sentences(found: Allocation) -> list[str]:
             f"tightest {'; '.join(missed) or 'every limit is met'}"
             + (f" ({best} beyond)" if best else "")
         )
-    if found.active:
+    if found.active and found.met:
         said.append(
             f"active: {', '.join(found.active)} (a tenth looser, or the next one "
             "offered, of some tolerance would break it)"
