@@ -135,7 +135,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
             )
         responses[name] = found
     return Findings(
-        _document(run),
+        document_of(run),
         run.title,
         run.path.name,
         run.model,
@@ -194,7 +194,7 @@ def joint_findings(drawn: Drawn) -> JointFindings | None:
     return JointFindings(limits, within, min(limits * (1 - CONFIDENCE) / 2, 1.0))
 
 
-def _document(run: Run) -> DocumentFindings:
+def document_of(run: Run) -> DocumentFindings:
     """Return what the study says of its sheet."""
     given = run.study.table.get("document", {})
     names = DocumentFindings._fields

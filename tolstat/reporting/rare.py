@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from tolstat.errors import PictureError
-from tolstat.reporting.findings import Assumptions
-from tolstat.reporting.gather import assumptions_of
+from tolstat.reporting.findings import Assumptions, DocumentFindings
+from tolstat.reporting.gather import assumptions_of, document_of
 from tolstat.reporting.summary_table import (
     AS_IS,
     PPM,
@@ -111,6 +111,8 @@ class RareFindings:
     ----------
     title, run, model, machine : str
         What it is of.
+    document : DocumentFindings
+        The title block.
     trials : RareTrials
         What became of them.
     response, sentence : str
@@ -154,6 +156,7 @@ class RareFindings:
     run: str
     model: str
     machine: str
+    document: DocumentFindings
     trials: RareTrials
     response: str
     sentence: str
@@ -215,6 +218,7 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
         run.path.name,
         run.model,
         run.machine,
+        document_of(run),
         RareTrials(
             run.trials,
             run.ended,

@@ -22,5 +22,6 @@ def rare_page(found: RareFindings) -> str:
         f=found,
         at=numbers.at,
         show=numbers.show,
+        estimate_line=numbers.estimate_line,
     )
     return page
