@@ -18,12 +18,12 @@ from tolstat.execution.allocation import Allocation, Scheme
 from tolstat.execution.carrying_out import Progress
 from tolstat.execution.workers import Interrupted
 from tolstat.reporting.making import (
-    check_folder,
     check_view_ending,
     save_view,
     write,
 )
 from tolstat.reporting.plain import as_json
+from tolstat.reporting.replacing import check_folder
 from tolstat.reporting.summary_table import PPM, Cell, estimate_in_words
 from tolstat.study.study import load
 from tolstat.units.scale import four_figures

@@ -25,6 +25,7 @@ from tolstat.execution.workers import Workers
 from tolstat.reporting import making
 from tolstat.reporting.listing import HEADS, Entry, entry_of, index_csv, index_page
 from tolstat.reporting.plain import csv_text
+from tolstat.reporting.replacing import check_folder
 from tolstat.store.run import Run
 
 WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
@@ -162,7 +163,7 @@ def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
     with suppress(ValueError):
         folder = folder.relative_to(Path.cwd())
     page = folder / "batch.html"
-    making.check_folder(page)
+    check_folder(page)
     taken = {run_of(each).with_suffix(".html").resolve() for each in files}
     marks = {page: f"<title>{TITLE}", page.with_suffix(".csv"): csv_text(HEADS, ())}
     for path, mark in marks.items():

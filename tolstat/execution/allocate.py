@@ -29,7 +29,6 @@ from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Interrupted, Workers
 from tolstat.model.contract import Model
 from tolstat.statistics.cheapest import Choice, Dial, cheapest
-from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.yields import MET, NOT_MET, Yield, joint_yield, yield_of
 from tolstat.study.document import MOST_SEED
@@ -368,7 +367,7 @@ class _Allocating:
             {each.name: tolerance_words(each, x) for each, x in pairs},
             {each.name: each.half(x) for each, x in pairs},
             beyond,
-            Estimate(1 - joint.value, 1 - joint.upper, 1 - joint.lower),
+            joint.complement,
             count,
             seed,
         )

@@ -24,7 +24,7 @@ from tolstat.reporting.distribution_pictures import (
     scale_of_probability,
     spread_out,
 )
-from tolstat.reporting.page import Numbers, environment, style
+from tolstat.reporting.page import page_of
 from tolstat.reporting.page_picture import (
     INK,
     MOST_POINTS,
@@ -55,7 +55,6 @@ def make_comparison_page(pairs: Sequence[Pair], found: Comparisons) -> str:
     str
         HTML.
     """
-    numbers = Numbers(found.alone or found)
     each = [
         Shown([] if found.alone else ["comparisons", place], label, one, pair)
         for place, (label, one, pair) in enumerate(
@@ -63,15 +62,12 @@ def make_comparison_page(pairs: Sequence[Pair], found: Comparisons) -> str:
         )
     ]
     first, others = each[0].found.first, [one.found.second for one in each]
-    template = environment().get_template("comparison.html")
-    page: str = template.render(
+    return page_of(
+        "comparison.html",
+        found.alone or found,
         title=" | ".join([first.title, *(side.title for side in others)]),
-        style=style(),
         each=each,
         designs=_designs(each),
-        at=numbers.at,
-        show=numbers.show,
-        estimate_line=numbers.estimate_line,
         verdicts=_verdicts(each),
         shares=QUANTILES,
         compared=COMPARED,
@@ -83,7 +79,6 @@ def make_comparison_page(pairs: Sequence[Pair], found: Comparisons) -> str:
             for name in one.found.interest
         },
     )
-    return page
 
 
 class Shown(NamedTuple):

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from tolstat.errors import PictureError
 from tolstat.model.view import Listing, View
-from tolstat.reporting.replacing import check_folder as check_folder
 from tolstat.reporting.replacing import check_output, replace
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
@@ -46,16 +45,16 @@ def report(
         If the run cannot be read, or the page cannot be written.
     """
     from tolstat.reporting.gather import findings_of
-    from tolstat.reporting.page import make_page, pictures_of
+    from tolstat.reporting.page import make_page, page_of, pictures_of
 
     of = run if isinstance(run, Run) else open_run(run)
     path = Path(output) if output is not None else of.path.with_suffix(".html")
     check_output(path)
     if of.rare:
         from tolstat.reporting.rare import rare_findings
-        from tolstat.reporting.rare_page import rare_page
 
-        return write(path, rare_page(rare_findings(of, responses)))
+        rare = rare_findings(of, responses)
+        return write(path, page_of("rare.html", rare, title=rare.title))
     found = findings_of(of, responses)
     return write(path, make_page(of, found, pictures_of(of, found)))
 

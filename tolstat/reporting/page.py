@@ -146,6 +146,34 @@ def _of_estimate(found: Estimate, scale: Scale | str) -> tuple[str, str, str]:
     return shown.interval(*found[:3])
 
 
+def page_of(template: str, found: Any, **context: Any) -> str:
+    """Make a page whose numbers are all printed from findings.
+
+    Parameters
+    ----------
+    template : str
+        Its name.
+    found : dataclass instance
+        Every number on the page is one of these.
+    **context
+        What else the template needs: its title.
+    """
+    numbers = Numbers(found)
+    page: str = (
+        environment()
+        .get_template(template)
+        .render(
+            style=style(),
+            f=found,
+            at=numbers.at,
+            show=numbers.show,
+            estimate_line=numbers.estimate_line,
+            **context,
+        )
+    )
+    return page
+
+
 Pictures = Mapping[str, Mapping[str, Markup | None]]
 
 
@@ -166,15 +194,10 @@ def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
     str
         HTML.
     """
-    numbers = Numbers(found)
-    template = environment().get_template("report.html")
-    page: str = template.render(
+    return page_of(
+        "report.html",
+        found,
         title=found.title,
-        style=style(),
-        f=found,
-        at=numbers.at,
-        show=numbers.show,
-        estimate_line=numbers.estimate_line,
         limited=[name for name, each in found.responses.items() if each.limited],
         sentences=sentences_of(found),
         leading=leading_response(found),
@@ -200,7 +223,6 @@ def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
         pictures=drawn,
         sketches=_sketches(run, found),
     )
-    return page
 
 
 def pictures_of(run: Run, found: Findings) -> Pictures:

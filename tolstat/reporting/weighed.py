@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from tolstat.reporting.findings import JointFindings
-from tolstat.reporting.page import Numbers, environment, style
+from tolstat.reporting.page import page_of
 from tolstat.reporting.plain import share_words
 from tolstat.statistics.summary import QUANTILES, Summary
 from tolstat.units.scale import Scale
@@ -101,16 +101,11 @@ class WhatIf:
 
 def make_what_if_page(found: WhatIf) -> str:
     """Make the page of what is asked: HTML, every number on it one of the answers."""
-    numbers = Numbers(found)
-    template = environment().get_template("what_if.html")
-    page: str = template.render(
+    return page_of(
+        "what_if.html",
+        found,
         title=f"{found.title}: what if",
-        style=style(),
-        f=found,
-        at=numbers.at,
-        show=numbers.show,
         limited=[name for name, each in found.responses.items() if each.limited],
         shares=QUANTILES,
         share_words=share_words,
     )
-    return page
