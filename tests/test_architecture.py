@@ -86,3 +86,20 @@ def test_describing_a_model_does_not_load_the_compiler():
         check=True,
     )
     assert found.stdout.strip() == "False"
+
+
+def test_a_run_begins_before_anything_slow_of_scipy_is_loaded():
+    code = (
+        "import sys, tolstat.cli.running, tolstat.execution.execute;"
+        "from tolstat.study.study import load; load('runs/khpt75.toml');"
+        "slow = ('integrate', 'optimize', 'sparse', 'spatial', 'stats');"
+        "print([name for name in slow if f'scipy.{name}' in sys.modules])"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert found.stdout.strip() == "[]"

@@ -6,7 +6,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import trapezoid
 from scipy.special import ndtr
 
 from tolstat.deviations.distributions import THREE_SIGMA, Distribution
@@ -44,9 +43,9 @@ def spread_of(distribution: Distribution) -> Spread:
         zone = distribution.deviations(ends).tolist()
     z = np.arange(-FAR, FAR + STEP / 2, STEP)
     weight = np.exp(-0.5 * z * z)
-    weight /= trapezoid(weight, z)
+    weight /= np.trapezoid(weight, z)
     x = distribution.deviations(ndtr(z))
-    mean = float(trapezoid(weight * x, z))
+    mean = float(np.trapezoid(weight * x, z))
     size = max(float(np.abs(x - mean).max()), 1e-300)  # squares neither over nor under
-    sigma = size * math.sqrt(trapezoid(weight * ((x - mean) / size) ** 2, z))
+    sigma = size * math.sqrt(np.trapezoid(weight * ((x - mean) / size) ** 2, z))
     return Spread(float(zone[0]), float(zone[1]), mean, sigma)

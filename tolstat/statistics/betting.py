@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from tolstat.statistics.weights import Weights
 
@@ -77,6 +76,8 @@ def least_mean(
     miss : float
         Probability with which the bound may lie above the mean.
     """
+    from scipy.optimize import brentq  # slow to import
+
     # only the size of the first stakes hangs on it: measured to do no harm
     scale = float(values.max()) - lower
     if scale <= 0:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from scipy.optimize import brentq
 from scipy.special import betainc, betaln
 
 from tolstat.statistics.estimate import Estimate
@@ -74,6 +73,8 @@ def against(count: int, trials: int, share: float) -> float:
 
 def _most(count: int, trials: int, wanted: float) -> float:
     """Return the largest share that the evidence against is not wanted at."""
+    from scipy.optimize import brentq  # slow to import
+
     if count == trials:
         return 1.0
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from tolstat.statistics.jackknife import PARTS
 
@@ -88,6 +87,8 @@ def first_orders(rows: Sequence[Row], y: Array) -> tuple[Array, Array]:
 
 def nearest(X: Array) -> NDArray[np.int64]:
     """Return the trial nearest to each, by the ranks of deviations[n, contributor]."""
+    from scipy.spatial import cKDTree  # slow to import
+
     order = np.argsort(X, axis=0)
     ranks = np.empty_like(order)
     np.put_along_axis(ranks, order, np.arange(len(X))[:, None], axis=0)

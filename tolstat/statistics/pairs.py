@@ -10,9 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 from scipy.special import ndtr, ndtri
-from scipy.stats import rankdata
 
 from tolstat.statistics.beyond import CLEAR, holm
 from tolstat.statistics.estimate import Estimate
@@ -187,6 +185,9 @@ def _products(z: Array) -> Array:
 
 def _related(columns: list[Array]) -> Machines:
     """Tell bool[i, j] which contributors hang together, also by way of others."""
+    from scipy.sparse.csgraph import connected_components  # slow to import
+    from scipy.stats import rankdata
+
     n = min(len(columns[0]), RANKED)
     ranks = np.array([rankdata(x[:n]) for x in columns])
     ranks -= ranks.mean(axis=1, keepdims=True)

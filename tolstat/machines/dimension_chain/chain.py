@@ -9,8 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
-from scipy.stats import qmc
 
 from tolstat.deviations.spread import Spread
 from tolstat.machines.dimension_chain.formula import Formula
@@ -145,6 +143,8 @@ def _worst(
 
 def _looked_at(lower: Array, upper: Array) -> Array:
     """Return corners of the tolerances and points inside them: float64[point, link]."""
+    from scipy.stats import qmc  # slow to import
+
     n = len(lower)
     if not n:
         return np.empty((1, 0))
@@ -163,6 +163,8 @@ def _searched(
     upper: Array,
 ) -> float:
     """Return the least value (the largest for a sign of -1) that a search finds."""
+    from scipy.optimize import minimize  # slow to import
+
     width = upper - lower
     # the search stops by absolute numbers: in the size of what it looks for
     size = float(np.ptp(slopes_at(starts)[0])) or 1.0
