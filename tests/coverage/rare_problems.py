@@ -7,12 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import quad
-from scipy.stats import norm
+from scipy.optimize import brentq
+from scipy.stats import chi2, norm, truncnorm, weibull_min
 
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions.lognormal import Lognormal
 from tolstat.deviations.distributions.normal import Normal
+from tolstat.deviations.distributions.truncated_normal import TruncatedNormal
 from tolstat.deviations.distributions.uniform import Uniform
+from tolstat.deviations.distributions.weibull import Weibull
 from tolstat.deviations.draw import draw_in_stages
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.statistics.rare import rare_share
@@ -130,6 +133,105 @@ def _failing(share):
     return RareProblem(_normal(3), margin, share)
 
 
+def _common(share):
+    """Four parts that have nine tenths of their variance from one batch: their sum."""
+    common = 0.9
+    batches = {f"x_{i + 1}": Batch("x", common) for i in range(4)}
+    names = {name: Normal(UNIT) for name in batches}
+    end = np.sqrt(4 + 12 * common) * norm.isf(share)
+    return RareProblem(
+        names, lambda x: end - x.sum(axis=1), share, Dependence(batches)
+    )
+
+
+def _apart(share):
+    """Two parts of one batch, which cancels: only their difference counts."""
+    common = 0.9
+    batches = {f"x_{i + 1}": Batch("x", common) for i in range(2)}
+    names = {name: Normal(UNIT) for name in batches}
+    end = np.sqrt(2 - 2 * common) * norm.isf(share / 2)
+    return RareProblem(
+        names, lambda x: end - np.abs(x[:, 0] - x[:, 1]), share, Dependence(batches)
+    )
+
+
+def _eccentric(share):
+    """A Weibull part, exponential at its end, and a normal one as wide."""
+    part = Weibull(Tolerance(0.0, 3.0), 1.5)
+    scale = part.deviations(np.array([-np.expm1(-1)]))[0]  # 1 - 1/e lie below it
+    known = weibull_min(1.5, scale=scale)
+
+    def beyond(end):
+        def at(y):
+            return norm.pdf(y) * known.sf(end - y)
+
+        return sum(quad(at, a, a + 2, epsabs=0, epsrel=1e-10)[0] for a in range(-9, 9, 2))
+
+    end = brentq(lambda end: np.log(beyond(end) / share), 1, 30, xtol=1e-10)
+    names = {"x1": part, "x2": Normal(UNIT)}
+    return RareProblem(names, lambda x: end - x.sum(axis=1), share)
+
+
+def _two_regions(parts, share):
+    """Ten are beyond at one end for each that is at the other, of another part."""
+    one, other = norm.isf(share * 10 / 11), norm.isf(share / 11)
+
+    def margin(x):
+        return np.minimum(one - x[:, 0], other + x[:, 1])
+
+    p, q = norm.sf(one), norm.sf(other)
+    return RareProblem(_normal(parts), margin, p + q - p * q)
+
+
+def _hidden(parts, share):
+    """Two regions of which the smaller does not show before it is reached."""
+    one, other = norm.isf(share * 10 / 11), norm.isf(share / 11)
+
+    def margin(x):
+        return np.where(x[:, 1] < -other, -1.0, one - x[:, 0])
+
+    p, q = norm.sf(one), norm.sf(other)
+    return RareProblem(_normal(parts), margin, p + q - p * q)
+
+
+def _sphere(parts, share):
+    """All that is far from the middle: no direction is the likeliest."""
+    end = chi2.isf(share, parts)
+    return RareProblem(_normal(parts), lambda x: end - (x**2).sum(axis=1), share)
+
+
+def _bent(b, bend):
+    """A limit that bends towards the middle, or away from it, far from its summit."""
+
+    def margin(x):
+        return b + bend * x[:, 1] ** 2 - x[:, 0]
+
+    def at(y):
+        return norm.pdf(y) * norm.sf(b + bend * y**2)
+
+    share = 2 * sum(quad(at, a, a + 1, epsabs=0, epsrel=1e-10)[0] for a in range(9))
+    return RareProblem(_normal(3), margin, share)
+
+
+def _two_of_ten(share):
+    """Ten parts, of which two are felt."""
+    end = np.sqrt(5) * norm.isf(share)
+    return RareProblem(_normal(10), lambda x: end - x[:, 0] - 2 * x[:, 1], share)
+
+
+def _bounded(end):
+    """A part that inspection ends at two sigmas, and an amplitude: 3 is never passed."""
+    part = TruncatedNormal(Tolerance(-2.0, 2.0), cp=2 / 3, outside="screened")
+    names = {"x1": part, "x2": Uniform(Tolerance(-1.0, 1.0))}
+    known = truncnorm(-2, 2)
+
+    def at(y):
+        return known.sf(end - y) / 2
+
+    share = quad(at, min(end - 2, 1.0), 1, epsabs=0, epsrel=1e-10)[0]
+    return RareProblem(names, lambda x: end - x.sum(axis=1), share)
+
+
 MAKE = {
     "linear of 2, 1e-6": lambda: _linear(2, 1e-6),
     "linear of 5, 1e-6": lambda: _linear(5, 1e-6),
@@ -137,15 +239,31 @@ MAKE = {
     "linear of 20, 1e-6": lambda: _linear(20, 1e-6),
     "linear of 10, 1e-7": lambda: _linear(10, 1e-7),
     "linear of 5, 1e-4": lambda: _linear(5, 1e-4),
-    "linear of 5, 1 %": lambda: _linear(5, 0.01),
+    "linear of 5, 1e-3": lambda: _linear(5, 1e-3),
+    "two of ten, 1e-6": lambda: _two_of_ten(1e-6),
     "four branches": lambda: _four_branches(4.5),
+    "four branches, 1e-6": lambda: _four_branches(4.805),
+    "four branches, 1e-7": lambda: _four_branches(5.242),
+    "two regions, 1e-6": lambda: _two_regions(2, 1e-6),
+    "two regions of ten parts, 1e-6": lambda: _two_regions(10, 1e-6),
+    "hidden region, 1e-6": lambda: _hidden(2, 1e-6),
+    "hidden region of five parts, 1e-6": lambda: _hidden(5, 1e-6),
+    "bent away, 1e-6": lambda: _bent(4.5, 0.5),
+    "bent around, 1e-6": lambda: _bent(6.0, -0.2),
+    "ring, 1e-6": lambda: _sphere(2, 1e-6),
+    "sphere of five, 1e-6": lambda: _sphere(5, 1e-6),
     "misleading": _misleading,
     "rods jam, 1e-4": lambda: _jam(2, 1e-4),
     "rods of ten parts jam, 1e-6": lambda: _jam(10, 1e-6),
     "three at once, 1e-6": lambda: _at_once(1e-6),
     "lognormal, 1e-6": lambda: _skewed(1e-6),
+    "Weibull, 1e-6": lambda: _eccentric(1e-6),
     "corner, 1e-6": lambda: _corner(1e-6),
+    "near the end": lambda: _bounded(2.99),
+    "past the end": lambda: _bounded(3.01),
     "correlated, 1e-6": lambda: _correlated(1e-6),
+    "common part, 1e-6": lambda: _common(1e-6),
+    "common part cancels, 1e-6": lambda: _apart(1e-6),
     "failing, 1e-5": lambda: _failing(1e-5),
 }
 RARE_PROBLEMS = {name: cache(make) for name, make in MAKE.items()}
