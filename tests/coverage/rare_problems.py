@@ -139,9 +139,7 @@ def _common(share):
     batches = {f"x_{i + 1}": Batch("x", common) for i in range(4)}
     names = {name: Normal(UNIT) for name in batches}
     end = np.sqrt(4 + 12 * common) * norm.isf(share)
-    return RareProblem(
-        names, lambda x: end - x.sum(axis=1), share, Dependence(batches)
-    )
+    return RareProblem(names, lambda x: end - x.sum(axis=1), share, Dependence(batches))
 
 
 def _apart(share):
@@ -165,7 +163,9 @@ def _eccentric(share):
         def at(y):
             return norm.pdf(y) * known.sf(end - y)
 
-        return sum(quad(at, a, a + 2, epsabs=0, epsrel=1e-10)[0] for a in range(-9, 9, 2))
+        return sum(
+            quad(at, a, a + 2, epsabs=0, epsrel=1e-10)[0] for a in range(-9, 9, 2)
+        )
 
     end = brentq(lambda end: np.log(beyond(end) / share), 1, 30, xtol=1e-10)
     names = {"x1": part, "x2": Normal(UNIT)}
@@ -220,7 +220,7 @@ def _two_of_ten(share):
 
 
 def _bounded(end):
-    """A part that inspection ends at two sigmas, and an amplitude: 3 is never passed."""
+    """A part that inspection ends at two sigmas, and one within one: 3 is the end."""
     part = TruncatedNormal(Tolerance(-2.0, 2.0), cp=2 / 3, outside="screened")
     names = {"x1": part, "x2": Uniform(Tolerance(-1.0, 1.0))}
     known = truncnorm(-2, 2)
@@ -300,17 +300,6 @@ def intervals(name, rng, n):
     )
 
 
-# of the others a few dozen studies each were looked at
-JOBS = [
-    (name, 20_000, intervals, 400)
-    for name in (
-        "linear of 2, 1e-6",
-        "linear of 5, 1e-6",
-        "linear of 10, 1e-6",
-        "linear of 20, 1e-6",
-        "four branches",
-        "misleading",
-        "rods jam, 1e-4",
-    )
-]
+SIZE = 20_000
+JOBS = [(name, SIZE, intervals, 400) for name in RARE_PROBLEMS]
 JOBS.append(("four branches", 5000, intervals, 400))

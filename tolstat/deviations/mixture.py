@@ -52,17 +52,29 @@ class Mixture(NamedTuple):
         """
         return np.asarray(np.logaddexp.reduce(self.log_parts(points)), np.float64)
 
+    def parts(self, which: Array) -> NDArray[np.int64]:
+        """Return int64[point]: the part that each unit sample chooses.
+
+        Parameters
+        ----------
+        which : float64[point]
+            Unit samples.
+        """
+        # the last part takes what rounding leaves
+        ends = np.cumsum(self.shares)[:-1]
+        return np.asarray(np.searchsorted(ends, which, "right"), np.int64)
+
     def points(self, which: Array, scores: Array) -> Array:
         """Return points of the mixture.
 
         Parameters
         ----------
         which : float64[point]
-            Unit samples that choose the part.
+            Unit samples that choose the part; see `parts`.
         scores : float64[point, direction]
             Normal scores.
         """
-        part = np.searchsorted(np.cumsum(self.shares)[:-1], which, "right")
+        part = self.parts(which)
         found = np.empty_like(scores)
         for i in range(len(self.shares)):
             own = part == i

@@ -34,6 +34,7 @@ from tolstat.statistics.replicates import never_met
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.shapes import NAMES, Shape, atom_of, best_shape
 from tolstat.statistics.yields import CONFIDENCE
+from tolstat.store.plan import Sampled
 from tolstat.store.run import Run
 
 Array = NDArray[np.float64]
@@ -151,12 +152,7 @@ def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
             for each in run.numbers
         },
         assumptions_of(run),
-        {
-            **run.provenance,
-            "source_digest": run.source_digest,
-            "seed": drawn.sampled.seed,
-            "study": run.study.text,
-        },
+        provenance_of(run, drawn.sampled),
     )
 
 
@@ -218,6 +214,16 @@ def _distribution(name: str, drawn: Drawn) -> DistributionFindings:
         if atom and not lower <= atom.value <= upper:
             beyond += atom.share.value
     return DistributionFindings(atom, len(rest), shape, beyond)
+
+
+def provenance_of(run: Run, sampled: Sampled) -> dict[str, object]:
+    """Say how a run came to be: versions, times, seed, the study as it was written."""
+    return {
+        **run.provenance,
+        "source_digest": run.source_digest,
+        "seed": sampled.seed,
+        "study": run.study.text,
+    }
 
 
 def assumptions_of(run: Run) -> Assumptions:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from tolstat.errors import PictureError
-from tolstat.reporting.findings import Assumptions, DocumentFindings
-from tolstat.reporting.gather import assumptions_of, document_of
+from tolstat.reporting.findings import Assumptions, DocumentFindings, TrialsFindings
+from tolstat.reporting.gather import assumptions_of, document_of, provenance_of
 from tolstat.reporting.summary_table import (
     AS_IS,
     PPM,
@@ -34,34 +34,6 @@ from tolstat.store.run import Run
 from tolstat.units.scale import Scale
 
 LIKELIEST = 10  # machines beyond that are named
-
-
-class RareTrials(NamedTuple):
-    """What became of the trials.
-
-    Attributes
-    ----------
-    asked, ran, done, failed : int
-        How many.
-    counted, beyond : int
-        Trials of the last stage, which tell the share, and those of them beyond.
-    by_status : dict of str to int
-        By the word of each status.
-    promise : str
-        What the sampling allows to say.
-    notes : tuple of str
-        What must be known to read the numbers, failures first.
-    """
-
-    asked: int
-    ran: int
-    done: int
-    failed: int
-    counted: int
-    beyond: int
-    by_status: Mapping[str, int]
-    promise: str
-    notes: tuple[str, ...]
 
 
 class StageFindings(NamedTuple):
@@ -113,8 +85,12 @@ class RareFindings:
         What it is of.
     document : DocumentFindings
         The title block.
-    trials : RareTrials
-        What became of them.
+    trials : TrialsFindings
+        What became of them, in all stages; those of the last are counted, and tell what
+        share failed. Unseen is the share of a kind of machine beyond which no stage has
+        met, at most (97.5 %).
+    met : int
+        Machines beyond in the last stage.
     response, sentence : str
         What is limited.
     scale : Scale
@@ -133,8 +109,6 @@ class RareFindings:
         Ppk of a normal response with as many beyond.
     plain_trials : float
         Trials of a plain run that would have as narrow an interval; NaN where none.
-    unmet : float
-        Share that a kind of machine beyond which no stage has met has at most (97.5 %).
     first_order : float
         Share beyond at this end of a limit that is straight, as far from the middle
         machine as the nearest beyond that was met; NaN where none was.
@@ -157,7 +131,8 @@ class RareFindings:
     model: str
     machine: str
     document: DocumentFindings
-    trials: RareTrials
+    trials: TrialsFindings
+    met: int
     response: str
     sentence: str
     scale: Scale
@@ -169,7 +144,6 @@ class RareFindings:
     verdict: str
     equivalent: Estimate
     plain_trials: float
-    unmet: float
     first_order: float
     stages: tuple[StageFindings, ...]
     likeliest: tuple[LikelyFindings, ...]
@@ -219,17 +193,20 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
         run.model,
         run.machine,
         document_of(run),
-        RareTrials(
+        TrialsFindings(
             run.trials,
             run.ended,
             run.ended - run.failed,
             run.failed,
             int(np.count_nonzero(last)),
-            int(np.count_nonzero(beyond[last])),
             run.counts,
+            rare_share(run.status[last] > Status.DONE, weights[last]),
+            unmet(weights[last]) if last.any() else math.nan,
+            run.sampling,
             sampled.promise,
             tuple(notes_of(run, None)),
         ),
+        int(np.count_nonzero(beyond[last])),
         name,
         response.sentence,
         run.scales[name],
@@ -241,7 +218,6 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
         verdict(good, limit.demanded),
         by_share(share, limit),
         plain_trials(share),
-        unmet(weights[last]) if last.any() else math.nan,
         float(ndtr(-likeliest[0].distance)) if likeliest else math.nan,
         tuple(
             _stage(run, ran & (stage == each), beyond) for each in np.unique(stage[ran])
@@ -250,12 +226,7 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
         *_changed(run),
         assumptions_of(run),
         {each: run.scales[each] for each in run.assumed},
-        {
-            **run.provenance,
-            "source_digest": run.source_digest,
-            "seed": sampled.seed,
-            "study": run.study.text,
-        },
+        provenance_of(run, sampled),
     )
 
 
@@ -371,7 +342,7 @@ def _said(run: Run, found: RareFindings) -> list[str]:
     if found.trials.counted:
         said.append(
             "of a kind of machine beyond that no stage has met it is known alone that "
-            f"it has less than {PPM.number(found.unmet)} ppm"
+            f"it has less than {PPM.number(found.trials.unseen)} ppm"
         )
     if others := [name for name in run.limits if name != run.rare]:
         said.append(f"not asked: {', '.join(others)}; that takes a run of its own")

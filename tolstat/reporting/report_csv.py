@@ -116,7 +116,7 @@ def rare_csv(found: RareFindings) -> str:
                 "trials done": found.trials.done,
                 "trials failed": found.trials.failed,
                 "trials counted": found.trials.counted,
-                "of these beyond": found.trials.beyond,
+                "of these beyond": found.met,
             }
         ]
     )

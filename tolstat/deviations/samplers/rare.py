@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
 FIRST, EACH, SEEKING = 8, 40, 2  # parts of the trials: first stage, a later one, all
 LEAST = 30  # machines beyond; with fewer, those nearest to the limit lead on
-WORTH = 30  # independent points that a fit rests on, and one for each direction
+WORTH = 100  # independent points that a fit rests on, and one for each direction
 TWICE = 4  # stages at the spread of the study itself, before the last
 POINTS = 400  # that a fit is made to
 PLAIN, WIDE = 0.1, 0.05  # shares of the last stage: as the study, twice as wide
@@ -158,9 +158,10 @@ class _Seeking:
         unit = np.clip(np.asarray(ndtr(points)), LEAST_UNIT, 1 - LEAST_UNIT)
         spreads = np.full(trials, spread)
         if not self.counts:
-            part = np.searchsorted(np.cumsum(mixture.shares)[:-1], which, "right")
-            spreads = SPREADS[part]
+            spreads = SPREADS[mixture.parts(which)]
         margins = yield Stage(unit, spreads, np.sqrt(squares), weight)
+        if last:
+            return  # nothing is fitted any more
         self.logs = [
             np.append(log, before.log_density(points))
             for log, before in zip(self.logs, self.mixtures, strict=True)
