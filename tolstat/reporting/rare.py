@@ -87,8 +87,8 @@ class RareFindings:
         The title block.
     trials : TrialsFindings
         What became of them, in all stages; those of the last are counted, and tell what
-        share failed. Unseen is the share of a kind of machine beyond which no stage has
-        met, at most (97.5 %).
+        share failed. Unseen is the share of a kind of machine beyond which the
+        last stage has not met, at most (97.5 %).
     met : int
         Machines beyond in the last stage.
     response, sentence : str
@@ -341,7 +341,8 @@ def _said(run: Run, found: RareFindings) -> list[str]:
         )
     if found.trials.counted:
         said.append(
-            "of a kind of machine beyond that no stage has met it is known alone that "
+            "of a kind of machine beyond that the last stage has not met it cannot be "
+            "told but that "
             f"it has less than {PPM.number(found.trials.unseen)} ppm"
         )
     if others := [name for name in run.limits if name != run.rare]:

@@ -17,7 +17,8 @@ Array = NDArray[np.float64]
 SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
 FIRST, EACH, SEEKING = 8, 40, 2  # parts of the trials: first stage, a later one, all
 LEAST = 30  # machines beyond; with fewer, those nearest to the limit lead on
-WORTH = 100  # independent points that a fit rests on, and one for each direction
+WORTH, FOR_EACH = 30, 12  # independent points that a fit rests on, for each direction
+MOST_OF_STAGE = 3 / 8  # points that a fit rests on, per trial of a stage
 TWICE = 4  # stages at the spread of the study itself, before the last
 POINTS = 400  # that a fit is made to
 PLAIN, WIDE = 0.1, 0.05  # shares of the last stage: as the study, twice as wide
@@ -58,7 +59,8 @@ class Rare:
     and a twentieth twice as wide: independent trials with weights, and only these tell
     the share. Where hardly any machine is beyond, those nearest to the limit lead on.
 
-    Of a region that no stage has met nothing is known but what the tenth says. A draw
+    Of a region that the last stage has not met nothing is known but what its tenth
+    says: the stages before may have met it, and lost it among many directions. A draw
     depends on the seed, the number of trials, the names and all answers before.
 
     References
@@ -101,19 +103,17 @@ class Rare:
         seeking = _Seeking(seed, streams)
         mixture = centred(SPREADS, len(streams))
         yield from seeking.stage(mixture, trials // FIRST, 0.0)
-        at_one = 0
-        while seeking.trials + trials // EACH <= trials // SEEKING:
-            mixture, spread = seeking.fit()
+        at_one, each = 0, trials // EACH
+        while seeking.trials + each <= trials // SEEKING:
+            mixture, spread = seeking.fit(each)
             at_one += spread == 1
             if at_one > TWICE:
                 break
             wide = centred(np.array([max(spread, SPREADS[0])]), len(streams))
-            yield from seeking.stage(
-                mixture.beside(PLAIN, wide), trials // EACH, spread
-            )
+            yield from seeking.stage(mixture.beside(PLAIN, wide), each, spread)
         plain, wide = (centred(np.array([s]), len(streams)) for s in (1.0, 2.0))
         if seeking.any_beyond:
-            mixture, _ = seeking.fit()
+            mixture, _ = seeking.fit(each)
             mixture = mixture.beside(WIDE, wide).beside(PLAIN, plain)
         else:
             mixture = plain
@@ -172,8 +172,12 @@ class _Seeking:
         self.mixtures.append(mixture)
         self.logs.append(mixture.log_density(self.points))
 
-    def fit(self) -> tuple[Mixture, float]:
-        """Fit a mixture to the machines beyond; return the spread that it is for."""
+    def fit(self, trials: int) -> tuple[Mixture, float]:
+        """Fit a mixture to the machines beyond; return the spread that it is for.
+
+        With fewer points a region that has one of ten machines beyond is lost among
+        many directions; with more, of what a stage draws, the spread stays wide.
+        """
         inside = self.margins < 0
         if np.count_nonzero(inside) < LEAST:
             inside = self.margins <= np.sort(self.margins)[LEAST - 1]
@@ -188,7 +192,8 @@ class _Seeking:
         )
         weights = np.exp(weights - weights.max(axis=1, keepdims=True))
         effective = weights.sum(axis=1) ** 2 / np.sum(weights**2, axis=1)
-        wanted = min(effective.max() / 2, WORTH + points.shape[1])
+        wanted = WORTH + FOR_EACH * points.shape[1]
+        wanted = min(effective.max() / 2, wanted, MOST_OF_STAGE * trials)
         place = int(np.flatnonzero(effective >= wanted)[0])
         # as many points of equal weight: evenly spaced in the sum of the weights
         sums = np.cumsum(weights[place])
