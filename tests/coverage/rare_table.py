@@ -40,15 +40,17 @@ def row(name, size, estimates):
         ratios = f"0, below {max(each.upper for each in sure):.2g}"
     none = len(estimates) - len(some)
     return (
-        f"| {name} | {share:.3g} | {size} | {100 * held / len(sure):.1f} "
+        f"| {name} | {share:.3g} | {size} | {len(estimates)} "
+        f"| {100 * held / len(sure):.1f} "
         f"({100 * low:.1f} to {100 * high:.1f}) | {width} | {ratios} | {none} |"
     )
 
 
 def main():
     """Measure all, and print the table."""
-    print("| problem | share | trials | covered, % | width | told over true | 0 told |")
-    print("|---|---|---|---|---|---|---|")
+    heads = "problem | share | trials | studies | covered, % | width | told over true"
+    print(f"| {heads} | 0 told |")
+    print("|---|---|---|---|---|---|---|---|")
     with ProcessPoolExecutor() as workers:
         jobs = {
             (name, size): [
