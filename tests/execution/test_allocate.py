@@ -16,7 +16,7 @@ from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.weighting import correlations
 from tolstat.errors import StudyError
-from tolstat.execution import allocate
+from tolstat.execution import beside
 from tolstat.execution.elsewhere import crew_of
 from tolstat.execution.linear_schemes import LinearSchemes
 from tolstat.execution.pool import Pool, with_choice
@@ -72,7 +72,7 @@ def closed_form():
 
 
 def test_a_linear_stack_costs_what_lagrange_says(monkeypatch):
-    monkeypatch.setattr(allocate, "CURVE", np.array([0.5, 2.0]))  # less to be searched
+    monkeypatch.setattr(beside, "CURVE", np.array([0.5, 2.0]))  # less to be searched
     found = tolstat.allocate(reciprocal(), trials=30_000, model=Linear())
     cost, halves = closed_form()
     assert found.met and cost < found.cost < 1.02 * cost

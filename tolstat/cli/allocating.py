@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections import Counter
 from pathlib import Path
 
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
@@ -226,7 +227,19 @@ def _sentences(found: Allocation) -> list[str]:
         )
     if found.active and found.met:
         said.append(
-            f"active: {', '.join(found.active)} (a tenth looser, or the next one "
-            "offered, of some tolerance would break it)"
+            f"active: {', '.join(found.active)} (a tenth looser, as far as it "
+            "may be, or the next one offered, of some tolerance would break it)"
         )
-    return said + list(found.notes)
+    return [*said, *found.notes, _made(found)]
+
+
+def _made(found: Allocation) -> str:
+    """Say how many machines were made for it."""
+    counted = Counter(found.fresh_runs)
+    runs = ", ".join(
+        f"{counted[trials]} of {trials} machines" for trials in sorted(counted)
+    )
+    return (
+        f"made for it: a wide run of {found.wide_run} machines, and "
+        f"{len(found.fresh_runs)} fresh runs: {runs}"
+    )

@@ -89,9 +89,14 @@ class Allocation(NamedTuple):
     verdicts : dict of str to str
         Of each limit, by the fresh run.
     active : tuple of str
-        Limits that a step looser of any tolerance would break.
+        Limits that a step looser of any tolerance would break: a tenth, as far as it
+        may be looser, or the next one offered.
     notes : tuple of str
         How it was found, what was tried in vain.
+    wide_run : int
+        Machines of the wide run.
+    fresh_runs : tuple of int
+        Machines of each fresh run, in the order in which they were made.
     curve : Chart
         Cost over the share of machines beyond.
     text : str
@@ -106,6 +111,8 @@ class Allocation(NamedTuple):
     verdicts: dict[str, str]
     active: tuple[str, ...]
     notes: tuple[str, ...]
+    wide_run: int
+    fresh_runs: tuple[int, ...]
     curve: Chart
     text: str
 

@@ -1,0 +1,96 @@
+"""What lies beside an allocation: the trade-off, and what slopes alone would choose."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tolstat.execution.allocation import Point
+from tolstat.execution.carrying_out import Progress
+from tolstat.execution.fresh_runs import Proof
+from tolstat.execution.linear_schemes import LinearSchemes
+from tolstat.execution.searching import Searching
+from tolstat.statistics.cheapest import Choice, cheapest
+
+CURVE = 2.0 ** np.arange(-4.5, 5.0, 1.5)  # times the share beyond any limit
+BISECTIONS = 5
+FEWER = 100  # times fewer machines beyond than on the curve
+
+
+def points_about(search: Searching, start: Choice) -> list[Point]:
+    """Find the cheapest tolerances for other shares beyond any limit.
+
+    Parameters
+    ----------
+    search : Searching
+        Whose weighted machines tell.
+    start : tuple of float
+        The allocation about whose share they lie.
+    """
+    points, reference = [], search.beyond_any(start)
+    search.runs.tell(Progress(0, 0, 0, "trade-off"))
+    for times in CURVE[::-1]:
+        share = min(float(times) * reference, 1.0)
+        if found := search.cheapest_for(share, start):
+            start = found.choice
+            points.append(Point(found.cost, share, start))
+    return points
+
+
+def for_the_cost_drawn(search: Searching, points: list[Point], start: Choice) -> Choice:
+    """Find the tolerances that put the fewest beyond for the cost as drawn.
+
+    Parameters
+    ----------
+    search, start
+        As of `points_about`.
+    points : list of Point
+        Of the curve.
+    """
+    runs = search.runs
+    cost = runs.cost(search.drawn)
+    least, best = search.beyond_any(search.drawn), search.drawn
+    for each in points:
+        written = runs.as_written(each.choice)
+        if each.beyond < least and runs.cost(written) <= cost:
+            least, best = each.beyond, written
+    high = math.log(least)
+    dearer = [e.beyond for e in points if e.cost > cost and e.beyond < least]
+    low = math.log(max(dearer)) if dearer else high - math.log(FEWER)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        found = search.cheapest_for(math.exp(middle), start)
+        written = runs.as_written(found.choice) if found else search.tightest
+        if found and runs.cost(written) <= cost:
+            best, high = written, middle
+        else:
+            low = middle
+    return best
+
+
+def linear_answers(search: Searching, seed: int) -> dict[str, Proof]:
+    """Allocate as linear analysis does; what comes of that, by a fresh run.
+
+    Parameters
+    ----------
+    search : Searching
+        Notes what cannot be allocated so.
+    seed : int
+        Of the fresh runs.
+    """
+    linear = LinearSchemes(search.runs.study, search.runs.workers)
+    if not linear.known:
+        search.notes.append("no worst case and root sum square: slopes are not known")
+        return {}
+    proofs = {}
+    for name, excess in (
+        ("root sum square", linear.root_sum_square),
+        ("worst case", linear.worst_case),
+    ):
+        if found := cheapest(search.dials, excess, search.tightest):
+            choice = search.runs.as_written(found.choice)
+            proofs[name] = search.runs.of(choice, seed)
+        else:
+            search.notes.append(f"no tolerances meet the limits by {name}")
+    return proofs

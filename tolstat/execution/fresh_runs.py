@@ -1,0 +1,182 @@
+"""Fresh runs of tolerances that are chosen: what they cost, what they put beyond."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tomllib
+from typing import NamedTuple
+
+from tolstat.execution.allocation import Scheme
+from tolstat.execution.carrying_out import Progress, Telling
+from tolstat.execution.trials import Trials
+from tolstat.execution.workers import Interrupted, Workers
+from tolstat.statistics.cheapest import Choice
+from tolstat.statistics.sample import Sample
+from tolstat.statistics.yields import MET, NOT_MET, Yield, joint_yield, yield_of
+from tolstat.study.points import Case
+from tolstat.study.prices import tolerance_words, with_tolerances
+from tolstat.study.study import Study, load
+
+LONGEST = 4  # times as many trials as a fresh run begins with
+GROWTH = 1.25  # of a run whose verdicts are not settled, at least
+
+
+class Proof(NamedTuple):
+    """A fresh run of some tolerances.
+
+    Attributes
+    ----------
+    choice : tuple of float
+        Of them.
+    scheme : Scheme
+        What they cost, and how many machines they put beyond.
+    yields : dict of str to Yield
+        Of each limit.
+    run : Trials
+        The machines.
+    """
+
+    choice: Choice
+    scheme: Scheme
+    yields: dict[str, Yield]
+    run: Trials
+
+    @property
+    def met(self) -> bool:
+        """Whether it shows that every limit is met."""
+        return all(each.verdict == MET for each in self.yields.values())
+
+
+class FreshRuns:
+    """The fresh runs of one allocation: what was run once is remembered.
+
+    Parameters
+    ----------
+    study : Study
+        Whose lines have costs.
+    workers : Workers
+        Who evaluate.
+    trials : int
+        Of a run at its first look.
+    tell : callable
+        Told of the progress.
+    """
+
+    def __init__(
+        self, study: Study, workers: Workers, trials: int, tell: Telling
+    ) -> None:
+        self.study, self.workers, self.trials, self.tell = study, workers, trials, tell
+        self.priced = study.deviating.priced
+        self._known: dict[tuple[Choice, int], Proof] = {}
+
+    @property
+    def made(self) -> tuple[int, ...]:
+        """How many trials each run has, in the order in which they were begun."""
+        return tuple(each.scheme.trials for each in self._known.values())
+
+    def cost(self, choice: Choice) -> float:
+        """Return the price of all parts with the tolerances of a choice."""
+        pairs = zip(self.priced, choice, strict=True)
+        return math.fsum(each.cost(x) for each, x in pairs)
+
+    def text(self, choice: Choice, heading: str = "") -> str:
+        """Return the study with the tolerances of a choice, as a file."""
+        return with_tolerances(self.study.text, self._words(choice), heading)
+
+    def as_written(self, choice: Choice) -> Choice:
+        """Return the choice that a file holds, whose digits are few."""
+        return tuple(each.as_drawn for each in self._written(choice).deviating.priced)
+
+    def of(self, choice: Choice, seed: int, *, deciding: bool = False) -> Proof:
+        """Run some tolerances afresh, but for machines that were run before.
+
+        Parameters
+        ----------
+        choice : tuple of float
+            As it is written.
+        seed : int
+            Of the run.
+        deciding : bool
+            Whether it is extended while its verdicts are not settled.
+        """
+        known = self._known.get((choice, seed))
+        count, most = self.trials, LONGEST * self.trials
+        run = known.run if known else None
+        if run:
+            count = max(count, len(run.status))
+        answer = self._written(choice)
+        while True:
+            if run is None or len(run.status) < count:
+                run = self._run(answer, seed, count, run)
+            sample = Sample(run.status)
+            yields = {
+                name: yield_of(
+                    run.response(name), sample, each.permitted, each.demanded
+                )
+                for name, each in self.study.limits.items()
+            }
+            verdicts = {each.verdict for each in yields.values()}
+            settled = verdicts == {MET} or NOT_MET in verdicts
+            if settled or not deciding or count >= most:
+                break
+            wanted = max(each.needed or most for each in yields.values())
+            count = min(max(wanted, math.ceil(GROWTH * count)), most)
+        proof = Proof(choice, self._scheme(choice, run, sample, yields, seed), yields,
+                      run)  # fmt: skip
+        self._known[choice, seed] = proof
+        return proof
+
+    def evaluate(self, study: Study, run: Trials, doing: str) -> None:
+        """Evaluate the machines of a run that are not over."""
+        cases = [Case(run.over, len(run.status), study.settings)]
+        asked = len(run.status)
+        for blocks in self.workers.blocks(study.model, cases, run.deviations):
+            run.take(blocks)
+            self.tell(Progress(run.over, run.failed, asked, doing))
+        if run.over < asked:
+            raise Interrupted
+
+    def _run(
+        self, answer: Study, seed: int, count: int, before: Trials | None
+    ) -> Trials:
+        """Run a study with random machines; those of a shorter run are kept."""
+        study = dataclasses.replace(
+            answer, sampling="random", until=None, seed=seed, trials=count
+        )
+        run = Trials.planned(study.description, study.deviations())
+        if before:
+            run.keep(before)
+        self.evaluate(study, run, "fresh run")
+        return run
+
+    def _scheme(
+        self,
+        choice: Choice,
+        run: Trials,
+        sample: Sample,
+        yields: dict[str, Yield],
+        seed: int,
+    ) -> Scheme:
+        ends = {name: each.permitted for name, each in self.study.limits.items()}
+        joint = joint_yield({name: run.response(name) for name in ends}, sample, ends)
+        pairs = zip(self.priced, choice, strict=True)
+        return Scheme(
+            self.cost(choice),
+            self._words(choice),
+            {each.name: each.half(x) for each, x in pairs},
+            {name: each.beyond for name, each in yields.items()},
+            joint.complement,
+            len(run.status),
+            seed,
+        )
+
+    def _words(self, choice: Choice) -> dict[str, str]:
+        pairs = zip(self.priced, choice, strict=True)
+        return {each.name: tolerance_words(each, x) for each, x in pairs}
+
+    def _written(self, choice: Choice) -> Study:
+        """Return the study with some tolerances, read from the file it would be."""
+        folder = self.study.path.parent if self.study.path else None
+        table = tomllib.loads(self.text(choice))
+        return load(table, model=self.study.model, folder=folder)

@@ -1,0 +1,149 @@
+"""The search for the cheapest tolerances: weighted machines find, fresh runs prove."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.execution.carrying_out import Progress
+from tolstat.execution.fresh_runs import FreshRuns, Proof
+from tolstat.execution.pool import MISS, Pool, with_choice
+from tolstat.execution.trials import Trials
+from tolstat.execution.workers import Interrupted
+from tolstat.statistics.cheapest import Cheapest, Choice, Dial, cheapest
+from tolstat.statistics.yields import MET
+from tolstat.study.document import MOST_SEED
+
+Array = NDArray[np.float64]
+
+WIDE = (("loosest", 0.5), ("halfway", 0.25), ("tightest", 0.25))  # of the wide run
+MOST_PROVED = 6  # allocations that are proved, the cheaper ones after the first as well
+TIGHTER = 0.95  # of the shares permitted, after each that was not proved
+CHEAPER = 0.005  # than what is proved, that another one is worth its proof
+EVEN = 0.5  # as likely as not: of what is drawn, or proved for itself
+
+
+class Searching:
+    """A search under way.
+
+    Parameters
+    ----------
+    runs : FreshRuns
+        That prove what is found.
+    """
+
+    def __init__(self, runs: FreshRuns) -> None:
+        study = runs.study
+        self.runs, self.priced = runs, study.deviating.priced
+        self.permitted = np.array([1 - each.demanded for each in study.limits.values()])
+        self.pool = Pool(study)
+        self.dials = [
+            Dial(each.cost, *each.ends, len(each.offered)) for each in self.priced
+        ]
+        self.drawn: Choice = tuple(each.as_drawn for each in self.priced)
+        self.tightest = runs.as_written(tuple(each.ends[0] for each in self.priced))
+        self.at_tightest: Proof | None = None  # that does not meet every limit
+        self.drawn_wide = 0  # machines of the wide run
+        self.notes: list[str] = []
+        self.seed = study.seed or 0
+
+    def draw_wide(self) -> None:
+        """Evaluate the wide run."""
+        halfway = tuple(
+            0.5 * sum(each.ends) if each.law else float(len(each.offered) // 2)
+            for each in self.priced
+        )
+        loosest = tuple(each.ends[1] for each in self.priced)
+        sets = {"loosest": loosest, "halfway": halfway, "tightest": self.tightest}
+        for name, share in WIDE:
+            trials = math.ceil(share * self.runs.trials)
+            study = with_choice(self.runs.study, sets[name], self._next_seed(), trials)
+            run = Trials.planned(study.description, study.deviations())
+            self.runs.evaluate(study, run, "wide run")
+            self.pool.add(sets[name], run)
+            self.drawn_wide += trials
+
+    def proved(self) -> Proof | None:
+        """Search and prove in turn; return the cheapest that is proved."""
+        best: Proof | None = None
+        vain: set[Choice] = set()
+        start: Choice | None = None
+        every, times = True, 1.0
+        for number in range(1, MOST_PROVED + 1):
+            self.runs.tell(Progress(0, 0, 0, f"search {number}"))
+            found = cheapest(self.dials, self.above(times * self.permitted), start)
+            if found is None and (best or self.at_tightest):
+                break
+            # where weights show nothing that meets the limits, a run may
+            choice = self.runs.as_written(found.choice) if found else self.tightest
+            every = every and (found is None or found.every)
+            if best and self.runs.cost(choice) > (1 - CHEAPER) * best.scheme.cost:
+                break
+            if choice in vain:
+                times *= TIGHTER
+                continue
+            proof = self.runs.of(choice, self._next_seed(), deciding=True)
+            self.pool.add(choice, proof.run)
+            start = choice
+            if proof.met:
+                best, times = proof, 1.0
+                continue
+            vain.add(choice)
+            times *= TIGHTER
+            if choice == self.tightest:
+                self.at_tightest = proof
+            else:
+                self._note_vain(proof)
+        if not every:
+            self.notes.append(
+                "too many combinations to try them all: tolerances were exchanged one "
+                "or two at a time, so that a cheaper set may exist"
+            )
+        return best
+
+    def above(self, shares: Array) -> Callable[[Choice], Array]:
+        """Return how far shares beyond each limit may be above some: a logarithm.
+
+        Parameters
+        ----------
+        shares : float64[limit]
+            That the upper ends of the intervals are to keep to.
+        """
+        return self._excess(slice(None, -1), shares, MISS)
+
+    def cheapest_for(self, share: float, start: Choice) -> Cheapest | None:
+        """Find the cheapest tolerances for a share beyond any limit, likely as not."""
+        excess = self._excess(slice(-1, None), np.array([share]), EVEN)
+        return cheapest(self.dials, excess, start)
+
+    def beyond_any(self, choice: Choice) -> float:
+        """Return the share beyond any limit that is exceeded as likely as not."""
+        return float(self.pool.most(choice, EVEN)[-1])
+
+    def _excess(
+        self, of: slice, shares: Array, miss: float
+    ) -> Callable[[Choice], Array]:
+        def excess(choice: Choice) -> Array:
+            if self.runs.workers.stopping():
+                raise Interrupted
+            return np.log(self.pool.most(choice, miss)[of] / shares)
+
+        return excess
+
+    def _next_seed(self) -> int:
+        seed, self.seed = self.seed, (self.seed + 1) % (MOST_SEED + 1)
+        return seed
+
+    def _note_vain(self, proof: Proof) -> None:
+        said = ", ".join(
+            f"{name}: {each.verdict}"
+            for name, each in proof.yields.items()
+            if each.verdict != MET
+        )
+        self.notes.append(
+            f"found for {proof.scheme.cost:.4g}, and not shown by a fresh run of "
+            f"{proof.scheme.trials} machines ({said}); searched again"
+        )
