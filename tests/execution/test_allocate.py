@@ -177,6 +177,40 @@ def test_linear_schemes_are_closed_forms(change, correlation):
     assert linear.worst_case(tuple(np.log(T))) == pytest.approx([worst, worst])
 
 
+def test_linear_schemes_know_what_is_always_so_and_what_lies_to_one_side():
+    given = reciprocal()
+    given["deviations"]["link_2"] = {"distribution": "constant", "value": "0.05 mm"}
+    one_sided = given["deviations"]["link_3"]
+    one_sided["tolerance"], one_sided["distribution"] = "0..0.2 mm", "uniform"
+    T1, T3 = 0.04e-3, 0.06e-3
+    with crew_of(1, None) as crew:
+        linear = LinearSchemes(load(given, model=Linear()), crew)
+    choice = (math.log(T1), math.log(T3))
+    centre = -2 * 0.05e-3  # of the constant part
+    least, most = centre - T1, centre + T1 + 0.5 * 2 * T3
+    assert linear.worst_case(choice) == pytest.approx(
+        [
+            (centre - least) / (LIMIT + centre) - 1,
+            (most - centre) / (LIMIT - centre) - 1,
+        ]
+    )
+    mean, sigma = centre + 0.5 * T3, math.hypot(T1 / 3, 0.5 * T3 / math.sqrt(3))
+    share = ndtr((-LIMIT - mean) / sigma) + ndtr((mean - LIMIT) / sigma)
+    assert linear.root_sum_square(choice) == pytest.approx(math.log(share / 0.02))
+
+
+def test_slopes_are_of_the_machine_with_its_constant_parts():
+    class Lever(Linear):
+        def evaluate(self, deviations, settings):
+            return Outcome((deviations[:, :1] * deviations[:, 1:2]) / 1e-3)
+
+    given = reciprocal()
+    given["deviations"]["link_2"] = {"distribution": "constant", "value": "0.5 mm"}
+    with crew_of(1, None) as crew:
+        linear = LinearSchemes(load(given, model=Lever()), crew)
+    assert linear.slopes["gap"]["link_1"] == pytest.approx(0.5)
+
+
 def test_parts_of_a_batch_are_correlated_by_its_share():
     names = ["part_1", "part_2", "part_3", "still"]
     for share in (0.4, 1.0):

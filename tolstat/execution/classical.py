@@ -14,12 +14,18 @@ from tolstat.model.contract import Model
 Array = NDArray[np.float64]
 
 Move = tuple[list[int], Array]  # columns, and the ends they are moved to
-STEP = 0.1  # of a usual deviation, to either side of the nominal machine
+STEP = 0.1  # of a usual deviation, to either side of the machine
 MOST_SWEEPS = 8
 
 
-def slopes(model: Model, settings: Any, usual: Array, workers: Workers) -> Array:
-    """Differentiate the responses at the nominal machine.
+def slopes(
+    model: Model,
+    settings: Any,
+    usual: Array,
+    workers: Workers,
+    at: Array | None = None,
+) -> Array:
+    """Differentiate the responses at one machine.
 
     Parameters
     ----------
@@ -31,6 +37,8 @@ def slopes(model: Model, settings: Any, usual: Array, workers: Workers) -> Array
         How far each contributor usually departs, SI; one of zero has no slope.
     workers : Workers
         Who evaluate.
+    at : float64[contributor], optional
+        Deviations of the machine, SI; the nominal one if not given.
 
     Returns
     -------
@@ -46,6 +54,8 @@ def slopes(model: Model, settings: Any, usual: Array, workers: Workers) -> Array
     for place, column in enumerate(varying):
         rows[:, place, column] = step[place], -step[place]
     machines = rows.reshape(-1, len(usual))
+    if at is not None:
+        machines += at
     found = workers.simulate(model, machines, settings).responses
     ahead, behind = found.reshape(2, len(varying), found.shape[1])
     every = np.zeros((len(usual), found.shape[1]))

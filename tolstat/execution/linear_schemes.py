@@ -36,8 +36,8 @@ class LinearSchemes:
         self._known: dict[Distribution, Spread] = {}
         self._own = study.deviating.distributions
         contributors, responses = study.description
-        still = {n for n, each in self._own.items() if isinstance(each, Constant)}
-        varying = set(self._own) - still
+        still = {n: e.value for n, e in self._own.items() if isinstance(e, Constant)}
+        varying = set(self._own) - set(still)
         self.names = [each.name for each in contributors if each.name in varying]
         spreads = {name: self._spread(self._own[name]) for name in self.names}
         usual = np.zeros(len(contributors))
@@ -45,9 +45,11 @@ class LinearSchemes:
             if each.name in spreads:
                 lower, upper, *_ = spreads[each.name]
                 usual[column] = (upper - lower) / 6
-        table = slopes(study.model, study.settings, usual, workers)
-        alone = np.zeros((1, len(contributors)))
-        nominal = workers.simulate(study.model, alone, study.settings).responses[0]
+        # the machine that nothing scatters about: constant parts are as they are
+        at = np.array([still.get(each.name, 0.0) for each in contributors])
+        table = slopes(study.model, study.settings, usual, workers, at)
+        alone = workers.simulate(study.model, at[None, :], study.settings)
+        nominal = alone.responses[0]
         columns = {each.name: i for i, each in enumerate(responses)}
         self.nominal = {name: float(nominal[columns[name]]) for name in self.limits}
         self.slopes = {
@@ -69,7 +71,7 @@ class LinearSchemes:
     def worst_case(self, choice: Choice) -> Array:
         """Return how far the worst machine is beyond each end: float64[end].
 
-        Of what each end leaves to the nominal machine.
+        Of what each end leaves to the machine that nothing scatters about.
         """
         spreads = self._spreads(choice)
         found = []
