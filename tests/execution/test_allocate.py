@@ -9,7 +9,9 @@ import tomllib
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
+from scipy.stats import chi2, norm
 
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response
@@ -17,11 +19,16 @@ from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.weighting import correlations
 from tolstat.errors import StudyError
 from tolstat.execution import beside
+from tolstat.execution.allocation import Point, Scheme, trade_off
 from tolstat.execution.elsewhere import crew_of
+from tolstat.execution.fresh_runs import FreshRuns
 from tolstat.execution.linear_schemes import LinearSchemes
+from tolstat.execution.loosening import active, lines_of
 from tolstat.execution.pool import Pool, with_choice
+from tolstat.execution.searching import Searching
 from tolstat.execution.trials import Trials
 from tolstat.model.checked import simulate
+from tolstat.statistics.estimate import Estimate
 from tolstat.study.study import load
 
 SLOPES = np.array([1.0, -2.0, 0.5])
@@ -227,11 +234,15 @@ def pool_of(study, trials):
     for seed, share in enumerate((1.0, 0.5, 0.0)):
         priced = study.deviating.priced
         choice = tuple(e.ends[0] + share * (e.ends[1] - e.ends[0]) for e in priced)
-        drawn = with_choice(study, choice, seed, trials)
-        run = Trials.planned(study.description, drawn.deviations())
-        run.take([(0, simulate(study.model, run.deviations, study.settings))])
-        pool.add(choice, run)
+        pool.add(choice, drawn_with(study, choice, seed, trials))
     return pool
+
+
+def drawn_with(study, choice, seed, trials):
+    drawn = with_choice(study, choice, seed, trials)
+    run = Trials.planned(study.description, drawn.deviations())
+    run.take([(0, simulate(study.model, run.deviations, study.settings))])
+    return run
 
 
 @pytest.mark.parametrize("correlated", [False, True])
@@ -247,8 +258,225 @@ def test_a_pool_is_as_good_as_a_run_of_any_tolerances(correlated):
     r = 2 * math.sin(math.pi * rank / 6)
     spread = math.sqrt(np.sum(sigma**2) + 2 * r * sigma[0] * sigma[1])
     truth = 2 * float(ndtr(-LIMIT / spread))
-    assert pool.about(choice) == pytest.approx(truth, rel=0.15)
+    assert pool.most(choice, 0.5)[0] == pytest.approx(truth, rel=0.2)
     assert truth < pool.most(choice)[0] < (1.6 if correlated else 1.3) * truth
+
+
+def test_without_weights_the_upper_end_is_that_of_a_count():
+    study = load(reciprocal(), model=Linear())
+    choice = tuple(each.as_drawn for each in study.deviating.priced)
+    run, pool = drawn_with(study, choice, 7, 3000), Pool(study)
+    pool.add(choice, run)
+    count = int(np.sum(np.abs(run.response("gap")) > LIMIT))
+    for miss in (0.025, 0.5):
+        upper = chi2.ppf(1 - miss, 2 * (count + 1)) / 2 / 3000  # of Poisson's law
+        assert pool.most(choice, miss) == pytest.approx([upper, upper])
+
+
+def test_where_none_is_beyond_the_next_may_be_one_of_the_usual_weight():
+    """Of machines of which only every third is looked at."""
+    study = load(
+        reciprocal(limits={"gap": {"limit": "-9..9 mm", "yield": "98 %"}}),
+        model=Linear(),
+    )
+    loosest = tuple(each.ends[1] for each in study.deviating.priced)
+    run, pool = drawn_with(study, loosest, 7, 30_000), Pool(study)
+    pool.add(loosest, run)
+    T = np.array([0.3e-3, 0.2e-3, 0.35e-3])
+    old = norm.pdf(run.deviations, scale=0.4e-3 / 3)
+    weights = (norm.pdf(run.deviations, scale=T / 3) / old).prod(axis=1) / 30_000
+    usual = np.sum(weights**2) / np.sum(weights)
+    none = -math.log(0.025) * usual
+    assert pool.most(tuple(np.log(T)))[0] == pytest.approx(none, rel=0.03)
+
+
+def test_what_is_apart_is_what_closed_forms_say():
+    study = load(reciprocal(), model=Linear())
+    pool = pool_of(study, 20_000)
+    sets = np.array([[0.15, 0.06, 0.3], [0.1, 0.06, 0.3]]) * 1e-3
+    share, other = 2 * ndtr(-LIMIT / np.linalg.norm(SLOPES * sets / 3, axis=1))
+    more, error = pool.apart(*(tuple(np.log(T)) for T in sets))
+    assert abs(more[0] - (share - other)) < 3 * error[0] < share - other
+
+
+def searching(given, model=None, trials=2500):
+    """A search that has its wide run."""
+    study = load(given, model=model or Linear())
+    search = Searching(FreshRuns(study, Here(), trials, lambda progress: None))
+    search.draw_wide()
+    return search
+
+
+class Here:
+    """Evaluates what it is asked for, and counts."""
+
+    def __init__(self):
+        self.machines = 0
+
+    def stopping(self):
+        return False
+
+    def blocks(self, model, cases, deviations):
+        for case in cases:
+            rows = slice(case.first, case.stop)
+            self.machines += case.stop - case.first
+            yield [(case.first, simulate(model, deviations[rows], case.settings))]
+
+
+def test_what_was_run_once_is_remembered_and_counted():
+    search = searching(reciprocal())
+    runs, drawn = search.runs, search.drawn
+    wide = runs.workers.machines
+    assert wide == search.drawn_wide == 2500
+    first = runs.of(drawn, 8)
+    assert runs.of(drawn, 8).scheme == first.scheme and runs.made == (2500,)
+    assert runs.of(drawn, 9).scheme.beyond != first.scheme.beyond
+    # a choice whose verdict takes longer goes on from there
+    near = runs.as_written(tuple(np.log(0.97 * closed_form()[1])))
+    short = runs.of(near, 8)
+    assert short.yields["gap"].verdict == "undecided"
+    longer = runs.of(near, 8, deciding=True)
+    assert runs.made == (2500, 2500, len(longer.run.status))
+    assert 2500 < runs.made[2] <= 10_000
+    assert np.array_equal(longer.run.response("gap")[:2500], short.run.response("gap"))
+    assert runs.of(near, 8) == longer
+    assert runs.workers.machines - wide == sum(runs.made)
+
+
+def test_what_a_run_does_not_show_is_made_tighter_until_one_does(monkeypatch):
+    """Weights that promise a fifth less than is so: only fresh runs tell."""
+
+    def promised(pool, choice, miss=0.0):
+        sigma = np.linalg.norm(SLOPES * np.exp(choice) / 3)
+        return np.full(2, 0.8 * 2 * float(ndtr(-LIMIT / sigma)))
+
+    monkeypatch.setattr(Pool, "most", promised)
+    search = searching(reciprocal(), trials=40_000)
+    proof = search.proved()
+    assert proof is not None and "searched again" in search.notes[0]
+    tried = [float(note.split()[2].rstrip(",")) for note in search.notes]
+    # each for a twentieth less beyond than the one before
+    cost, _ = closed_form()
+    expected = [
+        cost * ndtri(0.01 * 0.95**i / 0.8) / ndtri(0.01) for i in range(len(tried) + 1)
+    ]
+    assert [*tried, proof.scheme.cost] == pytest.approx(expected, rel=1e-2)
+    assert 3 <= len(tried) < 6 and cost < proof.scheme.cost < 1.03 * cost
+
+
+class Idle(Linear):
+    """Its third link moves nothing."""
+
+    def evaluate(self, deviations, settings):
+        return Outcome((deviations * [1.0, -2.0, 0.0]).sum(axis=1)[:, None])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_costs_no_yield_is_told_from_what_does(seed):
+    search = searching(reciprocal(seed=seed), Idle())
+    search.seed = seed + 100
+    choice = search.runs.as_written(
+        (math.log(0.2e-3), math.log(0.07e-3), math.log(0.4e-3))
+    )
+    proof = search.runs.of(choice, seed)
+    search.pool.add(choice, proof.run)
+    lines = lines_of(search, proof)
+    assert [line.at_loosest for line in lines] == [False, False, True]
+    assert [line.free for line in lines] == [False, False, True]
+    tight = search.runs.of(search.tightest, seed)
+    assert [line.free for line in lines_of(search, tight)][2]
+    # where the third one matters it is not: a run at its other end tells
+    search = searching(reciprocal(seed=seed))
+    loose = search.runs.of(choice, seed)
+    assert [line.free for line in lines_of(search, loose)] == [False] * 3
+
+
+def test_what_moves_few_machines_is_found_by_the_same_draws():
+    """A twentieth of what is permitted: weights cannot tell, a run can."""
+
+    class Nearly(Linear):
+        def evaluate(self, deviations, settings):
+            return Outcome((deviations * [1.0, -2.0, 0.1]).sum(axis=1)[:, None])
+
+    search = searching(reciprocal(), Nearly(), trials=20_000)
+    choice = search.runs.as_written(
+        (math.log(0.2e-3), math.log(0.072e-3), math.log(0.4e-3))
+    )
+    search.pool.add(choice, search.runs.of(choice, 5).run)
+    free = lines_of(search, search.runs.of(choice, 5))[2].free
+    slopes, ends = np.array([1.0, -2.0, 0.1]), (0.03e-3, 0.4e-3)
+    shares = [
+        2 * ndtr(-LIMIT / np.linalg.norm(slopes * [0.2e-3, 0.072e-3, T] / 3))
+        for T in ends
+    ]
+    assert (shares[1] - shares[0]) / 0.02 > 0.04 and not free
+
+
+class Two(Linear):
+    """Two responses, one of them named as nothing else should be."""
+
+    def describe(self, settings):
+        links, (gap,) = super().describe(settings)
+        return Description(links, (gap, Response("any", "m", "a", "any gap")))
+
+    def evaluate(self, deviations, settings):
+        return Outcome(deviations @ np.array([SLOPES, [1.0, 0.0, 0.0]]).T)
+
+
+def test_a_response_may_be_named_any_and_the_active_limit_is_named():
+    given = listed()
+    given["limits"]["any"] = {"limit": "-0.9..0.9 mm", "yield": "98 %"}
+    found = tolstat.allocate(given, model=Two())
+    scheme = found.schemes["found"]
+    assert found.met and [*scheme.beyond] == ["gap", "any"]
+    assert found.active == ("gap",)
+    # what is beyond a limit is beyond that of the gap
+    assert scheme.beyond["any"].value == 0 < scheme.beyond_any.value
+    assert scheme.beyond_any.value == pytest.approx(scheme.beyond["gap"].value)
+    # the other way round: only the first one matters
+    given["limits"]["gap"]["limit"] = "-9..9 mm"
+    given["limits"]["any"]["limit"] = "-0.1..0.1 mm"
+    found = tolstat.allocate(given, model=Two())
+    assert found.met and found.active == ("any",)
+    assert [line.at_loosest for line in found.lines] == [False, True, True]
+    assert [line.free for line in found.lines] == [False, True, True]
+    assert found.wide_run == 2500 <= min(found.fresh_runs)
+
+
+def test_a_limit_binds_also_where_a_tolerance_is_nearly_at_its_loosest():
+    given = reciprocal()
+    own = given["deviations"]["link_1"]["cost"]
+    own["loosest"] = "+-0.0503 mm"
+    search = searching(given, trials=20_000)
+    # all others tightest, but that the limit holds with no more than this one has
+    choice = [math.log(0.05e-3), *search.tightest[1:]]
+    excess = search.above(search.permitted)
+
+    def last(x):
+        return float(excess((choice[0], x, choice[2]))[0])
+
+    choice[1] = brentq(last, *search.priced[1].ends) - 1e-3
+    assert active(search, tuple(choice)) == ("gap",)
+    only = tuple([choice[0], *(each.ends[1] for each in search.priced[1:])])
+    assert excess(only)[0] > 0
+    at = tuple(each.ends[1] for each in search.priced)
+    assert active(search, at) == ()  # nothing can be looser
+
+
+def test_none_beyond_has_no_dot_and_is_said():
+    def scheme(cost, share):
+        beyond = Estimate(share, 0.0, 0.01)
+        return Scheme(cost, {}, {}, {"gap": beyond}, beyond, 500, 1)
+
+    chart = trade_off(
+        [Point(9.0, 0.01, ()), Point(12.0, 0.001, ())],
+        {"found": scheme(10.0, 0.004), "worst case": scheme(20.0, 0.0)},
+    )
+    line, found, worst = chart.curves
+    assert np.array_equal(chart.at, [0.001, 0.01]) and [*line.values] == [12.0, 9.0]
+    assert found.name == "found" and [*found.at] == [0.004]
+    assert worst.name == "worst case, 20: none of 500 beyond"
+    assert [*worst.values] == [20.0] and np.isnan(worst.at).all()
 
 
 @pytest.mark.parametrize(

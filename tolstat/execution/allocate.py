@@ -139,7 +139,7 @@ def _around(search: Searching) -> Allocation:
         met=proof is not None,
         cost=answer.scheme.cost,
         tolerances=answer.scheme.halves,
-        lines=lines_of(search, found),
+        lines=lines_of(search, answer),
         schemes=schemes,
         verdicts={name: each.verdict for name, each in answer.yields.items()},
         active=active(search, found),

@@ -8,33 +8,36 @@ import numpy as np
 
 from tolstat.deviations.prices import Priced
 from tolstat.execution.allocation import Line
+from tolstat.execution.fresh_runs import Proof
+from tolstat.execution.pool import beyond_each
 from tolstat.execution.searching import Searching
 from tolstat.statistics.cheapest import Choice
 from tolstat.study.prices import tolerance_words
 
 FREE = 0.02  # of the share that a limit permits: as good as nothing
+CLEAR = 2.0  # times its standard error: a difference that weighted machines show
 AT_END = 1e-6  # of a tolerance
 LOOSER = 0.1  # of a tolerance: a step that shows which limit binds
 
 
-def lines_of(search: Searching, choice: Choice) -> tuple[Line, ...]:
+def lines_of(search: Searching, proof: Proof) -> tuple[Line, ...]:
     """Describe each line of the study, allocated.
 
     Parameters
     ----------
     search : Searching
         Whose weighted machines tell.
-    choice : tuple of float
-        As it is written.
+    proof : Proof
+        The answer, by its fresh run.
     """
     return tuple(
         Line(
             each.name, len(each.drawn), tolerance_words(each, drawn),
             tolerance_words(each, x), each.cost(drawn), each.cost(x),
-            at_loosest(each, x), costs_no_yield(search, choice, i),
+            at_loosest(each, x), costs_no_yield(search, proof, i),
         )
         for i, (each, drawn, x) in enumerate(
-            zip(search.priced, search.drawn, choice, strict=True)
+            zip(search.priced, search.drawn, proof.choice, strict=True)
         )
     )  # fmt: skip
 
@@ -44,8 +47,10 @@ def active(search: Searching, choice: Choice) -> tuple[str, ...]:
 
     Parameters
     ----------
-    search, choice
-        As of `lines_of`.
+    search : Searching
+        Whose weighted machines tell.
+    choice : tuple of float
+        As it is written.
     """
     broken = np.zeros(len(search.permitted), np.bool_)
     excess = search.above(search.permitted)
@@ -61,13 +66,29 @@ def at_loosest(priced: Priced, choice: float) -> bool:
     return abs(choice - priced.ends[1]) < AT_END
 
 
-def costs_no_yield(search: Searching, choice: Choice, line: int) -> bool:
-    """Tell whether the width of a tolerance, as far as it goes, costs no yield."""
-    tightest, loosest = (
-        search.pool.about(_with(choice, line, end))[:-1]
-        for end in search.priced[line].ends
+def costs_no_yield(search: Searching, proof: Proof, line: int) -> bool:
+    """Tell whether the width of a tolerance, as far as it goes, costs no yield.
+
+    Weighted machines tell where it does. Where they do not, a fresh run tells: at the
+    other end of the tolerance, with the same draws, so that of what does not matter no
+    machine changes sides.
+    """
+    choice, priced = proof.choice, search.priced[line]
+    tightest, loosest = (_with(choice, line, end) for end in priced.ends)
+    loose = at_loosest(priced, choice[line])
+    if not loose and abs(choice[line] - priced.ends[0]) > AT_END:
+        return False  # it would be looser if that cost nothing
+    little = FREE * search.permitted
+    more, error = search.pool.apart(loosest, tightest)
+    if np.any(more - CLEAR * error > little):
+        return False
+    runs, limits = search.runs, search.runs.study.limits
+    other = runs.as_written(tightest if loose else loosest)
+    own, at_other = (
+        beyond_each(limits, each.run)[:, : runs.trials].mean(axis=1)
+        for each in (proof, runs.of(other, proof.scheme.seed))
     )
-    return bool(np.all(loosest - tightest <= FREE * search.permitted))
+    return bool(np.all((own - at_other if loose else at_other - own) <= little))
 
 
 def _looser(priced: Priced, choice: float) -> float:

@@ -35,6 +35,13 @@ NODES, TOLERANCES = 2049, 100  # between which weights are interpolated
 KEPT = 12  # weights of a block that are not computed anew
 
 
+def beyond_each(limits: Mapping[str, Limit], trials: Trials) -> Bools:
+    """Tell which machines are beyond a limit, or failed: bool[limit, trial]."""
+    return np.array(
+        [~within(trials.response(name), of.permitted) for name, of in limits.items()]
+    )
+
+
 class _Drawn(NamedTuple):
     """Machines drawn with one set of tolerances."""
 
@@ -80,11 +87,8 @@ class Pool:
             for name, each in self.study.deviating.distributions.items()
             if not isinstance(each, Constant)
         }
-        beyond = [
-            ~within(trials.response(name), limit.permitted)
-            for name, limit in self.limits.items()
-        ]
-        self._drawn.append(_Drawn(choice, deviating, np.array(beyond)))
+        beyond = beyond_each(self.limits, trials)
+        self._drawn.append(_Drawn(choice, deviating, beyond))
         self._telling = None
 
     @property
@@ -116,11 +120,21 @@ class Pool:
             ends.append(gamma_ends(own, usual, 1 - 2 * miss)[1])
         return np.array(ends)
 
-    def about(self, choice: Choice) -> Array:
-        """Estimate the shares beyond each limit, and beyond any: float64[limit + 1]."""
+    def apart(self, choice: Choice, other: Choice) -> tuple[Array, Array]:
+        """Estimate by how much the share beyond each limit is more than of another.
+
+        Returns
+        -------
+        float64[limit], float64[limit]
+            The difference, and its standard error.
+        """
         rows = self._rows()
-        weights = rows.weights(choice) / self.trials
-        return np.array([weights[of].sum() for of in rows.every])
+        apart = (rows.weights(choice) - rows.weights(other)) / self.trials
+        own = [apart[of] for of in rows.every[:-1]]
+        return (
+            np.array([each.sum() for each in own]),
+            np.sqrt([np.sum(each**2) for each in own]),
+        )
 
     def _rows(self) -> _Rows:
         if self._telling is None:
