@@ -364,6 +364,25 @@ def test_what_a_run_does_not_show_is_made_tighter_until_one_does(monkeypatch):
     assert 3 <= len(tried) < 6 and cost < proof.scheme.cost < 1.03 * cost
 
 
+def test_of_a_list_what_was_tried_in_vain_is_not_tried_again(monkeypatch):
+    """A step tighter is none where the next one offered is far off."""
+    given = listed()
+    del given["deviations"]["link_2"], given["deviations"]["link_3"]
+    share = 0.02 / 0.85  # of the middle one: promised is less than permitted
+    end = -float(ndtri(share / 2)) * 0.1e-3 / 3
+    given["limits"]["gap"]["limit"] = f"{-1e3 * end}..{1e3 * end} mm"
+    halves = (0.2e-3, 0.1e-3, 0.05e-3)
+
+    def promised(pool, choice, miss=0.0):
+        return np.full(2, 0.8 * 2 * float(ndtr(-end / (halves[int(choice[0])] / 3))))
+
+    monkeypatch.setattr(Pool, "most", promised)
+    search = searching(given, trials=20_000)
+    proof = search.proved()
+    assert proof is not None and proof.choice == (2.0,)
+    assert len(search.runs.made) == 2 and len(search.notes) == 1
+
+
 class Idle(Linear):
     """Its third link moves nothing."""
 
