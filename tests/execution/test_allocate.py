@@ -274,11 +274,9 @@ def test_without_weights_the_upper_end_is_that_of_a_count():
 
 
 def test_where_none_is_beyond_the_next_may_be_one_of_the_usual_weight():
-    """Of machines of which only every third is looked at."""
-    study = load(
-        reciprocal(limits={"gap": {"limit": "-9..9 mm", "yield": "98 %"}}),
-        model=Linear(),
-    )
+    """Of those beyond no limit only every third is looked at, and counts thrice."""
+    given = reciprocal(limits={"gap": "-9..9 mm", "any": "-0.1..0.1 mm"})
+    study = load(given, model=Two())
     loosest = tuple(each.ends[1] for each in study.deviating.priced)
     run, pool = drawn_with(study, loosest, 7, 30_000), Pool(study)
     pool.add(loosest, run)
