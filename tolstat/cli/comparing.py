@@ -23,17 +23,8 @@ def compare_runs(
 ) -> None:
     """Compare runs with the first of them, on the screen or as a page.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        The runs.
-    output : Path, optional
-        Where to; a page if it is to be one. JSON and CSV go to the standard output if
-        not given.
-    form : str
-        "", "json" or "csv".
-    responses : sequence of str
-        What is looked at closely.
+    JSON and CSV (`form`) go to the standard output where no file is given; a page needs
+    one.
     """
     if output:
         check_output(output)

@@ -7,13 +7,7 @@ from tolstat.execution.checking import check, surroundings
 
 
 def examine() -> bool:
-    """Print what tolstat runs on, and check what it computes.
-
-    Returns
-    -------
-    bool
-        Whether the same machines have the same answers.
-    """
+    """Print what tolstat runs on; tell whether the same machines answer the same."""
     table = words_table("", "what", "here")
     for what, words in surroundings().items():
         table.add_row(what, words)

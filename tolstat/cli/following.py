@@ -23,13 +23,7 @@ SHARE = 5.0  # times as long as a look takes, at least
 
 
 def follow_run(path: Path) -> None:
-    """Show how far a run is, until it is complete or nobody writes it any more.
-
-    Parameters
-    ----------
-    path : Path
-        The run; it is only read.
-    """
+    """Show how far a run is, until it is complete or nobody writes it any more."""
     screen = Screen(stderr=True)
     with stop_on_interrupt() as stop, Live(console=screen, transient=True) as live:
         before: tuple[float, int] | None = None

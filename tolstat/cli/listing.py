@@ -14,18 +14,7 @@ AGES = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (0.0, "s"))  # from s on
 
 
 def list_runs(folder: Path) -> bool:
-    """Print what is stored in a folder and the folders in it.
-
-    Parameters
-    ----------
-    folder : Path
-        Its files that end in .h5 are looked at.
-
-    Returns
-    -------
-    bool
-        Whether none of them is damaged.
-    """
+    """Print what is stored in a folder and below; tell whether none is damaged."""
     entries = [entry_at(path) for path in stored_in(folder)]
     console = screen()
     if not entries:

@@ -24,13 +24,7 @@ def list_models() -> None:
 
 
 def show_model(name: str) -> None:
-    """Print what a model can be given, what it answers and what it can show.
-
-    Parameters
-    ----------
-    name : str
-        Of the catalogue.
-    """
+    """Print what a model can be given, what it answers and what it can show."""
     model = catalogue.find(name)
     console = screen()
     console.print(f"{model.name}: {model.title}", style="bold")

@@ -67,19 +67,8 @@ class Queue:
 def work_off_all(studies: Sequence[Path], folder: Path | None, power: Power) -> int:
     """Run what is missing of each study, one after the other; write the index.
 
-    Parameters
-    ----------
-    studies : sequence of Path
-        Study files; their runs and reports lie beside them.
-    folder : Path, optional
-        Where the index goes; the folder that the studies share if not given.
-    power : Power
-        Who evaluates.
-
-    Returns
-    -------
-    int
-        The exit code.
+    Runs and reports lie beside their studies, the index in the folder, or in the one
+    that the studies share. Returns the exit code.
     """
     files = list({path.resolve(): path for path in studies}.values())
     index = _index_in(folder, files)

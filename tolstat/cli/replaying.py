@@ -24,22 +24,7 @@ from tolstat.units.scale import Scale, scale_of
 
 
 def show_trial(path: Path, index: int | None, picture: Path | None) -> bool:
-    """Show one trial of a run, simulated again.
-
-    Parameters
-    ----------
-    path : Path
-        The run.
-    index : int or None
-        Number of the trial; None for the nominal machine.
-    picture : Path, optional
-        Where to draw its histories.
-
-    Returns
-    -------
-    bool
-        Whether it is bit for bit as stored.
-    """
+    """Show a trial (None: the nominal machine) anew; tell whether it is as stored."""
     if picture:
         check_view_ending(picture)
     run = open_run(path, damaged=True)

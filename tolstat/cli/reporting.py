@@ -34,19 +34,8 @@ def report_run(
 ) -> None:
     """Write the report of a run.
 
-    Parameters
-    ----------
-    path : Path
-        The run.
-    output : Path, optional
-        Where to; beside the run, ending in .html, if not given. JSON and CSV go to the
-        standard output if not given.
-    form : str
-        "html", "json" or "csv".
-    responses : sequence of str
-        What is looked at closely; what has a limit if none are given.
-    limits : sequence of str
-        Asked anew: "rod_force <= 120 kN".
+    A page (`form` "html") lies beside the run if no file is given; "json" and "csv" go
+    to the standard output then.
     """
     # the process ends with the page: what is left over needs no collecting
     gc.disable()
@@ -68,13 +57,7 @@ def report_run(
 
 
 def limits_in(texts: Sequence[str]) -> dict[str, Any]:
-    """Read limits as they are typed: "NAME <= 120 kN", or NAME = { ... } as in TOML.
-
-    Raises
-    ------
-    StudyError
-        If one has no name, or is no TOML.
-    """
+    """Read limits as they are typed: "NAME <= 120 kN", or NAME = { ... } as in TOML."""
     found: dict[str, Any] = {}
     for text in texts:
         named = NAMED.fullmatch(text)
@@ -88,13 +71,7 @@ def limits_in(texts: Sequence[str]) -> dict[str, Any]:
 
 
 def value_in(value: str, text: str) -> Any:
-    """Read a value as it is typed: a table or a text in quotes as of TOML, or a text.
-
-    Raises
-    ------
-    StudyError
-        If it is no TOML.
-    """
+    """Read a value as it is typed: as of TOML in braces or quotes, else a text."""
     value = value.strip()
     if value[:1] not in ("{", '"', "'"):
         return value

@@ -59,24 +59,7 @@ def out_of_reach(progress: Progress) -> str:
 
 
 def run_study(study: Study, path: Path, power: Power, *, force: bool) -> bool:
-    """Run a study, show how it goes and print its summary.
-
-    Parameters
-    ----------
-    study : Study
-        Checked.
-    path : Path
-        The run file.
-    power : Power
-        Who evaluates.
-    force : bool
-        Whether an existing run file may be replaced.
-
-    Returns
-    -------
-    bool
-        Whether no limit is found to be not met.
-    """
+    """Run a study, show how it goes, print its summary; false if a limit is not met."""
     for doubt in study.doubts:
         Screen(stderr=True).print(f"note: {doubt}", soft_wrap=True)
 
@@ -94,24 +77,7 @@ def go_on_with(
     rerun: bool = False,
     regardless: bool = False,
 ) -> bool:
-    """Go on with a run, show how it goes and print its summary.
-
-    Parameters
-    ----------
-    path : Path
-        The run file.
-    power : Power
-        Who evaluates.
-    trials : int, optional
-        How many there are to be; as many as were asked for if not given.
-    rerun, regardless : bool
-        As of `tolstat.resume`.
-
-    Returns
-    -------
-    bool
-        Whether no limit is found to be not met.
-    """
+    """Go on with a run as `tolstat.resume` or `extend`; false if a limit is not met."""
 
     def work(crew: Workers, tell: Telling) -> Run:
         return go_on(

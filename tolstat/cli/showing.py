@@ -27,13 +27,7 @@ WORDS = ("response", "unit", "limit", "status", "beyond")  # columns that hold w
 
 
 class Screen(Console):
-    """A terminal on which every text is what it is: no markup, no ESC, no emoji.
-
-    Parameters
-    ----------
-    **options
-        Of Rich's console.
-    """
+    """A terminal on which every text is what it is: no markup, no ESC, no emoji."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(highlight=False, markup=False, emoji=False, **options)
@@ -44,31 +38,14 @@ class Screen(Console):
 
 
 def screen(least: int = 0) -> Screen:
-    """Return the standard output.
-
-    Parameters
-    ----------
-    least : int
-        Columns that it has at least: a terminal that has fewer wraps its lines.
-    """
+    """Return the standard output; one with fewer columns than asked wraps lines."""
     console = Screen()
     width = console.width if console.is_terminal else PIPED_WIDTH
     return Screen(width=max(width, least))
 
 
 def print_summary(run: Run) -> bool:
-    """Print the summary tables of a run.
-
-    Parameters
-    ----------
-    run : Run
-        Complete or not.
-
-    Returns
-    -------
-    bool
-        Whether no limit is found to be not met.
-    """
+    """Print the summary tables of a run; false if a limit is not met."""
     console = screen()
     summary = _summary(run)
     parts = [(summary.title, summary.heads, summary.rows)]
@@ -95,18 +72,8 @@ def print_table(
     """Print a table, words to the left and numbers to the right.
 
     Nothing is ever cut: a number without its last digits is another number. Columns
-    that do not fit beside each other follow below, under the names of the rows.
-
-    Parameters
-    ----------
-    title : str
-        Above it.
-    heads : list of str
-        Of the columns.
-    rows : list of list of Cell
-        Numbers stand over their intervals.
-    wide : bool
-        Whether an interval stands in one line.
+    that do not fit beside each other follow below, under the names of the rows. Where
+    it is `wide` an interval stands in one line.
     """
     lines = [[_in_lines(cell, wide) for cell in row] for row in rows]
     named = 2 if heads[1:2] == ["unit"] else 1  # columns that say what a row is
@@ -144,14 +111,7 @@ def _width(table: Table) -> int:
 def words_table(title: str, *heads: str, numbers: Sequence[str] = ()) -> Table:
     """Return a table whose sentences wrap, and whose names and numbers do not.
 
-    Parameters
-    ----------
-    title : str
-        Above it; empty for none.
-    heads : str
-        Of the columns; the names stand in the first.
-    numbers : sequence of str
-        Those of them that hold numbers, to the right.
+    The first column holds names, those of `numbers` hold numbers, to the right.
     """
     table = Table(title=title or None, box=box.SIMPLE_HEAD)
     for i, head in enumerate(heads):

@@ -10,22 +10,7 @@ from tolstat.store.advice import to_resume
 
 
 def verify_run(path: Path, *, every: bool, workers: int | None) -> bool:
-    """Print whether a run is as it was written, and what is not.
-
-    Parameters
-    ----------
-    path : Path
-        The run.
-    every : bool
-        Whether all its trials are evaluated again.
-    workers : int, optional
-        Threads.
-
-    Returns
-    -------
-    bool
-        Whether all of it is.
-    """
+    """Print what of a run is not as it was written; tell whether all of it is."""
     found = verify(path, every=every, workers=workers)
     console = screen()
     for line in findings(found):

@@ -18,17 +18,7 @@ MOST_ROWS, MOST_COLUMNS = 40, 7  # on the screen
 
 
 def show_view(path: Path, name: str, output: Path | None) -> None:
-    """Show what the machine of a study can show.
-
-    Parameters
-    ----------
-    path : Path
-        The study.
-    name : str
-        Of the view.
-    output : Path, optional
-        Where to; a table on the screen if not given.
-    """
+    """Show what the machine of a study can show: in a file, or on the screen."""
     if output:
         check_view_ending(output)
     study = load(path)

@@ -31,19 +31,8 @@ def ask_what_if(
 ) -> None:
     """Say what a run would have found with other deviations.
 
-    Parameters
-    ----------
-    path : Path
-        The run.
-    changes : sequence of str
-        "rod_length=+-0.6 mm": a contributor and what a study would say of it.
-    limits : sequence of str
-        Asked anew: "rod_force <= 120 kN".
-    output : Path, optional
-        Where to; a page if it is to be one. JSON and CSV go to the standard output if
-        not given.
-    form : str
-        "", "json" or "csv".
+    `changes` are as "rod_length=+-0.6 mm", `limits` as "rod_force <= 120 kN". JSON and
+    CSV (`form`) go to the standard output where no file is given; a page needs one.
     """
     if output:
         check_output(output)

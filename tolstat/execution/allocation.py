@@ -136,15 +136,7 @@ class Point(NamedTuple):
 
 
 def trade_off(points: list[Point], schemes: Mapping[str, Scheme]) -> Chart:
-    """Draw the cost of the cheapest tolerances over the machines beyond.
-
-    Parameters
-    ----------
-    points : list of Point
-        Of the curve.
-    schemes : mapping of str to Scheme
-        Drawn beside it.
-    """
+    """Draw the cost of the cheapest tolerances over the machines beyond."""
     ordered = sorted(points, key=lambda each: each.beyond)
     at = np.array([each.beyond for each in ordered])
     costs = np.array([each.cost for each in ordered])

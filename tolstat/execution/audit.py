@@ -26,26 +26,8 @@ def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
     """Evaluate some trials more precisely.
 
     First those of `choose`; then, once it is known how large errors are, what they may
-    carry across a limit, so that the share of machines beyond can be trusted.
-
-    Parameters
-    ----------
-    study : Study
-        Checked.
-    trials : Trials
-        All of which are over.
-    workers : Workers
-        Who evaluate.
-
-    Returns
-    -------
-    Audited or None
-        None for a machine that cannot be evaluated more precisely.
-
-    Raises
-    ------
-    Interrupted
-        If it was not to be finished.
+    carry across a limit, so that the share of machines beyond can be trusted. None for
+    a machine that cannot be evaluated more precisely.
     """
     tight = tightened(study.model, study.settings)
     if tight is None:

@@ -72,25 +72,9 @@ def carry_out(
 ) -> None:
     """Run what is missing of a study into its file.
 
-    Parameters
-    ----------
-    study : Study
-        Checked.
-    trials : Trials
-        Some of which may be over.
-    file : RunWriter
-        Takes the others.
-    workers : Workers
-        Who evaluate; once they stop the run ends early, with what is finished.
-    tell : callable
-        Called with a `Progress` whenever some trials are over.
-    nominal : bool
-        Whether the nominal machine is stored already.
-    ending : Ending, optional
-        Of a run that came to its end before: it stays.
-    rerun : bool
-        Whether failed trials are evaluated again, with tighter settings, once all are
-        over.
+    Once the workers stop it ends early, with what is finished. `nominal` says that the
+    nominal machine is stored already; an `ending` of before stays; with `rerun` failed
+    trials are evaluated again, once all are over.
     """
     with suppress(Interrupted):
         try:

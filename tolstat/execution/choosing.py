@@ -44,20 +44,7 @@ class Choice(NamedTuple):
 
 
 def random_trials(seed: int, trials: int) -> Numbers:
-    """Choose one trial at random of each hundred.
-
-    Parameters
-    ----------
-    seed : int
-        Of the study.
-    trials : int
-        Of the run.
-
-    Returns
-    -------
-    int64[n]
-        Ascending; asking for more trials leaves those of whole hundreds as they were.
-    """
+    """Choose one trial at random of each hundred, whatever trials follow; ascending."""
     first = np.arange(0, trials, EVERY)
     u = unit_samples_of(random_bits(seed, "audit", len(first)))
     found: Numbers = first + (u * np.minimum(EVERY, trials - first)).astype(np.int64)
@@ -70,21 +57,8 @@ def choose(trials: Trials, limits: Mapping[str, Limit], seed: int) -> Choice:
     One trial of each hundred at random; and of each limited response, on purpose, those
     next to its limit, the worst, and some over its range, where those chosen at random
     are too few to meet what is rare. In a study without limits the least and the
-    largest of every response.
-
-    Parameters
-    ----------
-    trials : Trials
-        All of which are over.
-    limits : mapping of str to Limit
-        By response.
-    seed : int
-        Of the study.
-
-    Returns
-    -------
-    Choice
-        The same whatever the workers: it hangs on numbers of trials and on responses.
+    largest of every response. The same whatever the workers: it hangs on numbers of
+    trials and on responses.
     """
     names = list(limits) or [each.name for each in trials.description.responses]
     # of another hundredth of the trials: with more of them the stretch about a limit
@@ -107,23 +81,9 @@ def choose_in_reach(
 ) -> Choice:
     """Choose further trials, which may lie on the other side of a limit.
 
-    Parameters
-    ----------
-    trials : Trials
-        All of which are over.
-    limits : mapping of str to Limit
-        By response.
-    known : Choice
-        What was evaluated again so far.
-    errors : mapping of str to float
-        Largest error of each limited response that was seen there; NaN if there is
-        none.
-
-    Returns
-    -------
-    Choice
-        Others that are nearer to a limit than twice this error. Of each response the
-        nearest twenty, or its part of a hundredth of the trials, where they are more.
+    Those that are nearer to a limit than twice the largest error that was seen (NaN if
+    there is none). Of each response the nearest twenty, or its part of a hundredth of
+    the trials, where they are more.
     """
     found: dict[str, dict[Reason, Numbers]] = {}
     for name, limit in limits.items():

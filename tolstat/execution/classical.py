@@ -111,27 +111,9 @@ def worst_corners(
 ) -> list[Corner]:
     """Search the corners of the tolerances for the worst machines.
 
-    Parameters
-    ----------
-    model : Model
-        The machine.
-    settings : object
-        Of it.
-    lower, upper : float64[contributor]
-        Ends of the tolerances, SI.
-    factors : sequence of sequences of int
-        Columns that change together: one contributor, or all parts of a batch.
-    targets : sequence of Target
-        What to look for.
-    workers : Workers
-        Who evaluate.
-
-    Returns
-    -------
-    list of Corner
-        For each target: every factor is moved to either end of its tolerance; what
-        makes it worse is taken, all at once if that is worse still, until nothing is.
-        A local search: no proof, and no probability.
+    Every factor, columns that change together, is moved to either end of its tolerance
+    (float64[contributor], SI); what makes a target worse is taken, all at once if that
+    is worse still, until nothing is. A local search: no proof, and no probability.
     """
     current = [_Search(target, lower, upper, factors) for target in targets]
     for _ in range(2 * MOST_SWEEPS + 1):

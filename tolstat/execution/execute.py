@@ -95,28 +95,8 @@ def execute(
 ) -> Run:
     """Run a checked study.
 
-    Parameters
-    ----------
-    study : Study
-        What is asked.
-    path : Path
-        The run file.
-    workers : Workers
-        Who evaluate; once they stop the run ends early, with what is finished.
-    force : bool
-        Whether an existing run file may be replaced.
-    progress : callable, optional
-        As of `run`.
-
-    Returns
-    -------
-    Run
-        Complete, or as far as it came.
-
-    Raises
-    ------
-    StoppedError
-        If nothing ran of what was to replace another run: that one is put back.
+    Once the workers stop the run ends early, with what is finished. Where nothing ran
+    of what was to replace another run, that one is put back: StoppedError.
     """
     tell = progress or (lambda progress: None)
     return open_run(_stored(study, path, workers, force, tell))

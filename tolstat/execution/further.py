@@ -30,29 +30,7 @@ SKETCHED = 1e-3  # s, between two points of a small picture
 def gather(
     study: Study, trials: Trials, audited: Audited | None, workers: Workers
 ) -> Evidence:
-    """Evaluate what the report of a run wants to know beyond its trials.
-
-    Parameters
-    ----------
-    study : Study
-        Of the run.
-    trials : Trials
-        All of which are over.
-    audited : Audited or None
-        Trials evaluated more precisely, the worst ones among them.
-    workers : Workers
-        Who evaluate.
-
-    Returns
-    -------
-    Evidence
-        Empty, with the reason, where no deviations were drawn.
-
-    Raises
-    ------
-    Interrupted
-        If it was not to be finished.
-    """
+    """Evaluate what a report wants to know beyond the trials that were drawn."""
     if study.sampler is None:
         return Evidence(missing="no deviations were drawn")
     zones = _zones(study)

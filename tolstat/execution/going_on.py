@@ -167,17 +167,7 @@ def _gone_on(
 
 
 def study_of(run: Run, trials: int | None = None, model: Model | None = None) -> Study:
-    """Read the study of a run again, as the run has it.
-
-    Parameters
-    ----------
-    run : Run
-        Stored.
-    trials : int, optional
-        How many there are to be; as many as were asked for if not given.
-    model : Model, optional
-        A machine of your own, if the run is of one.
-    """
+    """Read the study of a run again, as the run has it."""
     folder = run.study_file.parent if run.study_file else None
     if run.sampled is None:
         return load(run.study.table, model=model, folder=folder)

@@ -32,19 +32,9 @@ TURN = 2 * math.pi * (1 - 1e-9)
 def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halved]]:
     """Weight the trials as if the tolerance of a contributor, or a kind, were halved.
 
-    Parameters
-    ----------
-    study : Study
-        Of the run.
-    trials : Trials
-        All of which are over.
-
-    Returns
-    -------
-    dict of str to dict
-        By limited response and the contributors whose tolerances are halved: each, each
-        kind of part, and pairs that explain machines beyond; empty where trials depend
-        on each other, or were sought. Failed trials count as beyond.
+    By limited response and the contributors whose tolerances are halved: each, each
+    kind of part, and pairs that explain machines beyond; empty where trials depend on
+    each other, or were sought. Failed trials count as beyond.
     """
     sampler = study.sampler
     if sampler is None or sampler.replicates or study.rare:

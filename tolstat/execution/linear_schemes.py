@@ -21,15 +21,7 @@ Array = NDArray[np.float64]
 
 
 class LinearSchemes:
-    """The bounds that linear analysis would keep to.
-
-    Parameters
-    ----------
-    study : Study
-        Whose lines have costs.
-    workers : Workers
-        Who evaluate.
-    """
+    """The bounds that linear analysis would keep to."""
 
     def __init__(self, study: Study, workers: Workers) -> None:
         self.priced, self.limits = study.deviating.priced, study.limits

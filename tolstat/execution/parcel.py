@@ -90,18 +90,7 @@ class _Unpacker(pickle.Unpickler):
 
 
 def packed(call: Callable[[], Any]) -> Parcel:
-    """Pack a call for another process.
-
-    Parameters
-    ----------
-    call : callable
-        A partial of a function of tolstat.
-
-    Raises
-    ------
-    ModelError
-        If it needs a machine that only this process knows.
-    """
+    """Pack a call for another process."""
     buffer = io.BytesIO()
     packer = _Packer(buffer)
     packer.dump(call)
@@ -109,13 +98,7 @@ def packed(call: Callable[[], Any]) -> Parcel:
 
 
 def carried_out(parcel: Parcel) -> Any:
-    """Make a call here, unless it could come to other bits than where it was packed.
-
-    Returns
-    -------
-    object
-        What the call returns, or an `Otherwise`.
-    """
+    """Make a call here; an `Otherwise` if it could come to other bits than at home."""
     here = decisive()
     reasons = [
         f"its {what} is {here.get(what, 'unknown')}, and {value} is asked for"

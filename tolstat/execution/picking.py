@@ -15,24 +15,7 @@ WORST = 10  # trials of each limited response
 
 
 def next_to(values: Array, limit: Limit, end: float, number: int) -> Numbers:
-    """Choose the values next to an end of a limit, as many on either side.
-
-    Parameters
-    ----------
-    values : float64[n]
-        None NaN.
-    limit : Limit
-        Of the response.
-    end : float
-        One of its ends; a value that is equal to it lies within.
-    number : int
-        Of values on each side.
-
-    Returns
-    -------
-    int64[m]
-        Places of these; fewer where one side has no more.
-    """
+    """Find the places of values next to an end of a limit, as many on either side."""
     distance = np.abs(values - end)
     within = values >= end if end == limit.lower else values <= end
     sides = [np.flatnonzero(side) for side in (within, ~within)]
@@ -45,19 +28,8 @@ def spread(values: Array, number: int) -> Numbers:
     """Choose values spread evenly from the least to the largest.
 
     By value and not by rank: a rare kind of machine that takes much of the range, as
-    one that jams, is met as often as the many others.
-
-    Parameters
-    ----------
-    values : float64[n]
-        None NaN.
-    number : int
-        Of values wanted, at least two.
-
-    Returns
-    -------
-    int64[m]
-        Places of these, ascending; fewer where many values are alike.
+    one that jams, is met as often as the many others. Places of these, ascending; fewer
+    where many values are alike. No value is NaN.
     """
     if not len(values):
         return np.zeros(0, np.int64)
@@ -69,17 +41,7 @@ def spread(values: Array, number: int) -> Numbers:
 
 
 def worst_trials(values: Array, status: NDArray[np.uint8], limit: Limit) -> list[int]:
-    """Return the ten trials nearest to, or farthest beyond, a limit; the worst first.
-
-    Parameters
-    ----------
-    values : float64[trial]
-        The response, SI.
-    status : uint8[trial]
-        How the trials ended.
-    limit : Limit
-        Of the response.
-    """
+    """Return the ten trials nearest to a limit, or farthest beyond; the worst first."""
     margin = margins(values, limit)
     margin[status != Status.DONE] = np.inf
     order: list[int] = np.argsort(margin, kind="stable")[:WORST].tolist()

@@ -23,15 +23,7 @@ from tolstat.study.study import Study
 
 
 def plan_of(study: Study, trials: Trials) -> Plan:
-    """Say all that is known of a run before anything has run.
-
-    Parameters
-    ----------
-    study : Study
-        Checked.
-    trials : Trials
-        Drawn; those of a rare study as far as they are.
-    """
+    """Say all that is known of a run before anything has run."""
     model, points = study.model, study.points
     assumed = assumed_of(study.deviating)
     return Plan(
@@ -71,20 +63,7 @@ def plan_of(study: Study, trials: Trials) -> Plan:
 
 
 def cannot_be_built(study: Study, deviations: NDArray[np.float64]) -> str:
-    """Say which share of the machines cannot be built; empty where all can.
-
-    Parameters
-    ----------
-    study : Study
-        Checked.
-    deviations : float64[trial, contributor]
-        Of all its trials, SI.
-
-    Raises
-    ------
-    StudyError
-        If none of them can.
-    """
+    """Say which share of the machines cannot be built; refuse where none can."""
     if study.rare:  # its machines are sought, and those that cannot be among them
         return ""
     model = study.model

@@ -44,24 +44,7 @@ def run_of(study: Path) -> Path:
 
 
 def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
-    """See to it that the run of a study is complete.
-
-    Parameters
-    ----------
-    study_file : Path
-        Its run lies beside it.
-    workers : Workers
-        Who evaluate; once they stop the run ends early, with what is finished.
-    tell : callable
-        As of `tolstat.run`.
-
-    Raises
-    ------
-    StudyError
-        If the study is wrong.
-    RunFileError
-        If what lies there is no run of this study, or cannot be gone on with.
-    """
+    """See to it that the run of a study is complete; refuse one of another study."""
     study, path = load(study_file), run_of(study_file)
     if not os.path.lexists(path):
         run = execute(study, path, workers, progress=tell)

@@ -21,15 +21,7 @@ from tolstat.store.run import Run
 
 
 def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
-    """Say what has changed in the study file since a run was made from it.
-
-    Parameters
-    ----------
-    run : Run
-        Stored.
-    study_file : Path, optional
-        Where its study lies now; where it lay then if not given.
-    """
+    """Say what has changed in the study file since a run was made from it."""
     path = study_file or run.study_file
     try:
         text = path.read_text("utf-8") if path else run.study.text
@@ -56,17 +48,7 @@ def _changes(
 def check_same(run: Run, plan: Plan) -> None:
     """Refuse to go on with a run whose machines are no longer those of its study.
 
-    Parameters
-    ----------
-    run : Run
-        Stored.
-    plan : Plan
-        Of its study, as it is read now, with its trials drawn again.
-
-    Raises
-    ------
-    RunFileError
-        With every difference.
+    The plan is that of its study, as it is read now, with its trials drawn again.
     """
     said = []
     contributors, responses = plan.description

@@ -18,11 +18,6 @@ class Threads(Executor):
 
     What is compiled knows no interruption: after Ctrl-C a thread may go on for minutes
     with a machine that nobody wants any more.
-
-    Parameters
-    ----------
-    number : int
-        How many there are.
     """
 
     def __init__(self, number: int) -> None:

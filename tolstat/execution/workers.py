@@ -80,20 +80,8 @@ class Workers(AbstractContextManager["Workers"]):
     ) -> Iterator[list[tuple[int, Answers]]]:
         """Evaluate trials in blocks and yield what is finished, as it comes.
 
-        Parameters
-        ----------
-        model : Model
-            The machine.
-        cases : sequence of Case
-            Which trials, and their settings.
-        deviations : float64[trial, contributor]
-            SI, of all trials.
-
-        Yields
-        ------
-        list of (int, Answers)
-            Blocks with the number of their first trial. Once stopping, running blocks
-            are waited for, a second at most.
+        Blocks of deviations[trial, contributor], SI, come with the number of their
+        first trial. Once stopping, running blocks are waited for, a second at most.
         """
         left = sum(case.stop - case.first for case in cases)
         size = BlockSize(self.number, self._fixed)
@@ -138,19 +126,8 @@ class Workers(AbstractContextManager["Workers"]):
     def simulate(self, model: Model, deviations: Array, settings: Any) -> Answers:
         """Evaluate machines of the same settings, all of them.
 
-        Parameters
-        ----------
-        model : Model
-            The machine.
-        deviations : float64[trial, contributor]
-            SI; at least one trial.
-        settings : object
-            Of all of them.
-
-        Raises
-        ------
-        Interrupted
-            If they were not to be finished.
+        At least one trial of deviations[trial, contributor], SI; `Interrupted` if they
+        were not to be finished.
         """
         return self.simulate_cases(
             model, [Case(0, len(deviations), settings)], deviations
@@ -169,13 +146,7 @@ class Workers(AbstractContextManager["Workers"]):
         return Answers.joined(outcomes)
 
     def map(self, function: Callable[[Any], Any], items: Sequence[Any]) -> list[Any]:
-        """Call a function on each item.
-
-        Raises
-        ------
-        Interrupted
-            If not all of them were to be finished.
-        """
+        """Call a function on each item; `Interrupted` if not all are to be done."""
         futures = [self._executor.submit(function, item) for item in items]
         while not all(future.done() for future in futures):
             wait([f for f in futures if not f.done()], LOOK_AGAIN)
@@ -193,15 +164,7 @@ class Workers(AbstractContextManager["Workers"]):
 
 
 class BlockSize:
-    """How many trials the next block has: as many as last half a second.
-
-    Parameters
-    ----------
-    workers : int
-        Who share what is left.
-    fixed : int or None
-        Trials of every block, if that is not to be learned.
-    """
+    """How many trials the next block has: as many as last half a second."""
 
     def __init__(self, workers: int, fixed: int | None) -> None:
         self.workers = workers

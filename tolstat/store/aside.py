@@ -18,13 +18,7 @@ _numbers = count()
 
 
 def aside_of(path: Path) -> Path:
-    """Name a file beside a path, of this process alone; remove those of dead ones.
-
-    Parameters
-    ----------
-    path : Path
-        What it is to become.
-    """
+    """Name a file beside a path, of this process alone; remove those of dead ones."""
     ours = re.compile(re.escape(path.name) + r"\.([0-9]{1,9})-[0-9]+\.part")
     for left in path.parent.iterdir():
         found = ours.fullmatch(left.name)
@@ -46,13 +40,7 @@ def free_name(path: Path, word: str, folder: Path | None = None) -> Path:
 
 
 def check_replaceable(path: Path, *, force: bool) -> None:
-    """Refuse to write over what exists, unless that is a run.
-
-    Raises
-    ------
-    RunFileError
-        If the path is taken, by a run without force, or by anything else.
-    """
+    """Refuse to write over what exists, unless that is a run."""
     if not os.path.lexists(path):
         return
     if not path.is_file() or not is_run(path):
@@ -65,20 +53,7 @@ def check_replaceable(path: Path, *, force: bool) -> None:
 
 
 def check_room(path: Path, size: int) -> None:
-    """Refuse to begin a file that cannot be finished.
-
-    Parameters
-    ----------
-    path : Path
-        Where it is to lie.
-    size : int
-        Bytes that it will have; as many are needed again while its end is written.
-
-    Raises
-    ------
-    BrokenError
-        If that much is not free, or a file may not be so large.
-    """
+    """Refuse to begin a file that cannot be finished: its end is written beside it."""
     try:
         free = shutil.disk_usage(path.parent).free
     except OSError as error:

@@ -80,17 +80,7 @@ def _together(
 def write_audited(
     group: h5py.Group, audited: Audited, responses: tuple[Response, ...]
 ) -> None:
-    """Store trials that were evaluated again.
-
-    Parameters
-    ----------
-    group : h5py.Group
-        Empty.
-    audited : Audited
-        What to store.
-    responses : tuple of Response
-        Of the run.
-    """
+    """Store trials that were evaluated again."""
     group.attrs["long_name"] = "trials evaluated again, more precisely"
     for name, value in audited.settings.items():
         group.attrs[name] = value

@@ -70,19 +70,7 @@ def damage_of(
     *,
     complete: bool,
 ) -> Damage:
-    """Compare the checksums of a run with what they are of.
-
-    Parameters
-    ----------
-    file : h5py.File
-        A sealed run.
-    columns : mapping of str to arrays[trial]
-        Of the file, the status read before all others.
-    words : mapping of int to str
-        By every status that a trial can have.
-    complete : bool
-        Whether the run came to its end: all trials have run then.
-    """
+    """Compare the checksums of a run with its columns, the status read first."""
     status = columns[STATUS]
     ran = status != Status.NOT_RUN
     stored = file[CHECKSUM][...]

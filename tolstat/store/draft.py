@@ -24,23 +24,7 @@ def draft_of(
 ) -> tuple[MemoryFile, dict[str, Place]]:
     """Make all of a file but its rows, and seal it.
 
-    Parameters
-    ----------
-    plan : Plan
-        What is known before anything has run.
-    facts : mapping of str to object
-        How the run came to be.
-    path : Path
-        Where the file will lie.
-    trials : int
-        How many of the planned ones it is to hold.
-    ending : Ending or None
-        What is known at the end.
-
-    Returns
-    -------
-    tuple of (MemoryFile, dict of str to Place)
-        The file, and where its rows go.
+    The ending is None before the end. Returned with the file is where its rows go.
     """
     draft = MemoryFile()
     with h5py.File(

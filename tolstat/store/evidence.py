@@ -117,15 +117,7 @@ class Evidence:
 
 
 def write_evidence(group: h5py.Group, evidence: Evidence) -> None:
-    """Store evidence.
-
-    Parameters
-    ----------
-    group : h5py.Group
-        Empty.
-    evidence : Evidence
-        What to store.
-    """
+    """Store evidence."""
     group.attrs["long_name"] = "beyond the trials: slopes, worst cases, halvings"
     if evidence.missing:
         group.attrs["missing"] = evidence.missing

@@ -18,19 +18,8 @@ def fingerprints(columns: Sequence[NDArray[Any]], first: int = 0) -> NDArray[np.
 
     Every step maps 64 bits one to one: a change of one value, however small, always
     changes the number; the trial's own number is mixed in, so that rows which changed
-    places are found too.
-
-    Parameters
-    ----------
-    columns : sequence of arrays[trial]
-        Numbers or fixed-length texts.
-    first : int
-        Number of the first of these trials.
-
-    Returns
-    -------
-    uint64[trial]
-        Never 0, which stands for a trial that has none.
+    places are found too. uint64[trial] of numbers or fixed-length texts; never 0, which
+    stands for a trial that has none.
     """
     rows = len(columns[0])
     words = [word for column in columns for word in _words(column)]

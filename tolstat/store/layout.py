@@ -70,19 +70,7 @@ WORDS, CODES = "words", "flag_values"
 def allocate(
     group: h5py.Group, name: str, shape: tuple[int, ...], dtype: Any
 ) -> h5py.Dataset:
-    """Make a contiguous dataset whose space exists at once.
-
-    Parameters
-    ----------
-    group : h5py.Group
-        Where.
-    name : str
-        Of the dataset.
-    shape : tuple of int
-        Empty for one number.
-    dtype
-        NumPy type.
-    """
+    """Make a contiguous dataset whose space exists at once."""
     plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     plan.set_layout(h5py.h5d.CONTIGUOUS)
     plan.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)

@@ -18,22 +18,14 @@ WORDS = "process "  # what a lock begins with
 class Lock(AbstractContextManager["Lock"]):
     """The right to write a run file, held until it is given back or the process ends.
 
-    Parameters
-    ----------
-    path : Path
-        The run file; the lock has its name and ends in `.lock`.
+    It has the name of the run file and ends in `.lock`. RunFileError if another process
+    holds it: its number, its host and since when; BrokenError if the folder cannot be
+    written.
 
     Attributes
     ----------
     path : Path
         The run file.
-
-    Raises
-    ------
-    RunFileError
-        If another process holds it: its number, its host and since when.
-    BrokenError
-        If the folder cannot be written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -94,10 +86,7 @@ class Lock(AbstractContextManager["Lock"]):
 def writer_of(path: Path) -> str:
     """Say who writes a run file; empty where nobody does, as far as that can be seen.
 
-    Parameters
-    ----------
-    path : Path
-        The run file. Its lock is only read: who looks keeps no writer waiting.
+    The lock is only read: who looks keeps no writer waiting.
     """
     real = path.resolve()
     place = real.with_name(real.name + ".lock")

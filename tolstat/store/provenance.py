@@ -34,13 +34,7 @@ def processor() -> str:
 
 
 def provenance() -> dict[str, str]:
-    """Return the versions of everything that decides the numbers.
-
-    Returns
-    -------
-    dict of str to str
-        For the attributes of a run file.
-    """
+    """Return the versions of everything that decides the numbers."""
     return {
         **{f"version_{name}": version(name) for name in PACKAGES},
         "version_python": platform.python_version(),

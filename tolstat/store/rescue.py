@@ -23,25 +23,7 @@ def is_still(file: BinaryIO, path: Path) -> bool:
 
 
 def rescued(file: BinaryIO, path: Path) -> tuple[Lock, BinaryIO]:
-    """Copy an open file to a name that is free, beside where it was if that can be.
-
-    Parameters
-    ----------
-    file : binary file
-        Open for reading.
-    path : Path
-        What it was called.
-
-    Returns
-    -------
-    tuple of (Lock, binary file)
-        The copy, open for reading and writing, and the lock on it.
-
-    Raises
-    ------
-    OSError
-        If no copy can be written.
-    """
+    """Copy an open file to a name that is free, beside where it was if that can be."""
     for folder in (path.parent, Path.cwd(), Path(tempfile.gettempdir())):
         with suppress(OSError, BrokenError):
             lock = Lock(free_name(path, "rescued", folder))

@@ -64,15 +64,7 @@ def places_of(file: h5py.File) -> dict[str, Place]:
 
 
 class Rows:
-    """The rows of an open file.
-
-    Parameters
-    ----------
-    file : binary file
-        Open for reading, or for reading and writing, unbuffered.
-    places : mapping of str to Place
-        Of `places_of`.
-    """
+    """The rows of an open, unbuffered file."""
 
     def __init__(self, file: BinaryIO, places: Mapping[str, Place]) -> None:
         self.file, self.places = file, places
@@ -94,13 +86,7 @@ class Rows:
         return np.frombuffer(data, place.dtype)
 
     def write(self, name: str, values: Any, first: int = 0) -> None:
-        """Write values of a column, from a row on.
-
-        Raises
-        ------
-        OSError
-            If there is no room.
-        """
+        """Write values of a column, from a row on."""
         place = self.places[name]
         data = np.ascontiguousarray(values, place.dtype).reshape(-1)
         self.file.seek(place.offset + first * place.dtype.itemsize)

@@ -226,32 +226,15 @@ class Run:
     def limited(
         self, limits: dict[str, Limit], shown: dict[str, str], note: str
     ) -> Run:
-        """Return the run with other limits.
-
-        Parameters
-        ----------
-        limits : dict of str to Limit
-            All of them.
-        shown : dict of str to str
-            Units in which those that are new are written.
-        note : str
-            What has to be known of that.
-        """
+        """Return the run with these limits, units shown and one more note."""
         written = {**shown, **self._shown}
         return replace(self, limits=limits, notes=(*self.notes, note), _shown=written)
 
     def made_otherwise(self, source_digest: str) -> list[str]:
         """Say what may change the bits of a trial that is evaluated again here.
 
-        Parameters
-        ----------
-        source_digest : str
-            Of the machine, as it is now.
-
-        Returns
-        -------
-        list of str
-            Source, processor, versions; empty where a trial comes out bit for bit.
+        Source (of the machine as it is now), processor, versions; empty where a trial
+        comes out bit for bit.
         """
         said, facts, here = [], self._facts, provenance()
         if self.source_digest != source_digest:

@@ -75,22 +75,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def made(cls, lock: Lock, plan: Plan, *, force: bool = False) -> RunWriter:
         """Make a file, with every trial "not run".
 
-        Parameters
-        ----------
-        lock : Lock
-            On the path.
-        plan : Plan
-            Written first of all.
-        force : bool
-            Whether an existing run may be replaced: it stays, under another name, until
-            the new one is complete.
-
-        Raises
-        ------
-        RunFileError
-            If the path is taken by what may not be replaced.
-        BrokenError
-            If it cannot be written, or there is no room.
+        An existing run may be replaced by `force`: it stays, under another name, until
+        the new one is complete.
         """
         check_replaceable(lock.path, force=force)
         writer = cls(lock, plan, {**provenance(), "started_at": now()})
@@ -108,22 +94,9 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     ) -> RunWriter:
         """Open a file to go on with it.
 
-        Parameters
-        ----------
-        lock : Lock
-            On the path.
-        plan : Plan
-            With at least as many trials as the file holds; with more, or with other
-            notes, the file is made anew, and keeps its rows.
-        whole : bool[trial]
-            Which of its trials have run and may stay. All others are not run.
-        ending : Ending or None
-            Of a complete run, if that stays what it is.
-
-        Raises
-        ------
-        BrokenError
-            If it cannot be written, or there is no room.
+        Trials that are not whole have not run. With more trials than the file holds, or
+        with other notes, the file is made anew and keeps its rows. The ending is that
+        of a complete run, if that stays what it is.
         """
         with h5py.File(lock.path, "r", locking=False) as file:
             writer = cls(lock, plan, facts_of(file))
@@ -198,13 +171,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         return [*names, STEPS] if self.plan.integrates else names
 
     def write_drawn(self, trials: slice) -> None:
-        """Store the deviations of trials that are drawn now, before they run.
-
-        Parameters
-        ----------
-        trials : slice
-            Their rows of the plan.
-        """
+        """Store the deviations of trials that are drawn now, before they run."""
         rows = self._open_rows()
         try:
             for name, values in self._given(trials):
@@ -214,13 +181,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             raise self._lost_hope(error) from error
 
     def write_nominal(self, outcome: Answers) -> None:
-        """Store the machine without deviations.
-
-        Parameters
-        ----------
-        outcome : Answers
-            Of one trial.
-        """
+        """Store the machine without deviations."""
         rows = self._open_rows()
         values = {f"{NOMINAL}/{name}": v for name, v in self._filled(outcome)}
         values[f"{NOMINAL}/{STATUS}"] = outcome.status.astype(np.uint8)
@@ -233,18 +194,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             raise self._lost_hope(error) from error
 
     def write_blocks(self, blocks: Blocks) -> None:
-        """Keep finished blocks; each two seconds, and at the end, what waits is stored.
-
-        Parameters
-        ----------
-        blocks : list of (int, Answers)
-            Each with the number of its first trial.
-
-        Raises
-        ------
-        BrokenError
-            If they cannot be written; what was stored before is safe.
-        """
+        """Keep finished blocks; each two seconds what waits is stored."""
         self._unsafe += blocks
         if time.monotonic() - self._safe > SAFE_EVERY:
             self._make_safe()
@@ -320,13 +270,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         )
 
     def failed(self, error: TolstatError) -> BrokenError | None:
-        """Say what a machine's failure leaves; None where that is no file at all.
-
-        Parameters
-        ----------
-        error : TolstatError
-            Why no more trials can be evaluated.
-        """
+        """Say what a machine's failure leaves; None where that is no file at all."""
         self._make_safe()
         if self._new and not self._open_rows().read(STATUS).any():
             self._unwanted = True  # nothing was done
@@ -336,15 +280,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def finish(self, ending: Ending) -> None:
         """Leave the trials that are kept, and what is known at the end.
 
-        Parameters
-        ----------
-        ending : Ending
-            Stored with the trials in a file written aside and renamed.
-
-        Raises
-        ------
-        BrokenError
-            If it cannot be written; the trials are stored all the same.
+        In a file written aside and renamed; where that cannot be written, the trials
+        are stored all the same.
         """
         self._make_safe()
         self._replace(ending.trials, ending)

@@ -68,17 +68,7 @@ def length_of(columns: int) -> int:
 def write_seal(
     file: BinaryIO | MemoryFile, place: int, length: int, rows: list[Hole]
 ) -> None:
-    """Seal a file: the last that is written to it.
-
-    Parameters
-    ----------
-    file : binary file
-        Written and read.
-    place, length : int
-        Where the seal goes, and how many bytes it has.
-    rows : list of (int, int)
-        What will change.
-    """
+    """Seal a file, the last that is written to it; rows may still change."""
     size = file.seek(0, 2)
     empty = text_of(size, rows)
     _put(file, place, length, empty)
@@ -156,13 +146,7 @@ def is_run(path: Path) -> bool:
 
 
 def check_seal(path: Path) -> None:
-    """Refuse a file that HDF5 must not see.
-
-    Raises
-    ------
-    RunFileError
-        If it is no run, one of another format, or damaged where nothing can be told.
-    """
+    """Refuse a file that HDF5 must not see: no run, of another format, or damaged."""
     try:
         with path.open("rb") as file:
             seal = read_seal(file)

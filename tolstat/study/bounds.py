@@ -17,15 +17,7 @@ Path = tuple[str, ...]
 
 
 def check_bounds(table: Mapping[str, Any], problems: Problems) -> None:
-    """Refuse what no key of a study can hold.
-
-    Parameters
-    ----------
-    table : mapping
-        The study, as TOML has it.
-    problems : Problems
-        Takes what is wrong.
-    """
+    """Refuse what no key of a study can hold."""
     for path, value in _values(table):
         if wrong := _unusable(value, path):
             number = isinstance(value, int | float)
@@ -33,22 +25,7 @@ def check_bounds(table: Mapping[str, Any], problems: Problems) -> None:
 
 
 def check_lines(section: str, lines: object, problems: Problems) -> None:
-    """Refuse what cannot be lines of a section, where Python gives them.
-
-    Parameters
-    ----------
-    section : str
-        "deviations" or "limits".
-    lines : object
-        As somebody has them: a text or a table by name is right.
-    problems : Problems
-        Takes what is wrong.
-
-    Raises
-    ------
-    StudyError
-        If anything is.
-    """
+    """Refuse what cannot be lines of a section, where Python gives them."""
     if not isinstance(lines, Mapping):
         said = "a dict is expected, of what a study says by name"
         problems.add(f"[{section}]", None, said)

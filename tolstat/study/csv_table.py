@@ -41,19 +41,7 @@ class CsvTable(NamedTuple):
     lines: list[tuple[int, list[str]]]
 
     def column(self, name: str) -> list[float]:
-        """Return the numbers of a column, as written.
-
-        Parameters
-        ----------
-        name : str
-            Its head, without unit.
-
-        Raises
-        ------
-        DataError
-            If there is no such column, or a cell is no number: file, line, what is
-            there.
-        """
+        """Return the numbers of a column, as written."""
         if name not in self.heads:
             allowed = allowed_names(name, self.heads)
             raise DataError(f"{self.path} has no column '{name}'; {allowed}")
@@ -73,22 +61,7 @@ class CsvTable(NamedTuple):
 def read_csv(folder: Path | None, name: str) -> CsvTable:
     """Read a CSV file: commas between columns, a head, `#` before remarks.
 
-    Parameters
-    ----------
-    folder : Path or None
-        Of the study.
-    name : str
-        The file in it. A head may carry its unit: `rod_length_1 [mm]`.
-
-    Returns
-    -------
-    CsvTable
-        At least one row.
-
-    Raises
-    ------
-    DataError
-        If it cannot be read or is not rectangular.
+    A head may carry its unit: `rod_length_1 [mm]`. There is one row at least.
     """
     path = beside(folder, name)
     try:

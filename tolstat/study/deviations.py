@@ -61,25 +61,7 @@ def read_deviations(
 ) -> Deviations:
     """Read the distributions of all deviations and what hangs together.
 
-    Parameters
-    ----------
-    lines : mapping
-        The section [deviations].
-    correlations : mapping
-        The section [correlation].
-    contributors : sequence of Contributor
-        Of the model.
-    folder : Path or None
-        Of the study, for data beside it.
-    problems : Problems
-        Takes what is wrong.
-    linked : container of str
-        Which of them the section [links] has.
-
-    Returns
-    -------
-    Deviations
-        SI.
+    `linked` are those that stand in the section [links].
     """
     known = {each.name: each for each in contributors}
     found: dict[str, Distribution] = {}

@@ -27,23 +27,8 @@ OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module")
 def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distribution:
     """Read the distribution of one contributor's deviation.
 
-    Parameters
-    ----------
-    given : dict
-        `tolerance` ("+-1.2 mm", "IT7" with or without `size`), or `iso1328` and
-        `module`; `distribution` and the keys of that distribution.
-    contributor : Contributor
-        Whose deviation it is: its unit, nominal size and gear.
-
-    Returns
-    -------
-    Distribution
-        SI.
-
-    Raises
-    ------
-    UnitError, DistributionError, GradeError
-        If a quantity or a key is wrong or they do not fit each other.
+    Of `tolerance` ("+-1.2 mm", "IT7" with or without `size`), or `iso1328` and
+    `module`; `distribution`, and the keys of that distribution. SI.
     """
     keys = dict(given)
     name, known = keys.pop("distribution", DEFAULT), names_in(distributions)

@@ -89,25 +89,7 @@ EXPECTED = {
 
 
 def read(source: Path | Mapping[str, Any], problems: Problems) -> tuple[str, Document]:
-    """Read a study and check its keys.
-
-    Parameters
-    ----------
-    source : Path or mapping
-        A TOML file, or what one would hold.
-    problems : Problems
-        Takes what is wrong.
-
-    Returns
-    -------
-    tuple of (str, Document)
-        The text and its content.
-
-    Raises
-    ------
-    StudyError
-        If the file cannot be read or its keys are wrong.
-    """
+    """Read a study and check its keys; return its text and content."""
     text, table = _of_file(source) if isinstance(source, Path) else _of_mapping(source)
     check_bounds(table, problems)
     problems.raise_if_any()

@@ -7,22 +7,7 @@ from tolstat.study.sampling import GROUPED, sampler_of
 
 
 def doubts_of(sampling: str, trials: int, factors: int) -> tuple[str, ...]:
-    """Say before a study is run what it will not tell.
-
-    Parameters
-    ----------
-    sampling : str
-        Of a study whose machines are drawn.
-    trials : int
-        How many machines are built, at most.
-    factors : int
-        How many contributors, or batches of them, vary independently.
-
-    Returns
-    -------
-    tuple of str
-        Sentences; empty where there is nothing to say.
-    """
+    """Say before a study is run what it will not tell."""
     if factors == 0 and trials > 1:
         return (
             f"nothing deviates: all {trials} trials are one and the same machine, "

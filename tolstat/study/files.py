@@ -14,17 +14,8 @@ MEGABYTE = 1_000_000
 def beside(folder: Path | None, name: str) -> Path:
     """Return the file that a study names; it lies in the study's folder, or below.
 
-    Parameters
-    ----------
-    folder : Path or None
-        Of the study; None for one that is no file: who writes Python reads anything.
-    name : str
-        As the study has it.
-
-    Raises
-    ------
-    DataError
-        If it lies elsewhere, links resolved, or is no file.
+    One that lies elsewhere, links resolved, is refused. Who writes Python, without a
+    folder, reads anything.
     """
     path = Path(name) if folder is None else folder / name
     try:
@@ -43,22 +34,7 @@ def beside(folder: Path | None, name: str) -> Path:
 
 
 def content(path: Path, megabytes: int) -> bytes:
-    """Return the content of a file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    megabytes : int
-        How large it may be.
-
-    Raises
-    ------
-    DataError
-        If it is larger; what has no end is read no further than that.
-    OSError
-        If it cannot be read.
-    """
+    """Return the content of a file; refuse a larger one, read no further."""
     most = megabytes * MEGABYTE
     with path.open("rb") as file:
         found = file.read(most + 1)

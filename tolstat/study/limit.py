@@ -22,22 +22,7 @@ def read_limits(
     responses: Iterable[Response],
     problems: Problems,
 ) -> dict[str, Limit]:
-    """Read the limits of responses.
-
-    Parameters
-    ----------
-    given : mapping
-        The section [limits]: a name without number stands for each of its numbers.
-    responses : iterable of Response
-        Of the machine.
-    problems : Problems
-        Takes what is wrong.
-
-    Returns
-    -------
-    dict of str to Limit
-        By response, SI.
-    """
+    """Read the limits of responses, SI; a name without number is each of them."""
     units = {each.name: each.unit for each in responses}
     found: dict[str, Limit] = {}
     for name, value in given.items():
@@ -52,24 +37,10 @@ def read_limits(
 def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
     """Read the limit of a response.
 
-    Parameters
-    ----------
-    given : str or dict
-        "<= 3 %", or with what is demanded, { limit = "<= 3 %", yield = "99 %" }: a
-        yield, the greatest share beyond per million (`ppm = 100`), or the Ppk of a
-        normal response with as many beyond each end (`ppk = 1.33`).
-    unit : str
-        SI unit of the response.
-
-    Returns
-    -------
-    Limit
-        SI; a yield of 99.73 % is demanded where none is given.
-
-    Raises
-    ------
-    UnitError
-        If a key or a quantity is wrong.
+    "<= 3 %", or with what is demanded, { limit = "<= 3 %", yield = "99 %" }: a yield,
+    the greatest share beyond per million (`ppm = 100`), or the Ppk of a normal response
+    with as many beyond each end (`ppk = 1.33`); a yield of 99.73 % where none is given.
+    SI.
     """
     keys = {"limit": given} if isinstance(given, str) else given
     for key in keys:

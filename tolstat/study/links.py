@@ -20,15 +20,7 @@ NOMINAL = "nominal"
 
 
 def settings_with_links(table: Mapping[str, Any], model: Model) -> dict[str, Any]:
-    """Return the settings of a study, what its links are among them.
-
-    Parameters
-    ----------
-    table : mapping
-        The study, as TOML has it.
-    model : Model
-        Whose setting `links` says what a link is.
-    """
+    """Return the settings of a study, what its links are among them."""
     given = dict(table.get("settings", {}))
     if links := table.get("links"):
         columns = _columns(model)
@@ -40,22 +32,7 @@ def settings_with_links(table: Mapping[str, Any], model: Model) -> dict[str, Any
 
 
 def read_links(document: Document, model: Model, problems: Problems) -> Document:
-    """Read a link as what it is: a setting, and a deviation beside it.
-
-    Parameters
-    ----------
-    document : Document
-        Its section [links].
-    model : Model
-        Whose setting `links` takes them.
-    problems : Problems
-        Takes what is wrong.
-
-    Returns
-    -------
-    Document
-        With what each link is among its settings, the rest among its deviations.
-    """
+    """Read a link as what it is: a setting, and a deviation beside it."""
     if not document.links:
         return document
     columns = _columns(model)
@@ -93,19 +70,7 @@ def check_sizes(
     distributions: Mapping[str, Distribution],
     problems: Problems,
 ) -> None:
-    """Refuse tolerances that are sizes: they hold the nominal, and not nothing.
-
-    Parameters
-    ----------
-    links : mapping
-        The section [links].
-    settings : object
-        Of the machine, with its links.
-    distributions : mapping of str to Distribution
-        Of what deviates, SI.
-    problems : Problems
-        Takes what is wrong.
-    """
+    """Refuse tolerances that are sizes: they hold the nominal, and not nothing."""
     for name, link in links.items():
         zone = getattr(distributions.get(name), "tolerance", None)
         if zone is None:

@@ -51,27 +51,9 @@ def read_parts(
 ) -> Parts:
     """Read measured parts from a CSV file.
 
-    Parameters
-    ----------
-    keys : dict
-        `data` (the file), `column`; `unit`, if the head has none; `nominal` (a quantity
-        to subtract, where the column holds sizes and not deviations); `fit` ("normal"
-        or "lognormal").
-    contributor : Contributor
-        Whose deviations they are: its unit and nominal size.
-    folder : Path or None
-        Of the study.
-
-    Returns
-    -------
-    Parts
-        As measured, or fitted.
-
-    Raises
-    ------
-    DataError, DistributionError, UnitError
-        If the file, a key or a number is wrong, or the parts are sizes and not
-        deviations.
+    From `data` (the file), `column`; `unit`, if the head has none; `nominal` (a
+    quantity to subtract, where the column holds sizes and not deviations); `fit`
+    ("normal" or "lognormal").
     """
     for key, value in keys.items():
         if key not in KEYS:
@@ -134,13 +116,7 @@ def _fitted_in_words(fitted: Fitted, scale: Scale) -> str:
 def _refuse_sizes(
     parts: Array, keys: dict[str, Any], contributor: Contributor, written: str
 ) -> None:
-    """Refuse what cannot be deviations of a part of this nominal size.
-
-    Raises
-    ------
-    DistributionError
-        If every other part is off by half of its nominal size.
-    """
+    """Refuse parts of which every other one is off by half of this nominal size."""
     size = contributor.size
     if not size or np.median(np.abs(parts)) < PART_OF_SIZE * size:
         return

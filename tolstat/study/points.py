@@ -103,23 +103,8 @@ def read_grid(
 ) -> Points | None:
     """Read the section [grid].
 
-    Parameters
-    ----------
-    given : mapping
-        By contributor or setting: a list, or a table with from, to and points.
-    model : Model
-        The machine.
-    settings : object
-        Those of the study; a swept setting takes its place.
-    description : Description
-        At those settings.
-    problems : Problems
-        Takes what is wrong.
-
-    Returns
-    -------
-    Points or None
-        None if something is wrong.
+    None if something is wrong. By contributor or setting: a list, or a table with from,
+    to and points. A swept setting takes the place of that of the study.
     """
     axes: list[Swept] = []
     before = len(problems.found)
@@ -276,27 +261,8 @@ def read_table(
 ) -> Points:
     """Read the deviations of machines from a CSV file.
 
-    Parameters
-    ----------
-    folder : Path or None
-        Of the study.
-    name : str
-        The file in it: heads are contributors with their unit, `rod_length_1 [mm]`; a
-        row is a machine.
-    settings : object
-        Of all of them.
-    description : Description
-        Of the model.
-
-    Returns
-    -------
-    Points
-        A trial for each row.
-
-    Raises
-    ------
-    DataError, ModelError, UnitError
-        If a column is no contributor, or a cell no number.
+    Heads are contributors with their unit, `rod_length_1 [mm]`; a row is a machine, and
+    a trial.
     """
     table = read_csv(folder, name)
     path = table.path

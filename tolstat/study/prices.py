@@ -42,25 +42,8 @@ def read_cost(
 ) -> Priced:
     """Read what the parts of a line cost by their tolerance.
 
-    Parameters
-    ----------
-    name : str
-        Of the line.
-    given : object
-        As the study has it: a law, or a table of tolerances and prices.
-    drawn : mapping of str to Distribution
-        By contributor, as the study draws them, SI.
-    make : callable
-        Reads the line with another tolerance.
-    unit : str
-        SI unit of the deviations.
-    shown : str
-        The unit in which the line writes its tolerance; empty for a grade.
-
-    Raises
-    ------
-    CostError, UnitError, DistributionError, GradeError
-        If a key or a value is wrong.
+    `make` reads the line with another tolerance; `shown` is the unit in which the line
+    writes its own, empty for a grade.
     """
     if not isinstance(given, dict) or not given:
         raise CostError(f"cost: a table is expected, {EXAMPLE}")
@@ -176,19 +159,8 @@ def _price(key: str, price: Any, least: float = 0.0) -> float:
 def with_tolerances(text: str, chosen: Mapping[str, str], heading: str) -> str:
     """Write a study with other tolerances.
 
-    Parameters
-    ----------
-    text : str
-        The study, as it is written.
-    chosen : mapping of str to str
-        The tolerances, by line of [deviations] or [links].
-    heading : str
-        What stands above it, as a comment.
-
-    Returns
-    -------
-    str
-        A study that runs. Other comments are not in it.
+    By line of [deviations] or [links]; the heading stands above as a comment, other
+    comments are gone.
     """
     table = tomllib.loads(text)
     for name, words in chosen.items():

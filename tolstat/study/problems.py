@@ -15,15 +15,7 @@ MOST_SAID = 50  # problems of one study
 
 
 class Problems:
-    """Problems of one study file.
-
-    Parameters
-    ----------
-    source : str
-        The file, as the user named it.
-    verdict : str
-        What cannot be done with it then.
-    """
+    """Problems of one study file."""
 
     def __init__(self, source: str, verdict: str = "cannot be run") -> None:
         self.source, self.verdict = source, verdict
@@ -32,19 +24,9 @@ class Problems:
     def add(self, key: str, value: Any, message: str) -> None:
         """Note one problem.
 
-        Parameters
-        ----------
-        key : str
-            Where: "trials", "[limits] extra_loss".
-        value
-            What stands there; None if nothing does.
-        message : str
-            What is wrong, what is allowed, what to do.
-
-        Raises
-        ------
-        StudyError
-            If there are so many that nobody would read more.
+        The key says where: "trials", "[limits] extra_loss"; the message what is wrong,
+        what is allowed, what to do. So many that nobody would read more are raised at
+        once.
         """
         shown = "" if value is None else f" = {shortened(_toml(value))}"
         what = shortened(message, LONGEST_MESSAGE)
@@ -61,26 +43,14 @@ class Problems:
             self.add(key, value, str(error))
 
     def required(self, key: str, value: Any, asked: Callable[[], Found]) -> Found:
-        """Return what is asked for; where that is refused, nothing can go on.
-
-        Raises
-        ------
-        StudyError
-            With all problems noted so far.
-        """
+        """Return what is asked for; where that is refused, nothing can go on."""
         with self.noting(key, value):
             return asked()
         self.raise_if_any()
         raise AssertionError("a problem was noted")
 
     def raise_if_any(self) -> None:
-        """Refuse the study if any problem was noted.
-
-        Raises
-        ------
-        StudyError
-            With one line for each problem.
-        """
+        """Refuse the study if any problem was noted, with one line for each."""
         if self.found:
             said = self.found[:MOST_SAID]
             said += ["there are more"] * (len(self.found) > MOST_SAID)

@@ -21,32 +21,7 @@ def read_reference(
     description: Description,
     folder: Path | None,
 ) -> tuple[str, dict[str, NDArray[np.float64]]]:
-    """Read the section [reference].
-
-    Parameters
-    ----------
-    given : dict
-        `data`, a CSV file whose first column is swept and whose others are responses,
-        or swept too where the grid has several axes, each with its unit in the head;
-        `label`.
-    swept : tuple of Swept
-        Axes of the grid.
-    description : Description
-        Of the model.
-    folder : Path or None
-        Of the study.
-
-    Returns
-    -------
-    tuple of (str, dict of str to float64[point])
-        Where they come from, and the points, SI: the swept contributor or setting
-        first, then others that are swept and responses.
-
-    Raises
-    ------
-    DataError
-        If the file or a column is wrong.
-    """
+    """Read the section [reference]: label, and columns, SI, the swept first."""
     for key in ("data", "label"):
         if not isinstance(given.get(key), str):
             raise DataError(f"the key {key} is missing, or no text")

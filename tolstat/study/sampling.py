@@ -32,18 +32,8 @@ def sampler_of(sampling: str) -> Sampler:
 def read_sampling(document: Document, problems: Problems) -> tuple[Document, str]:
     """Read a sampling that says of which response it is asked.
 
-    Parameters
-    ----------
-    document : Document
-        The study as it is written.
-    problems : Problems
-        Takes what is wrong.
-
-    Returns
-    -------
-    tuple of (Document, str)
-        With the name of the sampling alone; the response that `{ rare = "..." }` names,
-        empty where none is named.
+    Returned are the study with the name of the sampling alone, and the response that `{
+    rare = "..." }` names, empty where none is named.
     """
     given = document.sampling
     if isinstance(given, str):
@@ -62,22 +52,7 @@ def read_sampling(document: Document, problems: Problems) -> tuple[Document, str
 
 
 def rare_response(name: str, limited: Collection[str], known: list[str]) -> str:
-    """Return the response whose limit a rare study is about.
-
-    Parameters
-    ----------
-    name : str
-        As the study writes it; empty where it names none.
-    limited : collection of str
-        Responses with a limit.
-    known : list of str
-        All responses.
-
-    Raises
-    ------
-    StudyError, ModelError
-        If it is none, or several.
-    """
+    """Return the response a rare study is about: named, or alone limited."""
     asked = expand(name, known) if name else list(limited)
     if name and (without := [each for each in asked if each not in limited]):
         raise ModelError(f"{', '.join(without)}: no limit; give it a line in [limits]")
@@ -99,19 +74,7 @@ def check_sampling(
     points: Points | None,
     problems: Problems,
 ) -> None:
-    """Refuse keys that are missing for this sampling, or say nothing to it.
-
-    Parameters
-    ----------
-    document : Document
-        The study as `read_sampling` leaves it.
-    deviating : Deviations
-        What deviates.
-    points : Points or None
-        The machines of a grid or a table.
-    problems : Problems
-        Takes what is wrong.
-    """
+    """Refuse keys that are missing for a sampling as read, or say nothing to it."""
     sampling = str(document.sampling)
     known = [*names_in(samplers), *GIVEN]
     if sampling not in known:
@@ -159,14 +122,7 @@ def _check_drawn(document: Document, deviating: Deviations, problems: Problems) 
 def check_trials(trials: int, sampling: str, deviating: Deviations) -> str:
     """Return what is wrong with a number of trials; empty if nothing is.
 
-    Parameters
-    ----------
-    trials : int
-        Asked for.
-    sampling : str
-        Name of the sampling.
-    deviating : Deviations
-        What deviates: it decides how many trials belong together.
+    What deviates decides how many trials belong together.
     """
     varying = len(factors(deviating.distributions, deviating.dependence))
     if sampling == RARE and not varying:

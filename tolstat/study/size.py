@@ -19,15 +19,7 @@ TIMES = (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0), ("minutes", 6
 
 
 def too_large(trials: int, description: Description) -> str:
-    """Say why a computer cannot hold so many trials; empty where it can.
-
-    Parameters
-    ----------
-    trials : int
-        How many machines.
-    description : Description
-        Of the model.
-    """
+    """Say why a computer cannot hold so many trials; empty where it can."""
     needed, there = trials * _row(description), memory()
     if needed <= there:
         return ""

@@ -162,13 +162,7 @@ class Study:
         return self._drawn(self.sampling, self.trials)
 
     def machines(self, number: int) -> NDArray[np.float64]:
-        """Return the deviations of the first machines, SI; of a rare study random ones.
-
-        Parameters
-        ----------
-        number : int
-            How many, at most.
-        """
+        """Return deviations of the first machines, SI; of a rare study random ones."""
         if self.rare:
             return self._drawn("random", number)
         return self.deviations()[:number]

@@ -128,13 +128,7 @@ def dimension(unit: str) -> Any:
 
 
 def si_unit(dimension: Any) -> str:
-    """Name the SI unit of a dimension, such as "N" or "m^2".
-
-    Raises
-    ------
-    UnitError
-        If its powers are not whole, or above 4.
-    """
+    """Name the SI unit of a dimension, "N" or "m^2"; powers are whole, up to 4."""
     for name in KNOWN:
         if name != "count" and _measure(name) == (1.0, dimension):
             return name

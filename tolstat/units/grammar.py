@@ -43,61 +43,21 @@ class Measure(NamedTuple):
 
 
 def measure(text: str) -> Measure:
-    """Read one quantity of any kind, such as "60 mm" or "45 deg".
-
-    Parameters
-    ----------
-    text : str
-        Number and unit; a bare number is a plain one.
-
-    Raises
-    ------
-    UnitError
-        If it cannot be read.
-    """
+    """Read one quantity of any kind, such as "60 mm" or "45 deg"."""
     written = unit_of(text)
     unit = si_unit(dimension(written))
     return Measure(quantity(text, unit), unit, written)
 
 
 def bare_number(text: str) -> float:
-    """Read a bare number.
-
-    Parameters
-    ----------
-    text : str
-        Digits, a decimal point, an exponent.
-
-    Raises
-    ------
-    UnitError
-        If it is none, or not finite.
-    """
+    """Read a bare number."""
     if not re.fullmatch(_NUMBER, text.strip()):
         raise UnitError(_unreadable(text, "a number such as 0.25"))
     return _finite(text)
 
 
 def quantity(text: str, unit: str) -> float:
-    """Read one quantity, such as "7.5 rad/s".
-
-    Parameters
-    ----------
-    text : str
-        Number and unit; a bare number where the unit is "1".
-    unit : str
-        SI unit that it must agree with.
-
-    Returns
-    -------
-    float
-        SI.
-
-    Raises
-    ------
-    UnitError
-        If it cannot be read or is of another kind.
-    """
+    """Read one quantity, such as "7.5 rad/s", as SI; a bare number for "1"."""
     found = _QUANTITY.fullmatch(text.strip())
     if found is None:
         raise UnitError(
@@ -109,22 +69,8 @@ def quantity(text: str, unit: str) -> float:
 def tolerance(text: str, unit: str) -> Range:
     """Read a tolerance: "+-1.2 mm", or with unequal ends "-0.1..+0.3 mm".
 
-    Parameters
-    ----------
-    text : str
-        As in a study file.
-    unit : str
-        SI unit of the contributor's deviation.
-
-    Returns
-    -------
-    Range
-        The permitted zone of the deviation, SI.
-
-    Raises
-    ------
-    UnitError
-        If it cannot be read, is of another kind, has no width or is upside down.
+    The permitted zone of a deviation, SI; it has a width, and its lower end comes
+    first.
     """
     text = text.strip()
     if found := _SYMMETRIC.fullmatch(text):
@@ -144,25 +90,7 @@ def tolerance(text: str, unit: str) -> Range:
 
 
 def limit(text: str, unit: str) -> Range:
-    """Read a limit: "<= 3 %", ">= 0 mm" or "1..2 mm".
-
-    Parameters
-    ----------
-    text : str
-        As in a study file.
-    unit : str
-        SI unit of the response.
-
-    Returns
-    -------
-    Range
-        The permitted values, SI.
-
-    Raises
-    ------
-    UnitError
-        If it cannot be read, is of another kind or is upside down.
-    """
+    """Read a limit, "<= 3 %", ">= 0 mm" or "1..2 mm": the permitted values, SI."""
     text = text.strip()
     if found := _BOUND.fullmatch(text):
         value = _si(found["value"], found["unit"], unit)
@@ -176,20 +104,7 @@ def limit(text: str, unit: str) -> Range:
 
 
 def quantity_range(text: str, unit: str) -> Range:
-    """Read a range, such as "850..1700 rpm".
-
-    Parameters
-    ----------
-    text : str
-        As in a study file.
-    unit : str
-        SI unit that it must agree with.
-
-    Raises
-    ------
-    UnitError
-        If it cannot be read, is of another kind or is upside down.
-    """
+    """Read a range, such as "850..1700 rpm", as SI."""
     found = _RANGE.fullmatch(text.strip())
     if found is None:
         raise UnitError(_unreadable(text, f"a range such as {_example('1..2', unit)}"))

@@ -93,11 +93,6 @@ class Scale(NamedTuple):
 
         All three end where half the interval has its second figure; they have six
         figures at most. Where the interval has no width or no end, each has four.
-
-        Parameters
-        ----------
-        value, lower, upper : float
-            SI.
         """
         given = (value, lower, upper)
         three = [float(from_si(x, self.unit, self.shown)) for x in given]
@@ -156,13 +151,7 @@ class Ratio(NamedTuple):
 
 
 def four_figures(value: float) -> str:
-    """Write a number with four figures, three where it needs an exponent.
-
-    Parameters
-    ----------
-    value : float
-        In the unit to be shown.
-    """
+    """Write a number with four figures, three where it needs an exponent."""
     if math.isnan(value):
         return "failed"
     if value == 0:
@@ -174,15 +163,7 @@ def four_figures(value: float) -> str:
 
 
 def to_place(value: float, place: int) -> str:
-    """Write a number up to a place behind its point; before it if that is negative.
-
-    Parameters
-    ----------
-    value : float
-        In the unit to be shown.
-    place : int
-        Where its last figure stands.
-    """
+    """Write a number up to a place behind its point; before it if that is negative."""
     rounded = round(value, place)
     if rounded == 0:
         return "0"
