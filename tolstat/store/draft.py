@@ -10,7 +10,13 @@ import h5py
 
 from tolstat.store.audited import write_audited
 from tolstat.store.evidence import write_evidence
-from tolstat.store.layout import AUDIT, EVIDENCE, RERUN, SEAL, lay_out, write_facts
+from tolstat.store.facts import (
+    write_facts,
+    write_numbers,
+    write_reference,
+    write_settings,
+)
+from tolstat.store.layout import AUDIT, EVIDENCE, RERUN, SEAL, lay_out
 from tolstat.store.memory_file import MemoryFile
 from tolstat.store.plan import Ending, Plan
 from tolstat.store.rows import Place, places_of
@@ -34,6 +40,9 @@ def draft_of(
         for name, fact in facts.items():
             file.attrs[name] = fact
         lay_out(file, plan, trials)
+        write_settings(file, plan.settings)
+        write_numbers(file, plan.numbers)
+        write_reference(file, plan.reference)
         if ending:
             responses = plan.description.responses
             for name, audited in ((AUDIT, ending.audited), (RERUN, ending.rerun)):

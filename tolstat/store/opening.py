@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
 import os
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import h5py
-import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.errors import DamagedError, RunFileError
-from tolstat.model.description import Contributor, Response, StudyNumber
-from tolstat.statistics.limit import Limit
+from tolstat.model.description import Response
+from tolstat.store import columns as of_column
+from tolstat.store import facts
 from tolstat.store.advice import to_resume
 from tolstat.store.attributes import texts
 from tolstat.store.audited import read_audited
@@ -22,31 +20,16 @@ from tolstat.store.clock import seconds_of, written_at
 from tolstat.store.damage import damage_of
 from tolstat.store.evidence import read_evidence
 from tolstat.store.layout import (
-    ASSUMED,
     AUDIT,
-    BATCH,
     CLOCK,
-    CODES,
-    DEMANDED,
     EVIDENCE,
-    LIMIT,
     NOMINAL,
-    NUMBERS,
-    PART,
-    RANGE,
-    RARE,
-    REFERENCE,
     RERUN,
-    SETTINGS,
-    SHOWN,
     STATUS,
     STEPS,
     SWEPT,
-    TOLERANCE,
-    WORDS,
-    WRITTEN,
+    decoded,
 )
-from tolstat.store.plan import Assumed, Chosen, Reference, Sampled, Stopped
 from tolstat.store.provenance import facts_of
 from tolstat.store.run import Run, StudyText
 from tolstat.store.seal import check_seal
@@ -107,95 +90,59 @@ def _read(path: Path, file: h5py.File) -> Run:
     attrs = file.attrs
     text = str(attrs["study"])
     datasets = {n: item for n, item in file.items() if isinstance(item, h5py.Dataset)}
-    swept = {n: d for n, d in datasets.items() if d.attrs.get("role") == SWEPT}
     columns = {name: item[...] for name, item in datasets.items()} | {STATUS: status}
-    words = dict(
-        zip(file[STATUS].attrs[CODES].tolist(), texts(file[STATUS], WORDS), strict=True)
-    )
+    words = of_column.words_of(file[STATUS])
     complete = EVIDENCE in file
     damage = damage_of(file, columns, words, complete=complete)
     clock = file[CLOCK][...]
-    contributors = tuple(_contributor(file[n]) for n in texts(file, "contributors"))
-    responses = tuple(_response(file[n]) for n in texts(file, "responses"))
+    names = texts(file, "contributors")
+    responses = tuple(of_column.response_of(file[n]) for n in texts(file, "responses"))
+    limits = {each.name: of_column.limit_of(file[each.name]) for each in responses}
+    assumed = {name: of_column.assumed_of(file[name]) for name in names}
+    told = {"ended_at": written_at(clock), "seconds": seconds_of(clock)}
     return Run(
-        path,
-        StudyText(text, tomllib.loads(text)),
-        str(attrs["title"]),
-        str(attrs["model"]),
-        str(attrs["machine"]),
-        str(attrs["sampling"]),
-        contributors,
-        responses,
-        _nominal(file[NOMINAL], responses, words),
-        _sampled(file) if "seed" in attrs else None,
-        {name: _chosen(item) for name, item in file[SETTINGS].items()},
-        {name: str(item.attrs["units"]) for name, item in swept.items()},
-        texts(file, "grid"),
-        {
-            r.name: _limit(file[r.name])
-            for r in responses
-            if LIMIT in file[r.name].attrs
+        path=path,
+        study=StudyText(text, tomllib.loads(text)),
+        title=str(attrs["title"]),
+        model=str(attrs["model"]),
+        machine=str(attrs["machine"]),
+        sampling=str(attrs["sampling"]),
+        source_digest=str(attrs["source_digest"]),
+        rare=str(attrs.get(facts.RARE, "")),
+        contributors=tuple(of_column.contributor_of(file[name]) for name in names),
+        responses=responses,
+        nominal_values=_nominal(file[NOMINAL], responses, words),
+        words=words,
+        sampled=facts.sampled_of(file),
+        settings=facts.settings_of(file),
+        numbers=facts.numbers_of(file),
+        reference=facts.reference_of(file),
+        stopped=facts.stopped_of(file),
+        study_file=facts.study_file_of(path, file),
+        swept={
+            name: str(item.attrs["units"])
+            for name, item in datasets.items()
+            if item.attrs.get("role") == SWEPT
         },
-        {
-            c.name: _assumed(file[c.name])
-            for c in contributors
-            if TOLERANCE in file[c.name].attrs
-        },
-        _stopped(file) if "until_stages" in attrs else None,
-        read_audited(file.get(AUDIT), responses),
-        read_evidence(file.get(EVIDENCE)),
-        _reference(file[REFERENCE]) if REFERENCE in file else None,
-        texts(file, "notes"),
-        texts(file, "assumptions"),
-        words,
-        str(attrs["source_digest"]),
-        {
-            **facts_of(file),
-            "ended_at": written_at(clock),
-            "seconds": seconds_of(clock),
-        },
-        {n: str(d.attrs[SHOWN]) for n, d in datasets.items() if SHOWN in d.attrs},
-        {name: _decoded(values) for name, values in columns.items()},
-        tuple(_number(n, item) for n, item in file.get(NUMBERS, {}).items()),
-        rerun=read_audited(file.get(RERUN), responses),
+        limits={name: limit for name, limit in limits.items() if limit},
+        assumed={name: each for name, each in assumed.items() if each},
+        grid=texts(file, "grid"),
+        notes=texts(file, "notes"),
+        assumptions=texts(file, "assumptions"),
         rules=texts(file, "until"),
+        audited=read_audited(file.get(AUDIT), responses),
+        rerun=read_audited(file.get(RERUN), responses),
+        evidence=read_evidence(file.get(EVIDENCE)),
         complete=complete,
         damage=damage,
-        study_file=_study_file(path, file),
-        rare=str(attrs.get(RARE, "")),
+        _facts={**facts_of(file), **told},
+        _shown={
+            name: str(item.attrs[of_column.SHOWN])
+            for name, item in datasets.items()
+            if of_column.SHOWN in item.attrs
+        },
+        _columns={name: decoded(values) for name, values in columns.items()},
     )
-
-
-def _decoded(values: NDArray[Any]) -> NDArray[Any]:
-    text = values.dtype.kind == "S"
-    return np.char.decode(values, "utf-8", "replace") if text else values
-
-
-def _study_file(path: Path, file: h5py.File) -> Path | None:
-    """Say where the study lies that a run was made from."""
-    if "study_file" not in file.attrs:
-        return None
-    return Path(os.path.normpath(path.resolve().parent / file.attrs["study_file"]))
-
-
-def _described(dataset: h5py.Dataset) -> tuple[str, str, str, str, str]:
-    attrs = dataset.attrs
-    name = dataset.name.removeprefix("/")
-    return name, attrs["units"], attrs["symbol"], attrs["long_name"], attrs["source"]
-
-
-def _contributor(dataset: h5py.Dataset) -> Contributor:
-    part = dataset.attrs.get(PART, "")
-    return Contributor(*_described(dataset), part=part, shown=_shown(dataset))
-
-
-def _response(dataset: h5py.Dataset) -> Response:
-    ends = tuple(dataset.attrs[RANGE].tolist()) if RANGE in dataset.attrs else None
-    return Response(*_described(dataset), shown=_shown(dataset), range=ends)
-
-
-def _shown(dataset: h5py.Dataset) -> str:
-    return str(dataset.attrs.get(SHOWN, ""))
 
 
 def _nominal(
@@ -206,51 +153,3 @@ def _nominal(
     if STEPS in group:
         found[STEPS] = int(group[STEPS][()])
     return found
-
-
-def _sampled(file: h5py.File) -> Sampled:
-    attrs = file.attrs
-    return Sampled(
-        int(attrs["seed"]),
-        str(attrs["promise"]),
-        int(attrs["replicates"]),
-        int(attrs["group"]),
-        texts(file, "factors"),
-    )
-
-
-def _chosen(item: h5py.Dataset) -> Chosen:
-    words, attrs = item.asstr()[()], item.attrs
-    return Chosen(words, str(attrs["long_name"]), bool(attrs["given"]))
-
-
-def _number(name: str, dataset: h5py.Dataset) -> StudyNumber:
-    attrs, value = dataset.attrs, float(dataset[()])
-    words = (attrs[key] for key in ("long_name", SHOWN, "of", "caveat"))
-    return StudyNumber(name, attrs["units"], value, *words)
-
-
-def _limit(dataset: h5py.Dataset) -> Limit:
-    lower, upper = dataset.attrs[LIMIT].tolist()
-    demanded, words = float(dataset.attrs[DEMANDED]), str(dataset.attrs[WRITTEN])
-    return Limit(lower, upper, demanded, words)
-
-
-def _assumed(dataset: h5py.Dataset) -> Assumed:
-    lower, upper = dataset.attrs[TOLERANCE].tolist()
-    words, batch = dataset.attrs[ASSUMED], dataset.attrs.get(BATCH, "")
-    moments = (float(dataset.attrs.get(key, math.nan)) for key in ("mean", "sigma"))
-    return Assumed((lower, upper), words, batch, *moments)
-
-
-def _stopped(file: h5py.File) -> Stopped:
-    attrs = file.attrs
-    stages = tuple(attrs["until_stages"].tolist())
-    reached, at_most = bool(attrs["until_reached"]), int(attrs["at_most"])
-    wanted = float(attrs.get("until_wanted", 0.0))
-    return Stopped(texts(file, "until"), reached, stages, at_most, wanted)
-
-
-def _reference(group: h5py.Group) -> Reference:
-    columns = {name: item[...] for name, item in group.items()}
-    return Reference(str(group.attrs["label"]), columns)

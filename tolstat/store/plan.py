@@ -105,44 +105,32 @@ class Reference(NamedTuple):
     columns: Mapping[str, Array]
 
 
-@dataclass(frozen=True)
-class Plan:
-    """All that is known of a run before anything has run.
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Known:
+    """What a run says of itself from before its first trial on.
 
     Attributes
     ----------
-    study_text : str
-        The study as it was written.
     title, model, sampling : str
         Of the study.
     machine : str
         FILE.py:NAME of a machine of one's own; empty for an installed one.
-    description : Description
-        Contributors and responses, in the order of the columns.
-    deviations : float64[trial, contributor]
-        All of them, drawn.
     words : dict of int to str
         The word of each status that a trial can have.
-    integrates : bool
-        Whether trials count steps.
     source_digest : str
         Of the source that decides the numbers.
     sampled : Sampled or None
-        None where machines were chosen and not drawn.
+        How the machines are drawn; None where they are chosen.
     settings : dict of str to Chosen
-        All of them.
+        Of the machine, all of them, as they are written.
     limits : dict of str to Limit
-        By response.
+        By response, SI.
     assumed : dict of str to Assumed
         By contributor that deviates.
-    shown : dict of str to str
-        The unit in which the study writes a contributor, response or swept setting.
     grid : tuple of str
-        What a grid sweeps, the slowest first.
-    swept : dict of str to Swept
-        What a grid changes besides deviations.
+        What a grid sweeps, the slowest first; empty for any other run.
     reference : Reference or None
-        What is shown beside a grid.
+        Known points to be shown beside a grid.
     notes, assumptions : tuple of str
         What has to be known of the deviations, and of the machine's answers.
     numbers : tuple of StudyNumber
@@ -151,37 +139,59 @@ class Plan:
         The stopping rule, as it is written; empty without one.
     study_file : Path or None
         Where the study lies; None for one that is no file.
-    drawn : mapping of str to float64[trial]
-        Columns that say how trials were drawn, where not all were drawn alike.
     rare : str
         The response whose limit a rare run is about; empty for any other run.
     """
 
-    study_text: str
     title: str
     model: str
     machine: str
     sampling: str
-    description: Description
-    deviations: Array
-    words: Mapping[int, str]
-    integrates: bool
+    words: dict[int, str]
     source_digest: str
     sampled: Sampled | None
-    settings: Mapping[str, Chosen]
-    limits: Mapping[str, Limit]
-    assumed: Mapping[str, Assumed]
-    shown: Mapping[str, str]
+    settings: dict[str, Chosen]
+    limits: dict[str, Limit]
+    assumed: dict[str, Assumed]
     grid: tuple[str, ...] = ()
-    swept: Mapping[str, Swept] = field(default_factory=dict)
     reference: Reference | None = None
     notes: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     numbers: tuple[StudyNumber, ...] = ()
     rules: tuple[str, ...] = ()
     study_file: Path | None = None
-    drawn: Mapping[str, Array] = field(default_factory=dict)
     rare: str = ""
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Plan(Known):
+    """All that is known of a run before anything has run.
+
+    Attributes
+    ----------
+    study_text : str
+        The study as it was written.
+    description : Description
+        Contributors and responses, in the order of the columns.
+    deviations : float64[trial, contributor]
+        All of them, drawn.
+    integrates : bool
+        Whether trials count steps.
+    shown : dict of str to str
+        The unit in which the study writes a contributor, response or swept setting.
+    swept : dict of str to Swept
+        What a grid changes besides deviations.
+    drawn : mapping of str to float64[trial]
+        Columns that say how trials were drawn, where not all were drawn alike.
+    """
+
+    study_text: str
+    description: Description
+    deviations: Array
+    integrates: bool
+    shown: Mapping[str, str]
+    swept: Mapping[str, Swept] = field(default_factory=dict)
+    drawn: Mapping[str, Array] = field(default_factory=dict)
 
 
 class Stopped(NamedTuple):

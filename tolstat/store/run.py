@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,7 @@ from tolstat.store.audited import Audited
 from tolstat.store.damage import Damage
 from tolstat.store.evidence import Evidence
 from tolstat.store.layout import DRAWN, STATUS, STEPS
-from tolstat.store.plan import Assumed, Chosen, Reference, Sampled, Stopped
+from tolstat.store.plan import Known, Stopped
 from tolstat.store.provenance import DECISIVE, provenance
 from tolstat.units.scale import Scale, scale_of
 
@@ -43,9 +43,9 @@ class StudyText:
     table: dict[str, Any]
 
 
-@dataclass(frozen=True, repr=False)
-class Run:
-    """A stored run.
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Run(Known):
+    """A stored run; what it says of itself besides, see `Known`.
 
     Attributes
     ----------
@@ -53,89 +53,41 @@ class Run:
         Its file.
     study : StudyText
         What was asked.
-    title, model, sampling : str
-        Of the study.
-    machine : str
-        FILE.py:NAME of a machine of one's own; empty for an installed one.
     contributors, responses : tuple
         The columns, in order, with units and sentences.
     nominal_values : dict
         Responses (SI), status (a word) and steps of the machine without deviations.
-    sampled : Sampled or None
-        How the machines were drawn; None where they were chosen.
-    settings : dict of str to Chosen
-        Of the machine, as they are written.
     swept : dict of str to str
         SI unit of each setting that a grid changes.
-    grid : tuple of str
-        What a grid sweeps, the slowest first; empty for any other run.
-    limits : dict of str to Limit
-        By response, SI.
-    assumed : dict of str to Assumed
-        By contributor that deviates.
     stopped : Stopped or None
         What the stopping rule made of it; None without one, or where it was cut short.
     audited : Audited or None
         Trials evaluated again; None where that cannot be, or did not come to it.
-    evidence : Evidence
-        Slopes, worst cases and worst trials, or why there are none.
-    reference : Reference or None
-        Known points to be shown beside a grid.
-    notes, assumptions : tuple of str
-        What has to be known of the deviations, and of the machine's answers.
-    numbers : tuple of StudyNumber
-        Numbers of the study, shown beside those of its machines.
-    words : dict of int to str
-        The word of each status that a trial can have.
-    source_digest : str
-        Of the source that decided the numbers.
     rerun : Audited or None
         Failed trials evaluated again with tighter settings; they still count as failed.
-    rules : tuple of str
-        The stopping rule that it follows; empty without one.
+    evidence : Evidence
+        Slopes, worst cases and worst trials, or why there are none.
     complete : bool
         Whether it came to its end.
     damage : Damage
         What is not as it was written; false if nothing is.
-    study_file : Path or None
-        Where the study lay that it was made from.
-    rare : str
-        The response whose limit a rare run is about; empty for any other run.
     """
 
     path: Path
     study: StudyText
-    title: str
-    model: str
-    machine: str
-    sampling: str
     contributors: tuple[Contributor, ...]
     responses: tuple[Response, ...]
     nominal_values: dict[str, Any]
-    sampled: Sampled | None
-    settings: dict[str, Chosen]
     swept: dict[str, str]
-    grid: tuple[str, ...]
-    limits: dict[str, Limit]
-    assumed: dict[str, Assumed]
     stopped: Stopped | None
     audited: Audited | None
+    rerun: Audited | None
     evidence: Evidence
-    reference: Reference | None
-    notes: tuple[str, ...]
-    assumptions: tuple[str, ...]
-    words: dict[int, str]
-    source_digest: str
+    complete: bool
+    damage: Damage
     _facts: dict[str, Any]
     _shown: dict[str, str]
-    _columns: dict[str, NDArray[Any]] = field(repr=False)
-    numbers: tuple[StudyNumber, ...] = ()
-    rerun: Audited | None = None
-    rules: tuple[str, ...] = ()
-    complete: bool = False
-    damage: Damage = field(default_factory=Damage)
-    study_file: Path | None = None
-    rare: str = ""
+    _columns: dict[str, NDArray[Any]]
 
     @property
     def trials(self) -> int:
