@@ -16,17 +16,10 @@ if TYPE_CHECKING:
 
 
 class Power(NamedTuple):
-    """Who evaluates.
+    """Who evaluates."""
 
-    Attributes
-    ----------
-    workers : int or None
-        Threads; as many as there are processors if not given.
-    cluster : str or None
-        Address of a Dask scheduler; threads of this process if not given.
-    """
-
-    workers: int | None = None
+    workers: int | None = None  # threads; as many as there are processors if not given
+    # address of a Dask scheduler; threads of this process if not given
     cluster: str | None = None
 
     @contextmanager

@@ -34,21 +34,11 @@ TITLE = "tolstat batch"
 
 @dataclass
 class Queue:
-    """Studies in their order, and what has become of them.
+    """Studies in their order, and what has become of them."""
 
-    Attributes
-    ----------
-    entries : dict of Path to Entry
-        By study file.
-    exit_codes : set of int
-        Of studies that failed.
-    began : float
-        When the present study did, s.
-    """
-
-    entries: dict[Path, Entry]
-    exit_codes: set[int] = field(default_factory=set)
-    began: float = 0.0
+    entries: dict[Path, Entry]  # by study file
+    exit_codes: set[int] = field(default_factory=set)  # of studies that failed
+    began: float = 0.0  # when the present study did, s
 
     def table(self) -> Table:
         """Return all of them as they stand."""

@@ -118,21 +118,11 @@ class Allocation(NamedTuple):
 
 
 class Point(NamedTuple):
-    """The cheapest tolerances for some share of the machines beyond any limit.
+    """The cheapest tolerances for some share of the machines beyond any limit."""
 
-    Attributes
-    ----------
-    cost : float
-        Of the tolerances.
-    beyond : float
-        That share, which weighted machines exceed as likely as not.
-    choice : tuple of float
-        The tolerances, one of each line that has a cost.
-    """
-
-    cost: float
-    beyond: float
-    choice: Choice
+    cost: float  # of the tolerances
+    beyond: float  # that share, which weighted machines exceed as likely as not
+    choice: Choice  # the tolerances, one of each line that has a cost
 
 
 def trade_off(points: list[Point], schemes: Mapping[str, Scheme]) -> Chart:

@@ -23,24 +23,14 @@ LASTING = 2.0  # s, of the check
 
 
 class Check(NamedTuple):
-    """Machines of the stand evaluated over and over.
+    """Machines of the stand evaluated over and over."""
 
-    Attributes
-    ----------
-    ready : float
-        How long the first one took, s: what is not compiled yet is compiled for it.
-    trials : int
-        Machines after that.
-    seconds : float
-        How long these took.
-    same : bool
-        Whether each has, bit for bit, the same answer whatever block it is in, and
-        whoever evaluates it.
-    """
-
+    # how long the first one took, s: what is not compiled yet is compiled for it
     ready: float
-    trials: int
-    seconds: float
+    trials: int  # machines after that
+    seconds: float  # how long these took
+    # whether each has, bit for bit, the same answer whatever block it is in, and
+    # whoever evaluates it
     same: bool
 
 

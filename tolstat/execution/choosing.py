@@ -26,20 +26,13 @@ NO_LIMIT = Limit(-np.inf, np.inf)
 
 
 class Choice(NamedTuple):
-    """Trials to be evaluated again.
+    """Trials to be evaluated again."""
 
-    Attributes
-    ----------
-    trials : int64[n]
-        Their numbers, ascending.
-    at_random : bool[n]
-        Whether a trial is the one of its hundred that was chosen at random.
-    chosen_by : dict of str to uint8[n]
-        By response that chose trials on purpose: sums of `Reason`, 0 for none.
-    """
-
-    trials: Numbers
+    trials: Numbers  # int64[n]: their numbers, ascending
+    # bool[n]: whether a trial is the one of its hundred that was chosen at random
     at_random: NDArray[np.bool_]
+    # dict of str to uint8[n]: by response that chose trials on purpose: sums of
+    # `Reason`, 0 for none
     chosen_by: Mapping[str, NDArray[np.uint8]]
 
 

@@ -64,38 +64,20 @@ def slopes(
 
 
 class Target(NamedTuple):
-    """What is to be as bad as can be.
+    """What is to be as bad as can be."""
 
-    Attributes
-    ----------
-    response : int
-        Its column.
-    sign : int
-        1 for the largest value, -1 for the least.
-    starts : float64[start, contributor]
-        Machines of which the worst is begun with.
-    """
-
-    response: int
-    sign: int
+    response: int  # its column
+    sign: int  # 1 for the largest value, -1 for the least
+    # float64[start, contributor]: machines of which the worst is begun with
     starts: Array
 
 
 class Corner(NamedTuple):
-    """The worst machine found; most often, not always, a corner of the tolerances.
+    """The worst machine found; most often, not always, a corner of the tolerances."""
 
-    Attributes
-    ----------
-    value : float
-        Of the response, SI; NaN if every machine tried failed.
-    deviations : float64[contributor]
-        The machine.
-    tried, failed : int
-        Machines simulated for it, and how many of these failed.
-    """
-
-    value: float
-    deviations: Array
+    value: float  # of the response, SI; NaN if every machine tried failed
+    deviations: Array  # float64[contributor]: the machine
+    # machines simulated for it, and how many of these failed
     tried: int
     failed: int
 

@@ -21,54 +21,27 @@ _loading = threading.Lock()
 
 
 class Origin(NamedTuple):
-    """Where a machine comes from.
+    """Where a machine comes from."""
 
-    Attributes
-    ----------
-    name : str
-        Of the catalogue.
-    place : str
-        FILE.py:NAME of a machine of one's own; empty for an installed one.
-    digest : str
-        Of the source that decides its numbers.
-    """
-
-    name: str
-    place: str
-    digest: str
+    name: str  # of the catalogue
+    place: str  # FILE.py:NAME of a machine of one's own; empty for an installed one
+    digest: str  # of the source that decides its numbers
 
 
 class Parcel(NamedTuple):
-    """A call that another process can make, and what has to be the same there.
+    """A call that another process can make, and what has to be the same there."""
 
-    Attributes
-    ----------
-    content : bytes
-        The function and its arguments.
-    origins : tuple of Origin
-        The machines in it.
-    decisive : dict of str to str
-        What decides the bits of the numbers: processor, versions.
-    """
-
-    content: bytes
-    origins: tuple[Origin, ...]
+    content: bytes  # the function and its arguments
+    origins: tuple[Origin, ...]  # the machines in it
+    # what decides the bits of the numbers: processor, versions
     decisive: dict[str, str]
 
 
 class Otherwise(NamedTuple):
-    """A process that would come to other bits, and has evaluated nothing.
+    """A process that would come to other bits, and has evaluated nothing."""
 
-    Attributes
-    ----------
-    who : str
-        Its name.
-    reasons : tuple of str
-        What is different there.
-    """
-
-    who: str
-    reasons: tuple[str, ...]
+    who: str  # its name
+    reasons: tuple[str, ...]  # what is different there
 
 
 class _Packer(pickle.Pickler):

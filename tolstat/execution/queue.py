@@ -21,21 +21,11 @@ FINISHED, RESUMED, FINISHED_BEFORE = "finished", "resumed", "finished before"
 
 
 class Done(NamedTuple):
-    """What became of a study.
+    """What became of a study."""
 
-    Attributes
-    ----------
-    run : Run
-        Complete, or as far as it came.
-    how : str
-        "finished", "resumed" or "finished before".
-    notes : tuple of str
-        What has to be known of it.
-    """
-
-    run: Run
-    how: str
-    notes: tuple[str, ...] = ()
+    run: Run  # complete, or as far as it came
+    how: str  # "finished", "resumed" or "finished before"
+    notes: tuple[str, ...] = ()  # what has to be known of it
 
 
 def run_of(study: Path) -> Path:

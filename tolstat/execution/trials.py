@@ -18,30 +18,16 @@ Array = NDArray[np.float64]
 
 @dataclass
 class Trials:
-    """Deviations, and the answers so far.
+    """Deviations, and the answers so far."""
 
-    Attributes
-    ----------
-    description : Description
-        Names of the columns.
-    deviations : float64[trial, contributor]
-        SI.
-    status : uint8[trial]
-        0 where a trial has not run.
-    responses : float64[trial, response]
-        SI; NaN where there is none.
-    over, failed : int
-        Trials that are over, and those of them that failed.
-    drawn : mapping of str to float64[trial]
-        What is stored of how they were drawn.
-    """
-
-    description: Description
-    deviations: Array
-    status: NDArray[np.uint8]
-    responses: Array
+    description: Description  # names of the columns
+    deviations: Array  # float64[trial, contributor], SI
+    status: NDArray[np.uint8]  # uint8[trial]: 0 where a trial has not run
+    responses: Array  # float64[trial, response], SI; NaN where there is none
+    # trials that are over, and those of them that failed
     over: int = 0
     failed: int = 0
+    # mapping of str to float64[trial]: what is stored of how they were drawn
     drawn: Mapping[str, Array] = field(default_factory=dict)
 
     @classmethod

@@ -50,17 +50,10 @@ class Chosen(NamedTuple):
 
 
 class Swept(NamedTuple):
-    """A setting that is not the same in all trials.
+    """A setting that is not the same in all trials."""
 
-    Attributes
-    ----------
-    values : float64[trial] or str[trial]
-        SI, or words.
-    unit, shown, sentence : str
-        SI unit, the unit in which it is written, and what it is.
-    """
-
-    values: NDArray[Any]
+    values: NDArray[Any]  # float64[trial] or str[trial], SI, or words
+    # SI unit, the unit in which it is written, and what it is
     unit: str
     shown: str
     sentence: str
@@ -165,32 +158,18 @@ class Known:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Plan(Known):
-    """All that is known of a run before anything has run.
+    """All that is known of a run before anything has run."""
 
-    Attributes
-    ----------
-    study_text : str
-        The study as it was written.
-    description : Description
-        Contributors and responses, in the order of the columns.
-    deviations : float64[trial, contributor]
-        All of them, drawn.
-    integrates : bool
-        Whether trials count steps.
-    shown : dict of str to str
-        The unit in which the study writes a contributor, response or swept setting.
-    swept : dict of str to Swept
-        What a grid changes besides deviations.
-    drawn : mapping of str to float64[trial]
-        Columns that say how trials were drawn, where not all were drawn alike.
-    """
-
-    study_text: str
-    description: Description
-    deviations: Array
-    integrates: bool
+    study_text: str  # the study as it was written
+    description: Description  # contributors and responses, in the order of the columns
+    deviations: Array  # float64[trial, contributor]: all of them, drawn
+    integrates: bool  # whether trials count steps
+    # the unit in which the study writes a contributor, response or swept setting
     shown: Mapping[str, str]
+    # what a grid changes besides deviations
     swept: Mapping[str, Swept] = field(default_factory=dict)
+    # mapping of str to float64[trial]: columns that say how trials were drawn, where
+    # not all were drawn alike
     drawn: Mapping[str, Array] = field(default_factory=dict)
 
 
@@ -220,24 +199,12 @@ class Stopped(NamedTuple):
 
 
 class Ending(NamedTuple):
-    """What is known of a run at its end.
+    """What is known of a run at its end."""
 
-    Attributes
-    ----------
-    trials : int
-        How many of the planned ones are kept; all of these have run.
-    stopped : Stopped or None
-        None without a stopping rule.
-    audited : Audited or None
-        None for a machine that cannot be evaluated more precisely.
-    evidence : Evidence
-        What further simulations say.
-    rerun : Audited or None
-        Failed trials evaluated again; None where nobody asked for that.
-    """
-
-    trials: int
-    stopped: Stopped | None
+    trials: int  # how many of the planned ones are kept; all of these have run
+    stopped: Stopped | None  # None without a stopping rule
+    # None for a machine that cannot be evaluated more precisely
     audited: Audited | None
-    evidence: Evidence
+    evidence: Evidence  # what further simulations say
+    # failed trials evaluated again; None where nobody asked for that
     rerun: Audited | None = None

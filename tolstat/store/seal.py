@@ -31,27 +31,13 @@ Hole = tuple[int, int]  # where it begins, and how many bytes it has
 
 
 class Seal(NamedTuple):
-    """What a file says it is.
+    """What a file says it is."""
 
-    Attributes
-    ----------
-    format : int
-        How it is laid out.
-    size : int
-        Bytes of the file.
-    digest : str
-        Of all that is in no hole.
-    rows : tuple of (int, int)
-        Holes: where the rows lie, ascending.
-    place : int
-        Where the digest stands: a hole too.
-    """
-
-    format: int
-    size: int
-    digest: str
-    rows: tuple[Hole, ...]
-    place: int
+    format: int  # how it is laid out
+    size: int  # bytes of the file
+    digest: str  # of all that is in no hole
+    rows: tuple[Hole, ...]  # holes: where the rows lie, ascending
+    place: int  # where the digest stands: a hole too
 
 
 def text_of(size: int, rows: list[Hole], digest: str = "0" * DIGITS) -> bytes:

@@ -18,27 +18,13 @@ _HEAD = re.compile(r"(?P<name>.+?)\s*(?:\[(?P<unit>[^\]]*)\])?")
 
 
 class CsvTable(NamedTuple):
-    """A CSV file as text.
+    """A CSV file as text."""
 
-    Attributes
-    ----------
-    path : Path
-        Its file.
-    digest : str
-        SHA-256 of its content.
-    heads : list of str
-        Names of the columns, without units.
-    units : list of str
-        Units of the columns, empty where the head has none.
-    lines : list of (int, list of str)
-        The rows, each with its line number.
-    """
-
-    path: Path
-    digest: str
-    heads: list[str]
-    units: list[str]
-    lines: list[tuple[int, list[str]]]
+    path: Path  # its file
+    digest: str  # SHA-256 of its content
+    heads: list[str]  # names of the columns, without units
+    units: list[str]  # units of the columns, empty where the head has none
+    lines: list[tuple[int, list[str]]]  # the rows, each with its line number
 
     def column(self, name: str) -> list[float]:
         """Return the numbers of a column, as written."""

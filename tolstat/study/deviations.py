@@ -25,30 +25,14 @@ from tolstat.study.problems import Problems
 
 
 class Deviations(NamedTuple):
-    """What deviates, and how it hangs together.
+    """What deviates, and how it hangs together."""
 
-    Attributes
-    ----------
-    distributions : dict of str to Distribution
-        By contributor, SI.
-    dependence : Dependence
-        Batches and correlations.
-    words : dict of str to str
-        How each is distributed, as the study says it.
-    shown : dict of str to str
-        The unit in which each is written.
-    notes : tuple of str
-        What the summary of the run has to say of them.
-    priced : tuple of Priced
-        Lines that say what their parts cost by tolerance.
-    """
-
-    distributions: dict[str, Distribution]
-    dependence: Dependence
-    words: dict[str, str]
-    shown: dict[str, str]
-    notes: tuple[str, ...]
-    priced: tuple[Priced, ...] = ()
+    distributions: dict[str, Distribution]  # by contributor, SI
+    dependence: Dependence  # batches and correlations
+    words: dict[str, str]  # how each is distributed, as the study says it
+    shown: dict[str, str]  # the unit in which each is written
+    notes: tuple[str, ...]  # what the summary of the run has to say of them
+    priced: tuple[Priced, ...] = ()  # lines that say what their parts cost by tolerance
 
 
 def read_deviations(

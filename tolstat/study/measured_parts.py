@@ -26,23 +26,12 @@ FAR = 10  # times their spread off zero: measured values may well be sizes
 
 
 class Parts(NamedTuple):
-    """Measured parts.
+    """Measured parts."""
 
-    Attributes
-    ----------
-    distribution : Distribution
-        Of their deviations, SI.
-    note : str
-        What they are, for the summary of the run.
-    written : str
-        Unit in which they are given.
-    fitted : str
-        Mean and sigma of the fitted distribution, in that unit; empty without one.
-    """
-
-    distribution: Distribution
-    note: str
-    written: str
+    distribution: Distribution  # of their deviations, SI
+    note: str  # what they are, for the summary of the run
+    written: str  # unit in which they are given
+    # mean and sigma of the fitted distribution, in that unit; empty without one
     fitted: str = ""
 
 

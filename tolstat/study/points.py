@@ -32,30 +32,16 @@ EXAMPLE = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"
 
 
 class Swept(NamedTuple):
-    """What one axis of a grid changes.
+    """What one axis of a grid changes."""
 
-    Attributes
-    ----------
-    name : str
-        As the study has it.
-    members : tuple of str
-        The contributors that take its values, all alike; empty for a setting.
-    values : list
-        SI; for a setting as its dataclass wants it.
-    words : list of str or None
-        A setting's values as written, where they are no plain numbers.
-    unit : str
-        SI unit, "1" where there is none.
-    shown : str
-        The unit in which it is written; empty where it has none.
-    """
-
-    name: str
+    name: str  # as the study has it
+    # the contributors that take its values, all alike; empty for a setting
     members: tuple[str, ...]
-    values: list[Any]
+    values: list[Any]  # SI; for a setting as its dataclass wants it
+    # a setting's values as written, where they are no plain numbers
     words: list[str] | None
-    unit: str
-    shown: str
+    unit: str  # SI unit, "1" where there is none
+    shown: str  # the unit in which it is written; empty where it has none
 
 
 class Case(NamedTuple):
@@ -68,30 +54,16 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True)
 class Points:
-    """Machines as given.
+    """Machines as given."""
 
-    Attributes
-    ----------
-    deviations : float64[trial, contributor]
-        SI.
-    cases : tuple of Case
-        Their settings, in the order of the trials.
-    shown : dict of str to str
-        The unit in which each contributor or setting is written.
-    swept : tuple of Swept
-        The axes of a grid, the slowest first; none for a table.
-    settings : dict of str to array
-        By swept setting, a value for each trial: SI, or a word.
-    note : str
-        What they are, for the summary of the run.
-    """
-
-    deviations: NDArray[np.float64]
-    cases: tuple[Case, ...]
-    shown: Mapping[str, str]
+    deviations: NDArray[np.float64]  # float64[trial, contributor], SI
+    cases: tuple[Case, ...]  # their settings, in the order of the trials
+    shown: Mapping[str, str]  # the unit in which each contributor or setting is written
+    # the axes of a grid, the slowest first; none for a table
     swept: tuple[Swept, ...] = ()
+    # by swept setting, a value for each trial: SI, or a word
     settings: Mapping[str, NDArray[Any]] | None = None
-    note: str = ""
+    note: str = ""  # what they are, for the summary of the run
 
 
 def read_grid(

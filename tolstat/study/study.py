@@ -48,63 +48,29 @@ Source = str | os.PathLike[str] | Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Study:
-    """A study that can be run.
+    """A study that can be run."""
 
-    Attributes
-    ----------
-    path : Path or None
-        Its file; None if it was given in Python.
-    text : str
-        The file as it was written, or would be.
-    title : str
-        In the user's words.
-    model : Model
-        The machine.
-    settings : object
-        Instance of `model.settings`, SI.
-    description : Description
-        Contributors and responses of the model at these settings.
-    typed : dict of str to str
-        The settings that are given, as they are written.
-    trials : int
-        How many machines are built, at most.
-    until : Until or None
-        When there are enough of them.
-    seed : int or None
-        From which random numbers; None where nothing is drawn.
-    sampling : str
-        How the deviations are chosen.
-    deviating : Deviations
-        What deviates, and how it hangs together.
-    points : Points or None
-        The machines of a grid or a table.
-    reference : tuple or None
-        Known points to be shown beside a grid: their label, and columns.
-    limits : dict of str to Limit
-        By response, SI.
-    shown : dict of str to str
-        The unit in which each contributor, response or swept setting is written.
-    rare : str
-        The response whose limit it is about, where few machines are to be beyond it;
-        empty for any other study.
-    """
-
-    path: Path | None
-    text: str
-    title: str
-    model: Model
-    settings: Any
+    path: Path | None  # its file; None if it was given in Python
+    text: str  # the file as it was written, or would be
+    title: str  # in the user's words
+    model: Model  # the machine
+    settings: Any  # instance of `model.settings`, SI
+    # contributors and responses of the model at these settings
     description: Description
-    typed: dict[str, str]
-    trials: int
-    until: Until | None
-    seed: int | None
-    sampling: str
-    deviating: Deviations
-    points: Points | None
+    typed: dict[str, str]  # the settings that are given, as they are written
+    trials: int  # how many machines are built, at most
+    until: Until | None  # when there are enough of them
+    seed: int | None  # from which random numbers; None where nothing is drawn
+    sampling: str  # how the deviations are chosen
+    deviating: Deviations  # what deviates, and how it hangs together
+    points: Points | None  # the machines of a grid or a table
+    # known points to be shown beside a grid: their label, and columns
     reference: tuple[str, dict[str, NDArray[np.float64]]] | None
-    limits: dict[str, Limit]
+    limits: dict[str, Limit]  # by response, SI
+    # the unit in which each contributor, response or swept setting is written
     shown: dict[str, str]
+    # the response whose limit it is about, where few machines are to be beyond it;
+    # empty for any other study
     rare: str = ""
 
     @property

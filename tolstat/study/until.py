@@ -17,24 +17,12 @@ KINDS = ("mean", "sigma", "median", "beyond")
 
 
 class Until(NamedTuple):
-    """When a run has trials enough.
+    """When a run has trials enough."""
 
-    Attributes
-    ----------
-    precisions : tuple of Precision
-        All of them are to be reached.
-    at_most : int
-        Trials after which it ends whatever was reached.
-    rules : tuple of str
-        As they are written.
-    shown : dict of str to str
-        The unit in which a rule gives its precision, by response.
-    """
-
-    precisions: tuple[Precision, ...]
-    at_most: int
-    rules: tuple[str, ...]
-    shown: dict[str, str]
+    precisions: tuple[Precision, ...]  # all of them are to be reached
+    at_most: int  # trials after which it ends whatever was reached
+    rules: tuple[str, ...]  # as they are written
+    shown: dict[str, str]  # the unit in which a rule gives its precision, by response
 
 
 def read_until(
