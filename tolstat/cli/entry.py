@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from tolstat.cli.interrupting import leave, on_interrupt
 
 
-def entry(arguments: Sequence[str] | None = None) -> None:
+def entry() -> None:
     """Run the command line; the entry point of the package."""
     on_interrupt(leave)
     # only now: loading click takes as long as Python itself
     import warnings
 
-    from tolstat.cli.main import main, note
+    from tolstat.cli.group import note
+    from tolstat.cli.main import main
 
     warnings.showwarning = note  # type: ignore[assignment]
-    main(arguments)
+    main()

@@ -3,70 +3,30 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import click
 
+from tolstat.cli.group import EXIT_CODES, Group
 from tolstat.cli.interrupting import LIMITS_NOT_MET
+from tolstat.cli.options import (
+    closely,
+    form,
+    limits,
+    output_option,
+    path_argument,
+    plot_option,
+    regardless,
+    run_file,
+)
 from tolstat.cli.power import Power, powered, workers
 from tolstat.cli.stock import batch, doctor, export, runs
-from tolstat.errors import TolstatError
-from tolstat.literal import visible
 
 MOST_COMPARED = 26  # runs: each has a letter
-EXIT_CODES = """
-\b
-Exit codes:
-  0    done
-  1    something broke, or is damaged; what was stored before is safe
-  2    what was asked for is wrong, and nothing was done
-  3    done, and a limit is not met (run, resume, extend, batch, allocate)
-  130  stopped by Ctrl-C, SIGTERM or SIGHUP; what is finished is stored
-"""
-
-
-def _load_machine(
-    ctx: click.Context, option: click.Parameter, places: tuple[str, ...]
-) -> None:
-    """Let machines of one's own be found by their names."""
-    for place in places:
-        from tolstat.catalogue import load
-
-        load(place)
-
-
-class _Group(click.Group):
-    """Commands whose refusals are sentences, and that all know --machine."""
-
-    def invoke(self, ctx: click.Context) -> object:
-        try:
-            return super().invoke(ctx)
-        except TolstatError as error:
-            click.echo(f"tolstat: {visible(str(error))}", err=True)
-            sys.exit(error.exit_code)
-        except MemoryError:
-            click.echo("tolstat: there is not enough memory for this", err=True)
-            sys.exit(1)
-
-    def add_command(self, cmd: click.Command, name: str | None = None) -> None:
-        machine = click.Option(
-            ["--machine"],
-            metavar="FILE.py:NAME",
-            multiple=True,
-            callback=_load_machine,
-            expose_value=False,
-            is_eager=True,
-            help="A machine of your own, for the studies and runs that name it. "
-            "May be repeated.",
-        )
-        cmd.params.append(machine)
-        super().add_command(cmd, name)
 
 
 @click.group(
-    cls=_Group,
+    cls=Group,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=EXIT_CODES,
 )
@@ -80,16 +40,11 @@ def main() -> None:
 
 
 @main.command()
-@click.argument("study", type=click.Path(path_type=Path))
+@path_argument("study")
 @click.option("--trials", type=click.IntRange(min=1), help="Instead of the study's.")
 @click.option("--seed", type=click.IntRange(min=0), help="Instead of the study's.")
 @powered
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    help="Run file; beside the study, ending in .h5, if not given.",
-)
+@output_option("Run file; beside the study, ending in .h5, if not given.")
 @click.option(
     "--force",
     is_flag=True,
@@ -122,23 +77,15 @@ def _judge(met: bool) -> None:
         sys.exit(LIMITS_NOT_MET)
 
 
-_run_file = click.argument("source", metavar="RUN.h5", type=click.Path(path_type=Path))
-_regardless = click.option(
-    "--regardless",
-    is_flag=True,
-    help="Go on though the source, the processor or the study file is another now.",
-)
-
-
 @main.command()
-@_run_file
+@run_file
 @powered
 @click.option(
     "--rerun-failed",
     is_flag=True,
     help="Evaluate failed trials again with tighter settings, and keep that apart.",
 )
-@_regardless
+@regardless
 def resume(source: Path, power: Power, rerun_failed: bool, regardless: bool) -> None:
     """Finish what is missing of a run, and repair what is damaged.
 
@@ -150,7 +97,7 @@ def resume(source: Path, power: Power, rerun_failed: bool, regardless: bool) -> 
 
 
 @main.command()
-@_run_file
+@run_file
 @click.option(
     "--trials",
     type=click.IntRange(min=1),
@@ -158,7 +105,7 @@ def resume(source: Path, power: Power, rerun_failed: bool, regardless: bool) -> 
     help="How many there are to be in all.",
 )
 @powered
-@_regardless
+@regardless
 def extend(source: Path, trials: int, power: Power, regardless: bool) -> None:
     """Add trials to a run of random or Sobol' machines.
 
@@ -170,7 +117,7 @@ def extend(source: Path, trials: int, power: Power, regardless: bool) -> None:
 
 
 @main.command()
-@_run_file
+@run_file
 @click.option("--all", "every", is_flag=True, help="Evaluate all trials again.")
 @workers
 def verify(source: Path, every: bool, workers: int | None) -> None:
@@ -187,11 +134,7 @@ def verify(source: Path, every: bool, workers: int | None) -> None:
 
 @main.command()
 @click.argument("what", metavar="RUN.h5...|MODEL", nargs=-1, required=True)
-@click.option(
-    "--plot",
-    type=click.Path(path_type=Path),
-    help="Draw grid runs as curves: a .png, .svg or .pdf file.",
-)
+@plot_option("Draw grid runs as curves: a .png, .svg or .pdf file.")
 @click.option(
     "--response",
     "responses",
@@ -227,14 +170,10 @@ def show(
 
 
 @main.command()
-@click.argument("source", metavar="RUN.h5|STUDY.toml", type=click.Path(path_type=Path))
+@path_argument("source", "RUN.h5|STUDY.toml")
 @click.argument("index", type=click.IntRange(min=0), required=False)
 @click.option("--nominal", is_flag=True, help="The machine without deviations.")
-@click.option(
-    "--plot",
-    type=click.Path(path_type=Path),
-    help="Its histories: a .png, .svg, .pdf, .csv or .html file.",
-)
+@plot_option("Its histories: a .png, .svg, .pdf, .csv or .html file.")
 def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> None:
     """Simulate one stored trial again, bit for bit, with its histories.
 
@@ -256,13 +195,10 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
 
 
 @main.command()
-@click.argument("study", metavar="STUDY.toml", type=click.Path(path_type=Path))
+@path_argument("study", "STUDY.toml")
 @click.argument("name")
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    help="A .png, .svg, .pdf, .csv or .html file; a table on the screen if not given.",
+@output_option(
+    "A .png, .svg, .pdf, .csv or .html file; a table on the screen if not given."
 )
 def view(study: Path, name: str, output: Path | None) -> None:
     """Show what a machine can show, by name; `tolstat show MODEL` lists the names.
@@ -275,42 +211,12 @@ def view(study: Path, name: str, output: Path | None) -> None:
     show_view(study, name, output)
 
 
-def _findings(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options of commands whose numbers other tools may want."""
-    options = (
-        click.option("--json", "form", flag_value="json", help="The numbers as JSON."),
-        click.option("--csv", "form", flag_value="csv", help="The numbers as CSV."),
-        click.option(
-            "--response",
-            "responses",
-            multiple=True,
-            help="Look closely at it, not at all that is limited. May be repeated.",
-        ),
-    )
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
-_limits = click.option(
-    "--limit",
-    "limits",
-    multiple=True,
-    metavar='"NAME <= VALUE"',
-    help="Asked anew, beside or instead of the study's. May be repeated.",
-)
-
-
 @main.command()
-@_run_file
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    help="The page; beside the run, ending in .html, if not given.",
-)
-@_findings
-@_limits
+@run_file
+@output_option("The page; beside the run, ending in .html, if not given.")
+@form
+@closely
+@limits
 def report(
     source: Path,
     output: Path | None,
@@ -328,14 +234,11 @@ def report(
 
 
 @main.command("what-if")
-@_run_file
+@run_file
 @click.argument("deviations", metavar="NAME=TOLERANCE...", nargs=-1, required=True)
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="Also as a page of HTML."
-)
-@click.option("--json", "form", flag_value="json", help="The numbers as JSON.")
-@click.option("--csv", "form", flag_value="csv", help="The numbers as CSV.")
-@_limits
+@output_option("Also as a page of HTML.")
+@form
+@limits
 def what_if(
     source: Path,
     deviations: tuple[str, ...],
@@ -356,17 +259,10 @@ def what_if(
 
 
 @main.command()
-@click.argument(
-    "runs",
-    metavar="A.h5 B.h5...",
-    nargs=-1,
-    required=True,
-    type=click.Path(path_type=Path),
-)
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="Also as a page of HTML."
-)
-@_findings
+@path_argument("runs", "A.h5 B.h5...", nargs=-1, required=True)
+@output_option("Also as a page of HTML.")
+@form
+@closely
 def compare(
     runs: tuple[Path, ...],
     output: Path | None,
@@ -388,24 +284,15 @@ def compare(
 
 
 @main.command()
-@click.argument("study", metavar="STUDY.toml", type=click.Path(path_type=Path))
+@path_argument("study", "STUDY.toml")
 @click.option(
     "--trials",
     type=click.IntRange(min=1),
     help="Of the wide run, and of each proof; as many as the limits need if not given.",
 )
 @powered
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    help="Write the study with the tolerances found: a .toml file.",
-)
-@click.option(
-    "--plot",
-    type=click.Path(path_type=Path),
-    help="Cost over ppm: a .png, .svg, .pdf, .csv or .html file.",
-)
+@output_option("Write the study with the tolerances found: a .toml file.")
+@plot_option("Cost over ppm: a .png, .svg, .pdf, .csv or .html file.")
 @click.option("--json", is_flag=True, help="The numbers as JSON.")
 @click.option("--force", is_flag=True, help="Replace an existing file of -o.")
 def allocate(
@@ -442,8 +329,3 @@ def models() -> None:
 
 for _command in (batch, runs, export, doctor):
     main.add_command(_command)
-
-
-def note(message: Warning | str, *_: object) -> None:
-    """Say what Python would wrap into the place of a line of source."""
-    click.echo(f"tolstat: note: {message}", err=True)

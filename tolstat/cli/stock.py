@@ -7,24 +7,16 @@ from pathlib import Path
 
 import click
 
+from tolstat.cli.options import output_option, path_argument, run_file
 from tolstat.cli.power import Power, powered
 
 
 @click.command()
-@click.argument(
-    "studies",
-    metavar="STUDY.toml...",
-    nargs=-1,
-    required=True,
-    type=click.Path(path_type=Path),
-)
+@path_argument("studies", "STUDY.toml...", nargs=-1, required=True)
 @powered
-@click.option(
-    "-o",
-    "--output",
+@output_option(
+    "Where batch.html and batch.csv go; where the studies lie if not given.",
     metavar="FOLDER",
-    type=click.Path(path_type=Path),
-    help="Where batch.html and batch.csv go; where the studies lie if not given.",
 )
 def batch(studies: tuple[Path, ...], power: Power, output: Path | None) -> None:
     """Run studies one after the other, each with all there is to evaluate it.
@@ -40,7 +32,7 @@ def batch(studies: tuple[Path, ...], power: Power, output: Path | None) -> None:
 
 
 @click.command()
-@click.argument("folder", type=click.Path(path_type=Path), default=".")
+@path_argument("folder", default=".")
 def runs(folder: Path) -> None:
     """List the runs that are stored in FOLDER, and in the folders in it.
 
@@ -53,15 +45,8 @@ def runs(folder: Path) -> None:
 
 
 @click.command()
-@click.argument("source", metavar="RUN.h5", type=click.Path(path_type=Path))
-@click.option(
-    "-o",
-    "--output",
-    metavar="FILE.csv|.parquet",
-    required=True,
-    type=click.Path(path_type=Path),
-    help="The table.",
-)
+@run_file
+@output_option("The table.", metavar="FILE.csv|.parquet", required=True)
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 def export(source: Path, output: Path, force: bool) -> None:
     """Write the trials of a run as a table: a row for each, units in the heads, SI."""

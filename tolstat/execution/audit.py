@@ -18,7 +18,7 @@ from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Workers
 from tolstat.model.checked import tightened
 from tolstat.store.audited import Audited, joined
-from tolstat.study.points import Case
+from tolstat.study.points import cases_among
 from tolstat.study.study import Study
 
 
@@ -67,7 +67,10 @@ def _audited(
 ) -> Audited:
     """Evaluate chosen trials more precisely."""
     chosen, at_random, chosen_by = choice
-    cases = _tightened(study, chosen)
+    cases = [
+        case._replace(settings=study.model.tightened(case.settings))
+        for case in cases_among(study.cases, chosen)
+    ]
     found = workers.simulate_cases(study.model, cases, trials.deviations[chosen])
     names = [response.name for response in study.description.responses]
     return Audited(
@@ -93,13 +96,3 @@ def tightening(settings: Any, tight: Any) -> dict[str, float]:
         for field in dataclasses.fields(settings)
         if getattr(tight, field.name) != getattr(settings, field.name)
     }
-
-
-def _tightened(study: Study, chosen: NDArray[np.int64]) -> list[Case]:
-    """Return the cases of chosen trials, numbered among these, with tight settings."""
-    found = []
-    for case in study.cases:
-        first, stop = np.searchsorted(chosen, (case.first, case.stop)).tolist()
-        if stop > first:
-            found.append(Case(first, stop, study.model.tightened(case.settings)))
-    return found

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,8 +20,7 @@ from tolstat.status import Status
 from tolstat.store.damage import ranges_of
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
-from tolstat.study.points import Case
-from tolstat.study.study import Study
+from tolstat.study.points import cases_among
 
 Numbers = NDArray[np.int64]
 
@@ -115,10 +113,9 @@ def verify(
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
     chosen = chosen[is_drawn(plan.deviations[chosen])]
     with Workers(workers) as crew:
-        cases = list(_alone(study, chosen))
         found = None
         if len(chosen):
-            machines = plan.deviations[chosen]
+            cases, machines = cases_among(study.cases, chosen), plan.deviations[chosen]
             found = crew.simulate_cases(study.model, cases, machines)
         alone = np.zeros((1, len(run.contributors)))
         nominal = crew.simulate(study.model, alone, study.settings)
@@ -131,14 +128,6 @@ def verify(
         _nominal_differs(run, nominal),
         tuple(run.made_otherwise(study.model.source_digest)),
     )
-
-
-def _alone(study: Study, chosen: Numbers) -> Iterator[Case]:
-    """Yield the cases of chosen trials, numbered among these."""
-    for case in study.cases:
-        first, stop = np.searchsorted(chosen, (case.first, case.stop)).tolist()
-        if first < stop:
-            yield Case(first, stop, case.settings)
 
 
 def _contradicting(run: Run) -> Numbers:

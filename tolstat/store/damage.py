@@ -50,7 +50,7 @@ class Damage:
         return ", ".join(parts)
 
 
-def ranges_of(trials: Iterable[int], most: int = NAMED) -> str:
+def ranges_of(trials: Iterable[int]) -> str:
     """Write numbers of trials: "3, 17-20"."""
     ranges: list[list[int]] = []
     for trial in map(int, trials):
@@ -58,8 +58,9 @@ def ranges_of(trials: Iterable[int], most: int = NAMED) -> str:
             ranges[-1][1] = trial
         else:
             ranges.append([trial, trial])
-    words = [f"{a}" if a == b else f"{a}-{b}" for a, b in ranges[:most]]
-    more = [f"and {len(ranges) - most} more ranges"] if len(ranges) > most else []
+    words = [f"{a}" if a == b else f"{a}-{b}" for a, b in ranges[:NAMED]]
+    left = len(ranges) - NAMED
+    more = [f"and {left} more ranges"] if left > 0 else []
     return ", ".join(words + more)
 
 

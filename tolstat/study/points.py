@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -50,6 +50,16 @@ class Case(NamedTuple):
     first: int
     stop: int
     settings: Any
+
+
+def cases_among(cases: Sequence[Case], chosen: NDArray[np.int64]) -> list[Case]:
+    """Return the cases of chosen trials, ascending, numbered among these."""
+    found = []
+    for case in cases:
+        first, stop = np.searchsorted(chosen, (case.first, case.stop)).tolist()
+        if first < stop:
+            found.append(Case(first, stop, case.settings))
+    return found
 
 
 @dataclass(frozen=True)

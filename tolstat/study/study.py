@@ -172,26 +172,9 @@ def load(
 ) -> Study:
     """Read a study and check all of it.
 
-    Parameters
-    ----------
-    source : path or mapping
-        A TOML file, or what one would hold.
-    model : Model, optional
-        A machine of your own; else the study names one of the catalogue.
-    trials, seed : int, optional
-        Instead of the study's.
-    folder : Path, optional
-        Where its files lie; beside it if not given.
-
-    Returns
-    -------
-    Study
-        Ready to run.
-
-    Raises
-    ------
-    StudyError
-        With every problem found: key, value, what is allowed.
+    Trials and seed stand instead of the study's, a model of one's own instead of one of
+    the catalogue; files lie in the folder, beside the study if none is given. Refused
+    is with every problem found: key, value, what is allowed.
     """
     path = None if isinstance(source, Mapping) else Path(source)
     folder = folder or (path.parent if path else None)
@@ -201,7 +184,9 @@ def load(
     machine = _machine(document, model, problems)
     written, document = document, read_links(document, machine, problems)
     settings = _settings(document, machine, problems)
-    description = _description(document, machine, settings, problems)
+    description = problems.required(  # some settings may not fit each other
+        "[settings]", None, lambda: described(machine, settings)
+    )
     deviating = read_deviations(
         document.deviations, document.correlation, description.contributors, folder,
         problems, linked=written.links,
@@ -329,13 +314,6 @@ def _settings(document: Document, model: Model, problems: Problems) -> Any:
     return problems.required(
         "[settings]", None, lambda: model_settings.make(model, values)
     )
-
-
-def _description(
-    document: Document, model: Model, settings: Any, problems: Problems
-) -> Description:
-    """Ask the machine what it is at these settings; some may not fit each other."""
-    return problems.required("[settings]", None, lambda: described(model, settings))
 
 
 def _points(

@@ -13,6 +13,14 @@ from typing import Any
 
 from tolstat.errors import UnitError, allowed_names
 
+POWERS = {"n": "1e-9", "u": "1e-6", "m": "1e-3", "": "1", "k": "1e3", "M": "1e6",
+          "G": "1e9"}  # fmt: skip
+
+
+def _prefixed(prefixes: tuple[str, ...], name: str, meaning: str) -> dict[str, str]:
+    return {prefix + name: f"{POWERS[prefix]} {meaning}" for prefix in prefixes}
+
+
 # what each known name means in SI base units (kg m s rad)
 KNOWN = {
     "1": "1",
@@ -34,9 +42,7 @@ KNOWN = {
     "us": "1e-6 s",
     "min": "60 s",
     "h": "3600 s",
-    "mHz": "1e-3 / s",
-    "Hz": "1 / s",
-    "kHz": "1e3 / s",
+    **_prefixed(("m", "", "k"), "Hz", "/ s"),
     "rad": "rad",
     "mrad": "1e-3 rad",
     "urad": "1e-6 rad",
@@ -44,26 +50,10 @@ KNOWN = {
     "arcmin": f"{math.pi / 10800!r} rad",
     "arcsec": f"{math.pi / 648000!r} rad",
     "rpm": f"{math.pi / 30!r} rad / s",
-    "uN": "1e-6 kg m / s^2",
-    "mN": "1e-3 kg m / s^2",
-    "N": "kg m / s^2",
-    "kN": "1e3 kg m / s^2",
-    "MN": "1e6 kg m / s^2",
-    "nJ": "1e-9 kg m^2 / s^2",
-    "uJ": "1e-6 kg m^2 / s^2",
-    "mJ": "1e-3 kg m^2 / s^2",
-    "J": "kg m^2 / s^2",
-    "kJ": "1e3 kg m^2 / s^2",
-    "MJ": "1e6 kg m^2 / s^2",
-    "uW": "1e-6 kg m^2 / s^3",
-    "mW": "1e-3 kg m^2 / s^3",
-    "W": "kg m^2 / s^3",
-    "kW": "1e3 kg m^2 / s^3",
-    "MW": "1e6 kg m^2 / s^3",
-    "Pa": "kg / m / s^2",
-    "kPa": "1e3 kg / m / s^2",
-    "MPa": "1e6 kg / m / s^2",
-    "GPa": "1e9 kg / m / s^2",
+    **_prefixed(("u", "m", "", "k", "M"), "N", "kg m / s^2"),
+    **_prefixed(("n", "u", "m", "", "k", "M"), "J", "kg m^2 / s^2"),
+    **_prefixed(("u", "m", "", "k", "M"), "W", "kg m^2 / s^3"),
+    **_prefixed(("", "k", "M", "G"), "Pa", "kg / m / s^2"),
 }
 
 BASES = {"kg": "mass", "m": "length", "s": "time", "rad": "angle"}
@@ -77,26 +67,10 @@ _NAME = re.compile(r"\s*([A-Za-zµμ%°]+|1(?=\s*(?:/|$)))(?:(?:\^|\*\*)(-?[1-4]
 
 
 def to_si(value: float, given: str, unit: str) -> float:
-    """Turn a number with its unit into the SI number.
+    """Turn a number as written into the SI unit that is expected.
 
-    Parameters
-    ----------
-    value : float
-        As written.
-    given : str
-        The unit as written; empty for a bare number.
-    unit : str
-        SI unit that is expected.
-
-    Returns
-    -------
-    float
-        In the expected unit.
-
-    Raises
-    ------
-    UnitError
-        If the unit is unknown, missing or of another kind.
+    The unit given may be empty, for a bare number; an unknown one, or one of another
+    kind, is a UnitError.
     """
     factor, kind = _measure(given)
     expected, expected_kind = _measure(unit)

@@ -179,22 +179,10 @@ def _tidy(number: str) -> str:
 
 
 def scale_of(unit: str, shown: str = "", size: float = math.nan) -> Scale:
-    """Choose how a quantity is shown.
+    """Choose how a quantity of an SI unit is shown: SI itself where nothing is handier.
 
-    Parameters
-    ----------
-    unit : str
-        Its SI unit.
-    shown : str
-        What the study types or the machine declares; empty where neither says.
-    size : float
-        Largest magnitude of its numbers, SI, which then decides the prefix; NaN or 0
-        where it is not known.
-
-    Returns
-    -------
-    Scale
-        SI itself where nothing handier is known.
+    What the study types or the machine declares goes first; else the size, the largest
+    magnitude of its numbers, SI, decides the prefix. NaN or 0 is one that is not known.
     """
     if shown or unit not in SIZES:
         return Scale(unit, shown or unit)
