@@ -30,7 +30,7 @@ SKETCHED = 1e-3  # s, between two points of a small picture
 def gather(
     study: Study, trials: Trials, audited: Audited | None, workers: Workers
 ) -> Evidence:
-    """Evaluate what a report wants to know beyond the trials that were drawn."""
+    """Evaluate what a report wants beyond the trials; nothing where none were drawn."""
     if study.sampler is None:
         return Evidence(missing="no deviations were drawn")
     zones = _zones(study)

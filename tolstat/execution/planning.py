@@ -63,7 +63,10 @@ def plan_of(study: Study, trials: Trials) -> Plan:
 
 
 def cannot_be_built(study: Study, deviations: NDArray[np.float64]) -> str:
-    """Say which share of the machines cannot be built; refuse where none can."""
+    """Say which share of deviations[trial, contributor], SI, cannot be built.
+
+    Empty where all can; refused where none can.
+    """
     if study.rare:  # its machines are sought, and those that cannot be among them
         return ""
     model = study.model

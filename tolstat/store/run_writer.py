@@ -10,7 +10,7 @@ import os
 import time
 import warnings
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -172,26 +172,20 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def write_drawn(self, trials: slice) -> None:
         """Store the deviations of trials that are drawn now, before they run."""
-        rows = self._open_rows()
-        try:
+        with self._writing() as rows:
             for name, values in self._given(trials):
                 rows.write(name, values, trials.start)
             rows.sync()
-        except OSError as error:
-            raise self._lost_hope(error) from error
 
     def write_nominal(self, outcome: Answers) -> None:
         """Store the machine without deviations."""
-        rows = self._open_rows()
         values = {f"{NOMINAL}/{name}": v for name, v in self._filled(outcome)}
         values[f"{NOMINAL}/{STATUS}"] = outcome.status.astype(np.uint8)
-        try:
+        with self._writing() as rows:
             for name in rows.of_nominal:
                 rows.write(name, values[name])
             rows.write(ALONE, fingerprints([values[name] for name in rows.of_nominal]))
             rows.sync()
-        except OSError as error:
-            raise self._lost_hope(error) from error
 
     def write_blocks(self, blocks: Blocks) -> None:
         """Keep finished blocks; each two seconds what waits is stored."""
@@ -201,9 +195,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def _make_safe(self) -> None:
         """Store what waits: its data are on the disk before its status is."""
-        rows = self._open_rows()
         found = _in_a_row(self._unsafe)
-        try:
+        with self._writing() as rows:
             for trials, outcome in found:
                 columns = dict(self._filled(outcome))
                 for name, values in columns.items():
@@ -217,8 +210,6 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                 rows.write(STATUS, outcome.status, trials.start)
             spent = self._spent + time.perf_counter() - self._began
             rows.write(CLOCK, clock_of(spent))
-        except OSError as error:
-            raise self._lost_hope(error) from error
         self._unsafe, self._safe = [], time.monotonic()
 
     def _filled(self, outcome: Answers) -> list[tuple[str, NDArray[Any]]]:
@@ -226,6 +217,15 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         if outcome.steps is not None:
             columns.append(outcome.steps)
         return list(zip(self._answers(), columns, strict=True))
+
+    @contextmanager
+    def _writing(self) -> Iterator[Rows]:
+        """Give the rows to be written to; say what is stored where that fails."""
+        rows = self._open_rows()
+        try:
+            yield rows
+        except OSError as error:
+            raise self._lost_hope(error) from error
 
     def _open_rows(self) -> Rows:
         """Return the rows; of a copy, if the file is no longer where it was."""
@@ -290,7 +290,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                 self._before.unlink()
             self._before = None
 
-    def close(self) -> None:
+    def __exit__(self, *_: object) -> None:
         """Store what waits; close the file."""
         assert self._rows
         try:
@@ -318,10 +318,6 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             RuntimeWarning,
             stacklevel=2,
         )
-
-    def __exit__(self, *_: object) -> None:
-        """Close the file."""
-        self.close()
 
 
 def _moved_aside(path: Path) -> Path:

@@ -25,7 +25,7 @@ def check_bounds(table: Mapping[str, Any], problems: Problems) -> None:
 
 
 def check_lines(section: str, lines: object, problems: Problems) -> None:
-    """Refuse what cannot be lines of a section, where Python gives them."""
+    """Refuse what Python gives as lines of a section: not texts or tables by name."""
     if not isinstance(lines, Mapping):
         said = "a dict is expected, of what a study says by name"
         problems.add(f"[{section}]", None, said)

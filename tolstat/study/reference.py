@@ -21,7 +21,11 @@ def read_reference(
     description: Description,
     folder: Path | None,
 ) -> tuple[str, dict[str, NDArray[np.float64]]]:
-    """Read the section [reference]: label, and columns, SI, the swept first."""
+    """Read the section [reference]: its label, and the columns of its points, SI.
+
+    The first column is swept, the others are responses, or swept too where the grid has
+    several axes, each with its unit in the head.
+    """
     for key in ("data", "label"):
         if not isinstance(given.get(key), str):
             raise DataError(f"the key {key} is missing, or no text")

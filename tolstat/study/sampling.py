@@ -52,7 +52,7 @@ def read_sampling(document: Document, problems: Problems) -> tuple[Document, str
 
 
 def rare_response(name: str, limited: Collection[str], known: list[str]) -> str:
-    """Return the response a rare study is about: named, or alone limited."""
+    """Return the response of a rare study: the one named, or the only limited one."""
     asked = expand(name, known) if name else list(limited)
     if name and (without := [each for each in asked if each not in limited]):
         raise ModelError(f"{', '.join(without)}: no limit; give it a line in [limits]")

@@ -173,8 +173,8 @@ def load(
     """Read a study and check all of it.
 
     Trials and seed stand instead of the study's, a model of one's own instead of one of
-    the catalogue; files lie in the folder, beside the study if none is given. Refused
-    is with every problem found: key, value, what is allowed.
+    the catalogue; files lie in the folder, beside the study if none is given. What is
+    wrong is a StudyError of every problem found: key, value, what is allowed.
     """
     path = None if isinstance(source, Mapping) else Path(source)
     folder = folder or (path.parent if path else None)
