@@ -121,11 +121,14 @@ def test_sobol_points_are_a_digital_net():
 
 def test_scrambled_points_are_unbiased():
     """The average over scrambles is the integral: each point is uniform by itself."""
-    first = [
-        Sobol().unit_samples(seed, {"a": 0, "b": 3}, 4).ravel() for seed in range(2000)
+    scrambles = [  # [point, replicate, contributor]
+        Sobol().unit_samples(seed, {"a": 0, "b": 3}, 64).reshape(4, 16, 2)
+        for seed in range(125)
     ]
-    for column in np.array(first).T:
-        assert stats.kstest(column, "uniform").pvalue > 1e-3
+    for point in np.concatenate(scrambles, axis=1):
+        for column in point.T:
+            assert len(column) == 2000
+            assert stats.kstest(column, "uniform").pvalue > 1e-3
 
 
 def test_sobol_integrates_better_than_random():
