@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
 
 ROOT = Path(__file__).parents[1]
@@ -81,10 +83,26 @@ def toy_study(tmp_path):
     return path
 
 
-@pytest.fixture
-def small_study(tmp_path):
-    """runs/khpt75.toml with 24 trials, in a folder of its own."""
+def small_in(folder):
+    """runs/khpt75.toml with 24 trials, in a folder."""
     text = (ROOT / "runs" / "khpt75.toml").read_text()
-    path = tmp_path / "small.toml"
+    path = folder / "small.toml"
     path.write_text(text.replace("trials = 4096", "trials = 24"))
     return path
+
+
+@pytest.fixture
+def small_study(tmp_path):
+    return small_in(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def small_as_run(tmp_path_factory):
+    """Run once; who changes it takes a copy."""
+    return tolstat.run(small_in(tmp_path_factory.mktemp("small"))).path
+
+
+@pytest.fixture
+def small_run(small_study, small_as_run):
+    """A copy beside its study."""
+    return shutil.copy(small_as_run, small_study.with_suffix(".h5"))

@@ -85,9 +85,8 @@ def test_the_installed_command(small_study):
     assert "stored in" in found.stderr
 
 
-def test_a_trial_again(small_study, tmp_path):
-    call("run", small_study)
-    run, picture = small_study.with_suffix(".h5"), tmp_path / "trial.svg"
+def test_a_trial_again(small_study, small_run, tmp_path):
+    run, picture = small_run, tmp_path / "trial.svg"
     shown = call("trial", run, 5, "--plot", picture)
     assert shown.exit_code == 0, shown.output
     for word in (
@@ -119,12 +118,10 @@ def test_the_nominal_machine_of_a_study(small_study, tmp_path):
     assert "103.3 kN" in shown.output and picture.stat().st_size > 20_000
 
 
-def test_a_trial_that_has_not_run(small_study):
-    call("run", small_study)
-    run = small_study.with_suffix(".h5")
-    with h5py.File(run, "r+") as file:
+def test_a_trial_that_has_not_run(small_run):
+    with h5py.File(small_run, "r+") as file:
         file["status"][3] = 0
-    assert "trial 3 has not run" in call("trial", run, 3).stderr
+    assert "trial 3 has not run" in call("trial", small_run, 3).stderr
 
 
 def test_a_grid_is_shown_as_curves(tmp_path):
@@ -217,9 +214,8 @@ def numbers_of(text):
 
 
 @pytest.mark.parametrize("columns", [80, 60, 30])
-def test_a_narrow_terminal_loses_no_digit(small_study, monkeypatch, columns):
-    call("run", small_study)
-    run = small_study.with_suffix(".h5")
+def test_a_narrow_terminal_loses_no_digit(small_as_run, monkeypatch, columns):
+    run = small_as_run
     commands = (["show", run], ["trial", run, 5], ["show", "stand"])
     wide = [numbers_of(call(*command).stdout)[0] for command in commands]
     assert "368" in wide[0]  # trials that the 99 % quantile needs

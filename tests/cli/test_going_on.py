@@ -28,9 +28,8 @@ class Never(Model):
 """
 
 
-def test_a_damaged_run_is_refused_named_and_repaired(small_study):
-    assert call("run", small_study).exit_code == 0
-    run = small_study.with_suffix(".h5")
+def test_a_damaged_run_is_refused_named_and_repaired(small_run):
+    run = small_run
     shown = call("show", run).stdout
     whole = call("verify", run)
     assert whole.exit_code == 0 and "is as it was written" in whole.stdout
@@ -60,9 +59,8 @@ def test_a_damaged_run_is_refused_named_and_repaired(small_study):
         assert done.exit_code == 1 and "where all of it hangs on" in done.stderr
 
 
-def test_more_trials(small_study, tmp_path):
-    call("run", small_study)
-    run, other = small_study.with_suffix(".h5"), tmp_path / "other.h5"
+def test_more_trials(small_study, small_run, tmp_path):
+    run, other = small_run, tmp_path / "other.h5"
     done = call("extend", run, "--trials", 40)
     assert done.exit_code == 0 and "40 trials of stand" in done.stdout
     call("run", small_study, "--trials", 40, "-o", other)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
@@ -40,6 +41,7 @@ WORDS = {
 Path = Sequence[Any]  # the way to a number: names, keys, places
 
 
+@cache  # templates are compiled once
 def environment() -> Environment:
     """Return where pages are made: every text is escaped, every name must exist."""
     made = Environment(
