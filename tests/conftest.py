@@ -11,15 +11,25 @@ import numpy as np
 import pytest
 
 import tolstat
-from tolstat import Contributor, Description, Model, Outcome, Response, setting
+from tolstat import (
+    Contributor,
+    Description,
+    Model,
+    Outcome,
+    Response,
+    catalogue,
+    setting,
+)
 
 ROOT = Path(__file__).parents[1]
 
 
 @pytest.fixture(autouse=True)
 def _in_the_project(monkeypatch):
-    """Let studies be named as the README does."""
+    """Let studies be named as the README does; forget machines that a test loads."""
     monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(catalogue, "_given", {**catalogue._given})
+    monkeypatch.setattr(catalogue, "_places", {**catalogue._places})
     # rich reads these: the same width on every machine
     monkeypatch.setitem(os.environ, "COLUMNS", "200")
 

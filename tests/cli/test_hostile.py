@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from tests.conftest import ROOT
+from tolstat.cli.main import main
 
 TOLSTAT = Path(sys.executable).with_name("tolstat")
 STACK = "stack.py:Stack"
@@ -23,7 +26,15 @@ def folder(tmp_path):
     return tmp_path
 
 
-def call(folder, *words, code=0, **environment):
+def call(folder, *words, code=0):
+    """Call a command in this process; an error that it lets through is a code of 1."""
+    with contextlib.chdir(folder):
+        done = CliRunner().invoke(main, words)
+    assert done.exit_code == code and "Traceback" not in done.stderr, done.output
+    return done.stdout + done.stderr
+
+
+def typed(folder, *words, code=0, **environment):
     done = subprocess.run(
         [TOLSTAT, *words], cwd=folder, capture_output=True, text=True, check=False,
         env={**os.environ, **environment},
@@ -36,7 +47,7 @@ def test_markup_stays_text(folder):
     study = folder / "stack.toml"
     title = "=1+1 a[/nope] [bold]b :warning: $\\\\frac{a$ \\u001b[31mred"
     study.write_text(study.read_text().replace("Gap in a housing", title))
-    shown = call(folder, "run", "stack.toml", "--machine", STACK, "-o", "o[red]ut.h5")
+    shown = typed(folder, "run", "stack.toml", "--machine", STACK, "-o", "o[red]ut.h5")
     assert "a[/nope] [bold]b :warning:" in shown and "o[red]ut.h5" in shown
     assert "\\x1b[31mred" in shown
     shown += call(folder, "show", "o[red]ut.h5") + call(folder, "report", "o[red]ut.h5")
@@ -48,7 +59,7 @@ def test_markup_stays_text(folder):
 
 def test_a_machine_file_that_ends_the_process(folder):
     (folder / "quits.py").write_text("import sys\nsys.exit(0)\n")
-    said = call(folder, "run", "stack.toml", "--machine", "quits.py:Stack", code=2)
+    said = typed(folder, "run", "stack.toml", "--machine", "quits.py:Stack", code=2)
     assert "quits.py cannot be run: SystemExit: 0" in said
 
 
@@ -66,9 +77,9 @@ def test_a_package_that_is_broken_breaks_no_other(folder):
         "Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n"
     )
     (info / "entry_points.txt").write_text("[tolstat.machines]\nbroken = nothing:X\n")
-    shown = call(folder, "models", PYTHONPATH=str(folder))
+    shown = typed(folder, "models", PYTHONPATH=str(folder))
     assert "stand" in shown and "ModuleNotFoundError" in shown
-    said = call(folder, "show", "broken", code=2, PYTHONPATH=str(folder))
+    said = typed(folder, "show", "broken", code=2, PYTHONPATH=str(folder))
     assert "nothing:X cannot be loaded: ModuleNotFoundError" in said
 
 

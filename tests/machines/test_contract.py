@@ -84,17 +84,25 @@ def test_a_digest_of_its_own_source_and_of_no_other_machine(tmp_path):
     other.parent.mkdir()
     other.write_text("")
 
+    code = (
+        "import sys\n"
+        "from tolstat import catalogue\n"
+        "from tolstat.lanes import cache\n"
+        "stand, stack = catalogue.find('stand'), catalogue.load('stack.py:Stack')\n"
+        "for _ in sys.stdin:\n"
+        "    cache.source_digest.cache_clear()\n"  # as if started anew
+        "    print(stand.source_digest, stack.source_digest, flush=True)\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", code], cwd=tmp_path, text=True,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+    )  # fmt: skip
+
     def digests():
-        code = (
-            "from tolstat import catalogue;"
-            "print(catalogue.find('stand').source_digest);"
-            "print(catalogue.load('stack.py:Stack').source_digest)"
-        )
-        done = subprocess.run(
-            [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True,
-            check=True, env={**os.environ, "PYTHONPATH": str(tmp_path)},
-        )  # fmt: skip
-        return done.stdout.split()
+        process.stdin.write("\n")
+        process.stdin.flush()
+        return process.stdout.readline().split()
 
     def changed(path):
         path.write_text(path.read_text() + "\n# a word\n")
@@ -110,6 +118,8 @@ def test_a_digest_of_its_own_source_and_of_no_other_machine(tmp_path):
     assert stack[0] == stand[0] and stack[1] != stand[1]
     engine = changed(tmp_path / "tolstat" / "integrator" / "step.py")
     assert engine[0] != stack[0] and engine[1] != stack[1]
+    process.communicate()
+    assert process.returncode == 0
 
 
 class Liar(Model):

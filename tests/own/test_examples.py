@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import json
 import re
@@ -12,10 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
 import tolstat
 from tests.conftest import ROOT
+from tolstat.cli.main import main
 
 TOLSTAT = Path(sys.executable).with_name("tolstat")
 KINDS = {"stack": "Stack", "oscillator": "Oscillator"}
@@ -40,6 +43,15 @@ def machine_of(folder, name):
 
 
 def call(folder, *words, code=0):
+    """Call a command in this process: it is there already."""
+    with contextlib.chdir(folder):
+        done = CliRunner().invoke(main, words)
+    assert done.exit_code == code, done.output
+    return done.stdout + done.stderr
+
+
+def typed(folder, *words, code=0):
+    """Call a command as a shell does, in a process of its own."""
     done = subprocess.run(
         [TOLSTAT, *words], cwd=folder, capture_output=True, text=True, check=False
     )
@@ -50,7 +62,7 @@ def call(folder, *words, code=0):
 @pytest.mark.parametrize("name", KINDS)
 def test_every_command(own, name):
     machine = ["--machine", f"{name}.py:{KINDS[name]}"]
-    done = call(own, "run", f"{name}.toml", "--trials", "1000", *machine)
+    done = typed(own, "run", f"{name}.toml", "--trials", "1000", *machine)
     assert "1000 trials" in done and "verdict" in done
     assert name in call(own, "models", *machine)
     assert "contributors" in call(own, "show", name, *machine)
@@ -62,11 +74,12 @@ def test_every_command(own, name):
     found = json.loads(call(own, "report", f"{name}.h5", "--json"))
     for each in found["responses"].values():
         assert each["linear"]["shares"]
-    assert "--machine FILE.py:NAME" in call(own, "trial", f"{name}.h5", "7", code=2)
+    unknown = typed(own, "trial", f"{name}.h5", "7", code=2)
+    assert "--machine FILE.py:NAME" in unknown
     # the command beside a worst trial does what it says
     plain = re.sub(r"</?span[^>]*>", "", page)
     (words, *_) = re.findall(r"<code>tolstat (trial [^<]*)</code>", plain)
-    assert "bit for bit as stored" in call(own, *words.split())
+    assert "bit for bit as stored" in typed(own, *words.split())
     assert ("--plot" in words) == (name == "oscillator")
     assert page.count("over time") >= (10 if name == "oscillator" else 0)
 
