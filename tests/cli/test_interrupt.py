@@ -130,19 +130,32 @@ def test_ctrl_c_while_the_command_line_still_loads(tmp_path):
     assert process.returncode == 130 and shown == "stopped: nothing is written\n"
 
 
-def test_ctrl_c_during_a_report_leaves_nothing(small_study):
-    path = small_study.with_suffix(".h5")
-    run = tolstat.run(small_study, trials=400)
-    # all of its responses: enough to draw for a while
-    chosen = [w for each in run.responses for w in ("--response", each.name)]
-    process = start(path, *chosen, command="report")
-    time.sleep(6.0)
+def test_ctrl_c_during_a_report_leaves_nothing(small_run):
+    """While its third picture is drawn."""
+    code = (
+        "import sys\n"
+        "from matplotlib.figure import Figure\n"
+        "from tolstat.cli.entry import entry\n"
+        "drawn, plain = [], Figure.savefig\n"
+        "def savefig(self, *arguments, **more):\n"
+        "    drawn.append(self)\n"
+        "    if len(drawn) == 3:\n"
+        "        print('drawing', flush=True)\n"
+        "    plain(self, *arguments, **more)\n"
+        "Figure.savefig = savefig\n"
+        "entry(sys.argv[1:])\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, "report", small_run],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout.readline() == "drawing\n"
     process.send_signal(signal.SIGINT)
     began = time.monotonic()
     _, shown = process.communicate(timeout=30)
     assert time.monotonic() - began < 2.0
     assert process.returncode == 130 and "nothing is written" in shown
-    assert not path.with_suffix(".html").exists()
+    assert not small_run.with_suffix(".html").exists()
 
 
 @pytest.mark.long

@@ -37,21 +37,27 @@ def printed(page, folder):
     return target.read_bytes()
 
 
-def scroll_width(page, folder, width):
-    """Return how wide the page is in a frame of a width, in pixels."""
-    inner, scroll = asked(
-        page, folder, width, "[innerWidth, document.documentElement.scrollWidth]"
+def scroll_widths(page, folder, widths):
+    """Return how wide the page is in a frame of each width, in pixels."""
+    found = _asked(
+        page, folder, widths, "[innerWidth, document.documentElement.scrollWidth]"
     )
-    assert inner == width
-    return scroll
+    assert [inner for inner, _ in found] == widths
+    return [scroll for _, scroll in found]
 
 
 def asked(page, folder, width, question, *, paper=False):
-    """Ask a page in a frame of a width, in pixels; as it is printed if it is paper.
+    """Ask a page in a frame of a width, in pixels; as it is printed if it is paper."""
+    (answer,) = _asked(page, folder, [width], question, paper=paper)
+    return answer
+
+
+def _asked(page, folder, widths, question, *, paper=False):
+    """Ask a page in frames of some widths, of one browser.
 
     A window is never narrower than 500 pixels, a frame is as narrow as one likes.
     """
-    probe, frame = folder / "probe.html", folder / f"frame-{width}.html"
+    probe, frames = folder / "probe.html", folder / "frames.html"
     text = page.read_text(encoding="utf-8")
     if paper:
         text = text.replace("@media print", "@media all")
@@ -60,14 +66,20 @@ def asked(page, folder, width, question, *, paper=False):
         "</script></body>"
     )
     probe.write_text(text.replace("</body>", script), encoding="utf-8")
-    frame.write_text(
-        "<p></p><script>onmessage = e => {"
-        " document.querySelector('p').textContent = e.data }</script>"
-        f'<iframe src="{probe.name}" style="width:{width}px; height:900px; border:0">'
-        "</iframe>"
+    frames.write_text(
+        "<script>onmessage = e => {"
+        " for (const p of document.querySelectorAll('p'))"
+        " if (p.nextSibling.contentWindow === e.source) p.textContent = e.data }"
+        "</script>"
+        + "".join(
+            f'<p></p><iframe src="{probe.name}" style="width:{width}px; height:900px; '
+            'border:0"></iframe>'
+            for width in widths
+        )
     )
-    shown = _call(frame, [], "--virtual-time-budget=10000", "--dump-dom")
-    return json.loads(unescape(re.search(r"<p>(.*?)</p>", shown, re.DOTALL)[1]))
+    shown = _call(frames, [], "--virtual-time-budget=10000", "--dump-dom")
+    answers = re.findall(r"<p>(.*?)</p>", shown, re.DOTALL)
+    return [json.loads(unescape(answer)) for answer in answers]
 
 
 def _call(page, more, *arguments):
