@@ -11,7 +11,14 @@ import pytest
 import tolstat
 from tests.model.rich import Rich
 from tolstat.reporting.summary_table import summary_table
-from tolstat.units.scale import Ratio, Scale, scale_of
+from tolstat.units.scale import (
+    PART,
+    PER_CENT,
+    Ratio,
+    Scale,
+    figures,
+    scale_of,
+)  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -38,16 +45,16 @@ def test_without_a_size_engineers_units():
 
 
 def test_what_is_said_is_kept():
-    assert scale_of("rad", "deg", 1e-9).words(math.pi / 180) == "1.000 deg"
+    assert scale_of("rad", "deg", 1e-9).words(math.pi / 180) == "1 deg"
     assert (
-        scale_of("1", "1").words(0.25) == "0.2500" and Scale("1", "1").label("q") == "q"
+        scale_of("1", "1").words(0.25) == "0.25" and Scale("1", "1").label("q") == "q"
     )
     assert scale_of("1", "count").words(3.0) == "3"
-    assert scale_of("1", "count").number(2.5) == "2.500"
+    assert scale_of("1", "count").number(2.5) == "2.5"
     assert scale_of("1", "count").number(math.nan) == "failed"
     assert scale_of("1", "count").number(math.inf) == "inf"
     assert scale_of("1", "ppm").number(1.0) == "1000000"
-    assert scale_of("1", "ppm").words(1e-5) == "10.00 ppm"
+    assert scale_of("1", "ppm").words(1e-5) == "10 ppm"
 
 
 def test_from_study_to_table_units_are_those_that_were_typed(tmp_path):
@@ -99,11 +106,41 @@ def test_digits_are_those_that_the_interval_supports():
             )
 
 
+def test_a_bound_is_rounded_to_the_safe_side():
+    """Against decimal arithmetic: three figures, and never beyond what it bounds."""
+    generator = np.random.default_rng(6)
+    plain = Scale("1", "1")
+    for value in generator.normal(size=500) * 10 ** generator.uniform(-5, 8, 500):
+        down, up = (Decimal(f(value)) for f in (plain.at_least, plain.at_most))
+        assert down < Decimal(value) < up
+        assert up - down <= Decimal(1).scaleb(Decimal(value).adjusted() - 2)
+    assert plain.at_least(-0.4) == plain.at_most(-0.4) == "-0.4"
+    assert plain.at_least(0.1 + 0.2) == "0.3" and plain.at_most(0.9274) == "0.928"
+    loss = Scale("1", "%", 1e-5)
+    assert (loss.at_least(1e-9), loss.at_most(1e-9)) == ("0", "1e-5")
+    assert (loss.at_least(-1e-9), loss.at_most(-1e-9)) == ("-1e-5", "0")
+    # an open interval has a bound, and what has no interval three figures
+    assert plain.interval(math.inf, 1.0199, math.inf)[1] == "1.01"
+    assert plain.interval(-math.inf, -math.inf, 1.011)[2] == "1.02"
+    assert plain.interval(10.8531, math.nan, math.nan)[0] == "10.9"
+
+
+def test_an_exact_number_has_the_figures_that_it_has():
+    for value, words in (
+        (5.0, "5"), (3 * 0.1, "0.3"), (1 / 3, "0.3333"), (0.99998, "1.000"),
+        (123456.7, "123457"), (2e-7, "2e-7"), (1 / 3e7, "3.33e-8"), (2e9, "2e9"),
+    ):  # fmt: skip
+        assert figures(value) == words
+    share = (0.99679, 0.99663, 0.99757)
+    assert PER_CENT.interval(*share) == ("99.679", "99.663", "99.757")
+    assert PART.interval(*share) == ("99.7", "99.7", "99.8")
+
+
 def test_what_is_nothing_to_an_engineer_is_said_to_be_below():
     loss = Scale("1", "%").beside(0.03)
     assert loss.least == 1e-5
     assert loss.words(1.06e-8) == "below 1e-5 %" and loss.number(-1e-9) == "above -1e-5"
-    assert loss.number(0.0) == "0" and loss.number(1.2e-7) == "1.20e-5"
+    assert loss.number(0.0) == "0" and loss.number(1.2e-7) == "1.2e-5"
     assert loss.exact.number(1.06e-8) == "1.06e-6"
     # where figures end before, it is rounded away
     assert loss.interval(1e-9, 0.0, 0.002) == ("0", "0", "0.20")
@@ -113,7 +150,7 @@ def test_what_is_nothing_to_an_engineer_is_said_to_be_below():
 
 def test_slopes_have_both_units():
     slope = Ratio(Scale("N", "kN"), Scale("m", "mm"))
-    assert slope.mark == "kN/mm" and slope.number(2e6) == "2.000"
+    assert slope.mark == "kN/mm" and slope.number(2e6) == "2"
     assert Ratio(Scale("1", "1"), Scale("m", "mm")).mark == "1/mm"
     assert Ratio(Scale("1", "%"), Scale("1", "1")).mark == "%"
     assert Ratio(Scale("N m", "kN m"), Scale("m/s", "m/s")).mark == "kN m/(m/s)"

@@ -25,9 +25,9 @@ from tolstat.reporting.making import (
 )
 from tolstat.reporting.plain import as_json
 from tolstat.reporting.replacing import check_folder
-from tolstat.reporting.summary_table import PPM, Cell, estimate_in_words
+from tolstat.reporting.summary_table import Cell, estimate_in_words
 from tolstat.study.study import load
-from tolstat.units.scale import four_figures
+from tolstat.units.scale import PPM, figures
 
 SENTENCE = "cost of the cheapest tolerances over the machines beyond any limit"
 
@@ -150,13 +150,13 @@ def _print(found: Allocation, output: Path | None, plot: Path | None) -> None:
         heads[4] = "tightest"
     rows = [
         [
-            line.name, f"{line.parts}", line.drawn, four_figures(line.cost_drawn),
-            line.found, four_figures(line.cost), _note(line.at_loosest, line.free),
+            line.name, f"{line.parts}", line.drawn, figures(line.cost_drawn),
+            line.found, figures(line.cost), _note(line.at_loosest, line.free),
         ]
         for line in found.lines
     ]  # fmt: skip
     drawn = sum(line.cost_drawn for line in found.lines)
-    rows.append(["all", "", "", four_figures(drawn), "", four_figures(found.cost), ""])
+    rows.append(["all", "", "", figures(drawn), "", figures(found.cost), ""])
     print_table("tolerances", heads, [[*row] for row in rows], wide=True)
     heads = [
         "",
@@ -167,7 +167,7 @@ def _print(found: Allocation, output: Path | None, plot: Path | None) -> None:
     ]
     shown: list[list[Cell]] = [
         [
-            name, four_figures(scheme.cost), estimate_in_words(scheme.beyond_any, PPM),
+            name, figures(scheme.cost), estimate_in_words(scheme.beyond_any, PPM),
             *(estimate_in_words(scheme.beyond[n], PPM) for n in found.verdicts),
             _by(scheme),
         ]

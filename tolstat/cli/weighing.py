@@ -11,13 +11,13 @@ from tolstat.cli.reporting import deliver, limits_in, value_in
 from tolstat.cli.showing import WIDE, print_table, screen
 from tolstat.errors import StudyError
 from tolstat.reporting.making import write
-from tolstat.reporting.plain import share_words
+from tolstat.reporting.plain import in_line, share_words
 from tolstat.reporting.replacing import check_output
 from tolstat.reporting.report_csv import what_if_csv
-from tolstat.reporting.summary_table import PER_CENT, PPM, Cell, estimate_in_words
+from tolstat.reporting.summary_table import Cell, estimate_in_words
 from tolstat.reporting.weighed import WhatIf, make_what_if_page
-from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import Limited
+from tolstat.units.scale import PER_CENT, PPM
 
 SHARES = (0.5, 0.95)  # quantiles on the screen
 
@@ -64,7 +64,7 @@ def _print(found: WhatIf) -> None:
     console, asked = screen(), found.what_if
     wide = console.width >= WIDE
     rows: list[list[Cell]] = [
-        [name, each.as_run, each.what_if, f"{100 * each.worth:.0f} %"]
+        [name, each.as_run, each.what_if, f"{PER_CENT.number(each.worth, 2)} %"]
         for name, each in asked.deviations.items()
     ]
     heads = ["contributor", "as run", "what if", "trials left"]
@@ -96,16 +96,11 @@ def _print(found: WhatIf) -> None:
     )
     if found.joint and found.joint_as_run:
         console.print(
-            f"within all limits at once: {_in_line(found.joint_as_run.within)} as run, "
-            f"what if: {_in_line(found.joint.within)}"
+            f"within all limits at once: {in_line(found.joint_as_run.within)} as run, "
+            f"what if: {in_line(found.joint.within)}"
         )
     for note in found.notes:
         console.print(note)
-
-
-def _in_line(share: Estimate) -> str:
-    value, lower, upper = PER_CENT.interval(*share[:3])
-    return f"{value} % ({lower}..{upper} %)" if share.sure else share.reason
 
 
 def _judged(limited: Limited) -> list[Cell]:

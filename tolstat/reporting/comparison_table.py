@@ -10,9 +10,9 @@ from typing import NamedTuple
 from tolstat.reporting.comparison import Comparison, Comparisons
 from tolstat.reporting.pairing import MACHINES, UNPAIRED
 from tolstat.reporting.plain import share_words
-from tolstat.reporting.summary_table import AS_IS, PER_CENT, Cell, estimate_in_words
+from tolstat.reporting.summary_table import Cell, estimate_in_words
 from tolstat.statistics.estimate import Estimate
-from tolstat.units.scale import Scale
+from tolstat.units.scale import AS_IS, PER_CENT, Scale
 
 LABELS = ascii_uppercase
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ from tolstat.statistics.contributions import Contributions, contributions
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.jackknife import HEAVY
 from tolstat.statistics.total_indices import sobol_indices
+
+ROUNDING = 1e-9  # of a share: what is above 1 by less is 1
 
 
 def contributions_of(
@@ -45,8 +47,9 @@ def contributions_of(
     responses = {name: drawn.done(name) for name in interest}
     independent = not hanging_together(drawn.run.study.table)
     found = contributions(deviations, responses, groups, independent=independent)
+    found = {name: _at_most_all(each, independent) for name, each in found.items()}
     if drawn.sample.replicates:
-        found = {name: _without_intervals(each) for name, each in found.items()}
+        found = {name: _of_each(_no_interval, each) for name, each in found.items()}
     return found, {name: tuple(members) for name, members in groups.items()}
 
 
@@ -57,22 +60,41 @@ def hanging_together(study: Mapping[str, Any]) -> bool:
     return batches or bool(study.get("correlation"))
 
 
-def _without_intervals(found: Contributions) -> Contributions:
-    """Leave out what a jackknife says: trials that know of each other mislead it."""
+def at_most_all(share: Estimate) -> Estimate:
+    """Return a share of a variance, of which chance may estimate more than all."""
+    if share.lower > 1 + ROUNDING:
+        return Estimate(1.0, reason="estimated to be more than all")
+    value, lower, upper = (min(x, 1.0) for x in share[:3])  # NaN stays NaN
+    return Estimate(value, lower, upper, share.reason)
 
-    def one(each: Estimate) -> Estimate:
-        return Estimate(each.value, reason=RANDOM_ONLY) if each.sure else each
+
+def _at_most_all(found: Contributions, independent: bool) -> Contributions:
+    """Let no share be more than all; sums may be, of shares that overlap."""
+    shares = _of_each(at_most_all, found)
+    groups = shares.groups if independent else found.groups
+    return shares._replace(rank_regression=found.rank_regression, groups=groups)
+
+
+def _no_interval(found: Estimate) -> Estimate:
+    """Leave out what a jackknife says: trials that know of each other mislead it."""
+    return Estimate(found.value, reason=RANDOM_ONLY) if found.sure else found
+
+
+def _of_each(
+    change: Callable[[Estimate], Estimate], found: Contributions
+) -> Contributions:
+    """Change all estimates of contributions."""
 
     def every(shares: Mapping[str, Estimate]) -> dict[str, Estimate]:
-        return {name: one(each) for name, each in shares.items()}
+        return {name: change(each) for name, each in shares.items()}
 
     return found._replace(
         rank_regression=every(found.rank_regression),
-        explained=one(found.explained),
+        explained=change(found.explained),
         first_order=every(found.first_order),
         groups=every(found.groups),
         together=every(found.together),
-        unexplained=one(found.unexplained),
+        unexplained=change(found.unexplained),
     )
 
 
@@ -96,7 +118,7 @@ def indices_of(drawn: Drawn, name: str) -> IndicesFindings:
     return IndicesFindings(
         len(groups),
         broken,
-        {factor: each.first for factor, each in found.items()},
-        {factor: each.total for factor, each in found.items()},
+        {factor: at_most_all(each.first) for factor, each in found.items()},
+        {factor: at_most_all(each.total) for factor, each in found.items()},
         any(each.first.reason == HEAVY for each in found.values()),
     )

@@ -17,7 +17,7 @@ from tolstat.statistics.shapes import Atom, Shape
 from tolstat.statistics.summary import Summary
 from tolstat.store.evidence import WorstCase
 from tolstat.store.plan import Chosen
-from tolstat.units.scale import Scale
+from tolstat.units.scale import PART, Scale
 
 
 class TrialsFindings(NamedTuple):
@@ -202,11 +202,11 @@ class PairCulprit(NamedTuple):
 
     def sentence(self, response: str) -> str:
         """Say what they explain of the machines beyond a limit."""
-        shares = (self.together.far.value, self.together.of_all, self.together.alone)
-        far, of_all, alone = (f"{100 * share:.3g} %" for share in shares)
+        far, *_ = PART.interval(*self.together.far[:3])
         return (
-            f"beyond {response}: {self.words}: far off in {far} of these machines and "
-            f"in {of_all} of all; either alone in {alone} at most"
+            f"beyond {response}: {self.words}: far off in {far} % of these machines "
+            f"and in {PART.number(self.together.of_all)} % of all; either "
+            f"alone in {PART.at_most(self.together.alone)} % at most"
         )
 
 

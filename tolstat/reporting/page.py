@@ -19,22 +19,21 @@ from tolstat.reporting.findings import Culprit, Findings, ResponseFindings, lead
 from tolstat.reporting.plain import key_words, share_words
 from tolstat.reporting.sentences import sentences_of, worst_first
 from tolstat.reporting.sketch import sketch
-from tolstat.reporting.summary_table import AS_IS, PER_CENT, PPM
 from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.moments import Reach
 from tolstat.statistics.summary import QUANTILES
 from tolstat.store.run import Run
-from tolstat.units.scale import Ratio, Scale
+from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM, Ratio, Scale
 
 NAMED = 3  # contributors beside a worst trial
 LONGEST = 60  # characters of a title at the foot of a sheet
-DEMANDED = 10  # digits of a share close to 1
 WORDS = {
     "%": PER_CENT,
     "ppm": PPM,
     "fitted": distributions.FITTED,
     "plain": AS_IS,
+    "part": PART,
     "level": PER_CENT.beside(1.0),  # that of chance: no test is better than that
 }
 
@@ -90,7 +89,9 @@ class Numbers:
                 found = getattr(found, key)
         return found
 
-    def show(self, path: Path, scale: Scale | Ratio | str = "%") -> Markup:
+    def show(
+        self, path: Path, scale: Scale | Ratio | str = "%", bound: str = ""
+    ) -> Markup:
         """Print a number with its full value beside it, for programs.
 
         Parameters
@@ -99,7 +100,9 @@ class Numbers:
             Where it lies in the findings.
         scale : Scale, Ratio or str
             How it is shown; "%", "ppm" (a share per million), "fitted", "level",
-            "demanded" or "plain".
+            "demanded", "part" or "plain".
+        bound : str
+            "at_least" or "at_most" of a bound.
         """
         value = self.at(path)
         if isinstance(value, float) and math.isnan(value):
@@ -107,8 +110,11 @@ class Numbers:
         joined = "/".join(key_words(key) for key in path)
         words = in_words(value, scale)
         of = self.at(path[:-1])
-        if isinstance(of, Estimate) and of.sure and not isinstance(scale, Ratio):
-            words = _of_estimate(of, scale)[Estimate._fields.index(path[-1])]
+        shown = WORDS.get(scale) if isinstance(scale, str) else scale
+        if isinstance(shown, Scale) and bound:
+            words = getattr(shown, bound)(value)
+        elif isinstance(shown, Scale) and isinstance(of, Estimate):
+            words = shown.interval(*of[:3])[Estimate._fields.index(path[-1])]
         return Markup(
             f'<span data-value="{escape(repr(value))}" data-path="{escape(joined)}">'
             f"{escape(words).replace(' ', Markup(' <wbr>'))}</span>"
@@ -133,19 +139,10 @@ def in_words(value: float, scale: Scale | Ratio | str) -> str:
     if isinstance(value, int):  # a truth value too
         return str(value)
     if scale == "demanded":
-        return f"{100 * value:.{DEMANDED}g}"
+        return share_words(value).removesuffix(" %")
     if math.isinf(value):
         return "infinite" if value > 0 else "-infinite"
     return (WORDS[scale] if isinstance(scale, str) else scale).number(value)
-
-
-def _of_estimate(found: Estimate, scale: Scale | str) -> tuple[str, str, str]:
-    """Write an estimate as its interval allows; what is infinite in words."""
-    if not all(map(math.isfinite, found[:3])):
-        value, lower, upper = (in_words(x, scale) for x in found[:3])
-        return value, lower, upper
-    shown = WORDS[scale] if isinstance(scale, str) else scale
-    return shown.interval(*found[:3])
 
 
 def page_of(template: str, found: Any, **context: Any) -> str:

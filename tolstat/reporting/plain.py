@@ -13,11 +13,21 @@ from typing import Any
 import numpy as np
 
 from tolstat.literal import csv_cell
+from tolstat.statistics.estimate import Estimate
+from tolstat.units.scale import PER_CENT
 
 
 def share_words(share: float) -> str:
     """Name a quantile: 0.00135 is "0.135 %"."""
     return f"{100 * share:.10g} %"
+
+
+def in_line(share: Estimate) -> str:
+    """Write an estimated share in a line: 98.3 % (97.6..99.0 %)."""
+    value, lower, upper = PER_CENT.interval(*share[:3])
+    if math.isnan(share.value):
+        return share.reason
+    return f"{value} %" + (f" ({lower}..{upper} %)" if share.sure else "")
 
 
 def key_words(key: object) -> str:

@@ -14,9 +14,8 @@ from scipy.special import ndtr
 from tolstat.errors import PictureError
 from tolstat.reporting.findings import Assumptions, DocumentFindings, TrialsFindings
 from tolstat.reporting.gather import assumptions_of, document_of, provenance_of
+from tolstat.reporting.plain import share_words
 from tolstat.reporting.summary_table import (
-    AS_IS,
-    PPM,
     Cell,
     SummaryTable,
     estimate_in_words,
@@ -31,7 +30,7 @@ from tolstat.statistics.yields import NOT_MET, verdict
 from tolstat.status import Status
 from tolstat.store.layout import DISTANCE, SPREAD, STAGE, WEIGHT
 from tolstat.store.run import Run
-from tolstat.units.scale import Scale
+from tolstat.units.scale import AS_IS, PPM, Scale
 
 LIKELIEST = 10  # machines beyond that are named
 
@@ -294,7 +293,7 @@ def rare_table(run: Run) -> SummaryTable:
         [
             found.response,
             found.limit.words,
-            f"{100 * found.limit.demanded:.10g} %",
+            share_words(found.limit.demanded),
             found.verdict,
             _cell(found.beyond, PPM),
             _cell(found.equivalent, AS_IS),
@@ -343,7 +342,7 @@ def _said(run: Run, found: RareFindings) -> list[str]:
         said.append(
             "of a kind of machine beyond that the last stage has not met it cannot be "
             "told but that "
-            f"it has less than {PPM.number(found.trials.unseen)} ppm"
+            f"it has at most {PPM.at_most(found.trials.unseen)} ppm"
         )
     if others := [name for name in run.limits if name != run.rare]:
         said.append(f"not asked: {', '.join(others)}; that takes a run of its own")

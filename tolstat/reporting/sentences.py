@@ -39,6 +39,12 @@ class Driver(NamedTuple):
     limits: list[tuple[str, Path]]
 
 
+class Within(NamedTuple):
+    """Limited responses that no machine of the run is beyond."""
+
+    names: list[str]
+
+
 class Spread(NamedTuple):
     """To whom the variance of a response is owed.
 
@@ -48,7 +54,7 @@ class Spread(NamedTuple):
         Of the response.
     beyond : str
         Why nobody is named for the machines beyond its limit; empty where somebody is,
-        and without a limit.
+        where none is beyond, and without a limit.
     shares : list of (str, path)
         At most three, the largest first.
     sure : bool
@@ -76,7 +82,7 @@ def worst_first(responses: Mapping[str, ResponseFindings]) -> list[str]:
     return sorted((n for n, each in responses.items() if each.limited), key=place)
 
 
-def sentences_of(found: Findings) -> list[Driver | Spread]:
+def sentences_of(found: Findings) -> list[Driver | Within | Spread]:
     """Choose what the first page says in words.
 
     Parameters
@@ -86,9 +92,10 @@ def sentences_of(found: Findings) -> list[Driver | Spread]:
 
     Returns
     -------
-    list of Driver or Spread
-        At most three: who drives the machines beyond, the worst limit first, then who
-        the spread, of those first for whose limit nobody is named.
+    list of Driver, Within or Spread
+        At most three: who drives the machines beyond, the worst limit first, then what
+        no machine is beyond, all in one; then who drives the spread, where that can be
+        told, of those first for whose limit nobody is named.
     """
     ordered = worst_first(found.responses)
     drivers: dict[str, Driver] = {}
@@ -108,14 +115,22 @@ def sentences_of(found: Findings) -> list[Driver | Spread]:
         driver = drivers.setdefault(who, Driver(who, parts, bool(pair), []))
         driver.limits.append((name, path))
     told = {name for driver in drivers.values() for name, _ in driver.limits}
+    none = [name for name in ordered if not _beyond(found.responses[name])]
+    said: list[Driver | Within | Spread] = [*drivers.values()]
+    said += [Within(none)] if none else []
     every = dict.fromkeys([*ordered, *found.interest])
-    said: list[Driver | Spread] = [*drivers.values()]
-    said += [
+    spreads = [
         spread_of(name, found.responses[name])
-        for name in sorted(every, key=lambda name: name in told)
+        for name in sorted(every, key=lambda name: (name in none, name in told))
         if found.responses[name].contributions
     ]
+    said += [each for each in spreads if each.beyond or each.shares or each.few_decide]
     return said[:MOST]
+
+
+def _beyond(each: ResponseFindings) -> int:
+    """Count the machines beyond the limit of a response, failed ones too."""
+    return each.culprits.beyond if each.culprits else 0
 
 
 def spread_of(name: str, each: ResponseFindings) -> Spread:
@@ -137,7 +152,7 @@ def spread_of(name: str, each: ResponseFindings) -> Spread:
             continue
         share = getattr(found, kinds[0])[part]
         size = share.lower if found.few_decide else share.value
-        if size >= MATTERS and not (share.sure and share.lower <= 0):
+        if MATTERS <= size <= 1 and not (share.sure and share.lower <= 0):
             known[part] = size, ["responses", name, "contributions", kinds[0], part]
     leading = sorted(known, key=lambda part: -known[part][0])[:3]
     paths = [(part, known[part][1]) for part in leading]
@@ -147,7 +162,7 @@ def spread_of(name: str, each: ResponseFindings) -> Spread:
 
 def _nobody(culprits: Culprits | None) -> str:
     """Say why no culprit is named; empty without a limit, and where one is."""
-    if culprits is None or culprits.driving or culprits.pair:
+    if culprits is None or culprits.driving or culprits.pair or not culprits.beyond:
         return ""
     if culprits.reason == RANDOM_ONLY:
         return "culprits are named of random trials only"

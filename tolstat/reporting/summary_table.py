@@ -10,6 +10,7 @@ import numpy as np
 from tolstat.model.description import StudyNumber
 from tolstat.reporting.culprits import culprits_of
 from tolstat.reporting.drawn import Drawn, drawn_trials
+from tolstat.reporting.plain import in_line, share_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import Limited, Summary, summarize
@@ -17,7 +18,7 @@ from tolstat.statistics.yields import NOT_MET, joint_yield
 from tolstat.status import Status
 from tolstat.store.audited import Audited
 from tolstat.store.run import Run
-from tolstat.units.scale import PLAIN, Scale
+from tolstat.units.scale import AS_IS, PER_CENT, Scale
 
 PRINTED = {0.5: "median", 0.05: "5 %", 0.95: "95 %", 0.99: "99 %"}
 ROUNDING = 1e-9  # of a value: by less, no machine is the least or the largest
@@ -29,8 +30,6 @@ WEIGHTED = (
     "what-if are at one look, those as run hold at every look: their ends and verdicts "
     "may differ where nothing else does"
 )
-
-PER_CENT, PPM, AS_IS = Scale("1", "%"), Scale("1", "ppm"), Scale("1", PLAIN)
 
 # a text, or a number with the ends of its interval
 Cell = str | tuple[str, str, str]
@@ -159,7 +158,7 @@ def _judged(limited: Limited) -> list[Cell]:
         verdict += f": {limited.yields.needed} decide"
     return [
         limited.limit.words,
-        f"{100 * limited.limit.demanded:.10g} %",
+        share_words(limited.limit.demanded),
         verdict,
         estimate_in_words(limited.yields.beyond, PER_CENT),
         estimate_in_words(limited.equivalent, AS_IS),
@@ -180,11 +179,7 @@ def _joint(drawn: Drawn | None) -> list[str]:
     share = joint_of(drawn) if drawn else None
     if share is None or not drawn:
         return []
-    value, *ends = PER_CENT.interval(*share[:3])
-    text = f"{value} %"
-    if share.sure:
-        text += f" ({ends[0]}..{ends[1]} %)"
-    return [f"{text} of the machines are within all limits at once"]
+    return [f"{in_line(share)} of the machines are within all limits at once"]
 
 
 def _culprits(drawn: Drawn | None) -> list[str]:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 import re
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from typing import NamedTuple
 
 from tolstat.units.conversion import from_si
 
 PLAIN, COUNT = "1", "count"
-FIGURES = 4  # of a number that has no interval
-MOST_FIGURES = 6  # of one that has: machines are not integrated more precisely
+FIGURES = 4  # of a number that needs no interval, at most
+BOUND = 3  # of a bound, and of an estimate without a trustworthy interval
+MOST_FIGURES = 6  # of one with an interval: machines are not integrated more precisely
+KNOWN = 12  # what stands behind is of binary numbers, not of what they say
 NOTHING = 1e-6  # of a size, up to the next power of ten: zero to an engineer
 
 # by SI unit: what it is shown in, the largest first, each from which size on (SI); the
@@ -45,11 +48,14 @@ class Scale(NamedTuple):
         Unit in which people read it; "1" is a plain number, "count" a whole one.
     least : float
         A power of ten, in the unit shown: what is smaller is said to be below it.
+    most : int
+        Figures at most, however narrow an interval is.
     """
 
     unit: str
     shown: str
     least: float = 0.0
+    most: int = MOST_FIGURES
 
     @property
     def factor(self) -> float:
@@ -77,32 +83,57 @@ class Scale(NamedTuple):
         """Whether an SI number is not zero, but to an engineer."""
         return 0 < abs(float(from_si(value, self.unit, self.shown))) < self.least
 
-    def number(self, value: float) -> str:
-        """Write an SI number in the unit shown, without it: with four figures."""
+    def number(self, value: float, count: int = FIGURES) -> str:
+        """Write an SI number in the unit shown, without it: of four figures at most."""
         shown = float(from_si(value, self.unit, self.shown))
         if self.nothing(value):
             return self._below(shown)
         if self.shown == COUNT and shown.is_integer():
             return f"{shown:.0f}"
-        return four_figures(shown)
+        return figures(shown, min(count, self.most))
+
+    def at_least(self, value: float) -> str:
+        """Write what an SI number is at least: of three figures, no larger than it."""
+        return self._bound(value, ROUND_FLOOR)
+
+    def at_most(self, value: float) -> str:
+        """Write what an SI number is at most: of three figures, no smaller than it."""
+        return self._bound(value, ROUND_CEILING)
+
+    def _bound(self, value: float, rounding: str) -> str:
+        shown = float(from_si(value, self.unit, self.shown))
+        if self.nothing(value):
+            safe = shown > 0 if rounding == ROUND_CEILING else shown < 0
+            shown = math.copysign(self.least, shown) if safe else 0.0
+        return figures(shown, BOUND, rounding)
 
     def interval(
         self, value: float, lower: float, upper: float
     ) -> tuple[str, str, str]:
-        """Write a number and the ends of its interval, as precisely as this allows.
+        """Write an estimate and the ends of its interval, as precisely as this allows.
 
         All three end where half the interval has its second figure; they have six
-        figures at most. Where the interval has no width or no end, each has four.
+        figures at most. Without a width they are numbers like any other, an end of an
+        open interval is a bound, and what has no interval is of three figures.
+
+        Parameters
+        ----------
+        value, lower, upper : float
+            SI; NaN where there is no interval.
         """
         given = (value, lower, upper)
         three = [float(from_si(x, self.unit, self.shown)) for x in given]
         half, size = (three[2] - three[1]) / 2, max(map(abs, three))
         whole = self.shown == COUNT and all(map(float.is_integer, three))
-        if whole or not (math.isfinite(size) and half > 0):
+        if math.isnan(half):
+            return self.number(value, BOUND), self.number(lower), self.number(upper)
+        if math.isinf(half):
+            return self.number(value, BOUND), self.at_least(lower), self.at_most(upper)
+        if whole or math.isinf(size) or not half:
             return self.number(value), self.number(lower), self.number(upper)
         place = min(
             1 - math.floor(math.log10(half)),
-            MOST_FIGURES - 1 - math.floor(math.log10(size)),
+            self.most - 1 - math.floor(math.log10(size)),
         )
         # where figures end before, what is nothing is rounded to zero
         least = self.least if 10.0**-place <= self.least else 0.0
@@ -146,20 +177,41 @@ class Ratio(NamedTuple):
         return f"{self.above.mark or 1}/{f'({below})' if joined else below}"
 
     def number(self, value: float) -> str:
-        """Write an SI number in the units shown, without them: with four figures."""
-        return four_figures(value * self.above.factor / self.below.factor)
+        """Write an SI number in the units shown, without them: of four figures."""
+        return figures(value * self.above.factor / self.below.factor)
 
 
-def four_figures(value: float) -> str:
-    """Write a number with four figures, three where it needs an exponent."""
+PER_CENT, PPM, AS_IS = Scale("1", "%"), Scale("1", "ppm"), Scale("1", PLAIN)
+PART = PER_CENT._replace(
+    most=BOUND
+)  # of some machines, or of a variance: no share of all
+
+
+def figures(value: float, count: int = FIGURES, rounding: str = ROUND_HALF_EVEN) -> str:
+    """Write a number that has no interval: 0.4 as it is, and 1/3 as 0.3333.
+
+    Parameters
+    ----------
+    value : float
+        In the unit to be shown.
+    count : int
+        How many figures it has at most; one less with an exponent, and of four as many
+        as stand before its point.
+    rounding : str
+        Of `decimal`.
+    """
     if math.isnan(value):
         return "failed"
-    if value == 0:
-        return "0"
-    if not 1e-3 <= abs(value) <= 1e6:
-        return _tidy(f"{value:.{FIGURES - 2}e}")
-    digits = max(0, FIGURES - 1 - math.floor(math.log10(abs(value))))
-    return f"{value:.{digits}f}"
+    if math.isinf(value):
+        return str(value)
+    plain = value == 0 or 1e-3 <= abs(value) <= 1e6
+    if not plain:
+        count = min(count, FIGURES - 1)
+    elif count == FIGURES and value:
+        count = max(count, 1 + math.floor(math.log10(abs(value))))
+    known = Decimal(f"{value:.{KNOWN}g}").normalize()
+    rounded = Context(count, rounding).plus(known)
+    return f"{rounded:f}" if plain else _tidy(f"{rounded:e}")
 
 
 def to_place(value: float, place: int) -> str:
