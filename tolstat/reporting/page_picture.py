@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import count
 from typing import Any
 
 import matplotlib as mpl
-import numpy as np
 from markupsafe import Markup, escape
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, FixedLocator, MaxNLocator
 
@@ -75,24 +75,18 @@ def few_ticks(axes: Axes) -> None:
 def legend_above(axes: Axes) -> None:
     """Put the legend over the picture, where it hides nothing."""
     handles, labels = axes.get_legend_handles_labels()
-    if handles:
-        figure = axes.get_figure(root=True)
-        assert figure is not None
-        room = 72 * figure.get_figwidth()
-        columns = next(
-            (n for n in (3, 2) if _legend_width(list(map(str, labels)), n) < room), 1
-        )
-        figure.legend(
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    renderer = FigureCanvasAgg(figure).get_renderer()  # type: ignore[no-untyped-call]
+    for columns in (3, 2, 1) if handles else ():
+        legend = figure.legend(
             handles, labels, loc="outside upper left", ncols=columns,
             borderaxespad=0.0, handlelength=1.4, columnspacing=1.1,
         )  # fmt: skip
-
-
-def _legend_width(labels: Sequence[str], columns: int) -> float:
-    """Return about how many points wide a legend is."""
-    shared = np.array_split(np.array([len(label) for label in labels]), columns)
-    widths = (0.62 * float(max(each)) + 3.5 for each in shared if len(each))
-    return SMALLEST * sum(widths)
+        if legend.get_window_extent(renderer).width <= figure.bbox.width:
+            return
+        if columns > 1:
+            legend.remove()
 
 
 def inline(figure: Figure, alternative: str) -> Markup:
