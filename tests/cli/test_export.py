@@ -135,6 +135,10 @@ def test_a_run_is_followed_until_it_ends(tmp_path):
     assert followed.exit_code == 0 and seen[0] < 1000
     assert "1000 trials" in followed.stdout and "have not run" not in followed.stdout
     assert "nobody writes" not in followed.stderr
+    # into a pipe a line for each change, and no other
+    lines = followed.stderr.splitlines()
+    assert len(lines) == len(set(lines)) > 1
+    assert lines[-1] == f"{path}: 1000 of 1000 trials, 0 failed"
 
 
 def test_a_run_that_nobody_writes_is_not_waited_for(tmp_path):

@@ -14,10 +14,13 @@ from scipy import stats
 import tolstat
 from tests.conftest import Toy
 from tolstat.errors import PictureError
+from tolstat.reporting.contributing import at_most_all, contributions_of
+from tolstat.reporting.drawn import drawn_trials
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.plain import as_json, plain
 from tolstat.reporting.report_csv import report_csv
 from tolstat.statistics.contributions import contributions
+from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.total_indices import sobol_indices
 
 
@@ -277,3 +280,31 @@ def test_what_cannot_be_reported_is_refused(tmp_path, toy, toy_study, mill):
     toy_study.write_text(toy_study.read_text().replace('"+-1 mm"', '"1..2 mm"'))
     none_done = findings_of(tolstat.run(toy_study, model=toy)).trials
     assert none_done.done == 0 and none_done.failed == none_done.ran > 0
+
+
+def test_no_share_is_more_than_all(tmp_path, toy):
+    """Few trials: chance estimates some above 1, and no answer says so."""
+    above = 0
+    for seed in range(8):
+        study = {
+            "model": "toy", "trials": 40, "seed": seed,
+            "deviations": {"part_1": "+-1 mm", "angle": "+-1e-4 deg"},
+        }  # fmt: skip
+        run = tolstat.run(study, model=toy, output=tmp_path / f"{seed}.h5")
+        drawn = drawn_trials(run)
+        deviations = {n: drawn.done(n) for n in ("part_1", "angle")}
+        responses = {"gap": drawn.done("gap")}
+        raw = contributions(deviations, responses, independent=False)["gap"]
+        shares = [*raw.first_order.values(), raw.explained, raw.unexplained]
+        above += sum(max(each[:3]) > 1 for each in shares)
+        found = contributions_of(drawn, ["gap"])[0]["gap"]
+        for each in (
+            *found.first_order.values(), *found.groups.values(),
+            *found.together.values(), found.explained, found.unexplained,
+        ):  # fmt: skip
+            assert not any(x > 1 for x in each[:3]), each
+    assert above
+    assert at_most_all(Estimate(1.2, 1.1, 1.3)).value == 1
+    assert not at_most_all(Estimate(1.2, 1.1, 1.3)).sure
+    assert at_most_all(Estimate(1.1, 0.9, 1.3)) == Estimate(1, 0.9, 1)
+    assert at_most_all(Estimate(0.4, -0.1, 0.9)) == Estimate(0.4, -0.1, 0.9)

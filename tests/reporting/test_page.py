@@ -607,12 +607,24 @@ def test_on_paper_no_word_has_less_than_8_points(made, tmp_path):
         assert 0 < found["first"] < TALL
 
 
-def test_the_verdict_stays_in_sight_on_a_phone(report, tmp_path):
+@pytest.mark.parametrize("long", [False, True])
+def test_the_verdict_stays_in_sight_on_a_phone(made, tmp_path, long):
+    """Whatever its words are: no column is as wide as these."""
+    if long:
+        text = made.path.read_text().replace("&lt;= 3 %", "-1234.567 .. 1234.567 kN m")
+        (tmp_path / "long.html").write_text(text)
+        made = Made(text, made.found, made.figures, tmp_path / "long.html")
     cells = "[...document.querySelectorAll('.verdicts th, .verdicts td')]"
     ends = asked(
-        report.path, tmp_path, 390, f"{cells}.map(e => e.getBoundingClientRect().right)"
-    )
-    assert len(ends) == 5 * (1 + 5) and max(ends) <= 390
+        made.path, tmp_path, 390,
+        f"{cells}.map(e => [e.getBoundingClientRect().right, e.scrollWidth"
+        " - e.clientWidth, getComputedStyle(e).display])",
+    )  # fmt: skip
+    seen = [end for end in ends if end[2] != "none"]
+    rows = 1 + (5 if "joint" in made.found else 2 * 5)
+    assert len(seen) == 5 * rows
+    assert max(end for end, _, _ in seen) <= 390 - 8
+    assert max(over for _, over, _ in seen) <= 1
 
 
 def first_of(page):
@@ -723,3 +735,13 @@ def test_trials_that_depend_on_each_other_name_no_culprit(toy, toy_study):
     assert culprits["reason"] == "for random trials only"
     assert culprits["beyond"] > 0 and culprits["contributors"] == {}
     assert "gap : culprits are named of random trials only" in first_of(page)
+
+
+def test_what_no_machine_is_beyond_is_said_once(toy, toy_study):
+    """And no spread is told of it before that of a limit in danger."""
+    study = toy_study.read_text()
+    study = study[: study.index("[limits]")] if "[limits]" in study else study
+    toy_study.write_text(study + '[limits]\ngap = "<= 1 m"\nratio = "<= 1e6"\n')
+    page, _ = page_of(tolstat.run(toy_study, model=toy))
+    assert "gap and ratio: no machine beyond." in first_of(page).replace(" :", ":")
+    assert "none beyond" not in first_of(page)

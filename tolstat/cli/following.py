@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 
 from rich.live import Live
 from rich.table import Table
 
 from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
-from tolstat.cli.listing import row_of, runs_table
+from tolstat.cli.listing import FIRST, row_of, runs_table
 from tolstat.cli.showing import Screen
 from tolstat.reporting.listing import entry_of
 from tolstat.store.advice import to_resume
@@ -24,14 +25,18 @@ SHARE = 5.0  # times as long as a look takes, at least
 
 def follow_run(path: Path) -> None:
     """Show how far a run is, until it is complete or nobody writes it any more."""
-    screen = Screen(stderr=True)
-    with stop_on_interrupt() as stop, Live(console=screen, transient=True) as live:
+    screen, said = Screen(stderr=True), ""
+    shown = Live(console=screen, transient=True) if screen.is_terminal else None
+    with stop_on_interrupt() as stop, shown or nullcontext():
         before: tuple[float, int] | None = None
         while True:
             began = time.monotonic()
             writer = writer_of(path)  # first: what it writes before it ends is seen
             run = open_run(path)
-            live.update(_state(run, began, before))
+            if shown:
+                shown.update(_state(run, began, before))
+            elif (line := _in_line(run)) != said:
+                screen.print(said := line, soft_wrap=True)
             if run.complete or not writer:
                 break
             before = before or (began, run.ended)
@@ -45,8 +50,13 @@ def follow_run(path: Path) -> None:
         )
 
 
+def _in_line(run: Run) -> str:
+    """Say how far a run is where no table can be drawn anew."""
+    return f"{run.path}: {run.ended} of {run.trials} trials, {run.failed} failed"
+
+
 def _state(run: Run, now: float, before: tuple[float, int] | None) -> Table:
-    table = runs_table("trials/s")
+    table = runs_table(*FIRST, "trials/s")
     speed = (run.ended - before[1]) / (now - before[0]) if before else 0.0
     table.add_row(*row_of(entry_of(run)), f"{speed:.0f}" if speed else "")
     return table

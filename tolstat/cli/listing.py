@@ -7,9 +7,10 @@ from pathlib import Path
 
 from rich.table import Table
 
-from tolstat.cli.showing import print_words, screen, words_table
+from tolstat.cli.showing import WIDE, print_words, screen, words_table
 from tolstat.reporting.listing import Entry, entry_at, stored_in
 
+FIRST = ("study", "state", "limits", "trials", "failed")  # of `row_of`
 AGES = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (0.0, "s"))  # from s on
 
 
@@ -20,21 +21,27 @@ def list_runs(folder: Path) -> bool:
     if not entries:
         console.print(f"no run is stored in {folder}")
         return True
-    table = runs_table("age", "size")
+    more = ("model", "size") if console.width >= WIDE else ()
+    table = runs_table(*FIRST, "age", *more)
     for each in entries:
-        named = each._replace(study=str(each.path))
-        table.add_row(*row_of(named), age_of(each.written), f"{each.size / 1e6:.1f} MB")
+        row = row_of(each._replace(study=str(each.path)))
+        row += [age_of(each.written), each.model, f"{each.size / 1e6:.1f} MB"]
+        table.add_row(*row[: len(table.columns)])
     print_words(table)
+    if not more:
+        console.print(f"with {WIDE} columns: model and size of each, too")
     for each in entries:
         if each.problem:
             console.print(f"{each.path}: {each.problem}", soft_wrap=True)
     return not any(each.problem for each in entries)
 
 
-def runs_table(*more: str) -> Table:
-    """Return a table for rows of `row_of`, and what else is to stand in them."""
-    heads = ("study", "model", "state", "trials", "failed", "limits", *more)
-    return words_table("", *heads, numbers=("trials", "failed", *more))
+def runs_table(*heads: str) -> Table:
+    """Return a table of runs: of what `row_of` says, and what else stands in it."""
+    words = ("study", "state", "limits", "model")
+    table = words_table("", *heads, numbers=[n for n in heads if n not in words])
+    table.padding = (0, 1, 0, 0)
+    return table
 
 
 def row_of(entry: Entry) -> list[str]:
@@ -43,7 +50,7 @@ def row_of(entry: Entry) -> list[str]:
     failed = str(entry.failed) if entry.ended else ""
     if entry.ended == entry.trials and entry.trials:
         trials = str(entry.trials)
-    return [entry.study, entry.model, entry.state, trials, failed, entry.verdicts]
+    return [entry.study, entry.state, entry.verdicts, trials, failed]
 
 
 def age_of(written: str) -> str:

@@ -14,7 +14,7 @@ from rich.live import Live
 from rich.table import Table
 
 from tolstat.cli.interrupting import INTERRUPTED, LIMITS_NOT_MET, stop_on_interrupt
-from tolstat.cli.listing import row_of, runs_table
+from tolstat.cli.listing import FIRST, row_of, runs_table
 from tolstat.cli.power import Power
 from tolstat.cli.running import AFTERWARDS, out_of_reach
 from tolstat.cli.showing import Screen, print_words
@@ -42,7 +42,7 @@ class Queue:
 
     def table(self) -> Table:
         """Return all of them as they stand."""
-        table = runs_table()
+        table = runs_table(*FIRST)
         for each in self.entries.values():
             table.add_row(*row_of(each))
         return table
