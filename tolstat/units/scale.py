@@ -182,9 +182,8 @@ class Ratio(NamedTuple):
 
 
 PER_CENT, PPM, AS_IS = Scale("1", "%"), Scale("1", "ppm"), Scale("1", PLAIN)
-PART = PER_CENT._replace(
-    most=BOUND
-)  # of some machines, or of a variance: no share of all
+# of some machines, or of a variance: no share of all
+PART = PER_CENT._replace(most=BOUND)
 
 
 def figures(value: float, count: int = FIGURES, rounding: str = ROUND_HALF_EVEN) -> str:
