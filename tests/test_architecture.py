@@ -45,6 +45,7 @@ PLANTED = [
         "a report is made of the run's file alone",
     ),
     ("model/file.py", "import h5py", "HDF5 only in store"),
+    ("at_the_top.py", "import h5py", "HDF5 only in store"),
     ("asking/far.py", "import distributed", "Dask only where blocks are executed"),
     ("study/unit.py", "import pint", "pint only in units"),
     ("store/shown.py", "import rich", "the command line's libraries stay there"),

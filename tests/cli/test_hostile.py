@@ -128,3 +128,15 @@ def test_damaged_compiled_code_is_compiled_anew(folder):
     code_file.write_bytes(flipped)
     again = once()
     assert again.stdout == "3.0\n" and f"({code_file.name}): compi" in again.stderr
+
+
+def test_a_full_disk_behind_the_screen_is_said(folder):
+    code = "from tolstat.cli.entry import entry; entry()"
+    with open("/dev/full", "w") as full:
+        ended = subprocess.run(
+            [sys.executable, "-c", code, "models"],
+            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    assert ended.returncode == 1
+    assert ended.stderr.startswith("tolstat: standard output is on a full disk")
+    assert len(ended.stderr.splitlines()) == 1

@@ -143,7 +143,7 @@ def test_ctrl_c_during_a_report_leaves_nothing(small_run):
         "        print('drawing', flush=True)\n"
         "    plain(self, *arguments, **more)\n"
         "Figure.savefig = savefig\n"
-        "entry(sys.argv[1:])\n"
+        "entry()\n"
     )
     process = subprocess.Popen(
         [sys.executable, "-c", code, "report", small_run],

@@ -50,7 +50,7 @@ def test_they_stand_in_the_file_and_beside_the_machines(run):
     found = plain(findings_of(run))["numbers"]
     assert found["rss_stress"]["value"] == run.numbers[0].value
     assert run.scale_of(run.numbers[0]).mark == "MPa"  # as the limit is written
-    assert run.scale_of(run.numbers[1]).words(run.numbers[1].value) == "90.00 um"
+    assert run.scale_of(run.numbers[1]).words(run.numbers[1].value) == "90 um"
     assert run.scale_of(run.numbers[2]).words(2.0) == "2"
     notes = " ".join(summary_table(run).notes)
     assert "without any trial: rss_stress 2.062 MPa" in notes and "wheels" not in notes

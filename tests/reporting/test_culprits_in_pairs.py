@@ -15,6 +15,7 @@ from tolstat.reporting.making import report
 from tolstat.reporting.plain import plain
 from tolstat.reporting.sentences import sentences_of
 from tolstat.reporting.summary_table import summary_table
+from tolstat.statistics.estimate import Estimate
 
 DEGREE = np.pi / 180
 STUDY = {
@@ -41,7 +42,8 @@ def run(toy, tmp_path):
 
 
 def test_the_pair_is_named_with_what_it_explains(run, tmp_path):
-    (pair,) = findings_of(run).responses["gap"].culprits.pairs
+    culprits = findings_of(run).responses["gap"].culprits
+    (pair,), beyond = culprits.pairs, int(run.beyond("gap").sum())
     apart = "part_1 high with angle low, or the other way round"
     assert pair.words == apart
     assert pair.together.far.value == 1.0 > pair.together.alone
@@ -50,7 +52,8 @@ def test_the_pair_is_named_with_what_it_explains(run, tmp_path):
     assert pair.halved.lower <= known <= pair.halved.upper < 0.006
     (said,) = [n for n in summary_table(run).notes if n.startswith("beyond gap")]
     assert (
-        f"beyond gap: {apart}: far off in 100 % of these machines and in 5 % of" in said
+        f"beyond gap: {apart}: far off in 100 % of these {beyond} machines and in 5 %"
+        in said
     )
     found = plain(findings_of(run))["responses"]["gap"]["culprits"]["pairs"][0]
     assert found["together"]["members"] == ["part_1", "angle"]
@@ -58,7 +61,27 @@ def test_the_pair_is_named_with_what_it_explains(run, tmp_path):
     assert f"Together: <strong>{apart}</strong>" in page
     first = re.sub(r"\s+", " ", re.sub("<[^>]*>", "", page.split("</section>")[0]))
     assert f"{apart}: far off in 100" in first and "either alone in" in first
+    assert f"of the {beyond} machines beyond gap" in first
     assert "with both tolerances halved" in first and "drive" not in first
+
+
+def test_alike_parts_are_named_together(run):
+    """What explains as much, for all that is known, is not kept back."""
+    culprits = findings_of(run).responses["gap"].culprits
+    (pair,) = culprits.pairs
+    part = Estimate(0.97, 0.90, 0.99)
+    first = pair._replace(together=pair.together._replace(far=part))
+    as_much = pair._replace(
+        words="part_2 high with angle low",
+        together=pair.together._replace(far=part._replace(value=0.93, upper=0.975)),
+    )
+    less = as_much._replace(
+        together=pair.together._replace(far=part._replace(value=0.93, upper=0.96))
+    )
+    both = culprits._replace(pairs=(first, as_much, less))
+    assert both.pair == first and both.likewise == (as_much,)
+    assert f"{pair.words}, likewise part_2 high" in both.sentence("gap")
+    assert culprits.likewise == ()
 
 
 def test_the_single_one_is_named_where_no_pair_explains_more(run):

@@ -7,7 +7,8 @@ import pytest
 from scipy.stats import chi2
 
 from tests.coverage.rare_problems import RARE_PROBLEMS, sought
-from tolstat.statistics.rare import rare_share, unmet
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.rare import plain_trials, rare_share, unmet
 
 N = 1000
 
@@ -32,6 +33,14 @@ def test_where_none_is_beyond_the_heaviest_bounds_the_share():
     assert found == (0, 0, unmet(weights), "")
     assert (1 - found.upper / 2.0) ** N == pytest.approx(0.025)
     assert rare_share(np.zeros(0, bool), weights[:0]).reason
+
+
+def test_plain_trials_are_told_where_their_count_is_nearly_normal():
+    near = Estimate(1e-6, 0.95e-6, 1.05e-6)
+    assert plain_trials(near) == pytest.approx(1e6 * (1.96 / 0.05) ** 2, rel=1e-4)
+    assert np.isnan(plain_trials(Estimate(6e-6, 2.7e-6, 0.0145)))  # of 0.4 trials
+    assert np.isnan(plain_trials(Estimate(0.999, 0.968, 1.0)))
+    assert np.isnan(plain_trials(Estimate(0.0, 0.0, 1e-3)))
 
 
 def test_of_two_regions_of_ten_parts_the_smaller_is_not_lost():

@@ -62,7 +62,7 @@ def test_signs_are_no_words(toy, study):
     text = 'model = "toy"\nsampling = "grid"\n[grid]\nspeed = ["+1 rpm", ".5 rpm"]\n'
     run = tolstat.run(study(text), model=toy)
     assert run.column("speed").dtype.kind == "f"
-    assert run.scales["speed"].words(run.column("speed")[1]) == "0.5000 rpm"
+    assert run.scales["speed"].words(run.column("speed")[1]) == "0.5 rpm"
 
 
 def test_no_block_reaches_into_the_next_settings(toy, study, tmp_path):
@@ -267,3 +267,21 @@ def test_a_study_says_what_it_will_not_tell(toy, toy_study):
     assert "500 groups of 5 trials, trials = 2500 or more" in doubt
     assert "1000 are 200 groups" in doubt
     assert doubts(toy, toy_study, grouped, trials=2500) == ()
+
+
+def test_a_rare_study_says_with_how_many_trials_it_loses_no_kind(tmp_path):
+    path, names = tmp_path / "rare.toml", [f"L{i}" for i in range(10)]
+    links = "".join(
+        f'{n} = {{ nominal = "1 mm", tolerance = "+-1 mm" }}\n' for n in names
+    )
+    path.write_text(
+        'model = "dimension_chain"\nsampling = "rare"\ntrials = 5000\nseed = 1\n'
+        f'settings.gap = "{" + ".join(names)}"\n[links]\n{links}'
+        '[limits]\ngap = "<= 16 mm"\n'
+    )
+    (doubt,) = load(path).doubts
+    assert "lost among 10 deviations with 5000 trials" in doubt
+    trials = int(re.search(r"trials = (\d+) or more", doubt)[1])
+    assert 5000 < trials <= 8000
+    assert load(path, trials=trials).doubts == ()
+    assert load(path, trials=trials - 1).doubts

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import sys
 
 import click
@@ -43,6 +45,11 @@ class Group(click.Group):
         except MemoryError:
             click.echo("tolstat: there is not enough memory for this", err=True)
             sys.exit(1)
+        except OSError as error:
+            if error.errno != errno.ENOSPC or error.filename is not None:
+                raise
+            _say_nowhere_to_show()
+            sys.exit(1)
 
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
         """Add a command, which then knows --machine."""
@@ -58,6 +65,17 @@ class Group(click.Group):
         )
         cmd.params.append(machine)
         super().add_command(cmd, name)
+
+
+def _say_nowhere_to_show() -> None:
+    """Say that the output goes nowhere: what is written to files refuses by itself."""
+    # what waits would be written, and fail, once more when Python ends
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    click.echo(
+        "tolstat: standard output is on a full disk, and cuts off what is shown; what "
+        "was stored before is safe",
+        err=True,
+    )
 
 
 def note(message: Warning | str, *_: object) -> None:

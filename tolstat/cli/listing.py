@@ -32,7 +32,9 @@ def list_runs(folder: Path) -> bool:
         console.print(f"with {WIDE} columns: model and size of each, too")
     for each in entries:
         if each.problem:
-            console.print(f"{each.path}: {each.problem}", soft_wrap=True)
+            named = str(each.path) in each.problem
+            said = each.problem if named else f"{each.path}: {each.problem}"
+            console.print(said, soft_wrap=True)
     return not any(each.problem for each in entries)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -200,11 +200,11 @@ class PairCulprit(NamedTuple):
     halved: Estimate
     effective: int
 
-    def sentence(self, response: str) -> str:
-        """Say what they explain of the machines beyond a limit."""
+    def explained(self, beyond: int) -> str:
+        """Say what they explain of so many machines beyond a limit."""
         far, *_ = PART.interval(*self.together.far[:3])
         return (
-            f"beyond {response}: {self.words}: far off in {far} % of these machines "
+            f"far off in {far} % of these {beyond} machines "
             f"and in {PART.number(self.together.of_all)} % of all; either "
             f"alone in {PART.at_most(self.together.alone)} % at most"
         )
@@ -239,17 +239,29 @@ class Culprits(NamedTuple):
     @property
     def pair(self) -> PairCulprit | None:
         """The pair that is named first of all: it explains more than any single one."""
-        explain = (
+        return next(self._explaining, None)
+
+    @property
+    def likewise(self) -> tuple[PairCulprit, ...]:
+        """Pairs that explain as much, for all that is known: alike parts, often."""
+        first, *others = self._explaining
+        least = first.together.far.value
+        return tuple(each for each in others if each.together.far.upper >= least)
+
+    @property
+    def _explaining(self) -> Iterator[PairCulprit]:
+        return (
             each
             for each in self.pairs
             if each.together.far.value > each.together.single
         )
-        return next(explain, None)
 
     def sentence(self, response: str) -> str:
         """Say who drives the machines beyond a limit; empty where it cannot be told."""
         if self.pair:
-            return self.pair.sentence(response)
+            words = [each.words for each in (self.pair, *self.likewise)]
+            said = self.pair.explained(self.beyond)
+            return f"beyond {response}: {', likewise '.join(words)}: {said}"
         if not self.driving:
             return ""
         who = self.driving[0]

@@ -15,6 +15,7 @@ from tolstat.statistics.weights import effective_number
 Array = NDArray[np.float64]
 
 ENOUGH = 100  # machines beyond that the weighted ones are worth
+COUNTED = 10  # machines beyond, from which their count is nearly normal
 
 
 def rare_share(
@@ -67,7 +68,9 @@ def unmet(weights: Array, confidence: float = 0.95) -> float:
 
 
 def plain_trials(share: Estimate, confidence: float = 0.95) -> float:
-    """Return how many plain trials would have as narrow an interval; NaN where none.
+    """Return how many plain trials would have as narrow an interval.
+
+    NaN where they would be too few for a normal distribution of their count.
 
     Parameters
     ----------
@@ -80,4 +83,5 @@ def plain_trials(share: Estimate, confidence: float = 0.95) -> float:
     if not (share.sure and p > 0 and width > 0):
         return math.nan
     sigmas = 2 * float(ndtri(1 - (1 - confidence) / 2))
-    return float(p * (1 - p) * (sigmas / width) ** 2)
+    trials = math.ceil(p * (1 - p) * (sigmas / width) ** 2)
+    return float(trials) if trials * min(p, 1 - p) >= COUNTED else math.nan

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from tolstat.deviations.samplers.rare import safe_trials
 from tolstat.statistics.total_indices import LEAST
-from tolstat.study.sampling import GROUPED, sampler_of
+from tolstat.study.sampling import GROUPED, RARE, sampler_of
 
 
 def doubts_of(sampling: str, trials: int, factors: int) -> tuple[str, ...]:
@@ -19,5 +20,11 @@ def doubts_of(sampling: str, trials: int, factors: int) -> tuple[str, ...]:
             f"there will be no Sobol' indices: they need {LEAST} groups of {group} "
             f"trials, trials = {LEAST * group} or more, and {trials} are "
             f"{trials // group} groups",
+        )
+    if sampling == RARE and trials < (safe := safe_trials(factors)):
+        return (
+            f"of several kinds of machines beyond a smaller one may be lost among "
+            f"{factors} deviations with {trials} trials, and the interval is then of "
+            f"the others: trials = {safe} or more look for it",
         )
     return ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Mapping
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ FIRST, EACH, SEEKING = 8, 40, 2  # parts of the trials: first stage, a later one
 LEAST = 30  # machines beyond; with fewer, those nearest to the limit lead on
 WORTH, FOR_EACH = 30, 12  # independent points that a fit rests on, for each direction
 MOST_OF_STAGE = 3 / 8  # points that a fit rests on, per trial of a stage
+STAGES, FOR_STAGE = 7, 2  # that find their way; directions for each, of many
 TWICE = 4  # stages at the spread of the study itself, before the last
 POINTS = 400  # that a fit is made to
 PLAIN, WIDE = 0.1, 0.05  # shares of the last stage: as the study, twice as wide
@@ -103,7 +105,7 @@ class Rare:
         seeking = _Seeking(seed, streams)
         mixture = centred(SPREADS, len(streams))
         yield from seeking.stage(mixture, trials // FIRST, 0.0)
-        at_one, each = 0, trials // EACH
+        at_one, each = 0, stage_of(trials, len(streams))
         while seeking.trials + each <= trials // SEEKING:
             mixture, spread = seeking.fit(each)
             at_one += spread == 1
@@ -118,6 +120,33 @@ class Rare:
         else:
             mixture = plain
         yield from seeking.stage(mixture, trials - seeking.trials, 1.0, last=True)
+
+
+def stage_of(trials: int, directions: int) -> int:
+    """Return how many trials a stage has: as many as a fit wants, if they are enough.
+
+    Parameters
+    ----------
+    trials : int
+        Of all stages.
+    directions : int
+        That deviate independently.
+    """
+    enough = trials >= safe_trials(directions)
+    return max(trials // EACH, _whole_stage(directions) if enough else 0)
+
+
+def safe_trials(directions: int) -> int:
+    """Return with how many trials a fit may rest on all the points that it wants.
+
+    With fewer, of several kinds of machines beyond a smaller one may be lost.
+    """
+    whole, many = _whole_stage(directions), max(STAGES, directions // FOR_STAGE)
+    return min(EACH * whole, math.ceil(many * whole / (1 / SEEKING - 1 / FIRST)))
+
+
+def _whole_stage(directions: int) -> int:
+    return math.ceil((WORTH + FOR_EACH * directions) / MOST_OF_STAGE)
 
 
 class _Seeking:
