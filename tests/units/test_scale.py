@@ -85,25 +85,116 @@ def test_from_study_to_table_units_are_those_that_were_typed(tmp_path):
 
 
 def test_digits_are_those_that_the_interval_supports():
-    """Against decimal arithmetic: two figures of half the interval, six at most."""
+    """Against decimal arithmetic: two figures of half the interval, ten at most, and
+    one of its own of a number on whose side of zero all of the interval lies.
+    """
     generator = np.random.default_rng(5)
     for _ in range(2000):
         value = float(generator.normal() * 10 ** generator.uniform(-3, 5))
-        half = float(abs(value) * 10 ** generator.uniform(-5, 1))
+        half = float(abs(value) * 10 ** generator.uniform(-10, 1))
         lower, upper = value - half, value + half * generator.uniform(0.5, 1.5)
-        wide = Decimal(upper) - Decimal(lower)
-        size = max(map(abs, map(Decimal, (value, lower, upper))))
-        last = max((wide / 2).adjusted() - 1, size.adjusted() - 5)
-        unit = Decimal(1).scaleb(last)
+        three = [Decimal(f"{x:.12g}") for x in (value, lower, upper)]
+        wide, size = three[2] - three[1], max(map(abs, three))
+        last = max((wide / 2).adjusted() - 1, size.adjusted() - 9)
+        own = three[1] > 0 or three[2] < 0
         for x, words in zip(
-            (value, lower, upper),
-            Scale("1", "1").interval(value, lower, upper), strict=True,
-        ):  # fmt: skip
-            assert abs(Decimal(words) - Decimal(x)) <= unit / 2 + Decimal("1e-12")
+            three, Scale("1", "1").interval(value, lower, upper), strict=True
+        ):
+            place = min(last, x.adjusted()) if own else last
+            unit = Decimal(1).scaleb(place)
+            assert abs(Decimal(words) - x) <= unit / 2
             assert Decimal(words) % unit == 0 and "e+" not in words
+            assert not own or Decimal(words) != 0
             assert Decimal(words) == 0 or Decimal(words).as_tuple().exponent <= max(
-                last, 0
+                place, 0
             )
+
+
+def test_the_end_of_an_interval_that_begins_at_its_estimate_is_a_bound():
+    """None of a million, and all: no machine lies beyond what is printed."""
+    ppm = Scale("1", "ppm")
+    assert ppm.interval(0.0, 0.0, 263.46e-6) == ("0", "0", "264")
+    assert PER_CENT.interval(1.0, 1 - 263.46e-6, 1.0) == ("100", "99.9736", "100")
+    assert ppm.interval(-1e-6, -5.021e-6, -1e-6) == ("-1", "-5.03", "-1")
+    generator = np.random.default_rng(7)
+    for share in 10 ** generator.uniform(-7, -0.5, 500):
+        zero, _, upper = ppm.interval(0.0, 0.0, share)
+        all_, lower, _ = PER_CENT.interval(1.0, 1 - share, 1.0)
+        assert (zero, all_) == ("0", "100")
+        assert (
+            0 <= Decimal(upper) - Decimal(f"{1e6 * share:.12g}") <= Decimal(upper) / 99
+        )
+        assert Decimal(lower) <= Decimal(f"{100 * (1 - share):.12g}")
+        assert 100 - Decimal(lower) <= Decimal(upper) / 10000 * Decimal("1.011")
+
+
+def test_what_is_not_zero_is_not_printed_as_zero():
+    ppm = Scale("1", "ppm")
+    assert ppm.interval(6.03e-6, 2.69e-6, 14548e-6) == ("6", "3", "14500")
+    assert ppm.interval(-6.03e-6, -14548e-6, -2.69e-6) == ("-6", "-14500", "-3")
+    assert ppm.interval(6.03e-6, 0.0, 14548e-6)[0] == "0"  # zero is inside
+    assert ppm.interval(6.03e-6, 2.7e-13, 14548e-6)[1] == "3e-7"
+
+
+def test_what_binary_numbers_add_is_not_rounded():
+    """One number is written alike wherever it stands: as 12 figures of it are."""
+    plain = Scale("1", "1")
+    for x in (1125.0, 0.001125e6, 1125 * (1 + 1e-14), 1125 * (1 - 1e-14)):
+        assert plain.interval(x, 1000.0, 2000.0)[0] == "1120"
+        assert plain.interval(1500.0, x, x + 1000)[1] == "1120"
+    for x in (0.00705, 0.00705 * (1 + 1e-14), 0.00705 * (1 - 1e-14)):
+        assert Scale("1", "ppm").interval(x, 0.0, 0.015)[0] == "7000"
+        assert Scale("1", "ppm").interval(0.01, x, 0.017)[1] == "7000"
+
+
+def test_an_interval_whose_estimate_failed_has_ends():
+    plain = Scale("1", "1")
+    assert plain.interval(math.nan, 0.0, 1.0) == ("failed", "0", "1.00")
+    assert plain.interval(math.inf, 0.0, 1.0) == ("inf", "0", "1.00")
+    assert plain.interval(math.nan, math.nan, 1.0)[0] == "failed"
+
+
+def test_an_interval_has_one_style():
+    """An exponent in all three, or in none."""
+    plain = Scale("1", "1")
+    assert plain.interval(1e6, 999990.0, 1.00001e6) == (
+        "1.000000e6",
+        "9.99990e5",
+        "1.000010e6",
+    )
+    assert plain.interval(999990.0, 999980.0, 1e6) == ("999990", "999980", "1000000")
+    assert plain.interval(2e-3, 9e-4, 4e-3) == ("0.0020", "0.0009", "0.0040")
+    assert plain.interval(5e-4, 4e-4, 6e-4) == ("5.00e-4", "4.00e-4", "6.00e-4")
+
+
+def test_an_interval_with_a_width_shows_it():
+    """Of a chain of large dimensions too; without one it is a number like any other."""
+    gap = Scale("m", "mm")
+    ends = 2.41675, 2.416748, 2.416751
+    assert gap.interval(*ends) == ("2416.7500", "2416.7480", "2416.7510")
+    assert gap.interval(2.41675, 2.41675, 2.41675) == ("2417",) * 3
+    noise = 0.1 + 0.2
+    assert Scale("1", "1").interval(noise, 0.3, noise) == ("0.3",) * 3
+
+
+def test_a_number_tells_a_thousandth_of_its_spread():
+    """Four figures at least, and as many places as what it is held against."""
+    gap = Scale("m", "mm")
+    assert gap.words(2.41667) == "2417 mm"
+    assert gap.telling(0.5e-3).words(2.4166666) == "2416.667 mm"
+    assert gap.telling(0.2e-3).words(2.41666666) == "2416.6667 mm"
+    assert gap.telling(0.0, (2.4166,)).words(2.41667) == "2416.7 mm"
+    assert gap.telling(0.0, (2.41642, 2.41692, 0.0)).words(2.41667) == "2416.67 mm"
+    assert gap.telling(1.0).words(0.012344444) == "12.34 mm"
+    assert gap.telling(1e-12).words(2.41666666666) == "2416.666667 mm"  # ten at most
+    assert Scale("1", "1").telling(10.0).number(12345678.9) == "1.234568e7"
+    for none in (0.0, math.inf, math.nan):
+        assert gap.telling(none) == gap
+    generator = np.random.default_rng(8)
+    for _ in range(500):
+        value, spread = generator.uniform(1, 1e5), 10 ** generator.uniform(-4, 3)
+        words = Scale("1", "1").telling(spread).number(value)
+        assert abs(Decimal(words) - Decimal(value)) <= Decimal(spread) / 1000
 
 
 def test_a_bound_is_rounded_to_the_safe_side():

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from typing import NamedTuple
 
 from tolstat.units.conversion import from_si
 
 PLAIN, COUNT = "1", "count"
-FIGURES = 4  # of a number that needs no interval, at most
+FIGURES = 4  # of a number that needs no interval, where its spread asks for no more
 BOUND = 3  # of a bound, and of an estimate without a trustworthy interval
-MOST_FIGURES = 6  # of one with an interval: machines are not integrated more precisely
+MOST_FIGURES = 10  # however narrow an interval or a spread is
 KNOWN = 12  # what stands behind is of binary numbers, not of what they say
 NOTHING = 1e-6  # of a size, up to the next power of ten: zero to an engineer
+TOLD = 1e-3  # of a spread: how far a number without interval may be rounded
+PLAINLY = 1e-3, 1e6  # between these numbers have no exponent
 
 # by SI unit: what it is shown in, the largest first, each from which size on (SI); the
 # last also serves what is smaller
@@ -50,12 +53,16 @@ class Scale(NamedTuple):
         A power of ten, in the unit shown: what is smaller is said to be below it.
     most : int
         Figures at most, however narrow an interval is.
+    place : int or None
+        Behind the point of the unit shown: up to there at least numbers without
+        interval are told apart. None: nothing is known of their spread.
     """
 
     unit: str
     shown: str
     least: float = 0.0
     most: int = MOST_FIGURES
+    place: int | None = None
 
     @property
     def factor(self) -> float:
@@ -74,6 +81,23 @@ class Scale(NamedTuple):
         least = 10.0 ** math.ceil(math.log10(shown)) if known else 0.0
         return self._replace(least=least)
 
+    def telling(self, spread: float, asked: Iterable[float] = ()) -> Scale:
+        """Return it with the figures that tell a thousandth of a spread apart.
+
+        Parameters
+        ----------
+        spread : float
+            Of its numbers, SI; 0 or not finite where it is not known.
+        asked : iterable of float
+            Numbers that they are held against, SI: to the places of these at least.
+        """
+        shown = (float(from_si(each, self.unit, self.shown)) for each in asked)
+        places = [-int(_known(x).as_tuple().exponent) for x in shown if x]
+        told = 2 * TOLD * abs(float(from_si(spread, self.unit, self.shown)))
+        if told > 0 and math.isfinite(told):
+            places.append(math.ceil(-math.log10(told) - NOTHING))
+        return self._replace(place=max(places, default=None))
+
     @property
     def exact(self) -> Scale:
         """The same, with nothing too small to be said."""
@@ -83,13 +107,20 @@ class Scale(NamedTuple):
         """Whether an SI number is not zero, but to an engineer."""
         return 0 < abs(float(from_si(value, self.unit, self.shown))) < self.least
 
-    def number(self, value: float, count: int = FIGURES) -> str:
-        """Write an SI number in the unit shown, without it: of four figures at most."""
+    def number(self, value: float, count: int = 0) -> str:
+        """Write an SI number in the unit shown, without it.
+
+        It has `count` figures at most; else four, or as many as its place asks for.
+        """
         shown = float(from_si(value, self.unit, self.shown))
         if self.nothing(value):
             return self._below(shown)
         if self.shown == COUNT and shown.is_integer():
             return f"{shown:.0f}"
+        if not count:
+            count = FIGURES
+            if self.place is not None and shown and math.isfinite(shown):
+                count = max(count, _known(shown).adjusted() + 1 + self.place)
         return figures(shown, min(count, self.most))
 
     def at_least(self, value: float) -> str:
@@ -112,9 +143,11 @@ class Scale(NamedTuple):
     ) -> tuple[str, str, str]:
         """Write an estimate and the ends of its interval, as precisely as this allows.
 
-        All three end where half the interval has its second figure; they have six
-        figures at most. Without a width they are numbers like any other, an end of an
-        open interval is a bound, and what has no interval is of three figures.
+        All three end where half the interval has its second figure; they have ten
+        figures at most, and one of their own where zero is outside. Where the estimate
+        is one end itself, the other is a bound: of three figures of the width, rounded
+        outwards; so is the end of an open interval. Without a width they are numbers
+        like any other, and what has no interval is of three figures.
 
         Parameters
         ----------
@@ -123,23 +156,42 @@ class Scale(NamedTuple):
         """
         given = (value, lower, upper)
         three = [float(from_si(x, self.unit, self.shown)) for x in given]
-        half, size = (three[2] - three[1]) / 2, max(map(abs, three))
         whole = self.shown == COUNT and all(map(float.is_integer, three))
-        if math.isnan(half):
+        if math.isnan(three[1]) or math.isnan(three[2]):
             return self.number(value, BOUND), self.number(lower), self.number(upper)
-        if math.isinf(half):
+        if math.isinf(three[1]) or math.isinf(three[2]):
             return self.number(value, BOUND), self.at_least(lower), self.at_most(upper)
-        if whole or math.isinf(size) or not half:
+        middle, below, above = known = [_known(x) for x in three]
+        width = abs(above - below)
+        if whole or not width:
             return self.number(value), self.number(lower), self.number(upper)
+        size = max(abs(x) for x in known if x.is_finite())
+        bound = middle in (below, above)
         place = min(
-            1 - math.floor(math.log10(half)),
-            self.most - 1 - math.floor(math.log10(size)),
+            BOUND - 1 - width.adjusted() if bound else 1 - (width / 2).adjusted(),
+            self.most - 1 - size.adjusted(),
         )
+        own = below > 0 or above < 0  # a figure, for zero is outside
         # where figures end before, what is nothing is rounded to zero
-        least = self.least if 10.0**-place <= self.least else 0.0
-        a, b, c = (
-            self._below(x) if 0 < abs(x) < least else to_place(x, place) for x in three
+        least = self.least if own or 10.0**-place <= self.least else 0.0
+        plain = PLAINLY[0] <= size <= PLAINLY[1]
+        roundings = (
+            ROUND_HALF_EVEN,
+            ROUND_FLOOR if middle == above else ROUND_HALF_EVEN,
+            ROUND_CEILING if middle == below else ROUND_HALF_EVEN,
         )
+        words = []
+        for x, rounding in zip(known, roundings, strict=True):
+            if not x.is_finite():
+                words.append(self.number(value))
+            elif 0 < abs(x) < least:
+                words.append(self._below(float(x)))
+            else:
+                last = max(place, -x.adjusted()) if own else place
+                if bound and x == middle:  # exactly there: no zeros behind
+                    last = min(last, -int(x.as_tuple().exponent))
+                words.append(to_place(x, last, rounding, plain))
+        a, b, c = words
         return a, b, c
 
     def _below(self, shown: float) -> str:
@@ -194,7 +246,7 @@ def figures(value: float, count: int = FIGURES, rounding: str = ROUND_HALF_EVEN)
     value : float
         In the unit to be shown.
     count : int
-        How many figures it has at most; one less with an exponent, and of four as many
+        How many figures it has at most; of four one less with an exponent, and as many
         as stand before its point.
     rounding : str
         Of `decimal`.
@@ -203,25 +255,40 @@ def figures(value: float, count: int = FIGURES, rounding: str = ROUND_HALF_EVEN)
         return "failed"
     if math.isinf(value):
         return str(value)
-    plain = value == 0 or 1e-3 <= abs(value) <= 1e6
-    if not plain:
-        count = min(count, FIGURES - 1)
-    elif count == FIGURES and value:
-        count = max(count, 1 + math.floor(math.log10(abs(value))))
-    known = Decimal(f"{value:.{KNOWN}g}").normalize()
+    known = _known(value)
+    plain = value == 0 or PLAINLY[0] <= abs(value) <= PLAINLY[1]
+    if plain and count >= FIGURES:
+        count = max(count, 1 + known.adjusted())
+    elif count == FIGURES:
+        count -= 1
     rounded = Context(count, rounding).plus(known)
     return f"{rounded:f}" if plain else _tidy(f"{rounded:e}")
 
 
-def to_place(value: float, place: int) -> str:
-    """Write a number up to a place behind its point; before it if that is negative."""
-    rounded = round(value, place)
+def _known(value: float) -> Decimal:
+    """Return the figures of a number that are no noise of binary ones."""
+    return Decimal(f"{value:.{KNOWN}g}").normalize()
+
+
+def to_place(value: Decimal, place: int, rounding: str, plain: bool) -> str:
+    """Write a number up to a place behind its point; before it if that is negative.
+
+    Parameters
+    ----------
+    value : Decimal
+        In the unit to be shown.
+    place : int
+        Of the last figure.
+    rounding : str
+        Of `decimal`.
+    plain : bool
+        Whether it has no exponent, unless it has six zeros behind its point.
+    """
+    rounded = value.quantize(Decimal(1).scaleb(-place), rounding)
     if rounded == 0:
         return "0"
-    figures = math.floor(math.log10(abs(rounded))) + place  # behind the first
-    if not 1e-3 <= abs(rounded) <= 1e6:
-        return _tidy(f"{rounded:.{max(figures, 0)}e}")
-    return f"{rounded:.{max(place, 0)}f}"
+    plain = plain and abs(rounded) >= NOTHING
+    return f"{rounded:f}" if plain else _tidy(f"{rounded:e}")
 
 
 def _tidy(number: str) -> str:
