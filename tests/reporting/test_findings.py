@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import io
 import json
+import re
+from functools import partial
 
 import h5py
 import numpy as np
 import pandas as pd
 import pytest
+from click.testing import CliRunner
 from scipy import stats
 
 import tolstat
 from tests.conftest import Toy
+from tolstat.cli.main import main
 from tolstat.errors import PictureError
 from tolstat.reporting import contributing
 from tolstat.reporting.contributing import at_most_all
@@ -310,3 +314,40 @@ def test_no_share_is_more_than_all(toy, toy_study, monkeypatch):
     assert at_most_all(Estimate(1.2, 1.1, 1.3)).value == 1
     assert not at_most_all(Estimate(1.2, 1.1, 1.3)).sure
     assert at_most_all(Estimate(0.4, -0.1, 0.9)) == Estimate(0.4, -0.1, 0.9)
+
+
+CHAIN = """\
+model = "dimension_chain"
+trials = 500
+seed = 5
+settings.gap = "H - a"
+[links]
+H = { nominal = "2450 mm", tolerance = "+-0.2 mm" }
+a = { nominal = "33.33 mm", tolerance = "+-0.1 mm" }
+[limits]
+gap = "2416.42..2416.92 mm"
+"""
+
+
+def test_what_is_small_beside_its_size_is_told_apart(tmp_path):
+    """A gap of 2.4 m that differs by tenths of millimetres; on screen and page."""
+    path = tmp_path / "chain.toml"
+    path.write_text(CHAIN)
+    run = tolstat.run(path)
+    trial = int(run.column("gap").argmax())
+    largest = f"{1e3 * run.column('gap')[trial]:.4f}"
+    call = partial(CliRunner().invoke, main)
+    shown = call(["show", str(run.path)]).output
+    assert "worst_max 2416.97 mm" in shown and "worst_min 2416.37 mm" in shown
+    (value,) = re.findall(
+        r"gap +(\S+) mm", call(["trial", str(run.path), str(trial)]).output
+    )
+    assert value == f"{float(largest):.{len(value) - 5}f}" and len(value) >= 8
+    nominal = call(["trial", str(path), "--nominal"]).output
+    assert "2416.67 mm" in nominal
+    assert f">{value}</span>" in tolstat.report(run).read_text()
+    # a limit of one's own has places of its own
+    page = tmp_path / "own.html"
+    call(["report", str(run.path), "--limit", "gap <= 2416.60012 mm", "-o", str(page)])
+    nominal = re.search(r'responses/gap/nominal">(.*?)<', page.read_text())
+    assert nominal.group(1) == "2416.67"

@@ -78,6 +78,8 @@ def show_nominal(path: Path, picture: Path | None) -> None:
     scales = {
         each.name: scale_of(
             each.unit, study.shown.get(each.name) or each.shown, abs(float(value))
+        ).telling(
+            0.0, study.limits[each.name].asked if each.name in study.limits else ()
         )
         for each, value in zip(responses, outcome.responses[0], strict=True)
     }

@@ -24,7 +24,7 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.moments import Reach
 from tolstat.statistics.summary import QUANTILES
 from tolstat.store.run import Run
-from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM, Ratio, Scale
+from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM, Ratio, Scale
 
 NAMED = 3  # contributors beside a worst trial
 LONGEST = 60  # characters of a title at the foot of a sheet
@@ -100,7 +100,7 @@ class Numbers:
             Where it lies in the findings.
         scale : Scale, Ratio or str
             How it is shown; "%", "ppm" (a share per million), "fitted", "level",
-            "demanded", "part" or "plain".
+            "demanded", "typed", "part" or "plain".
         bound : str
             "at_least" or "at_most" of a bound.
         """
@@ -140,6 +140,8 @@ def in_words(value: float, scale: Scale | Ratio | str) -> str:
         return str(value)
     if scale == "demanded":
         return share_words(value).removesuffix(" %")
+    if scale == "typed":
+        return f"{value:.{KNOWN}g}"
     if math.isinf(value):
         return "infinite" if value > 0 else "-infinite"
     return (WORDS[scale] if isinstance(scale, str) else scale).number(value)

@@ -14,12 +14,20 @@ import numpy as np
 
 from tolstat.literal import csv_cell
 from tolstat.statistics.estimate import Estimate
-from tolstat.units.scale import PER_CENT
+from tolstat.statistics.limit import Limit
+from tolstat.units.scale import KNOWN, PER_CENT
 
 
 def share_words(share: float) -> str:
     """Name a quantile: 0.00135 is "0.135 %"."""
     return f"{100 * share:.10g} %"
+
+
+def demand_words(limit: Limit) -> str:
+    """Say what a limit asks of the machines: 99.73 %, or a Ppk where one is typed."""
+    if limit.typed_ppk:
+        return f"Ppk {limit.typed_ppk:.{KNOWN}g}"
+    return share_words(limit.demanded)
 
 
 def in_line(share: Estimate) -> str:

@@ -14,7 +14,7 @@ from scipy.special import ndtr
 from tolstat.errors import PictureError
 from tolstat.reporting.findings import Assumptions, DocumentFindings, TrialsFindings
 from tolstat.reporting.gather import assumptions_of, document_of, provenance_of
-from tolstat.reporting.plain import share_words
+from tolstat.reporting.plain import demand_words
 from tolstat.reporting.summary_table import (
     Cell,
     SummaryTable,
@@ -293,7 +293,7 @@ def rare_table(run: Run) -> SummaryTable:
         [
             found.response,
             found.limit.words,
-            share_words(found.limit.demanded),
+            demand_words(found.limit),
             found.verdict,
             _cell(found.beyond, PPM),
             _cell(found.equivalent, AS_IS),

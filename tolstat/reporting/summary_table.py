@@ -10,18 +10,17 @@ import numpy as np
 from tolstat.model.description import StudyNumber
 from tolstat.reporting.culprits import culprits_of
 from tolstat.reporting.drawn import Drawn, drawn_trials
-from tolstat.reporting.plain import in_line, share_words
+from tolstat.reporting.plain import demand_words, in_line
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import Limited, Summary, summarize
 from tolstat.statistics.yields import NOT_MET, joint_yield
 from tolstat.status import Status
 from tolstat.store.audited import Audited
-from tolstat.store.run import Run
+from tolstat.store.run import ROUNDING, Run
 from tolstat.units.scale import AS_IS, PER_CENT, Scale
 
 PRINTED = {0.5: "median", 0.05: "5 %", 0.95: "95 %", 0.99: "99 %"}
-ROUNDING = 1e-9  # of a value: by less, no machine is the least or the largest
 EXTREMES = ("least", "in trial", "largest", "in trial")
 
 WEIGHTED = (
@@ -158,7 +157,7 @@ def _judged(limited: Limited) -> list[Cell]:
         verdict += f": {limited.yields.needed} decide"
     return [
         limited.limit.words,
-        share_words(limited.limit.demanded),
+        demand_words(limited.limit),
         verdict,
         estimate_in_words(limited.yields.beyond, PER_CENT),
         estimate_in_words(limited.equivalent, AS_IS),

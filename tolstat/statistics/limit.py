@@ -23,12 +23,15 @@ class Limit(NamedTuple):
         Share of the machines that is to be within.
     words : str
         The values as the study writes them.
+    typed_ppk : float or None
+        The Ppk that the study demands; None where it demands a share.
     """
 
     lower: float
     upper: float
     demanded: float = DEMANDED
     words: str = ""
+    typed_ppk: float | None = None
 
     @property
     def permitted(self) -> tuple[float, float]:
@@ -41,9 +44,14 @@ class Limit(NamedTuple):
         return sum(math.isfinite(end) for end in self.permitted)
 
     @property
+    def asked(self) -> tuple[float, ...]:
+        """Those of the ends that are numbers, and not 0."""
+        return tuple(end for end in self.permitted if end and math.isfinite(end))
+
+    @property
     def ppk(self) -> float:
         """What is demanded, as the Ppk of a normal response."""
-        return ppk_of(1 - self.demanded, self.ends)
+        return self.typed_ppk or ppk_of(1 - self.demanded, self.ends)
 
 
 def within(

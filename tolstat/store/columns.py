@@ -18,6 +18,7 @@ SHOWN = "shown"  # the unit in which the study writes it, or the machine declare
 LIMIT = "limit"  # least and greatest permitted value, SI
 WRITTEN = "limit_as_written"
 DEMANDED = "demanded_yield"  # share of machines within
+TYPED_PPK = "demanded_ppk"  # where the study demands one
 RANGE = "valid_range"  # what a response can never lie beyond; as netCDF has it
 TOLERANCE = "tolerance"  # its ends, SI
 ASSUMED = "assumed"  # its distribution, in words
@@ -68,6 +69,8 @@ def write_limit(dataset: h5py.Dataset, limit: Limit) -> None:
     """Attach what is asked of a response."""
     dataset.attrs[LIMIT] = limit.permitted
     dataset.attrs[WRITTEN], dataset.attrs[DEMANDED] = limit.words, limit.demanded
+    if limit.typed_ppk:
+        dataset.attrs[TYPED_PPK] = limit.typed_ppk
 
 
 def limit_of(dataset: h5py.Dataset) -> Limit | None:
@@ -76,7 +79,8 @@ def limit_of(dataset: h5py.Dataset) -> Limit | None:
         return None
     lower, upper = dataset.attrs[LIMIT].tolist()
     demanded, words = float(dataset.attrs[DEMANDED]), str(dataset.attrs[WRITTEN])
-    return Limit(lower, upper, demanded, words)
+    typed = float(dataset.attrs[TYPED_PPK]) if TYPED_PPK in dataset.attrs else None
+    return Limit(lower, upper, demanded, words, typed)
 
 
 def write_assumed(dataset: h5py.Dataset, assumed: Assumed) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -25,6 +24,8 @@ from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:
     import pandas as pd
+
+ROUNDING = 1e-9  # of a value: by less, no machine is another one
 
 
 @dataclass(frozen=True)
@@ -153,9 +154,21 @@ class Run(Known):
         size = float(np.nanmax(known)) if not np.isnan(known).all() else 0.0
         found = scale_of(unit, shown, size)
         # what is nothing beside its numbers, and beside what is asked of them
-        ends = self.limits[name].permitted if name in self.limits else ()
-        asked = [abs(end) for end in ends if end and math.isfinite(end)]
-        return found.beside(min([size, *asked]))
+        asked = self.limits[name].asked if name in self.limits else ()
+        found = found.beside(min([size, *map(abs, asked)]))
+        return found.telling(self._spread(name), asked)
+
+    def _spread(self, name: str) -> float:
+        """Return how far a column reaches, SI: its tolerance zone, or its numbers."""
+        if name in self.assumed:
+            lower, upper = self.assumed[name].tolerance
+            return upper - lower
+        values = self._columns[name]
+        values = values[np.isfinite(values)]
+        if not len(values):
+            return 0.0
+        spread = float(np.ptp(values))
+        return spread if spread > ROUNDING * float(np.abs(values).max()) else 0.0
 
     def scale_of(self, number: StudyNumber) -> Scale:
         """Return how a number of the study is shown: as what it is an answer about."""

@@ -51,7 +51,9 @@ def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
         raise UnitError('limit: a text is expected, such as "<= 3 %"')
     lower, upper = limit(keys["limit"], unit)
     found = Limit(lower, upper, words=keys["limit"].strip())
-    return found._replace(demanded=_demanded(keys, found.ends))
+    demanded = _demanded(keys, found.ends)
+    typed = float(keys["ppk"]) if "ppk" in keys else None
+    return found._replace(demanded=demanded, typed_ppk=typed)
 
 
 def _demanded(keys: dict[str, Any], ends: int) -> float:

@@ -89,10 +89,10 @@ class Scale(NamedTuple):
         spread : float
             Of its numbers, SI; 0 or not finite where it is not known.
         asked : iterable of float
-            Numbers that they are held against, SI: to the places of these at least.
+            Numbers that they are held against, SI: to one place more at least.
         """
         shown = (float(from_si(each, self.unit, self.shown)) for each in asked)
-        places = [-int(_known(x).as_tuple().exponent) for x in shown if x]
+        places = [1 - int(_known(x).as_tuple().exponent) for x in shown if x]
         told = 2 * TOLD * abs(float(from_si(spread, self.unit, self.shown)))
         if told > 0 and math.isfinite(told):
             places.append(math.ceil(-math.log10(told) - NOTHING))
