@@ -11,12 +11,14 @@ from html import unescape
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 import tolstat
 from tests.conftest import Toy
 from tests.reporting.browser import Page, asked, look, printed, scroll_widths
+from tolstat.cli.main import main
 from tolstat.model.contract import Outcome
 from tolstat.reporting import (
     comparison_page,
@@ -27,8 +29,11 @@ from tolstat.reporting.comparison import compared_with_first
 from tolstat.reporting.comparison_page import make_comparison_page
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.page import make_page, pictures_of
+from tolstat.reporting.page import page_of as page_of_findings
 from tolstat.reporting.page_picture import SMALLEST
 from tolstat.reporting.plain import plain
+from tolstat.reporting.rare import UNMET, rare_findings, rare_table
+from tolstat.reporting.summary_table import summary_table
 from tolstat.store.evidence import Evidence
 
 
@@ -754,3 +759,103 @@ def test_what_no_machine_is_beyond_is_said_once(toy, toy_study):
     page, _ = page_of(tolstat.run(toy_study, model=toy))
     assert "gap and ratio: no machine beyond." in first_of(page).replace(" :", ":")
     assert "none beyond" not in first_of(page)
+
+
+def chain(limit, **more):
+    """A gap between large dimensions: its numbers need many figures."""
+    links = {
+        "H": {"nominal": "2450 mm", "tolerance": "+-0.2 mm"},
+        "a": {"nominal": "33.33 mm", "tolerance": "+-0.1 mm"},
+    }
+    return {
+        "model": "dimension_chain", "trials": 5000, "seed": 5, "links": links,
+        "settings": {"gap": "H - a"}, "limits": {"gap": limit}, **more,
+    }  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rare(tmp_path_factory):
+    limit = {"limit": "2416.30..2417.04 mm", "ppm": 100}
+    return tolstat.run(
+        chain(limit, sampling="rare"),
+        output=tmp_path_factory.mktemp("rare") / "rare.h5",
+    )
+
+
+def test_rows_out_of_sight_make_no_row_high_on_a_phone(rare, tmp_path):
+    """Commands and intervals stand in one line; a limit breaks behind .. alone."""
+    tolstat.report(rare, tmp_path / "rare.html")
+    run = tolstat.run(chain("<= 2416.9 mm"), output=tmp_path / "run.h5")
+    what_if = CliRunner().invoke(
+        main, ["what-if", str(run.path), "H=+-0.1 mm", "-o", str(tmp_path / "w.html")]
+    )
+    assert what_if.exit_code == 0, what_if.output
+    height = "e => e.getBoundingClientRect().height"
+    for name, most in (("rare", 40), ("w", 60)):
+        rows = f"[...document.querySelectorAll('.dense tbody tr')].map({height})"
+        high = asked(tmp_path / f"{name}.html", tmp_path, 390, rows)
+        assert len(high) >= 2 and max(high) <= most, name
+    lines = (
+        "[...document.querySelectorAll('.verdicts .whole')].map(e => {"
+        " const line = document.createRange(), tops = [...e.childNodes].flatMap(n => {"
+        " if (n.nodeType != 3) return [];"
+        " return [...n.data].map((c, i) => { line.setStart(n, i); line.setEnd(n, i + 1);"
+        " return [c, line.getBoundingClientRect().top] }) });"
+        " return tops.map(([c, t], i) => (i && t > tops[i - 1][1] ? '|' : '') + c)"
+        ".join('') })"
+    )
+    text = (tmp_path / "rare.html").read_text()
+    words = re.search(r'class="whole">(.*?)</span>', text)[1]
+    assert words == "2416.30..<wbr>2417.04 mm"
+    for limit in (
+        "0.075..0.3 / 3 mm",
+        "2416.30..2417.04 mm",
+        "12345.678..12345.789 mm",
+    ):
+        marked = limit.replace("..", "..<wbr>")
+        (tmp_path / "own.html").write_text(text.replace(words, marked))
+        (broken,) = asked(tmp_path / "own.html", tmp_path, 390, lines)
+        assert broken.replace("|", "") == limit
+        assert all(part[-1] in ". " for part in broken.split("|")[:-1]), broken
+
+
+def test_a_rare_share_within_is_no_hundred_per_cent(rare, tmp_path):
+    """Its line ends short of 100 %, or is left out; the ppm speak."""
+    page = tolstat.report(rare, tmp_path / "rare.html").read_text()
+    found = re.search(r'within/value">([\d.]+)<.*within/upper">([\d.]+)<', page)
+    assert found and float(found[1]) < float(found[2]) < 100
+    share = rare_findings(rare).within
+    near = replace(rare_findings(rare), within=share._replace(
+        value=1 - 3e-13, lower=1 - 4e-13, upper=1 - 2e-13
+    ))  # fmt: skip
+    said = page_of_findings("rare.html", near, title="", unmet=UNMET)
+    assert "within/value" not in said and "A plain run would need" in said
+    assert "per million" in said
+
+
+def test_kinds_of_machines_not_met_are_said_alike(rare, tmp_path):
+    page = tolstat.report(rare, tmp_path / "rare.html").read_text()
+    text = " ".join(unescape(re.sub("<[^>]*>", "", page)).split())
+    said = [note for note in rare_table(rare).notes if "has not met" in note]
+    assert len(said) == 1 and text.count(said[0]) == 1
+    assert "the interval is of the others" in said[0]
+
+
+@pytest.mark.parametrize(
+    ("demand", "share", "ppk"),
+    [
+        ({"ppk": 1.33}, "for Ppk 1.33", "demanded 1.33"),
+        ({"ppk": 2}, "for Ppk 2", "demanded 2"),
+        ({"ppm": 100}, "for 99.99 %", "demanded 1.240"),
+        ({"ppm": 10}, "for 99.999 %", "demanded 1.422"),
+        ({}, "for 99.73 %", "demanded 0.9274"),
+    ],
+)
+def test_what_is_demanded_is_an_exact_number(demand, share, ppk, tmp_path):
+    """As it is typed, or of four figures to the nearest: it is no bound."""
+    study = chain({"limit": "<= 2416.9 mm", **demand}, trials=100)
+    run = tolstat.run(study, output=tmp_path / "run.h5")
+    text = " ".join(re.sub("<[^>]*>", "", tolstat.report(run).read_text()).split())
+    assert share in text and ppk in text
+    ((_, _, asked_for, *_),) = summary_table(run).limit_rows
+    assert f"for {asked_for}" == share

@@ -51,10 +51,11 @@ def report(
     path = Path(output) if output is not None else of.path.with_suffix(".html")
     check_output(path)
     if of.rare:
-        from tolstat.reporting.rare import rare_findings
+        from tolstat.reporting.rare import UNMET, rare_findings
 
         rare = rare_findings(of, responses)
-        return write(path, page_of("rare.html", rare, title=rare.title))
+        page = page_of("rare.html", rare, title=rare.title, unmet=UNMET)
+        return write(path, page)
     found = findings_of(of, responses)
     return write(path, make_page(of, found, pictures_of(of, found)))
 

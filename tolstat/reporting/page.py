@@ -53,12 +53,19 @@ def environment() -> Environment:
     )
     made.globals["infinity"] = math.inf
     made.filters["breaking"] = _breaking
+    made.filters["limit"] = _limit
     return made
 
 
 def _breaking(name: str) -> Markup:
     """Let a long name end its line behind any _ of it."""
     return Markup("_<wbr>").join(escape(visible(name)).split("_"))
+
+
+def _limit(words: str) -> Markup:
+    """Let the words of a limit end their line behind .. and at blanks, in no number."""
+    ends = Markup("..<wbr>").join(escape(visible(words)).split(".."))
+    return Markup('<span class="whole">{}</span>').format(ends)
 
 
 def style() -> Markup:

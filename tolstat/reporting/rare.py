@@ -33,6 +33,11 @@ from tolstat.store.run import Run
 from tolstat.units.scale import AS_IS, PPM, Scale
 
 LIKELIEST = 10  # machines beyond that are named
+UNMET = (
+    "Of a kind of machine beyond that the last stage has not met it cannot be told but "
+    "that it has at most {} per million; the interval is of the others, and so is what "
+    "is said of the limit"
+)
 
 
 class StageFindings(NamedTuple):
@@ -339,11 +344,7 @@ def _said(run: Run, found: RareFindings) -> list[str]:
             "for as narrow an interval"
         )
     if found.trials.counted:
-        said.append(
-            "of a kind of machine beyond that the last stage has not met it cannot be "
-            "told but that "
-            f"it has at most {PPM.at_most(found.trials.unseen)} ppm"
-        )
+        said.append(UNMET.format(PPM.at_most(found.trials.unseen)))
     if others := [name for name in run.limits if name != run.rare]:
         said.append(f"not asked: {', '.join(others)}; that takes a run of its own")
     if found.changed:
