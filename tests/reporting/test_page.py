@@ -799,8 +799,8 @@ def test_rows_out_of_sight_make_no_row_high_on_a_phone(rare, tmp_path):
         "[...document.querySelectorAll('.verdicts .whole')].map(e => {"
         " const line = document.createRange(), tops = [...e.childNodes].flatMap(n => {"
         " if (n.nodeType != 3) return [];"
-        " return [...n.data].map((c, i) => { line.setStart(n, i); line.setEnd(n, i + 1);"
-        " return [c, line.getBoundingClientRect().top] }) });"
+        " return [...n.data].map((c, i) => { line.setStart(n, i);"
+        " line.setEnd(n, i + 1); return [c, line.getBoundingClientRect().top] }) });"
         " return tops.map(([c, t], i) => (i && t > tops[i - 1][1] ? '|' : '') + c)"
         ".join('') })"
     )
