@@ -20,12 +20,13 @@ from tolstat.cli.main import main
 from tolstat.errors import PictureError
 from tolstat.reporting import contributing
 from tolstat.reporting.contributing import at_most_all
+from tolstat.reporting.drawn import drawn_trials
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.plain import as_json, plain
 from tolstat.reporting.report_csv import report_csv
 from tolstat.statistics.contributions import contributions
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.total_indices import sobol_indices
+from tolstat.statistics.total_indices import Indices, sobol_indices
 
 
 @pytest.fixture(scope="module")
@@ -221,7 +222,7 @@ def test_failed_trials_turn_no_number_better(toy, toy_study):
     assert found["responses"]["gap"]["mean"]["value"] is not None
 
 
-def test_indices_of_a_run_made_for_them(toy, toy_study):
+def test_indices_of_a_run_made_for_them(toy, toy_study, monkeypatch):
     text = toy_study.read_text().replace("trials = 1000", "trials = 5000")
     toy_study.write_text(
         'sampling = "saltelli"\n' + text.replace('"+-1 mm"', '"+-0.5 mm"')
@@ -241,6 +242,16 @@ def test_indices_of_a_run_made_for_them(toy, toy_study):
         assert total["lower"] < 0.5 < total["upper"]
         assert total["value"] == known[part].total.value
     assert indices["total"]["angle"]["value"] == 0.0
+
+    # chance may estimate more than all of each of the two kinds
+    more = Indices(Estimate(1.2, 1.1, 1.3), Estimate(1.1, 0.9, 1.4))
+    monkeypatch.setattr(
+        contributing, "sobol_indices", lambda _, names: dict.fromkeys(names, more)
+    )
+    found = contributing.indices_of(drawn_trials(run), "gap")
+    assert found.first["angle"] == at_most_all(more.first)
+    assert found.first["angle"].value == 1 and not found.first["angle"].sure
+    assert found.total["angle"] == Estimate(1.0, 0.9, 1.0)
 
 
 @pytest.mark.parametrize("sampling", ["latin", "sobol"])

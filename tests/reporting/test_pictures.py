@@ -12,6 +12,7 @@ from tolstat.errors import PictureError
 from tolstat.machines.stand.declarations import RESPONSES
 from tolstat.machines.stand.machine import Stand
 from tolstat.machines.stand.settings import Settings
+from tolstat.model.view import Axis, Chart, Curve, Panel
 from tolstat.reporting.picture import check_ending, write
 from tolstat.reporting.sweep import sweeps, swept_axis
 from tolstat.reporting.sweep_picture import draw_sweeps
@@ -163,3 +164,22 @@ def test_what_cannot_be_drawn(grid, toy, toy_study, tmp_path):
         draw_sweeps([grid, run])
     with pytest.raises(PictureError, match="--response NAME"):
         draw_sweeps([run])
+
+
+@pytest.mark.parametrize("logarithmic", [False, True])
+def test_no_dot_lies_on_the_end_of_an_axis(logarithmic):
+    """A curve beside which dots stand leaves them room; one without goes to the end."""
+    axis = Axis("machines beyond", "1", "ppm", logarithmic)
+    at, values = np.array([0.001, 0.01, 0.1]), np.array([3.0, 2.0, 1.0])
+    curve = Curve("cheapest", "1", "", "", values)
+    least, cost = np.array([0.0001]), np.array([2.5])
+    dot = Curve("as drawn", "1", "", "", cost, least, points=True)
+    for curves, ends in (((curve, dot), (100, 1e5)), ((curve,), (1000, 1e5))):
+        panel = Panel("cost", tuple(each.name for each in curves))
+        figure = draw_view(Chart(axis, at, curves, panels=(panel,)), "stack")
+        (axes,) = figure.axes
+        axes.get_xlim()  # it settles them
+        places = axes.transData.transform([(end, 2.0) for end in ends])
+        left, right = axes.transAxes.inverted().transform(places)[:, 0]
+        room = dot in curves
+        assert (left > 0.02) == room and (right < 0.98) == room

@@ -88,7 +88,9 @@ def _chart(chart: Chart) -> Figure:
     places = places[np.isfinite(places)]
     if len(places) and places.min() < places.max():
         every[0].set_xlim(along.factor * places.min(), along.factor * places.max())
-        if all(c.points and c.at is None for c in chart.curves) and not chart.regions:
+        ends = places.min(), places.max()
+        dots = [chart.at if c.at is None else c.at for c in chart.curves if c.points]
+        if not chart.regions and any(np.isin(ends, at).any() for at in dots):
             every[0].margins(x=0.03)
             every[0].autoscale(axis="x")
     return figure
