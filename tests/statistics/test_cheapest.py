@@ -82,3 +82,44 @@ def test_where_nothing_keeps_to_the_bounds_there_is_none():
 
     assert cheapest([steady(1.0), listed(1.0)], never) is None
     assert cheapest([listed(1.0)] * 6, never) is None
+
+
+def unknown_at_the_ends(x):
+    """As a pool is: where few machines tell, no interval is narrow enough."""
+    share = (x[0] - math.log(1e-3)) / (math.log(0.2) - math.log(1e-3))
+    return np.array([excess(np.exp(x[:1]))[0], 0.2 - share, 2.5 - sum(x[1:])])
+
+
+@pytest.mark.parametrize("most", [64, 1])
+def test_the_tightest_is_not_always_safe(most, monkeypatch):
+    monkeypatch.setattr(module, "MOST_SOLVED", most)
+    dials = [steady(1.0), Dial(lambda x: 1.0 + x, 3.0, 0.0, 4)]
+    found = cheapest(dials, unknown_at_the_ends)
+    assert found.choice == pytest.approx((math.log(BOUND), 3.0), rel=1e-3)
+
+
+def test_what_lies_beyond_moves_towards_what_keeps():
+    """Solved for a slope that leads astray, between two ends that do not keep."""
+    dial = steady(1.0)
+    middle = 0.5 * (dial.tightest + dial.loosest)
+
+    def about_the_middle(x):
+        return np.array([abs(x[0] - middle) - 0.3, 2.0 * (x[0] - middle) - 0.4])
+
+    found = cheapest([dial], about_the_middle, (dial.tightest,))
+    assert found.choice[0] == pytest.approx(middle + 0.2, abs=0.01)
+    search = module._Search([dial], about_the_middle, None)
+    within, beyond = np.array([0.5]), np.array([1.0])
+    span = dial.loosest - dial.tightest
+    (near,) = search._near(beyond, within, lambda x: (dial.tightest + span * x[0],))
+    assert near == pytest.approx(middle + 0.2, abs=0.002) and near <= middle + 0.2001
+
+
+def test_of_lists_the_search_begins_where_it_keeps(monkeypatch):
+    monkeypatch.setattr(module, "MOST_TRIED", 10)
+    dials = [Dial(lambda x: 1.0 + x, 4.0, 0.0, 5)] * 4
+
+    def between(x):
+        return np.array([abs(sum(x) - 7.0) - 1.5])
+
+    assert cheapest(dials, between).cost == pytest.approx(4 + 6)

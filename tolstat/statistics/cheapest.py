@@ -74,7 +74,8 @@ def cheapest(
         What can be chosen.
     excess : callable
         float64[bound] of a choice: how far it is beyond each bound, 0 or less where it
-        keeps to it; smooth in what is chosen steadily.
+        keeps to it; smooth in what is chosen steadily, and not always least at the
+        tightest.
     start : tuple of float, optional
         A choice to begin with; halfway between the ends if not given.
 
@@ -82,7 +83,8 @@ def cheapest(
     -------
     Cheapest or None
         Steady dials by sequential quadratic programming, lists by trying them in order
-        of their cost; None where nothing that was tried keeps to the bounds.
+        of their cost; None where nothing that was tried keeps to the bounds: of the
+        steady ones both ends, the start, the middle, and what was solved for.
     """
     search = _Search(dials, excess, start)
     count = math.prod(dial.listed or 1 for dial in dials)
@@ -101,7 +103,10 @@ class _Search:
         self.dials, self.excess = dials, excess
         self.steady = [i for i, dial in enumerate(dials) if not dial.listed]
         self.listed = [i for i, dial in enumerate(dials) if dial.listed]
-        self.start = start or tuple(0.5 * (d.tightest + d.loosest) for d in dials)
+        self.start = start or tuple(
+            float((d.listed - 1) // 2) if d.listed else 0.5 * (d.tightest + d.loosest)
+            for d in dials
+        )
 
     def cost(self, choice: Choice) -> float:
         return sum(dial.cost(x) for dial, x in zip(self.dials, choice, strict=True))
@@ -129,7 +134,9 @@ class _Search:
 
     def exchanged(self) -> Choice | None:
         """Move lists by one, or two of them, while that is cheaper."""
-        current = self.settled(tuple(dial.tightest for dial in self.dials))
+        # tight is not always safe: what is bounded may be known better between
+        tight = tuple(dial.tightest for dial in self.dials)
+        current = self.settled(tight) or self.settled(self.start)
         while current and (cheaper := self._cheaper(current)):
             current = cheaper
         return current
@@ -183,32 +190,42 @@ class _Search:
                 whole[i] = float(x)
             return tuple(whole)
 
-        if self.keeps(at(np.ones(len(span)))):
-            return at(np.ones(len(span)))
-        if not self.keeps(at(np.zeros(len(span)))):
-            return None
-        scale = self.cost(at(np.full(len(span), 0.5)))
-        begin = np.array([self.start[i] for i in self.steady])
-        solved = minimize(
-            lambda share: self.cost(at(share)) / scale,
-            np.clip((begin - tightest) / span, 0.0, 1.0),
-            method="SLSQP",
-            bounds=[(0.0, 1.0)] * len(span),
-            constraints={"type": "ineq", "fun": lambda share: -self.excess(at(share))},
-            options={"maxiter": MOST_STEPS, "eps": STEP, "ftol": 1e-5},
-        )
-        found = np.clip(solved.x, 0.0, 1.0)
-        return self._kept(found, at)
+        ends = [np.ones(len(span)), np.full(len(span), 0.5), np.zeros(len(span))]
+        loose, middle, _ = ends
+        if self.keeps(at(loose)):
+            return at(loose)
+        scale = self.cost(at(middle))
+        own = np.array([self.start[i] for i in self.steady])
+        begin = np.clip((own - tightest) / span, 0.0, 1.0)
+        with np.errstate(invalid="ignore"):  # how far beyond may be infinite
+            solved = minimize(
+                lambda share: self.cost(at(share)) / scale,
+                begin,
+                method="SLSQP",
+                bounds=[(0.0, 1.0)] * len(span),
+                constraints={
+                    "type": "ineq",
+                    "fun": lambda share: -self.excess(at(share)),
+                },
+                options={"maxiter": MOST_STEPS, "eps": STEP, "ftol": 1e-5},
+            )
+        found = np.where(np.isfinite(solved.x), np.clip(solved.x, 0.0, 1.0), begin)
+        kept = [each for each in (begin, *ends[1:]) if self.keeps(at(each))]
+        if self.keeps(at(found)):
+            near = [at(each) for each in (found, *kept)]
+        else:
+            near = [self._near(found, each, at) for each in kept]
+        return min(near, key=self.cost, default=None)
 
-    def _kept(self, share: Array, at: Callable[[Array], Choice]) -> Choice | None:
-        """Move what is not quite within the bounds towards the tightest until it is."""
-        if self.keeps(at(share)):
-            return at(share)
-        within, beyond = 0.0, 1.0
+    def _near(
+        self, beyond: Array, within: Array, at: Callable[[Array], Choice]
+    ) -> Choice:
+        """Move what is not quite within the bounds towards what is, until it is."""
+        known, there = 0.0, 1.0  # of the way from within to beyond
         for _ in range(HALVINGS):
-            middle = 0.5 * (within + beyond)
-            if self.keeps(at(middle * share)):
-                within = middle
+            middle = 0.5 * (known + there)
+            if self.keeps(at(within + middle * (beyond - within))):
+                known = middle
             else:
-                beyond = middle
-        return at(within * share)
+                there = middle
+        return at(within + known * (beyond - within))
