@@ -62,10 +62,21 @@ def test_a_study_that_runs_tables_and_a_picture(study):
     ppm = 1e6 * (1 - ((gap >= low) & (gap <= high)).mean())
     assert f" {ppm:.0f} " in done.output  # as the proof had it
     assert "found" in picture.read_text()
+    assert "its proof" in done.output
+    assert f"the proof again: tolstat run {new} --trials {int(trials)}" in done.output
     again = call(study, "-o", new)
     assert again.exit_code == 2 and "--force" in again.stderr
     itself = call(study, "-o", study, "--force")
     assert itself.exit_code == 2 and study.read_text() == STUDY
+
+
+def test_a_proof_of_random_machines_is_no_run_of_another_kind(study):
+    study.write_text(STUDY.replace("seed = 4", 'seed = 4\nsampling = "sobol"'))
+    new = study.with_name("new.toml")
+    done = call(study, "-o", new, "--trials", "1024")
+    assert done.exit_code == 0, done.output
+    assert "written to" in done.output and "tolstat run" not in done.output
+    assert "tolstat run" not in new.read_text()
 
 
 def test_json_for_other_tools(study):

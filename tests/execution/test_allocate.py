@@ -18,10 +18,12 @@ from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.weighting import correlations
 from tolstat.errors import StudyError
+from tolstat.execution import allocate as allocating
 from tolstat.execution import beside
 from tolstat.execution.allocation import Point, Scheme, trade_off
+from tolstat.execution.beside import for_the_cost_drawn
 from tolstat.execution.elsewhere import crew_of
-from tolstat.execution.fresh_runs import FreshRuns
+from tolstat.execution.fresh_runs import GROWTH, FreshRuns
 from tolstat.execution.linear_schemes import LinearSchemes
 from tolstat.execution.loosening import active, lines_of
 from tolstat.execution.pool import Pool, with_choice
@@ -96,6 +98,10 @@ def test_a_linear_stack_costs_what_lagrange_says(monkeypatch):
     drawn = again.deviations()
     gap = simulate(Linear(), drawn, again.settings).responses[:, 0]
     assert np.mean(np.abs(gap) > LIMIT) == pytest.approx(proof.beyond["gap"].value)
+    # of a run by which nothing was chosen; the one that was met stands beside
+    seeds = {each.seed for each in found.schemes.values()}
+    assert len(seeds) == 1 and found.proof.seed not in seeds
+    assert found.proof.beyond["gap"].upper < 0.02 and found.again
     # more for the same money than as drawn
     drawn_share = found.schemes["as drawn"].beyond_any.value
     equal = found.schemes["at the cost drawn"]
@@ -149,11 +155,57 @@ def test_where_nothing_meets_the_limit_that_is_said_with_the_best_there_is():
     assert beyond.lower < 2 * ndtr(-0.05e-3 / sigma) < beyond.upper
 
 
+def test_the_strictest_limit_says_how_many_machines(monkeypatch):
+    monkeypatch.setattr(allocating, "_around", lambda search: search.runs.trials)
+    given = reciprocal(trials=10)
+    given["limits"]["any"] = {"limit": "-9..9 mm", "yield": "99.5 %"}
+    assert tolstat.allocate(given, model=Two()) == 50 / 0.005
+
+
 def test_what_weights_cannot_show_a_run_may():
     """Nothing beyond in a short wide run, and no interval narrow enough."""
     given = listed() | {"limits": {"gap": {"limit": "-1..1 mm", "yield": "98 %"}}}
     found = tolstat.allocate(given, trials=120, model=Linear())
     assert found.met and found.cost < 3 * OFFERED["+-0.05 mm"]
+
+
+@pytest.mark.parametrize("sampling", ["rare", "sobol"])
+def test_machines_are_random_whatever_the_study_draws(sampling):
+    given = {"sampling": sampling, "trials": 8192}
+    only = {"link_1": listed()["deviations"]["link_1"]}
+    given["deviations"] = only | {"link_2": "+-0.08 mm", "link_3": "+-0.1 mm"}
+    found = tolstat.allocate(listed() | given, trials=2000, model=Linear())
+    random = tolstat.allocate(
+        listed() | given | {"sampling": "random"}, trials=2000, model=Linear()
+    )
+    assert found.met and found.cost == random.cost
+    assert found.schemes == random.schemes
+    assert random.again and not found.again
+    assert "tolstat run" in random.text and "tolstat run" not in found.text
+
+
+def test_that_nothing_is_better_for_the_cost_drawn_is_said():
+    given = listed()
+    del given["deviations"]["link_2"], given["deviations"]["link_3"]
+    found = tolstat.allocate(given, model=Linear())
+    drawn, equal = found.schemes["as drawn"], found.schemes["at the cost drawn"]
+    assert equal == drawn and any("the cost as drawn" in note for note in found.notes)
+
+
+def test_for_the_cost_drawn_nearly_all_of_it_is_spent(monkeypatch):
+    def known(pool, choice, miss=0.0):
+        sigma = np.linalg.norm(SLOPES * np.exp(choice) / 3)
+        return np.full(2, 2 * float(ndtr(-LIMIT / sigma)))
+
+    monkeypatch.setattr(Pool, "most", known)
+    search = searching(reciprocal(), trials=100)
+    spent = for_the_cost_drawn(search, [])
+    drawn = search.runs.cost(search.drawn)
+    assert 0.98 * drawn < search.runs.cost(spent) <= drawn
+    # Lagrange, of that cost
+    _, T = closed_form()
+    c = np.array([*PRICES.values()]) * 0.1e-3
+    assert np.exp(spent) == pytest.approx(T * np.sum(c / T) / drawn, rel=0.06)
 
 
 def correlated_by(parts, share):
@@ -338,6 +390,9 @@ def test_what_was_run_once_is_remembered_and_counted():
     assert 2500 < runs.made[2] <= 10_000
     assert np.array_equal(longer.run.response("gap")[:2500], short.run.response("gap"))
     assert runs.of(near, 8) == longer
+    # not in steps of a quarter: as many as are said to decide
+    assert len(longer.run.status) >= min(short.yields["gap"].needed, 10_000)
+    assert short.yields["gap"].needed > GROWTH * 2500
     assert runs.workers.machines - wide == sum(runs.made)
 
 

@@ -165,24 +165,26 @@ def _print(found: Allocation, output: Path | None, plot: Path | None) -> None:
         *(f"{name}, ppm" for name in found.verdicts),
         "fresh run",
     ]
+    rows_of = {**found.schemes} | ({"its proof": found.proof} if found.met else {})
     shown: list[list[Cell]] = [
         [
             name, figures(scheme.cost), estimate_in_words(scheme.beyond_any, PPM),
             *(estimate_in_words(scheme.beyond[n], PPM) for n in found.verdicts),
             _by(scheme),
         ]
-        for name, scheme in found.schemes.items()
+        for name, scheme in rows_of.items()
     ]  # fmt: skip
     print_table("machines beyond the limits", heads, shown, wide=True)
     for line_of_text in _sentences(found):
         console.print(line_of_text, soft_wrap=True)
     if output and found.met:
-        proof = found.schemes["found"]
-        console.print(
-            f"written to {output}; the proof again: tolstat run {output} "
-            f"--trials {proof.trials} --seed {proof.seed}",
-            soft_wrap=True,
-        )
+        said = f"written to {output}"
+        if found.again:
+            said += (
+                f"; the proof again: tolstat run {output} "
+                f"--trials {found.proof.trials} --seed {found.proof.seed}"
+            )
+        console.print(said, soft_wrap=True)
     elif output:
         console.print(f"{output} is not written: no tolerances meet every limit")
     if plot:
@@ -206,7 +208,7 @@ def _sentences(found: Allocation) -> list[str]:
     """Say what was shown, and what decides."""
     said = []
     if found.met:
-        proof = found.schemes["found"]
+        proof = found.proof
         said.append(
             f"cost {proof.cost:.4g}: every limit is met in a fresh run of "
             f"{proof.trials} machines (the whole 95 % interval of each yield lies at "
@@ -214,7 +216,7 @@ def _sentences(found: Allocation) -> list[str]:
         )
     else:
         missed = [f"{n}: {v}" for n, v in found.verdicts.items() if v != "met"]
-        beyond = found.schemes["tightest"].beyond
+        beyond = found.proof.beyond
         best = ", ".join(
             f"{n} {_in_line(estimate_in_words(beyond[n], PPM))} ppm"
             for n, v in found.verdicts.items()

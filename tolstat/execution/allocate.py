@@ -123,15 +123,15 @@ def _around(search: Searching) -> Allocation:
     runs = search.runs
     search.draw_wide()
     proof = search.proved()
-    answer = proof or search.at_tightest or runs.of(search.tightest, search.seed)
-    seed, found = answer.scheme.seed, answer.choice
-    proofs = {
-        "as drawn": runs.of(search.drawn, seed),
-        "found" if proof else "tightest": answer,
-    }
+    # nothing was chosen by the run of this seed: one that was met is a lucky one
+    seed = search.next_seed()
+    answer = proof or search.at_tightest or runs.of(search.tightest, seed)
+    found = answer.choice
+    proofs = {"as drawn": runs.of(search.drawn, seed)}
+    proofs |= {"found": runs.of(found, seed)} if proof else {"tightest": answer}
     points = points_about(search, found)
     if proof:
-        spent = for_the_cost_drawn(search, points, found)
+        spent = for_the_cost_drawn(search, points)
         proofs["at the cost drawn"] = runs.of(spent, seed)
     proofs |= linear_answers(search, seed)
     schemes = {name: each.scheme for name, each in proofs.items()}
@@ -141,6 +141,8 @@ def _around(search: Searching) -> Allocation:
         tolerances=answer.scheme.halves,
         lines=lines_of(search, answer),
         schemes=schemes,
+        proof=answer.scheme,
+        again=runs.study.sampling == "random",
         verdicts={name: each.verdict for name, each in answer.yields.items()},
         active=active(search, found),
         notes=tuple(search.notes),

@@ -85,9 +85,14 @@ class Allocation(NamedTuple):
         The same, beside those drawn.
     schemes : dict of str to Scheme
         "as drawn", "found" or "tightest", "at the cost drawn" where one was found,
-        "root sum square", "worst case" where there are slopes, and tolerances that do.
+        "root sum square", "worst case" where there are slopes, and tolerances that do;
+        all by runs of one seed, by which nothing was chosen, but the tightest.
+    proof : Scheme
+        The answer, by the fresh run that its verdicts are of.
+    again : bool
+        Whether a run of the file with the proof's trials and seed has its machines.
     verdicts : dict of str to str
-        Of each limit, by the fresh run.
+        Of each limit, by that run.
     active : tuple of str
         Limits that a step looser of any tolerance would break: a tenth, as far as it
         may be looser, or the next one offered.
@@ -108,6 +113,8 @@ class Allocation(NamedTuple):
     tolerances: dict[str, float]
     lines: tuple[Line, ...]
     schemes: dict[str, Scheme]
+    proof: Scheme
+    again: bool
     verdicts: dict[str, str]
     active: tuple[str, ...]
     notes: tuple[str, ...]

@@ -38,13 +38,13 @@ def points_about(search: Searching, start: Choice) -> list[Point]:
     return points
 
 
-def for_the_cost_drawn(search: Searching, points: list[Point], start: Choice) -> Choice:
+def for_the_cost_drawn(search: Searching, points: list[Point]) -> Choice:
     """Find the tolerances that put the fewest beyond for the cost as drawn.
 
     Parameters
     ----------
-    search, start
-        As of `points_about`.
+    search
+        As of `points_about`; notes where there are none but those drawn.
     points : list of Point
         Of the curve.
     """
@@ -60,12 +60,17 @@ def for_the_cost_drawn(search: Searching, points: list[Point], start: Choice) ->
     low = math.log(max(dearer)) if dearer else high - math.log(FEWER)
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        found = search.cheapest_for(math.exp(middle), start)
+        found = search.cheapest_for(math.exp(middle), best)
         written = runs.as_written(found.choice) if found else search.tightest
         if found and runs.cost(written) <= cost:
             best, high = written, middle
         else:
             low = middle
+    if best == search.drawn:
+        search.notes.append(
+            "no tolerances were found that put fewer machines beyond the limits for "
+            "the cost as drawn"
+        )
     return best
 
 

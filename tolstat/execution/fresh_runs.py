@@ -142,7 +142,7 @@ class FreshRuns:
     ) -> Trials:
         """Run a study with random machines; those of a shorter run are kept."""
         study = dataclasses.replace(
-            answer, sampling="random", until=None, seed=seed, trials=count
+            answer, sampling="random", rare="", until=None, seed=seed, trials=count
         )
         run = Trials.planned(study.description, study.deviations())
         if before:

@@ -306,6 +306,7 @@ def with_choice(study: Study, choice: Choice, seed: int, trials: int) -> Study:
     return dataclasses.replace(
         study,
         sampling="random",
+        rare="",
         until=None,
         trials=trials,
         seed=seed,

@@ -44,7 +44,10 @@ class Searching:
             Dial(each.cost, *each.ends, len(each.offered)) for each in self.priced
         ]
         self.drawn: Choice = tuple(each.as_drawn for each in self.priced)
-        self.tightest = runs.as_written(tuple(each.ends[0] for each in self.priced))
+        self.tightest, self.loosest = (
+            runs.as_written(end)
+            for end in zip(*(each.ends for each in self.priced), strict=True)
+        )
         self.at_tightest: Proof | None = None  # that does not meet every limit
         self.drawn_wide = 0  # machines of the wide run
         self.notes: list[str] = []
@@ -60,7 +63,7 @@ class Searching:
         sets = {"loosest": loosest, "halfway": halfway, "tightest": self.tightest}
         for name, share in WIDE:
             trials = math.ceil(share * self.runs.trials)
-            study = with_choice(self.runs.study, sets[name], self._next_seed(), trials)
+            study = with_choice(self.runs.study, sets[name], self.next_seed(), trials)
             run = Trials.planned(study.description, study.deviations())
             self.runs.evaluate(study, run, "wide run")
             self.pool.add(sets[name], run)
@@ -85,7 +88,7 @@ class Searching:
             if choice in vain:
                 times *= TIGHTER
                 continue
-            proof = self.runs.of(choice, self._next_seed(), deciding=True)
+            proof = self.runs.of(choice, self.next_seed(), deciding=True)
             self.pool.add(choice, proof.run)
             start = choice
             if proof.met:
@@ -133,7 +136,8 @@ class Searching:
 
         return excess
 
-    def _next_seed(self) -> int:
+    def next_seed(self) -> int:
+        """Return the seed of the next run, that no other one has."""
         seed, self.seed = self.seed, (self.seed + 1) % (MOST_SEED + 1)
         return seed
 
