@@ -373,6 +373,33 @@ class Here:
             yield [(case.first, simulate(model, deviations[rows], case.settings))]
 
 
+def test_as_drawn_is_what_the_study_draws():
+    given = reciprocal()
+    given["deviations"]["link_1"]["tolerance"] = "0.1..0.18009 mm"
+    given["deviations"]["link_3"]["tolerance"] = "+-0.12349 mm"
+    search = searching(given)
+    run = search.runs.of(search.drawn, 8).run
+    study = load(given | {"trials": 2500}, model=Linear(), seed=8)
+    assert np.array_equal(run.deviations, study.deviations())
+    assert search.runs.as_written(search.drawn) == search.drawn
+    scheme = search.runs.of(search.drawn, 8).scheme
+    assert scheme.tolerances["link_1"] == "0.1..0.18009 mm"
+
+
+def test_at_its_loosest_is_as_it_can_be_written():
+    given = reciprocal()
+    for line in given["deviations"].values():
+        line["cost"]["loosest"] = "+-0.41239 mm"
+    search = searching(given, Idle())
+    assert search.loosest == pytest.approx([math.log(0.412e-3)] * 3)
+    tight = search.tightest
+    for end in (search.loosest[2], search.priced[2].ends[1]):
+        proof = search.runs.of((*tight[:2], end), 5)
+        (*_, last) = lines_of(search, proof)
+        assert last.at_loosest and last.free
+    assert active(search, search.loosest) == ()
+
+
 def test_what_was_run_once_is_remembered_and_counted():
     search = searching(reciprocal())
     runs, drawn = search.runs, search.drawn

@@ -63,6 +63,41 @@ def test_a_tolerance_is_written_as_drawn_and_no_wider(line, words):
     assert tolerance_words(found, found.as_drawn + math.log(0.7304)) == words
 
 
+@pytest.mark.parametrize(
+    ("tolerance", "ratio", "words"),
+    [
+        ("1..1.0004 mm", 0.5, "1..1.0002 mm"),
+        ("1..1.1003 mm", 0.6, "1..1.0601 mm"),
+        ("1.0037..1.1003 mm", 0.6, "1.0037..1.0616 mm"),
+        ("-1.1003..-1.00371 mm", 0.6, "-1.0616..-1.0038 mm"),
+        ("999.99951..1000 mm", 0.5, "999.99951..999.999755 mm"),
+        ("+-123.456 um", 1.5, "+-185 um"),
+        ("+-0.00012 mm", 0.5, "+-0.00006 mm"),
+        ("+-0.1009 mm", 1.0, "+-0.1009 mm"),
+        ("+-1.12345 mm", 0.2500001, "+-0.2808626 mm"),
+        ("+-1.12345 mm", 0.2515, "+-0.282 mm"),
+    ],
+)
+def test_figures_are_of_the_width_and_no_end_reaches_farther(tolerance, ratio, words):
+    law = {"law": "reciprocal", "at": "+-1 mm", "price": 20}
+    found = priced(law, tolerance=tolerance, distribution="uniform")
+    written = tolerance_words(found, found.as_drawn + math.log(ratio))
+    assert written == words
+    again = priced(law, tolerance=written, distribution="uniform")
+    (was, *_), (now, *_) = found.drawn.values(), again.drawn.values()
+    if ratio < 1:
+        least, most = was.tolerance
+        assert least - 1e-15 <= now.tolerance[0] < now.tolerance[1] <= most + 1e-15
+    assert found.law.tightest * (1 - 1e-9) <= again.half(again.as_drawn)
+
+
+def test_a_line_as_drawn_has_its_own_words():
+    law = {"law": "reciprocal", "at": "+-1 mm", "price": 20}
+    found = priced(law, tolerance="IT10", size="2 m")
+    assert tolerance_words(found, found.as_drawn) == "IT10"
+    assert tolerance_words(found, found.as_drawn - 0.01) == "+-0.297 mm"
+
+
 def test_a_study_written_with_other_tolerances_is_otherwise_the_same():
     given = study_of({"IT10": 4, "+-1.2 mm": 1}, tolerance="IT10", size="2 m", cp=1.33)
     study = load(given)
@@ -115,6 +150,7 @@ LAW = {"law": "reciprocal", "at": "+-1 mm", "price": 1}
         ({"+-1.2 mm": 1, "+-120e-2 mm": 2}, "are the same"),
         ({"+-1 mm": 1, "+-0.5 mm": 2}, "as drawn has no price"),
         ({"+-1.2 mm": -1}, "a price is a number"),
+        ({"+-1.2 mm": 3, "+-1 mm": 2}, '"+-1.2 mm" = 3 is looser than "+-1 mm" = 2'),
         ({"+-1.2 mm": 1, "0.6 mm": 2}, "a tolerance such as"),
     ],
 )  # fmt: skip

@@ -15,6 +15,8 @@ from typing import Any, NamedTuple, cast
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.tolerance import Tolerance
 
+SAME = 1e-9  # of a tolerance: what binary numbers are off
+
 
 class Law(NamedTuple):
     """A price that falls steadily as the tolerance widens.
@@ -82,6 +84,8 @@ class Priced:
         Where there is no law: all that may be chosen, the loosest first.
     unit, shown : str
         SI unit of the deviations, and the unit in which the tolerance is written.
+    words : str
+        The tolerance as the line has it; empty where it has none of its own.
     """
 
     name: str
@@ -90,6 +94,7 @@ class Priced:
     offered: tuple[Offered, ...]
     unit: str
     shown: str
+    words: str
 
     @property
     def as_drawn(self) -> float:
@@ -98,6 +103,10 @@ class Priced:
             return math.log(half_of(self.drawn))
         halves = [half_of(each.distributions) for each in self.offered]
         return float(halves.index(half_of(self.drawn)))
+
+    def is_drawn(self, choice: float) -> bool:
+        """Tell whether a choice is the study's own."""
+        return abs(choice - self.as_drawn) < SAME
 
     @property
     def ends(self) -> tuple[float, float]:

@@ -81,8 +81,14 @@ class FreshRuns:
         return math.fsum(each.cost(x) for each, x in pairs)
 
     def text(self, choice: Choice, heading: str = "") -> str:
-        """Return the study with the tolerances of a choice, as a file."""
-        return with_tolerances(self.study.text, self._words(choice), heading)
+        """Return the study with the tolerances of a choice, as a file.
+
+        Lines that are as drawn stay as they are.
+        """
+        words = self._words(choice)
+        pairs = zip(self.priced, choice, strict=True)
+        other = {e.name: words[e.name] for e, x in pairs if not e.is_drawn(x)}
+        return with_tolerances(self.study.text, other, heading)
 
     def as_written(self, choice: Choice) -> Choice:
         """Return the choice that a file holds, whose digits are few."""

@@ -34,7 +34,7 @@ def lines_of(search: Searching, proof: Proof) -> tuple[Line, ...]:
         Line(
             each.name, len(each.drawn), tolerance_words(each, drawn),
             tolerance_words(each, x), each.cost(drawn), each.cost(x),
-            at_loosest(each, x), costs_no_yield(search, proof, i),
+            at_loosest(search, i, x), costs_no_yield(search, proof, i),
         )
         for i, (each, drawn, x) in enumerate(
             zip(search.priced, search.drawn, proof.choice, strict=True)
@@ -55,15 +55,21 @@ def active(search: Searching, choice: Choice) -> tuple[str, ...]:
     broken = np.zeros(len(search.permitted), np.bool_)
     excess = search.above(search.permitted)
     for i, (each, x) in enumerate(zip(search.priced, choice, strict=True)):
-        if not at_loosest(each, x):
+        if not at_loosest(search, i, x):
             broken |= excess(_with(choice, i, _looser(each, x))) > 0
     names = list(search.runs.study.limits)
     return tuple(n for n, own in zip(names, broken.tolist(), strict=True) if own)
 
 
-def at_loosest(priced: Priced, choice: float) -> bool:
-    """Tell whether a tolerance is as loose as it may be."""
-    return abs(choice - priced.ends[1]) < AT_END
+def at_loosest(search: Searching, line: int, choice: float) -> bool:
+    """Tell whether a tolerance is as loose as it may be, and can be written."""
+    end, law = search.loosest[line], search.priced[line].law
+    return choice > end - AT_END if law else choice == end
+
+
+def _at_tightest(search: Searching, line: int, choice: float) -> bool:
+    end, law = search.tightest[line], search.priced[line].law
+    return choice < end + AT_END if law else choice == end
 
 
 def costs_no_yield(search: Searching, proof: Proof, line: int) -> bool:
@@ -75,8 +81,8 @@ def costs_no_yield(search: Searching, proof: Proof, line: int) -> bool:
     """
     choice, priced = proof.choice, search.priced[line]
     tightest, loosest = (_with(choice, line, end) for end in priced.ends)
-    loose = at_loosest(priced, choice[line])
-    if not loose and abs(choice[line] - priced.ends[0]) > AT_END:
+    loose = at_loosest(search, line, choice[line])
+    if not loose and not _at_tightest(search, line, choice[line]):
         return False  # it would be looser if that cost nothing
     little = FREE * search.permitted
     more, error = search.pool.apart(loosest, tightest)

@@ -104,7 +104,8 @@ def _priced(
     if "data" in keys:
         raise CostError("cost is by tolerance, and measured parts have none")
     drawn = {each.name: found[each.name] for each in members}
-    return read_cost(name, cost, drawn, made, members[0].unit, written_unit(keys))
+    unit, words = members[0].unit, str(keys.get("tolerance", ""))
+    return read_cost(name, cost, drawn, made, unit, written_unit(keys), words)
 
 
 def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:

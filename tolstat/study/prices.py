@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Callable, Mapping
+from decimal import Decimal
+from itertools import pairwise
 from typing import Any
 
 import tomli_w
@@ -24,7 +26,7 @@ EXAMPLE = (
 LAWS = {"reciprocal": (), "exponential": ("rate",)}
 OF_EVERY_LAW = ("law", "at", "price", "tightest", "loosest")
 SPAN = 4.0, 2.0  # times tighter, and looser, than drawn, where nothing is said
-DIGITS, ALL_DIGITS = 3, 9  # of a tolerance that is written
+DIGITS, MOST_DIGITS = 3, 12  # of half the width of a tolerance that is written
 MOST_PRICE = 1e30
 WIDEST = 1000  # times the tightest tolerance
 ROUNDING = 1e-9
@@ -39,11 +41,13 @@ def read_cost(
     make: Make,
     unit: str,
     shown: str,
+    words: str,
 ) -> Priced:
     """Read what the parts of a line cost by their tolerance.
 
     `make` reads the line with another tolerance; `shown` is the unit in which the line
-    writes its own, empty for a grade.
+    writes its own, empty for a grade; `words` that tolerance, empty where it is not
+    written.
     """
     if not isinstance(given, dict) or not given:
         raise CostError(f"cost: a table is expected, {EXAMPLE}")
@@ -58,7 +62,7 @@ def read_cost(
                 "own, or a table of grades"
             )
         law = _law(given, drawn, unit)
-        return Priced(name, drawn, law, (), unit, shown)
+        return Priced(name, drawn, law, (), unit, shown, words)
     offered = [
         Offered(words, _price(f'"{words}"', price), make(words))
         for words, price in given.items()
@@ -67,12 +71,19 @@ def read_cost(
     halves = [half_of(each.distributions) for each in offered]
     if len(set(halves)) < len(halves):
         raise CostError("cost: two of its tolerances are the same")
+    for looser, tighter in pairwise(offered):
+        if looser.price > tighter.price:
+            raise CostError(
+                f'cost: "{looser.words}" = {looser.price:g} is looser than '
+                f'"{tighter.words}" = {tighter.price:g}, and dearer; no one would '
+                "choose it: correct a price, or leave it out"
+            )
     if dict(drawn) not in [dict(each.distributions) for each in offered]:
         words = ", ".join(each.words for each in offered)
         raise CostError(
             f"cost: the tolerance as drawn has no price; it has those of {words}"
         )
-    return Priced(name, drawn, None, tuple(offered), unit, shown)
+    return Priced(name, drawn, None, tuple(offered), unit, shown, words)
 
 
 def _law(given: dict[str, Any], drawn: Mapping[str, Distribution], unit: str) -> Law:
@@ -184,27 +195,29 @@ def with_tolerance(line: Mapping[str, Any], words: str) -> dict[str, Any]:
 
 
 def tolerance_words(priced: Priced, choice: float) -> str:
-    """Write a tolerance that is chosen, of three digits, no wider than it is."""
+    """Write a tolerance that is chosen: as drawn in the line's words, else in figures.
+
+    Three figures of half its width or, where they would be tighter than the tightest,
+    as many as that needs; it reaches no farther to either side than what is chosen.
+    """
     if not priced.law:
         return priced.offered[round(choice)].words
+    if priced.words and priced.is_drawn(choice):
+        return priced.words
     zone = zone_of(next(iter(priced.distributions(choice).values())))
     assert zone is not None
     scale = scale_of(priced.unit, priced.shown)
-    # at its tightest as many digits as that has: it is to be no tighter
-    tightest = priced.half(choice) < priced.law.tightest * (1 + 10.0 ** (1 - DIGITS))
-    lower, upper = (
-        f"{end * scale.factor:.{ALL_DIGITS}g}" if tightest else _cut(end * scale.factor)
-        for end in zone
-    )
-    ends = f"+-{upper}" if zone.lower == -zone.upper else f"{lower}..{upper}"
-    return f"{ends} {scale.mark}".strip()
-
-
-def _cut(value: float) -> str:
-    """Write a number of three digits, no larger than it is."""
-    if value == 0:
-        return "0"
-    unit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - DIGITS)
-    # what is written with as few digits keeps them
-    count = math.floor(abs(value) / unit * (1 + 1e-9))
-    return f"{math.copysign(count * unit, value):.{DIGITS}g}"
+    lower, upper = (end * scale.factor for end in zone)
+    half, least = zone.half * scale.factor, priced.law.tightest * (1 - ROUNDING)
+    for figures in range(DIGITS, MOST_DIGITS + 1):
+        place = math.floor(math.log10(half)) + 1 - figures
+        slack = ROUNDING * half  # binary numbers are a little off what they stand for
+        ends = (
+            Decimal(math.ceil((lower - slack) / 10.0**place)).scaleb(place),
+            Decimal(math.floor((upper + slack) / 10.0**place)).scaleb(place),
+        )
+        if float(ends[1] - ends[0]) / 2 >= least * scale.factor:
+            break
+    low, high = (f"{end.normalize() if end else Decimal(0):f}" for end in ends)
+    both = f"+-{high}" if zone.lower == -zone.upper else f"{low}..{high}"
+    return f"{both} {scale.mark}".strip()
