@@ -490,6 +490,31 @@ def test_what_costs_no_yield_is_told_from_what_does(seed):
     assert [line.free for line in lines_of(search, loose)] == [False] * 3
 
 
+def test_none_of_few_machines_is_no_proof_that_a_width_costs_nothing():
+    """Of 200 none changes sides, of 800 none: it may be one of 200."""
+    choice = (math.log(0.05e-3), math.log(0.05e-3), math.log(0.4e-3))
+    search = searching(reciprocal(), Idle(), trials=200)
+    proof = search.runs.of(choice, 5)
+    assert not lines_of(search, proof)[2].free
+    assert len(search.runs.of(choice, 5).run.status) == 800
+    # where as many may prove it as by default, it is proved
+    search = searching(reciprocal(), Idle(), trials=2500)
+    assert lines_of(search, search.runs.of(choice, 5))[2].free
+
+
+def test_what_weights_show_to_cost_yield_needs_no_run(monkeypatch):
+    search = searching(reciprocal(), trials=20_000)
+    choice = search.runs.as_written((*np.log([0.1e-3, 0.08e-3]), math.log(0.4e-3)))
+    proof = search.runs.of(choice, 5)
+    known = search.runs.made
+    assert not lines_of(search, proof)[2].free and search.runs.made == known
+    # and where they cannot tell, one at its other end
+    nothing = np.zeros(1), np.ones(1)
+    monkeypatch.setattr(Pool, "apart", lambda *choices: nothing)
+    assert not lines_of(search, proof)[2].free
+    assert len(search.runs.made) == len(known) + 1
+
+
 def test_what_moves_few_machines_is_found_by_the_same_draws():
     """A twentieth of what is permitted: weights cannot tell, a run can."""
 

@@ -55,8 +55,8 @@ class Line(NamedTuple):
         Of all its parts.
     at_loosest, free : bool
         Whether it is as loose as it may be, and whether its width, between its
-        loosest and its tightest, moves no limit's share by more than a fiftieth of
-        what that permits.
+        loosest and its tightest, is shown to put no more machines beyond any limit
+        than a fiftieth of what that permits.
     """
 
     name: str

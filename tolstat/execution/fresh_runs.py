@@ -94,7 +94,9 @@ class FreshRuns:
         """Return the choice that a file holds, whose digits are few."""
         return tuple(each.as_drawn for each in self._written(choice).deviating.priced)
 
-    def of(self, choice: Choice, seed: int, *, deciding: bool = False) -> Proof:
+    def of(
+        self, choice: Choice, seed: int, *, deciding: bool = False, least: int = 0
+    ) -> Proof:
         """Run some tolerances afresh, but for machines that were run before.
 
         Parameters
@@ -105,9 +107,11 @@ class FreshRuns:
             Of the run.
         deciding : bool
             Whether it is extended while its verdicts are not settled.
+        least : int
+            Trials that it has at least.
         """
         known = self._known.get((choice, seed))
-        count, most = self.trials, LONGEST * self.trials
+        count, most = max(self.trials, least), LONGEST * self.trials
         run = known.run if known else None
         if run:
             count = max(count, len(run.status))

@@ -8,10 +8,11 @@ import numpy as np
 
 from tolstat.deviations.prices import Priced
 from tolstat.execution.allocation import Line
-from tolstat.execution.fresh_runs import Proof
+from tolstat.execution.fresh_runs import LONGEST, Proof
 from tolstat.execution.pool import beyond_each
 from tolstat.execution.searching import Searching
 from tolstat.statistics.cheapest import Choice
+from tolstat.statistics.proportions import proportion
 from tolstat.study.prices import tolerance_words
 
 FREE = 0.02  # of the share that a limit permits: as good as nothing
@@ -75,9 +76,10 @@ def _at_tightest(search: Searching, line: int, choice: float) -> bool:
 def costs_no_yield(search: Searching, proof: Proof, line: int) -> bool:
     """Tell whether the width of a tolerance, as far as it goes, costs no yield.
 
-    Weighted machines tell where it does. Where they do not, a fresh run tells: at the
-    other end of the tolerance, with the same draws, so that of what does not matter no
-    machine changes sides.
+    Weighted machines tell where it does. Where they do not, fresh runs tell: of both
+    ends of the tolerance with the same draws, so that of what does not matter no
+    machine changes sides. None of a few is not enough: the whole interval of the share
+    that does has to count as nothing, and both runs grow for it as a proof may.
     """
     choice, priced = proof.choice, search.priced[line]
     tightest, loosest = (_with(choice, line, end) for end in priced.ends)
@@ -90,11 +92,20 @@ def costs_no_yield(search: Searching, proof: Proof, line: int) -> bool:
         return False
     runs, limits = search.runs, search.runs.study.limits
     other = runs.as_written(tightest if loose else loosest)
-    own, at_other = (
-        beyond_each(limits, each.run)[:, : runs.trials].mean(axis=1)
-        for each in (proof, runs.of(other, proof.scheme.seed))
-    )
-    return bool(np.all((own - at_other if loose else at_other - own) <= little))
+    for trials in (proof.scheme.trials, LONGEST * runs.trials):
+        ends = (choice, other) if loose else (other, choice)
+        wide, narrow = (
+            beyond_each(limits, runs.of(each, proof.scheme.seed, least=trials).run)
+            for each in ends
+        )
+        both = min(wide.shape[1], narrow.shape[1])  # one may have grown before
+        lost = np.count_nonzero(wide[:, :both] & ~narrow[:, :both], axis=1)
+        shares = [proportion(count, both) for count in lost.tolist()]
+        if np.all([each.upper for each in shares] < little):
+            return True
+        if np.any([each.value for each in shares] >= little):
+            break
+    return False
 
 
 def _looser(priced: Priced, choice: float) -> float:
