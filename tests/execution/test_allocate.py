@@ -31,6 +31,7 @@ from tolstat.execution.searching import Searching
 from tolstat.execution.trials import Trials
 from tolstat.model.checked import simulate
 from tolstat.statistics.estimate import Estimate
+from tolstat.study.prices import tolerance_words
 from tolstat.study.study import load
 
 SLOPES = np.array([1.0, -2.0, 0.5])
@@ -384,6 +385,21 @@ def test_as_drawn_is_what_the_study_draws():
     assert search.runs.as_written(search.drawn) == search.drawn
     scheme = search.runs.of(search.drawn, 8).scheme
     assert scheme.tolerances["link_1"] == "0.1..0.18009 mm"
+
+
+def test_a_line_as_drawn_stays_as_it_is_written():
+    law = {"law": "reciprocal", "at": "+-0.02 mm", "price": 2}
+    graded = {"iso1328": 7, "module": "12 mm", "cost": law}
+    given = {"model": "stand", "trials": 8, "seed": 1}
+    study = load({**given, "deviations": {"runout_7": graded}})
+    runs = FreshRuns(study, Here(), 8, lambda progress: None)
+    (drawn,) = study.deviating.priced
+    choice = (drawn.as_drawn,)
+    assert tomllib.loads(runs.text(choice)) == tomllib.loads(study.text)
+    assert runs.as_written(choice) == choice
+    assert tolerance_words(drawn, drawn.as_drawn) == "iso1328 = 7"
+    other = tomllib.loads(runs.text((drawn.as_drawn - 0.1,)))
+    assert other["deviations"]["runout_7"] == {"tolerance": "0..33 um", "cost": law}
 
 
 def test_at_its_loosest_is_as_it_can_be_written():

@@ -85,7 +85,7 @@ class Priced:
     unit, shown : str
         SI unit of the deviations, and the unit in which the tolerance is written.
     words : str
-        The tolerance as the line has it; empty where it has none of its own.
+        The tolerance as drawn, as the line has it.
     """
 
     name: str

@@ -104,7 +104,9 @@ def _priced(
     if "data" in keys:
         raise CostError("cost is by tolerance, and measured parts have none")
     drawn = {each.name: found[each.name] for each in members}
-    unit, words = members[0].unit, str(keys.get("tolerance", ""))
+    graded = "iso1328" in keys
+    words = f"iso1328 = {keys['iso1328']}" if graded else str(keys.get("tolerance"))
+    unit = members[0].unit
     return read_cost(name, cost, drawn, made, unit, written_unit(keys), words)
 
 

@@ -46,8 +46,7 @@ def read_cost(
     """Read what the parts of a line cost by their tolerance.
 
     `make` reads the line with another tolerance; `shown` is the unit in which the line
-    writes its own, empty for a grade; `words` that tolerance, empty where it is not
-    written.
+    writes its own, empty for a grade; `words` that tolerance.
     """
     if not isinstance(given, dict) or not given:
         raise CostError(f"cost: a table is expected, {EXAMPLE}")
@@ -202,7 +201,7 @@ def tolerance_words(priced: Priced, choice: float) -> str:
     """
     if not priced.law:
         return priced.offered[round(choice)].words
-    if priced.words and priced.is_drawn(choice):
+    if priced.is_drawn(choice):
         return priced.words
     zone = zone_of(next(iter(priced.distributions(choice).values())))
     assert zone is not None
