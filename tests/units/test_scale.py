@@ -133,7 +133,6 @@ def test_what_is_not_zero_is_not_printed_as_zero():
     assert ppm.interval(6.03e-6, 2.69e-6, 14548e-6) == ("6", "3", "14500")
     assert ppm.interval(-6.03e-6, -14548e-6, -2.69e-6) == ("-6", "-14500", "-3")
     assert ppm.interval(6.03e-6, 0.0, 14548e-6)[0] == "0"  # zero is inside
-    assert ppm.interval(6.03e-6, 2.7e-13, 14548e-6)[1] == "3e-7"
 
 
 def test_what_binary_numbers_add_is_not_rounded():
@@ -252,3 +251,10 @@ def test_energies_of_nothing_are_not_ten_to_the_minus_eleven_kilojoules(tmp_path
     size = np.abs(run.column("contact_energy")).max()
     assert 1e-3 <= run.scales["contact_energy"].factor * size < 1e6
     assert run.scales["crank_angle_1"].shown == "deg"
+
+
+def test_a_speck_beside_an_interval_is_zero():
+    ppm = Scale("1", "ppm")
+    assert ppm.interval(9e-9, 1e-9, 3.6e-3) == ("0", "0", "3600")
+    assert ppm.interval(240e-6, 3e-8, 1840e-6) == ("240", "0", "1840")
+    assert ppm.interval(0.8e-6, 0.5e-6, 3.6e-3) == ("0.8", "0.5", "3600")

@@ -16,6 +16,7 @@ BOUND = 3  # of a bound, and of an estimate without a trustworthy interval
 MOST_FIGURES = 10  # however narrow an interval or a spread is
 KNOWN = 12  # what stands behind is of binary numbers, not of what they say
 NOTHING = 1e-6  # of a size, up to the next power of ten: zero to an engineer
+SPECK = Decimal("1e-4")  # of the width of an interval: zero beside it
 TOLD = 1e-3  # of a spread: how far a number without interval may be rounded
 PLAINLY = 1e-3, 1e6  # between these numbers have no exponent
 
@@ -144,10 +145,11 @@ class Scale(NamedTuple):
         """Write an estimate and the ends of its interval, as precisely as this allows.
 
         All three end where half the interval has its second figure; they have ten
-        figures at most, and one of their own where zero is outside. Where the estimate
-        is one end itself, the other is a bound: of three figures of the width, rounded
-        outwards; so is the end of an open interval. Without a width they are numbers
-        like any other, and what has no interval is of three figures.
+        figures at most, and one of their own where zero is outside, but for what is a
+        speck beside the width. Where the estimate is one end itself, the other is a
+        bound: of three figures of the width, rounded outwards; so is the end of an open
+        interval. Without a width they are numbers like any other, and what has no
+        interval is of three figures.
 
         Parameters
         ----------
@@ -187,7 +189,8 @@ class Scale(NamedTuple):
             elif 0 < abs(x) < least:
                 words.append(self._below(float(x)))
             else:
-                last = max(place, -x.adjusted()) if own else place
+                seen = own and abs(x) > SPECK * width
+                last = max(place, -x.adjusted()) if seen else place
                 if bound and x == middle:  # exactly there: no zeros behind
                     last = min(last, -int(x.as_tuple().exponent))
                 words.append(to_place(x, last, rounding, plain))
