@@ -183,6 +183,12 @@ def _two_regions(parts, share):
     return RareProblem(_normal(parts), margin, p + q - p * q)
 
 
+def _kinds(parts, share):
+    """Beyond is whatever part is at its end: as many kinds, all alike."""
+    end = norm.isf(-np.expm1(np.log1p(-share) / parts))
+    return RareProblem(_normal(parts), lambda x: end - x.max(axis=1), share)
+
+
 def _hidden(parts, share):
     """Two regions of which the smaller does not show before it is reached."""
     one, other = norm.isf(share * 10 / 11), norm.isf(share / 11)
@@ -246,6 +252,7 @@ MAKE = {
     "four branches, 1e-7": lambda: _four_branches(5.242),
     "two regions, 1e-6": lambda: _two_regions(2, 1e-6),
     "two regions of ten parts, 1e-6": lambda: _two_regions(10, 1e-6),
+    "five kinds alike, 1.7e-5": lambda: _kinds(5, 1.7e-5),
     "hidden region, 1e-6": lambda: _hidden(2, 1e-6),
     "hidden region of five parts, 1e-6": lambda: _hidden(5, 1e-6),
     "bent away, 1e-6": lambda: _bent(4.5, 0.5),
@@ -302,4 +309,8 @@ def intervals(name, rng, n):
 
 SIZE = 20_000
 JOBS = [(name, SIZE, intervals, 400) for name in RARE_PROBLEMS]
-JOBS.append(("four branches", 5000, intervals, 400))
+JOBS += [
+    ("four branches", 5000, intervals, 400),
+    ("five kinds alike, 1.7e-5", 5000, intervals, 400),
+    ("two regions of ten parts, 1e-6", 8000, intervals, 400),
+]
