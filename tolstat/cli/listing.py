@@ -32,9 +32,8 @@ def list_runs(folder: Path) -> bool:
         console.print(f"with {WIDE} columns: model and size of each, too")
     for each in entries:
         if each.problem:
-            named = str(each.path) in each.problem
-            said = each.problem if named else f"{each.path}: {each.problem}"
-            console.print(said, soft_wrap=True)
+            said = each.problem.removeprefix(f"{each.path} ")
+            console.print(f"{each.path}: {said}", soft_wrap=True)
     return not any(each.problem for each in entries)
 
 
