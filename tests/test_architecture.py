@@ -92,23 +92,8 @@ def test_each_planted_import_is_caught_by_its_contract_alone(tmp_path):
     assert broken(found.stdout) == {k: sorted(v) for k, v in expected.items()}
 
 
-def test_importing_tolstat_and_its_command_line_loads_nothing_heavy():
-    code = (
-        "import sys, tolstat, tolstat.cli.main;"
-        "heavy = {'numba', 'pandas', 'pint', 'scipy', 'h5py', 'pydantic'};"
-        "print(sorted(heavy & set(sys.modules)))"
-    )
-    found = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
-    assert found.stdout.strip() == "[]"
-
-
-def test_describing_a_model_does_not_load_the_compiler():
-    code = (
-        "import sys; from tolstat.study.study import load; load('runs/khpt75.toml');"
-        "print('numba' in sys.modules)"
-    )
+def printed(code):
+    """Run code in a process of its own; return what it prints."""
     found = subprocess.run(
         [sys.executable, "-c", code],
         cwd=ROOT,
@@ -116,7 +101,24 @@ def test_describing_a_model_does_not_load_the_compiler():
         text=True,
         check=True,
     )
-    assert found.stdout.strip() == "False"
+    return found.stdout.strip()
+
+
+def test_importing_tolstat_and_its_command_line_loads_nothing_heavy():
+    code = (
+        "import sys, tolstat, tolstat.cli.main;"
+        "heavy = {'numba', 'pandas', 'pint', 'scipy', 'h5py', 'pydantic'};"
+        "print(sorted(heavy & set(sys.modules)))"
+    )
+    assert printed(code) == "[]"
+
+
+def test_describing_a_model_does_not_load_the_compiler():
+    code = (
+        "import sys; from tolstat.study.study import load; load('runs/khpt75.toml');"
+        "print('numba' in sys.modules)"
+    )
+    assert printed(code) == "False"
 
 
 def test_a_run_begins_before_anything_slow_of_scipy_is_loaded():
@@ -126,11 +128,4 @@ def test_a_run_begins_before_anything_slow_of_scipy_is_loaded():
         "slow = ('integrate', 'optimize', 'sparse', 'spatial', 'stats');"
         "print([name for name in slow if f'scipy.{name}' in sys.modules])"
     )
-    found = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert found.stdout.strip() == "[]"
+    assert printed(code) == "[]"

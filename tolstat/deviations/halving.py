@@ -49,4 +49,4 @@ def halved(distribution: Distribution) -> Nearer:
     zone: Tolerance | None = getattr(distribution, "tolerance", None)
     if zone is None:
         raise DistributionError("it has no tolerance")
-    return Nearer(distribution, min(max(0.0, zone.lower), zone.upper))
+    return Nearer(distribution, zone.nearest)

@@ -159,9 +159,8 @@ def zone_with(zone: Tolerance, half: float) -> Tolerance:
     half : float
         Half the width that it is to have, SI.
     """
-    centre = min(max(0.0, zone.lower), zone.upper)
-    ratio = half / zone.half
-    return Tolerance(*(centre + ratio * (end - centre) for end in zone))
+    still, ratio = zone.nearest, half / zone.half
+    return Tolerance(*(still + ratio * (end - still) for end in zone))
 
 
 def resized(distribution: Distribution, half: float) -> Distribution:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import tomllib
 from typing import NamedTuple
@@ -151,9 +150,7 @@ class FreshRuns:
         self, answer: Study, seed: int, count: int, before: Trials | None
     ) -> Trials:
         """Run a study with random machines; those of a shorter run are kept."""
-        study = dataclasses.replace(
-            answer, sampling="random", rare="", until=None, seed=seed, trials=count
-        )
+        study = answer.at_random(seed, count)
         run = Trials.planned(study.description, study.deviations())
         if before:
             run.keep(before)

@@ -304,11 +304,6 @@ def with_choice(study: Study, choice: Choice, seed: int, trials: int) -> Study:
     for priced, chosen in zip(deviating.priced, choice, strict=True):
         new.update(priced.distributions(chosen))
     return dataclasses.replace(
-        study,
-        sampling="random",
-        rare="",
-        until=None,
-        trials=trials,
-        seed=seed,
+        study.at_random(seed, trials),
         deviating=deviating._replace(distributions=new),
     )

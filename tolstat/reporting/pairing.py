@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tolstat.errors import PictureError
 from tolstat.reporting.drawn import Drawn, drawn_trials, no_sample
+from tolstat.statistics.pairs import CHANCE
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run import Run
@@ -19,7 +20,6 @@ Array = NDArray[np.float64]
 MACHINES, QUALITIES, UNPAIRED = "same machines", "same qualities", "unpaired"
 ROUNDING = 1e-9  # of all deviations of a part: by less, an order is not another one
 NAMED = 6  # contributors in a sentence
-CHANCE = 4.0  # correlation of ranks that is no chance, times the root of the trials
 
 
 class Pair(NamedTuple):

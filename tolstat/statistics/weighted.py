@@ -57,8 +57,7 @@ def share_left(
     machines: NDArray[np.bool_], weights: Weights, confidence: float = 0.95
 ) -> Estimate:
     """Estimate a share by that of the few machines left, as `weighted_share` does."""
-    found = weighted_share(~machines, weights, confidence)
-    return Estimate(1 - found.value, 1 - found.upper, 1 - found.lower, found.reason)
+    return weighted_share(~machines, weights, confidence).complement
 
 
 def weighted_quantile(

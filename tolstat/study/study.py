@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Generator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -132,6 +132,12 @@ class Study:
         if self.rare:
             return self._drawn("random", number)
         return self.deviations()[:number]
+
+    def at_random(self, seed: int, trials: int) -> Study:
+        """Return the study of so many random machines, however it draws its own."""
+        return replace(
+            self, sampling="random", rare="", until=None, seed=seed, trials=trials
+        )
 
     def stages(
         self,

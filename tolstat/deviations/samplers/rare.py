@@ -146,7 +146,12 @@ def safe_trials(directions: int) -> int:
 
 
 def _whole_stage(directions: int) -> int:
-    return math.ceil((WORTH + FOR_EACH * directions) / MOST_OF_STAGE)
+    return math.ceil(_points_wanted(directions) / MOST_OF_STAGE)
+
+
+def _points_wanted(directions: int) -> int:
+    """Return how many independent points a fit rests on, where a stage has them."""
+    return WORTH + FOR_EACH * directions
 
 
 class _Seeking:
@@ -221,8 +226,11 @@ class _Seeking:
         )
         weights = np.exp(weights - weights.max(axis=1, keepdims=True))
         effective = weights.sum(axis=1) ** 2 / np.sum(weights**2, axis=1)
-        wanted = WORTH + FOR_EACH * points.shape[1]
-        wanted = min(effective.max() / 2, wanted, MOST_OF_STAGE * trials)
+        wanted = min(
+            effective.max() / 2,
+            _points_wanted(points.shape[1]),
+            MOST_OF_STAGE * trials,
+        )
         place = int(np.flatnonzero(effective >= wanted)[0])
         # as many points of equal weight: evenly spaced in the sum of the weights
         sums = np.cumsum(weights[place])
