@@ -114,7 +114,8 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
     rtol, max_step, max_steps = block.accuracy
     clock, now = rows(lanes.clock), rows(step.moment)
     crossing = len(step.crossings) > 0
-    n_begun, n_busy = sort_out(0, lanes, block, solution)
+    # not a literal: with its type it would be compiled once more
+    n_begun, n_busy = sort_out(np.int64(0), lanes, block, solution)
     _renew_rates(rates, lanes, step)
 
     while n_busy > 0:
