@@ -23,7 +23,7 @@ from tolstat.status import Status, words_of
 MACHINES = [*catalogue.names(), Toy(), Rich()]
 
 
-@pytest.fixture(params=MACHINES, ids=str)
+@pytest.fixture(params=MACHINES, ids=lambda one: getattr(one, "name", one))
 def machine(request):
     return catalogue.find(request.param)
 
