@@ -93,3 +93,16 @@ def test_too_few_effective_trials_give_no_interval():
     assert heavy.number == 100
     for found in (weighted_share(Z > 0, heavy), weighted_quantile(Z, heavy, 0.5)):
         assert found.reason == "100 effective trials are too few" and not found.sure
+
+
+def test_where_nobody_knows_the_side_of_a_failed_trial_a_quantile_is_weighted_too():
+    """Without a limit, or with one of two ends, it may be on either."""
+    status = np.full(N, Status.DONE)
+    status[7] = Status.NOT_FINITE
+    values = np.where(status == Status.DONE, Z, np.nan)
+    for limit in (None, Limit(-3.0, 3.0)):
+        found = summarize(values, Sample(status, weights=HALVED), limit)
+        for share in (0.05, 0.5, 0.95):
+            each = found.quantiles[share]
+            assert each.value == pytest.approx(0.5 * norm.ppf(share), abs=0.04)
+            assert each.lower < each.value < each.upper

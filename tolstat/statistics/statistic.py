@@ -111,9 +111,14 @@ def quantiles_at(
     if worst or not sample.failed:
         return {share: of(share, math.inf * (worst or 1)) for share in shares}
     found, ordered = {}, np.sort(done)
+    weights_done = sample.weights_of(sample.done)
     for share in shares:
         low, high = of(share, -math.inf), of(share, math.inf)
-        value, reason = median_unbiased(ordered, share), low.reason or high.reason
+        if weights_done:
+            value = weighted_quantile(done, weights_done, share, confidence).value
+        else:
+            value = median_unbiased(ordered, share)
+        reason = low.reason or high.reason
         found[share] = Estimate(value, low.lower, high.upper, reason)
         if reason:
             found[share] = Estimate(value, reason=reason)
