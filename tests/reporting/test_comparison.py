@@ -9,6 +9,7 @@ import pytest
 from scipy import stats
 
 import tolstat
+from tests.conftest import Toy
 from tests.store.tampering import resealed
 from tolstat.errors import PictureError
 from tolstat.reporting.comparison import compared, compared_with_first
@@ -233,3 +234,17 @@ def test_dependent_trials_are_compared_by_their_replicates(other, sampling):
     assert found.yields.beyond_more.upper < 0 and found.yields.worse == 0
     assert found.yields.ppk_more.reason == found.shift.quantiles[0.95].reason
     assert "random trials only" in found.yields.ppk_more.reason
+
+
+def test_runs_of_two_machines_are_refused(toy, toy_study, tmp_path):
+    """Both may have a gap."""
+
+    class Other(Toy):
+        name = "other"
+
+    text = toy_study.read_text()
+    first = tolstat.run(toy_study, model=toy, trials=30, output=tmp_path / "a.h5")
+    toy_study.write_text(text.replace('model = "toy"', 'model = "other"'))
+    second = tolstat.run(toy_study, model=Other(), trials=30, output=tmp_path / "b.h5")
+    with pytest.raises(PictureError, match="two machines, toy and other"):
+        pair_of(first, second)

@@ -82,10 +82,16 @@ def pair_of(first: Run, second: Run) -> Pair:
     Raises
     ------
     PictureError
-        If machines were not drawn, no response is in both, or no trial is done.
+        If they are runs of two machines, machines were not drawn, no response is in
+        both, or no trial is done.
     """
     A, B = drawn_trials(first), drawn_trials(second)
     where = f"{first.path} and {second.path}"
+    if first.model != second.model:
+        raise PictureError(
+            f"{where} are of two machines, {first.model} and {second.model}; runs of "
+            "one machine can be compared"
+        )
     if A is None or B is None:
         raise PictureError(no_sample(second if A else first))
     units = second.units
