@@ -32,7 +32,7 @@ def list_runs(folder: Path) -> bool:
         console.print(f"with {WIDE} columns: model and size of each, too")
     for each in entries:
         if each.problem:
-            said = each.problem.removeprefix(f"{each.path} ")
+            said = each.problem.removeprefix(str(each.path)).lstrip(": ")
             console.print(f"{each.path}: {said}", soft_wrap=True)
     return not any(each.problem for each in entries)
 
