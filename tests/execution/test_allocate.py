@@ -635,3 +635,51 @@ def test_what_has_nothing_to_be_allocated_is_refused(change, words):
         given = {k: v for k, v in given.items() if k not in ("trials", "seed")}
     with pytest.raises(StudyError, match=re.escape(words)):
         tolstat.allocate(given, model=Linear())
+
+
+def uniform():
+    """Two uniform links to one side of zero, whose machines weigh all or nothing."""
+    cost = {"law": "reciprocal", "at": "+-0.1 mm", "price": 10}
+    shape = {"nominal": "10 mm", "distribution": "uniform", "cost": cost}
+    return {
+        "model": "dimension_chain", "seed": 5, "trials": 1000,
+        "settings": {"gap": "A + B"},
+        "links": {
+            "A": {**shape, "tolerance": "0.05..0.25 mm"},
+            "B": {**shape, "tolerance": "-0.2..-0.05 mm"},
+        },
+        "limits": {"gap": {"limit": "19.9..20.1 mm", "yield": "98 %"}},
+    }  # fmt: skip
+
+
+def test_what_is_cheaper_by_linear_analysis_and_proved_is_where_the_search_goes_on():
+    """Weights show the way to no cheaper one here: 43.5 was the answer before."""
+    found = tolstat.allocate(uniform())
+    assert found.met and found.cost < 37.0
+    rows = [found.schemes[name] for name in ("root sum square", "worst case")]
+    assert found.cost <= min(each.cost for each in rows)
+
+
+def test_what_a_run_shows_to_be_worse_than_as_drawn_is_not_for_the_cost_drawn(
+    monkeypatch,
+):
+    monkeypatch.setattr(beside, "for_the_cost_drawn", lambda search, _: search.loosest)
+    search = searching(reciprocal(), trials=500)
+    proof = beside.at_the_cost_drawn(search, [], 3)
+    assert proof.choice == search.drawn and "fewer machines" in search.notes[0]
+
+
+def test_the_tightest_is_the_answer_where_it_alone_is_proved(monkeypatch):
+    monkeypatch.setattr(Searching, "proved", lambda search, best=None: best)
+    monkeypatch.setattr(allocating, "linear_answers", lambda search: {})
+    given = reciprocal()
+    given["limits"]["gap"]["limit"] = "-1..1 mm"
+    found = tolstat.allocate(given, trials=2000, model=Linear())
+    assert found.met and found.verdicts == {"gap": "met"}
+    assert "They meet every limit" in found.text
+
+
+@pytest.mark.parametrize("trials", [0, -5, 2.5])
+def test_a_number_of_trials_is_whole(trials):
+    with pytest.raises(StudyError, match="a whole number from 1 on"):
+        tolstat.allocate(reciprocal(), trials=trials, model=Linear())

@@ -186,7 +186,9 @@ def _print(found: Allocation, output: Path | None, plot: Path | None) -> None:
             )
         console.print(said, soft_wrap=True)
     elif output:
-        console.print(f"{output} is not written: no tolerances meet every limit")
+        console.print(
+            f"{output} is not written: no tolerances were shown to meet every limit"
+        )
     if plot:
         console.print(f"drawn in {plot}")
 
@@ -229,8 +231,8 @@ def _sentences(found: Allocation) -> list[str]:
         )
     if found.active and found.met:
         said.append(
-            f"active: {', '.join(found.active)} (a tenth looser, as far as it "
-            "may be, or the next one offered, of some tolerance would break it)"
+            f"active: {', '.join(found.active)} (with some tolerance a tenth looser, "
+            "as far as it may be, or the next one offered, it is not shown to be met)"
         )
     return [*said, *found.notes, _made(found)]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import Executor
+from numbers import Integral
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from tolstat.deviations.weighting import Weighting
 from tolstat.errors import DistributionError, StudyError
 from tolstat.execution.allocation import Allocation, Scheme, trade_off
 from tolstat.execution.beside import (
-    for_the_cost_drawn,
+    at_the_cost_drawn,
     linear_answers,
     points_about,
 )
@@ -21,6 +22,7 @@ from tolstat.execution.fresh_runs import LONGEST, FreshRuns, Proof
 from tolstat.execution.loosening import active, lines_of
 from tolstat.execution.searching import Searching
 from tolstat.execution.workers import Workers
+from tolstat.literal import visible
 from tolstat.model.contract import Model
 from tolstat.study.prices import EXAMPLE
 from tolstat.study.size import too_large
@@ -74,6 +76,8 @@ def allocated(
 ) -> Allocation:
     """Allocate the tolerances of a checked study; see `allocate`."""
     _check(study)
+    if trials is not None and not (isinstance(trials, Integral) and trials > 0):
+        raise StudyError(f"trials: a whole number from 1 on is expected, not {trials}")
     strictest = min(1 - limit.demanded for limit in study.limits.values())
     count = trials or max(study.trials, math.ceil(ENOUGH / strictest))
     if wrong := too_large(LONGEST * count, study.description):
@@ -125,15 +129,28 @@ def _around(search: Searching) -> Allocation:
     proof = search.proved()
     # nothing was chosen by the run of this seed: one that was met is a lucky one
     seed = search.next_seed()
-    answer = proof or search.at_tightest or runs.of(search.tightest, seed)
+    linear = linear_answers(search)
+    cheaper = [
+        each
+        for each in linear.values()
+        if proof is None or runs.cost(each) < proof.scheme.cost
+    ]
+    seem = [each for each in cheaper if runs.of(each, seed).met]
+    if seem:
+        proof, seed = search.proved_beside(seem, proof), search.next_seed()
+    answer = (
+        proof
+        or search.at_tightest
+        or runs.of(search.tightest, search.next_seed(), deciding=True)
+    )
+    proof = answer if answer.met else None
     found = answer.choice
     proofs = {"as drawn": runs.of(search.drawn, seed)}
     proofs |= {"found": runs.of(found, seed)} if proof else {"tightest": answer}
     points = points_about(search, found)
     if proof:
-        spent = for_the_cost_drawn(search, points)
-        proofs["at the cost drawn"] = runs.of(spent, seed)
-    proofs |= linear_answers(search, seed)
+        proofs["at the cost drawn"] = at_the_cost_drawn(search, points, seed)
+    proofs |= {name: runs.of(each, seed) for name, each in linear.items()}
     schemes = {name: each.scheme for name, each in proofs.items()}
     return Allocation(
         met=proof is not None,
@@ -157,7 +174,7 @@ def _heading(study: Study, answer: Proof, schemes: dict[str, Scheme]) -> str:
     """Say above a study where its tolerances come from."""
     scheme, drawn = answer.scheme, schemes["as drawn"]
     shown = "meet every limit" if answer.met else "do NOT meet every limit"
-    of = study.path.name if study.path else "a study"
+    of = visible(study.path.name) if study.path else "a study"
     said = (
         f"Tolerances allocated by tolstat allocate {of}: cost {scheme.cost:.6g}, as "
         f"drawn {drawn.cost:.6g}.\nThey {shown} in a run of {scheme.trials} random "

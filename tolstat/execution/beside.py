@@ -38,13 +38,35 @@ def points_about(search: Searching, start: Choice) -> list[Point]:
     return points
 
 
+def at_the_cost_drawn(search: Searching, points: list[Point], seed: int) -> Proof:
+    """Run what puts the fewest beyond for the cost as drawn: found, or as drawn.
+
+    Parameters
+    ----------
+    search, points
+        As of `for_the_cost_drawn`; notes where nothing is better than as drawn.
+    seed : int
+        Of the fresh runs of both.
+    """
+    drawn = search.runs.of(search.drawn, seed)
+    spent = search.runs.of(for_the_cost_drawn(search, points), seed)
+    # weighted machines may promise what a run does not keep
+    if spent.scheme.beyond_any.value < drawn.scheme.beyond_any.value:
+        return spent
+    search.notes.append(
+        "no tolerances were found that put fewer machines beyond the limits for the "
+        "cost as drawn"
+    )
+    return drawn
+
+
 def for_the_cost_drawn(search: Searching, points: list[Point]) -> Choice:
-    """Find the tolerances that put the fewest beyond for the cost as drawn.
+    """Find the tolerances that seem to put the fewest beyond for the cost as drawn.
 
     Parameters
     ----------
     search
-        As of `points_about`; notes where there are none but those drawn.
+        As of `points_about`.
     points : list of Point
         Of the curve.
     """
@@ -66,36 +88,28 @@ def for_the_cost_drawn(search: Searching, points: list[Point]) -> Choice:
             best, high = written, middle
         else:
             low = middle
-    if best == search.drawn:
-        search.notes.append(
-            "no tolerances were found that put fewer machines beyond the limits for "
-            "the cost as drawn"
-        )
     return best
 
 
-def linear_answers(search: Searching, seed: int) -> dict[str, Proof]:
-    """Allocate as linear analysis does; what comes of that, by a fresh run.
+def linear_answers(search: Searching) -> dict[str, Choice]:
+    """Allocate as linear analysis does.
 
     Parameters
     ----------
     search : Searching
         Notes what cannot be allocated so.
-    seed : int
-        Of the fresh runs.
     """
     linear = LinearSchemes(search.runs.study, search.runs.workers)
     if not linear.known:
         search.notes.append("no worst case and root sum square: slopes are not known")
         return {}
-    proofs = {}
+    choices = {}
     for name, excess in (
         ("root sum square", linear.root_sum_square),
         ("worst case", linear.worst_case),
     ):
         if found := cheapest(search.dials, excess, search.tightest):
-            choice = search.runs.as_written(found.choice)
-            proofs[name] = search.runs.of(choice, seed)
+            choices[name] = search.runs.as_written(found.choice)
         else:
             search.notes.append(f"no tolerances meet the limits by {name}")
-    return proofs
+    return choices

@@ -77,7 +77,7 @@ class FreshRuns:
     def cost(self, choice: Choice) -> float:
         """Return the price of all parts with the tolerances of a choice."""
         pairs = zip(self.priced, choice, strict=True)
-        return math.fsum(each.cost(x) for each, x in pairs)
+        return _typed(math.fsum(each.cost(x) for each, x in pairs))
 
     def text(self, choice: Choice, heading: str = "") -> str:
         """Return the study with the tolerances of a choice, as a file.
@@ -171,7 +171,7 @@ class FreshRuns:
         return Scheme(
             self.cost(choice),
             self._words(choice),
-            {each.name: each.half(x) for each, x in pairs},
+            {each.name: _typed(each.half(x)) for each, x in pairs},
             {name: each.beyond for name, each in yields.items()},
             joint.complement,
             len(run.status),
@@ -187,3 +187,8 @@ class FreshRuns:
         folder = self.study.path.parent if self.study.path else None
         table = tomllib.loads(self.text(choice))
         return load(table, model=self.study.model, folder=folder)
+
+
+def _typed(x: float) -> float:
+    """Return what was typed, without what logarithms and sums add to it."""
+    return float(f"{x:.12g}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,11 +69,16 @@ class Searching:
             self.pool.add(sets[name], run)
             self.drawn_wide += trials
 
-    def proved(self) -> Proof | None:
-        """Search and prove in turn; return the cheapest that is proved."""
-        best: Proof | None = None
+    def proved(self, best: Proof | None = None) -> Proof | None:
+        """Search and prove in turn; return the cheapest that is proved.
+
+        Parameters
+        ----------
+        best : Proof, optional
+            That is known already: from it on.
+        """
         vain: set[Choice] = set()
-        start: Choice | None = None
+        start = best.choice if best else None
         every, times = True, 1.0
         for number in range(1, MOST_PROVED + 1):
             self.runs.tell(Progress(0, 0, 0, f"search {number}"))
@@ -83,7 +88,7 @@ class Searching:
             # where weights show nothing that meets the limits, a run may
             choice = self.runs.as_written(found.choice) if found else self.tightest
             every = every and (found is None or found.every)
-            if best and self.runs.cost(choice) > (1 - CHEAPER) * best.scheme.cost:
+            if best and self.runs.cost(choice) >= (1 - CHEAPER) * best.scheme.cost:
                 break
             if choice in vain:
                 times *= TIGHTER
@@ -105,6 +110,25 @@ class Searching:
                 "too many combinations to try them all: tolerances were exchanged one "
                 "or two at a time, so that a cheaper set may exist"
             )
+        return best
+
+    def proved_beside(
+        self, choices: Iterable[Choice], best: Proof | None
+    ) -> Proof | None:
+        """Prove tolerances that were not found by weighting, and search on from them.
+
+        Parameters
+        ----------
+        choices : iterable of tuple of float
+            Cheaper than the best that is proved.
+        best : Proof, optional
+            The best that is proved.
+        """
+        for choice in sorted(choices, key=self.runs.cost):
+            proof = self.runs.of(choice, self.next_seed(), deciding=True)
+            self.pool.add(choice, proof.run)
+            if proof.met:
+                return self.proved(proof)
         return best
 
     def above(self, shares: Array) -> Callable[[Choice], Array]:

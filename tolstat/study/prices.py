@@ -15,7 +15,7 @@ from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.grades import iso286
 from tolstat.deviations.prices import Law, Offered, Priced, half_of, resized, zone_of
 from tolstat.deviations.tolerance import Tolerance
-from tolstat.errors import CostError, allowed_names
+from tolstat.errors import CostError, DistributionError, allowed_names
 from tolstat.units.grammar import quantity, tolerance
 from tolstat.units.scale import scale_of
 
@@ -68,7 +68,7 @@ def read_cost(
     ]
     offered.sort(key=lambda each: -half_of(each.distributions))
     halves = [half_of(each.distributions) for each in offered]
-    if len(set(halves)) < len(halves):
+    if any(a - b <= ROUNDING * a for a, b in pairwise(halves)):
         raise CostError("cost: two of its tolerances are the same")
     for looser, tighter in pairwise(offered):
         if looser.price > tighter.price:
@@ -132,9 +132,16 @@ def _law(given: dict[str, Any], drawn: Mapping[str, Distribution], unit: str) ->
         loosest,
         rate,
     )
-    for end in (tightest, loosest):
-        for each in drawn.values():
-            resized(each, end)
+    for key, end in (("tightest", tightest), ("loosest", loosest)):
+        try:
+            for each in drawn.values():
+                resized(each, end)
+        except DistributionError as error:
+            ratio = end / half
+            raise CostError(
+                f"cost: with the {key} tolerance, {ratio:.3g} times as drawn, {error}; "
+                f"give cost another {key}"
+            ) from None
         if not _computable(found, end):
             raise CostError(
                 f"cost: with rate = {given.get('rate')} the price at the "
