@@ -60,7 +60,10 @@ def test_a_study_that_runs_tables_and_a_picture(study):
     low, high = 0.02e-3, 0.18e-3
     gap = run.column("gap")
     ppm = 1e6 * (1 - ((gap >= low) & (gap <= high)).mean())
-    assert f" {float(format(ppm, '.3g')):.0f} " in done.output  # as the proof had it
+    # as the proof had it; the screen shows the figures that its interval leaves
+    assert f" {float(format(ppm, '.3g')):.0f} " in done.output
+    found = tolstat.allocate(study, model=machine(MACHINE))
+    assert found.proof.beyond["gap"].value == pytest.approx(1e-6 * ppm, rel=1e-12)
     assert "found" in picture.read_text()
     assert "its proof" in done.output
     assert f"the proof again: tolstat run {new} --trials {int(trials)}" in done.output

@@ -226,8 +226,7 @@ def _sentences(found: Allocation) -> list[str]:
         )
         said.append(
             "no tolerances were shown to meet every limit; with all of them at their "
-            f"tightest {'; '.join(missed) or 'every limit is met'}"
-            + (f" ({best} beyond)" if best else "")
+            f"tightest {'; '.join(missed)} ({best} beyond)"
         )
     if found.active and found.met:
         said.append(

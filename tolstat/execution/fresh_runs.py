@@ -16,6 +16,7 @@ from tolstat.statistics.yields import MET, NOT_MET, Yield, joint_yield, yield_of
 from tolstat.study.points import Case
 from tolstat.study.prices import tolerance_words, with_tolerances
 from tolstat.study.study import Study, load
+from tolstat.units.scale import KNOWN
 
 LONGEST = 4  # times as many trials as a fresh run begins with
 GROWTH = 1.25  # of a run whose verdicts are not settled, at least
@@ -191,4 +192,4 @@ class FreshRuns:
 
 def _typed(x: float) -> float:
     """Return what was typed, without what logarithms and sums add to it."""
-    return float(f"{x:.12g}")
+    return float(f"{x:.{KNOWN}g}")
