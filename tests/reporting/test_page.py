@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 import shutil
 import subprocess
 from dataclasses import replace
 from html import unescape
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -250,7 +252,7 @@ def test_the_page_has_its_parts_in_order(report):
     assert places == sorted(places)
     assert "with 95 % certainty at most" in one and "bounds no other's" in one
     assert "no probability" in one and "root sum square fails" in one
-    for words in ("tolstat trial mill.h5", "smooth functions", "normal, +-1.2 mm"):
+    for words in ("tolstat trial ", "smooth functions", "normal, +-1.2 mm"):
         assert words in report.text
     assert "source digest" in report.text and "[deviations]" in report.text
 
@@ -829,9 +831,25 @@ def test_a_rare_share_within_is_no_hundred_per_cent(rare, tmp_path):
     near = replace(rare_findings(rare), within=share._replace(
         value=1 - 3e-13, lower=1 - 4e-13, upper=1 - 2e-13
     ))  # fmt: skip
-    said = page_of_findings("rare.html", near, title="", unmet=UNMET)
+    said = page_of_findings("rare.html", near, title="", unmet=UNMET, again=str)
     assert "within/value" not in said and "A plain run would need" in said
     assert "per million" in said
+
+
+@pytest.mark.parametrize("sampling", ["random", "rare"])
+def test_a_command_on_a_page_runs_where_the_page_was_made(
+    sampling, tmp_path, monkeypatch
+):
+    """The run is named as it was given, and quoted for a shell."""
+    monkeypatch.chdir(tmp_path)
+    Path("my runs").mkdir()
+    limit = {"limit": "<= 2416.9 mm", "ppm": 100}
+    run = tolstat.run(chain(limit, sampling=sampling), output="my runs/gap.h5")
+    page = unescape(tolstat.report(run).read_text())
+    program, *words = shlex.split(re.search("<code>(tolstat trial.*?)</code>", page)[1])
+    done = CliRunner().invoke(main, words)
+    assert program == "tolstat" and words[1] == "my runs/gap.h5"
+    assert done.exit_code == 0 and "bit for bit as stored" in done.output
 
 
 def test_kinds_of_machines_not_met_are_said_alike(rare, tmp_path):

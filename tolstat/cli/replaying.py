@@ -18,6 +18,7 @@ from tolstat.model.view import View
 from tolstat.reporting.making import check_view_ending, save_view
 from tolstat.statistics.limit import Limit
 from tolstat.status import Status, words_of
+from tolstat.store.advice import to_resume
 from tolstat.store.opening import open as open_run
 from tolstat.study.study import load
 from tolstat.units.scale import Scale, scale_of
@@ -50,8 +51,10 @@ def show_trial(path: Path, index: int | None, picture: Path | None) -> bool:
     else:
         console.print("bit for bit as stored")
     if run.damage:
+        advice = to_resume(path, run.machine)
         console.print(
-            f"the run is damaged: {run.damage.words}; `tolstat resume` repairs it"
+            f"the run is damaged: {run.damage.words}; `{advice}` repairs it",
+            soft_wrap=True,
         )
     if picture:
         if found.history is None:

@@ -13,6 +13,7 @@ from tolstat.execution.going_on import go_on, plan_again, study_of
 from tolstat.execution.rare import drawn_again
 from tolstat.execution.sameness import check_same, study_differs
 from tolstat.execution.workers import Workers
+from tolstat.store.advice import command
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
 from tolstat.study.study import Study, load
@@ -62,11 +63,11 @@ def _check_asked(run: Run, study: Study) -> None:
         )
     elif run.sampled and not run.rules and run.trials < study.trials:
         said.append(
-            f"trials: the run has {run.trials}, the study {study.trials} (`tolstat "
-            f"extend {run.path} --trials {study.trials}`)"
+            f"trials: the run has {run.trials}, the study {study.trials} "
+            f"(`{command('extend', run.path, '--trials', study.trials)}`)"
         )
     if said:
         raise RunFileError(
             f"{run.path} is a run of another study: {'; '.join(said)}; it stays; "
-            f"`tolstat run {study.path} --force` replaces it"
+            f"`{command('run', study.path, '--force')}` replaces it"
         )

@@ -9,6 +9,7 @@ from pathlib import Path
 from tolstat.errors import PictureError
 from tolstat.model.view import Listing, View
 from tolstat.reporting.replacing import check_output, replace
+from tolstat.store.advice import to_replay
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
 
@@ -54,7 +55,10 @@ def report(
         from tolstat.reporting.rare import UNMET, rare_findings
 
         rare = rare_findings(of, responses)
-        page = page_of("rare.html", rare, title=rare.title, unmet=UNMET)
+        page = page_of(
+            "rare.html", rare, title=rare.title, unmet=UNMET,
+            again=lambda trial: to_replay(of.path, trial, of.machine),
+        )  # fmt: skip
         return write(path, page)
     found = findings_of(of, responses)
     return write(path, make_page(of, found, pictures_of(of, found)))

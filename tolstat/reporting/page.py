@@ -23,6 +23,7 @@ from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.moments import Reach
 from tolstat.statistics.summary import QUANTILES
+from tolstat.store.advice import to_replay
 from tolstat.store.run import Run
 from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM, Ratio, Scale
 
@@ -230,6 +231,7 @@ def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
         scales=run.scales,
         pictures=drawn,
         sketches=_sketches(run, found),
+        again=lambda trial: to_replay(run.path, trial, run.machine),
     )
 
 

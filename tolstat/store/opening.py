@@ -13,7 +13,7 @@ from tolstat.errors import DamagedError, RunFileError
 from tolstat.model.description import Response
 from tolstat.store import columns as of_column
 from tolstat.store import facts
-from tolstat.store.advice import to_resume
+from tolstat.store.advice import command, to_resume
 from tolstat.store.attributes import texts
 from tolstat.store.audited import read_audited
 from tolstat.store.clock import seconds_of, written_at
@@ -78,7 +78,9 @@ def open(path: str | os.PathLike[str], *, damaged: bool = False) -> Run:
 def existing(path: Path) -> Path:
     """Return a path; refuse one where no run can be."""
     if path.suffix == ".toml":
-        raise RunFileError(f"{path} is a study; `tolstat run {path}` makes a run of it")
+        raise RunFileError(
+            f"{path} is a study; `{command('run', path)}` makes a run of it"
+        )
     if not path.is_file():
         raise RunFileError(f"{path}: there is no such file")
     return path
