@@ -57,6 +57,20 @@ def test_markup_stays_text(folder):
     assert "\x1b" not in shown + table + page
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="names are text there")
+def test_a_name_that_is_no_text_is_refused_before_anything_runs(folder):
+    odd = os.fsdecode(b"\xff.toml"), os.fsdecode(b"\xfe.h5")
+    (folder / odd[0]).write_bytes((folder / "stack.toml").read_bytes())
+    before = set(folder.iterdir())
+    for words, named in (
+        ([odd[0]], "\\udcff.toml"),
+        (["stack.toml", "-o", odd[1]], "\\udcfe.h5"),
+    ):
+        said = typed(folder, "run", *words, "--machine", STACK, code=2)
+        assert named in said and "rename that file" in said
+        assert {each for each in folder.iterdir() if each.is_file()} <= before
+
+
 def test_a_machine_file_that_ends_the_process(folder):
     (folder / "quits.py").write_text("import sys\nsys.exit(0)\n")
     said = typed(folder, "run", "stack.toml", "--machine", "quits.py:Stack", code=2)

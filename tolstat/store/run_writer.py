@@ -18,7 +18,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import BrokenError, TolstatError
+from tolstat.errors import BrokenError, RunFileError, TolstatError
 from tolstat.model.contract import Answers
 from tolstat.status import Status
 from tolstat.store.advice import to_resume
@@ -117,9 +117,15 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def _replace(self, trials: int, ending: Ending | None) -> None:
         """Write the file aside and rename it: under its own name a file is whole."""
-        draft, places = draft_of(
-            self.plan, self._facts, self.path.resolve(), trials, ending
-        )
+        try:
+            draft, places = draft_of(
+                self.plan, self._facts, self.path.resolve(), trials, ending
+            )
+        except UnicodeEncodeError as error:  # bytes of a name that are no text
+            raise RunFileError(
+                f"{self.path} cannot be written: a run keeps the name of its study and "
+                f"the command as text, and '{error.object}' is none; rename that file"
+            ) from None
         if ending is None:
             check_room(self.path, draft.size)
         path = self.path.resolve()  # a link stays one
