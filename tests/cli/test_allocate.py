@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import signal
 import subprocess
 import sys
@@ -65,12 +66,37 @@ def test_a_study_that_runs_tables_and_a_picture(study):
     found = tolstat.allocate(study, model=machine(MACHINE))
     assert found.proof.beyond["gap"].value == pytest.approx(1e-6 * ppm, rel=1e-12)
     assert "found" in picture.read_text()
-    assert "its proof" in done.output
+    assert '"its proof" is that run, and its verdicts count' in done.output
+    assert "note: gap may have 50000 ppm beyond" in done.stderr
     assert f"the proof again: tolstat run {new} --trials {int(trials)}" in done.output
+    assert done.output.split("the proof again: ")[1].splitlines()[0].endswith(MACHINE)
     again = call(study, "-o", new)
     assert again.exit_code == 2 and "--force" in again.stderr
     itself = call(study, "-o", study, "--force")
     assert itself.exit_code == 2 and study.read_text() == STUDY
+
+
+def test_a_study_is_written_only_where_it_reads_what_was_measured(study, tmp_path):
+    text = STUDY.replace("[deviations.part]", "[deviations.part_2]") + (
+        '[deviations.part_1]\ndata = "parts.csv"\ncolumn = "length"\n'
+    )
+    study.write_text(text)
+    parts, other = tmp_path / "parts.csv", tmp_path / "a folder" / "parts.csv"
+    parts.write_text("length [mm]\n" + "0.01\n-0.01\n0.002\n" * 20)
+    new = other.with_name("new.toml")
+    new.parent.mkdir()
+    missing = call(study, "-o", new)
+    assert missing.exit_code == 2 and "there is no such file" in missing.stderr
+    other.write_text("length [mm]\n0.03\n-0.01\n")
+    others = call(study, "-o", new)
+    assert others.exit_code == 2 and "data of that name are others" in others.stderr
+    assert f"write it beside {study}" in others.stderr and not new.exists()
+    other.write_bytes(parts.read_bytes())
+    done = call(study, "-o", new)
+    assert done.exit_code == 0, done.output
+    again = shlex.split(done.output.split("the proof again: ")[1].splitlines()[0])
+    run = CliRunner().invoke(main, again[1:])
+    assert run.exit_code == 0 and new.with_suffix(".h5").exists(), run.output
 
 
 def test_a_proof_of_random_machines_is_no_run_of_another_kind(study):

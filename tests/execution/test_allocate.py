@@ -30,6 +30,8 @@ from tolstat.execution.pool import Pool, with_choice
 from tolstat.execution.searching import Searching
 from tolstat.execution.trials import Trials
 from tolstat.model.checked import simulate
+from tolstat.model.view import Mark
+from tolstat.reporting.view_picture import draw_view
 from tolstat.statistics.estimate import Estimate
 from tolstat.study.prices import tolerance_words
 from tolstat.study.study import load
@@ -603,20 +605,76 @@ def test_a_limit_binds_also_where_a_tolerance_is_nearly_at_its_loosest():
     assert active(search, at) == ()  # nothing can be looser
 
 
-def test_none_beyond_has_no_dot_and_is_said():
-    def scheme(cost, share):
-        beyond = Estimate(share, 0.0, 0.01)
-        return Scheme(cost, {}, {}, {"gap": beyond}, beyond, 500, 1)
+def scheme(cost, share, trials=500, lower=0.0):
+    beyond = Estimate(share, lower, 0.01)
+    words = {"part": f"+-{1 / cost:.3g} mm"}
+    return Scheme(cost, words, {}, {"gap": beyond}, beyond, trials, 1)
 
+
+def test_the_picture_shows_intervals_and_none_beyond_has_no_dot():
     chart = trade_off(
         [Point(9.0, 0.01, ()), Point(12.0, 0.001, ())],
         {"found": scheme(10.0, 0.004), "worst case": scheme(20.0, 0.0)},
     )
     line, found, worst = chart.curves
     assert np.array_equal(chart.at, [0.001, 0.01]) and [*line.values] == [12.0, 9.0]
-    assert found.name == "found" and [*found.at] == [0.004]
+    assert not line.points and chart.marks == (Mark("found", 0.004, 10.0),)
+    assert found.name == "found" and [*found.at] == [0.0, 0.004, 0.01]
     assert worst.name == "worst case, 20: none of 500 beyond"
-    assert [*worst.values] == [20.0] and np.isnan(worst.at).all()
+    assert [*worst.values] == [20.0, 20.0] and [*worst.at] == [0.0, 0.01]
+
+
+def test_the_same_tolerances_are_drawn_once_by_their_longest_run():
+    chart = trade_off([], {
+        "as drawn": scheme(10.0, 0.004), "worst case": scheme(20.0, 0.002),
+        "root sum square": scheme(10.0, 0.005, trials=2000),
+    })  # fmt: skip
+    _, both, _ = chart.curves
+    assert both.name == "as drawn = root sum square" and both.at[1] == 0.005
+
+
+def test_an_interval_far_below_all_else_comes_in_from_the_end_of_the_axis():
+    schemes = {"a": scheme(10.0, 4e-3, lower=1e-7), "b": scheme(20.0, 5e-3, lower=2e-3)}
+    chart = trade_off([Point(9.0, 0.01, ())], schemes)
+    (axes,) = draw_view(chart, "stack").axes
+    left, _ = axes.get_xlim()
+    assert left == pytest.approx(2000) and chart.curves[1].at[0] == 1e-7
+
+
+def test_of_lists_the_cheapest_are_dots_at_their_own_shares():
+    """A line between them would be of tolerances that nobody can have."""
+    listed = reciprocal()
+    listed["limits"] = {"gap": {"limit": "-0.15..0.15 mm", "yield": "95 %"}}
+    for name in list(listed["deviations"]):
+        listed["deviations"][name] = {
+            "tolerance": "+-0.1 mm", "cost": {"+-0.1 mm": 1, "+-0.05 mm": 3}
+        }  # fmt: skip
+    found = tolstat.allocate(listed, model=Linear())
+    cheapest = found.curve.curves[0]
+    assert cheapest.points and len(set(cheapest.values)) == len(cheapest.values)
+    law = tolstat.allocate(reciprocal(), model=Linear())
+    assert not law.curve.curves[0].points
+
+
+@pytest.mark.parametrize("trials", [None, 2000])
+def test_what_a_proof_takes_is_said_before_anything_runs(trials):
+    """Or refused where no such run can show what is demanded."""
+    given, told = reciprocal(), []
+    given["limits"] = {"gap": {"limit": "<= 1 mm", "ppm": 10}}
+
+    def tell(progress):
+        told.append(progress.doubt)
+        raise KeyboardInterrupt
+
+    if trials:
+        words = "no proof of 8000 machines.* ask for 120000 trials or more"
+        with pytest.raises(StudyError, match=words):
+            tolstat.allocate(given, model=Linear(), trials=trials)
+        trials = 120_000
+    with pytest.raises(KeyboardInterrupt):
+        tolstat.allocate(given, model=Linear(), trials=trials, progress=tell)
+    assert len(told) == 1 and "gap may have 10 ppm beyond" in told[0]
+    assert ("(--trials for fewer, 120000 at least)" in told[0]) == (trials is None)
 
 
 @pytest.mark.parametrize(

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import os
 import sys
+import tomllib
 from collections import Counter
 from pathlib import Path
 
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 
+from tolstat.catalogue import place_of
 from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
 from tolstat.cli.power import Power
 from tolstat.cli.showing import Screen, print_table, screen
-from tolstat.errors import RunFileError
+from tolstat.errors import RunFileError, StudyError
 from tolstat.execution.allocate import allocated
 from tolstat.execution.allocation import Allocation, Scheme
 from tolstat.execution.carrying_out import Progress
@@ -26,7 +28,8 @@ from tolstat.reporting.making import (
 from tolstat.reporting.plain import as_json
 from tolstat.reporting.replacing import check_folder
 from tolstat.reporting.summary_table import Cell, estimate_in_words
-from tolstat.study.study import load
+from tolstat.store.advice import command
+from tolstat.study.study import Study, load
 from tolstat.units.scale import PPM, figures
 
 SENTENCE = "cost of the cheapest tolerances over the machines beyond any limit"
@@ -68,6 +71,7 @@ def allocate_study(
     study = load(path)
     if output:
         _check_output(output, path, force=force)
+        _check_data(output, study)
     if plot:
         check_view_ending(plot)
     bar = Bar(
@@ -83,6 +87,9 @@ def allocate_study(
                 task = bar.add_task("compiling, if need be", total=None)
 
                 def tell(progress: Progress) -> None:
+                    if progress.doubt:
+                        bar.print(f"note: {progress.doubt}", soft_wrap=True)
+                        return
                     total = progress.asked or None
                     bar.update(
                         task, description=progress.doing, total=total,
@@ -100,7 +107,7 @@ def allocate_study(
         if json:
             sys.stdout.write(as_json(_plain(found)))
         else:
-            _print(found, output, plot)
+            _print(found, output, plot, place_of(study.model))
         if stop.is_set():
             sys.stdout.flush()
             os._exit(INTERRUPTED)
@@ -126,6 +133,21 @@ def _check_output(output: Path, study: Path, *, force: bool) -> None:
         )
 
 
+def _check_data(output: Path, study: Study) -> None:
+    """Refuse a folder where the study would not read the parts that it reads here."""
+    reason = "data of that name are others there"
+    try:
+        table, folder = tomllib.loads(study.text), output.parent
+        there = load(table, model=study.model, folder=folder).deviating.notes
+    except StudyError as error:
+        there, reason = (), str(error)
+    if there != study.deviating.notes:
+        raise RunFileError(
+            f"{output} would not be this study, which reads files of its own folder: "
+            f"{reason}; write it beside {study.path}, or copy them there first"
+        )
+
+
 def _plain(found: Allocation) -> dict[str, object]:
     """Return what came of an allocation, for JSON."""
     plain = found._asdict()
@@ -142,7 +164,9 @@ def _plain(found: Allocation) -> dict[str, object]:
     return {"cost": cost, "tolerances": tolerances, **plain}
 
 
-def _print(found: Allocation, output: Path | None, plot: Path | None) -> None:
+def _print(
+    found: Allocation, output: Path | None, plot: Path | None, machine: str
+) -> None:
     """Print the tables: what was found, the proof, and what lies beside it."""
     console = screen()
     heads = ["contributor", "parts", "as drawn", "cost", "found", "cost ", "note"]
@@ -180,10 +204,9 @@ def _print(found: Allocation, output: Path | None, plot: Path | None) -> None:
     if output and found.met:
         said = f"written to {output}"
         if found.again:
-            said += (
-                f"; the proof again: tolstat run {output} "
-                f"--trials {found.proof.trials} --seed {found.proof.seed}"
-            )
+            options = "--trials", found.proof.trials, "--seed", found.proof.seed
+            again = command("run", output, *options, machine=machine)
+            said += f"; the proof again: {again}"
         console.print(said, soft_wrap=True)
     elif output:
         console.print(
@@ -215,6 +238,11 @@ def _sentences(found: Allocation) -> list[str]:
             f"cost {proof.cost:.4g}: every limit is met in a fresh run of "
             f"{proof.trials} machines (the whole 95 % interval of each yield lies at "
             "or above what is demanded)"
+        )
+        said.append(
+            '"its proof" is that run, and its verdicts count; "found" is the same '
+            "tolerances run once more, with the seed of the other rows, by which "
+            "nothing was chosen: to be compared with them"
         )
     else:
         missed = [f"{n}: {v}" for n, v in found.verdicts.items() if v != "met"]

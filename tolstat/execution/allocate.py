@@ -14,9 +14,10 @@ from tolstat.execution.allocation import Allocation, Scheme, trade_off
 from tolstat.execution.beside import (
     at_the_cost_drawn,
     linear_answers,
+    own_shares,
     points_about,
 )
-from tolstat.execution.carrying_out import Telling
+from tolstat.execution.carrying_out import Progress, Telling
 from tolstat.execution.elsewhere import crew_of
 from tolstat.execution.fresh_runs import LONGEST, FreshRuns, Proof
 from tolstat.execution.loosening import active, lines_of
@@ -24,6 +25,9 @@ from tolstat.execution.searching import Searching
 from tolstat.execution.workers import Workers
 from tolstat.literal import visible
 from tolstat.model.contract import Model
+from tolstat.statistics.deciding import grown
+from tolstat.statistics.following import followed
+from tolstat.statistics.yields import CONFIDENCE
 from tolstat.study.prices import EXAMPLE
 from tolstat.study.size import too_large
 from tolstat.study.study import Source, Study, load
@@ -78,15 +82,33 @@ def allocated(
     _check(study)
     if trials is not None and not (isinstance(trials, Integral) and trials > 0):
         raise StudyError(f"trials: a whole number from 1 on is expected, not {trials}")
-    strictest = min(1 - limit.demanded for limit in study.limits.values())
-    count = trials or max(study.trials, math.ceil(ENOUGH / strictest))
+    strictest = min(study.limits, key=lambda name: -study.limits[name].demanded)
+    share = 1 - study.limits[strictest].demanded
+    count = trials or max(study.trials, math.ceil(ENOUGH / share))
     if wrong := too_large(LONGEST * count, study.description):
         source = study.path or "the study"
         raise StudyError(
             f"{source}: a proof may take {LONGEST} times {count} trials: {wrong}; ask "
             "for fewer (--trials), or demand less of the limits"
         )
+    most = LONGEST * count
+    shown = followed(0, most, CONFIDENCE).upper  # with none beyond
+    asks = f"{strictest} may have {1e6 * share:.6g} ppm beyond"
+    least = grown(count * shown / share)
+    if shown > share:
+        raise StudyError(
+            f"{study.path or 'the study'}: {asks}, which no proof of {most} machines, "
+            f"{LONGEST} times --trials, can show, though none of them be beyond: ask "
+            f"for {least} trials or more"
+        )
     tell = progress or (lambda progress: None)
+    takes = (
+        f"{asks}: a wide run and several fresh ones have {count} machines each, a "
+        f"proof up to {most}"
+    )
+    if count > study.trials and not trials:
+        takes += f" (--trials for fewer, {least} at least)"
+    tell(Progress(0, 0, count, doubt=takes))
     return _around(Searching(FreshRuns(study, workers, count, tell)))
 
 
@@ -152,6 +174,7 @@ def _around(search: Searching) -> Allocation:
         proofs["at the cost drawn"] = at_the_cost_drawn(search, points, seed)
     proofs |= {name: runs.of(each, seed) for name, each in linear.items()}
     schemes = {name: each.scheme for name, each in proofs.items()}
+    listed = not any(each.law for each in search.priced)
     return Allocation(
         met=proof is not None,
         cost=answer.scheme.cost,
@@ -165,7 +188,11 @@ def _around(search: Searching) -> Allocation:
         notes=tuple(search.notes),
         wide_run=search.drawn_wide,
         fresh_runs=runs.made,
-        curve=trade_off(points, schemes),
+        curve=trade_off(
+            own_shares(search, points) if listed else points,
+            schemes | ({"found": answer.scheme} if proof else {}),
+            listed=listed,
+        ),
         text=runs.text(found, _heading(runs.study, answer, schemes)),
     )
 

@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.model.view import Axis, Chart, Curve, Panel
+from tolstat.model.view import Axis, Chart, Curve, Mark, Panel
 from tolstat.statistics.cheapest import Choice
 from tolstat.statistics.estimate import Estimate
 
 BEYOND = Axis("machines beyond any limit", "1", "ppm", logarithmic=True)
+BELOW = 0.1  # of the least share that is shown: lower ends of intervals are seen so far
 
 
 class Scheme(NamedTuple):
@@ -132,20 +133,43 @@ class Point(NamedTuple):
     choice: Choice  # the tolerances, one of each line that has a cost
 
 
-def trade_off(points: list[Point], schemes: Mapping[str, Scheme]) -> Chart:
-    """Draw the cost of the cheapest tolerances over the machines beyond."""
+def trade_off(
+    points: list[Point], schemes: Mapping[str, Scheme], *, listed: bool = False
+) -> Chart:
+    """Draw the cost of the cheapest tolerances over the machines beyond.
+
+    Parameters
+    ----------
+    points : list of Point
+        Of the cheapest: a curve.
+    schemes : mapping of str to Scheme
+        Tolerances beside it: dots with their intervals. What is the same for several
+        is drawn once, by the longest run of it.
+    listed : bool
+        Whether every tolerance is one of a list: nothing lies between the points then.
+    """
     ordered = sorted(points, key=lambda each: each.beyond)
     at = np.array([each.beyond for each in ordered])
     costs = np.array([each.cost for each in ordered])
-    curves = [Curve("cheapest", "1", "", "cost of the cheapest tolerances", costs)]
+    words = "cost of the cheapest tolerances"
+    curves, marks = [Curve("cheapest", "1", "", words, costs, points=listed)], []
+    alike: dict[tuple[str, ...], list[str]] = {}
     for name, scheme in schemes.items():
-        share, words = scheme.beyond_any.value, name
-        if not share > 0:  # has no place on an axis of ratios
+        alike.setdefault(tuple(scheme.tolerances.values()), []).append(name)
+    for names in alike.values():
+        scheme = max((schemes[name] for name in names), key=lambda each: each.trials)
+        words, (share, lower, upper, _) = " = ".join(names), scheme.beyond_any
+        if share > 0:
+            ends = np.array([lower, share, upper])
+            marks.append(Mark(words, share, scheme.cost))
+        else:  # has no place on an axis of ratios
             words += f", {scheme.cost:.4g}: none of {scheme.trials} beyond"
-            share = np.nan
-        values = np.array([scheme.cost]), np.array([share])
-        curves.append(
-            Curve(words, "1", "", "tolerances beside it", *values, points=True)
-        )
+            ends = np.array([lower, upper])
+        values = np.full(len(ends), scheme.cost)
+        curves.append(Curve(words, "1", "", "tolerances beside it", values, ends))
+    # an interval that reaches far below all else leaves no room for that
+    uppers = [each.beyond_any.upper for each in schemes.values()]
+    seen = [*at.tolist(), *(mark.at for mark in marks), *uppers]
+    axis = BEYOND._replace(least=BELOW * min(seen))
     panel = Panel("cost", tuple(each.name for each in curves))
-    return Chart(BEYOND, at, tuple(curves), panels=(panel,))
+    return Chart(axis, at, tuple(curves), marks=tuple(marks), panels=(panel,))

@@ -38,6 +38,18 @@ def points_about(search: Searching, start: Choice) -> list[Point]:
     return points
 
 
+def own_shares(search: Searching, points: list[Point]) -> list[Point]:
+    """Return each set of tolerances once, at the share that is beyond with it.
+
+    Parameters
+    ----------
+    search, points
+        As of `points_about`: of lists one set is the cheapest for many shares.
+    """
+    sets = {each.choice: each for each in points}.values()
+    return [each._replace(beyond=search.beyond_any(each.choice)) for each in sets]
+
+
 def at_the_cost_drawn(search: Searching, points: list[Point], seed: int) -> Proof:
     """Run what puts the fewest beyond for the cost as drawn: found, or as drawn.
 

@@ -43,7 +43,7 @@ class Progress(NamedTuple):
     at_most : int
         Trials that it may have.
     doubt : str
-        What has to be known of the machines before any trial runs.
+        What has to be known before any trial runs.
     """
 
     over: int

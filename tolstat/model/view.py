@@ -47,12 +47,16 @@ class Axis(NamedTuple):
         Unit in which it is shown; by its size if empty.
     logarithmic : bool
         Whether equal distances are equal ratios.
+    least : float
+        From where on such an axis is drawn, SI: what begins below comes in from its
+        end.
     """
 
     name: str
     unit: str
     shown: str = ""
     logarithmic: bool = False
+    least: float = 0.0
 
 
 class Curve(NamedTuple):

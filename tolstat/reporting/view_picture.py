@@ -19,6 +19,7 @@ from tolstat.units.scale import Scale
 WINDOW = "#f2f2f2"
 LEGEND_COLUMNS = 4
 LINE, HANDLE = 98, 5  # letters beside each other; what stands before a word of a legend
+ROOM = 0.03  # of the axis, beside a dot at its end
 MOST_ROWS = 60  # of a listing that is drawn
 Handles = list[Line2D | Patch]
 
@@ -86,13 +87,20 @@ def _chart(chart: Chart) -> Figure:
         logarithmic(every[-1].xaxis)
     places = np.concatenate([at for _, at, _ in chart.parts()] or [chart.at])
     places = places[np.isfinite(places)]
+    if chart.axis.logarithmic:
+        places = places[places > chart.axis.least]
     if len(places) and places.min() < places.max():
-        every[0].set_xlim(along.factor * places.min(), along.factor * places.max())
-        ends = places.min(), places.max()
-        dots = [chart.at if c.at is None else c.at for c in chart.curves if c.points]
-        if not chart.regions and any(np.isin(ends, at).any() for at in dots):
-            every[0].margins(x=0.03)
-            every[0].autoscale(axis="x")
+        first, last = places.min(), places.max()
+        dots = [mark.at for mark in chart.marks]
+        for curve in chart.curves:
+            if curve.points:
+                dots += (chart.at if curve.at is None else curve.at).tolist()
+        if not chart.regions and np.isin([first, last], dots).any():
+            evenly = every[0].xaxis.get_transform()
+            left, right = evenly.transform([first, last])
+            room = ROOM * (right - left)
+            first, last = evenly.inverted().transform([left - room, right + room])
+        every[0].set_xlim(along.factor * first, along.factor * last)
     return figure
 
 
