@@ -107,6 +107,23 @@ def test_every_printed_number_is_one_of_the_findings(made):
         assert words.strip(), path
 
 
+@pytest.mark.parametrize(
+    ("made", "of"), [("report", "moments/ppk"), ("comparison", "ppk_more_by_moments")],
+    indirect=["made"],
+)  # fmt: skip
+def test_a_ppk_that_no_interval_holds_stands_as_small_as_its_reason(made, of):
+    small = set()
+    for path, _, words in made.page.numbers:
+        if path.endswith(f"{of}/value"):
+            ppk = at(made.found, path.removesuffix("/value"))
+            before = made.text[: made.text.index(f'data-path="{path}"')]
+            soft = re.search(r'<span class="range"><span [^<]*$', before) is not None
+            assert soft == (ppk["lower"] is None), path
+            assert not soft or f"{words}</span>: {ppk['reason']}" in made.text
+            small.add(soft)
+    assert True in small
+
+
 def last_place(words):
     """Where the last figure of a printed number stands: 1.50e-4 ends at 1e-6."""
     digits, _, exponent = words.partition("e")
