@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import shlex
 
 import numpy as np
 import pandas as pd
@@ -224,6 +225,37 @@ def test_the_command_line_tells_and_delivers(stack):
         assert row[head] == pytest.approx(times * told, rel=1e-9), head
     again = json.loads(stack("report", "--json", "--limit", "gap >= 0 mm").output)
     assert again["responses"]["gap"]["limited"]["limit"]["words"] == ">= 0 mm"
+
+
+def test_a_range_alone_that_changes_the_kind_says_what_keeps_it(tmp_path):
+    """The command that it shows is one that works."""
+    kinds = {"distribution": "uniform"}, {"distribution": "triangular", "mode": "0 mm"}
+    links = {
+        name: {"nominal": "20 mm", "tolerance": "+-0.2 mm", **kind}
+        for name, kind in zip("HA", kinds, strict=True)
+    }
+    study = {
+        "model": "dimension_chain", "trials": 2000, "seed": 5, "links": links,
+        "settings": {"gap": "H - A"}, "limits": {"gap": "-0.3..0.3 mm"},
+    }  # fmt: skip
+    run = tolstat.run(study, output=tmp_path / "run.h5")
+
+    def ask(*asked):
+        return CliRunner().invoke(main, ["what-if", str(run.path), *asked])
+
+    for name, kind in (("H", "uniform"), ("A", "triangular")):
+        shown = ask(f"{name}=+-0.1 mm")
+        said = f"{name} was drawn {kind}, and a range alone is normal: "
+        assert shown.exit_code == 0 and said in shown.stdout
+        kept, *_ = shlex.split(shown.stdout.split(said)[1])
+        again = ask(kept)
+        assert again.exit_code == 0 and "was drawn" not in again.stdout, again.output
+        words = f"{kind}, +-0.1 mm{', mode 0 mm' * (name == 'A')}"
+        assert words in again.stdout
+    refused = ask("H=+-0.2 mm")
+    assert refused.exit_code == 2 and "H was drawn uniform" in refused.stderr
+    asked = {"H": {"tolerance": "+-0.1 mm", "distribution": "normal"}}
+    assert not any("was drawn" in note for note in tolstat.what_if(run, asked).notes)
 
 
 def test_the_page_of_the_command_line(stack, tmp_path):

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from json import dumps
+from shlex import quote
 from typing import Any
 
 from tolstat.asking.anew import with_limits
 from tolstat.deviations.cover import Cover, check_covered, cover_of
 from tolstat.deviations.distributions import Distribution
+from tolstat.deviations.names import expand
 from tolstat.deviations.weighting import Weighting, all_alike
 from tolstat.errors import (
     DependenceError,
@@ -84,16 +87,17 @@ def what_if(
     problems = Problems(f"{run.path}", "cannot be asked that")
     asked = _read(deviations, study, run, problems)
     problems.raise_if_any()
+    changed = _kinds_changed(deviations, asked, study, run)
     worth = _worth(asked, study, problems)
     if not problems.found:
         with problems.noting("all together", None):
             cover = _cover(asked.distributions, study, len(drawn.trials), worth)
-    _raise(problems, deviations, run)
+    _raise(problems, deviations, run, changed)
     weights = Weights(_ratio(drawn, study, asked), cover.most, cover.cut)
     if weights.too_few:
         said = f"{weights.too_few}: {LEAST_EFFECTIVE} are needed"
         problems.add("all together", None, said)
-        _raise(problems, deviations, run)
+        _raise(problems, deviations, run, changed)
     weighted = drawn._replace(sample=drawn.sample._replace(weights=weights))
     before, after = summaries_of(drawn), summaries_of(weighted)
     return WhatIf(
@@ -121,7 +125,7 @@ def what_if(
             )
             for response in run.responses
         },
-        (*notes_of(run, weighted.sample), *reading_of(run, weighted.sample)),
+        (*changed, *notes_of(run, weighted.sample), *reading_of(run, weighted.sample)),
     )
 
 
@@ -154,6 +158,41 @@ def _read(
     folder = (run.study_file or run.path).parent
     contributors = study.description.contributors
     return read_deviations(given, {}, contributors, folder, problems)
+
+
+def _kinds_changed(
+    given: Mapping[str, str | dict[str, Any]],
+    asked: Deviations,
+    study: Study,
+    run: Run,
+) -> list[str]:
+    """Say where a range alone, which is normal, takes the place of another kind."""
+    names = [each.name for each in study.description.contributors]
+    drawn, table = study.deviating.distributions, run.study.table
+    lines = {
+        member: line
+        for name, line in (table.get("links", {}) | table.get("deviations", {})).items()
+        if isinstance(line, dict) and "distribution" in line
+        for member in expand(name, names)
+    }
+    said = []
+    for name, words in given.items():
+        members = expand(name, names) if isinstance(words, str) else []
+        alike = all(lines.get(each) == lines.get(members[0]) for each in members)
+        for member in members[:1] if alike else members:
+            new, before = asked.distributions[member], drawn.get(member)
+            if member not in lines or type(new) is type(before):
+                continue
+            own = {k: v for k, v in lines[member].items() if k in vars(before)}
+            kind = lines[member]["distribution"]
+            keys = {**own, "tolerance": words, "distribution": kind}
+            typed = ", ".join(f"{key} = {dumps(value)}" for key, value in keys.items())
+            of = name if alike else member
+            said.append(
+                f"{of} was drawn {kind}, and a range alone is normal: "
+                f"{of}={quote(f'{{ {typed} }}')} keeps it {kind}"
+            )
+    return said
 
 
 def _worth(asked: Deviations, study: Study, problems: Problems) -> dict[str, float]:
@@ -204,14 +243,18 @@ def _ratio(drawn: Drawn, study: Study, asked: Deviations) -> Any:
 
 
 def _raise(
-    problems: Problems, given: Mapping[str, str | dict[str, Any]], run: Run
+    problems: Problems,
+    given: Mapping[str, str | dict[str, Any]],
+    run: Run,
+    changed: Iterable[str],
 ) -> None:
     """Refuse what is not covered, and say what runs it."""
     try:
         problems.raise_if_any()
     except TolstatError as error:
         study = run.study_file.name if run.study_file else "the study"
-        raise StudyError(
-            f"{error}\n  a run of its own tells: change {', '.join(given)} in a copy "
-            f"of {study}, and `tolstat run` that"
-        ) from None
+        own = (
+            f"a run of its own tells: change {', '.join(given)} in a copy of {study}, "
+            "and `tolstat run` that"
+        )
+        raise StudyError("\n  ".join([f"{error}", *changed, own])) from None

@@ -99,8 +99,8 @@ def _print(found: WhatIf) -> None:
             f"within all limits at once: {in_line(found.joint_as_run.within)} as run, "
             f"what if: {in_line(found.joint.within)}"
         )
-    for note in found.notes:
-        console.print(note)
+    for note in found.notes:  # one may hold what is to be typed: in one line
+        console.print(note, soft_wrap=True)
 
 
 def _judged(limited: Limited) -> list[Cell]:
