@@ -40,9 +40,7 @@ def list_runs(folder: Path) -> bool:
 def runs_table(*heads: str) -> Table:
     """Return a table of runs: of what `row_of` says, and what else stands in it."""
     words = ("study", "state", "limits", "model")
-    table = words_table("", *heads, numbers=[n for n in heads if n not in words])
-    table.padding = (0, 1, 0, 0)
-    return table
+    return words_table("", *heads, numbers=[n for n in heads if n not in words])
 
 
 def row_of(entry: Entry) -> list[str]:

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from rich import box
+from rich.cells import cell_len
 from rich.console import Console
-from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
@@ -23,7 +23,9 @@ PIPED_WIDTH = 120
 # from this width on an interval stands in one line
 WIDE = 120
 UNBOUNDED = 100_000
-WORDS = ("response", "unit", "limit", "status", "beyond")  # columns that hold words
+PADDING = 0, 1, 0, 0  # of a cell
+# columns that hold words
+WORDS = ("", "contributor", "response", "unit", "limit", "status", "beyond", "note")
 
 
 class Screen(Console):
@@ -86,7 +88,7 @@ def print_table(
             count -= 1
             table = _of_columns(heads, lines, names + left[:count])
         table.title = shown
-        screen(least=_width(table)).print(table)
+        _print_titled(table, screen(least=_width(table)))
         left, shown = left[count:], f"{title}, continued"
         if not left:
             return
@@ -94,7 +96,7 @@ def print_table(
 
 def _of_columns(heads: list[str], lines: list[list[str]], chosen: list[int]) -> Table:
     """Make a table of some columns."""
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table = Table(box=box.SIMPLE_HEAD, padding=PADDING)
     for i in chosen:
         words = heads[i] in WORDS
         table.add_column(heads[i], justify="left" if words else "right", no_wrap=True)
@@ -113,7 +115,7 @@ def words_table(title: str, *heads: str, numbers: Sequence[str] = ()) -> Table:
 
     The first column holds names, those of `numbers` hold numbers, to the right.
     """
-    table = Table(title=title or None, box=box.SIMPLE_HEAD)
+    table = Table(title=title or None, box=box.SIMPLE_HEAD, padding=PADDING)
     for i, head in enumerate(heads):
         if head in numbers:
             table.add_column(head, justify="right", no_wrap=True)
@@ -124,21 +126,28 @@ def words_table(title: str, *heads: str, numbers: Sequence[str] = ()) -> Table:
 
 def print_words(table: Table) -> None:
     """Print a table of `words_table`: no word or number of it is cut."""
-    for column in table.columns:
-        cells = [visible(str(cell)) for cell in (column.header, *column.cells)]
-        words = cells if column.no_wrap else " ".join(cells).split()
-        column.min_width = max(map(len, words), default=0)
-    room = screen(least=Screen(width=UNBOUNDED).measure(table).minimum)
-    # Rich does not always keep to the room that it has, and cuts what does not fit
-    while (drawn := _drawn_width(table, room)) > room.width:
-        room = screen(least=drawn)
+    widths, longest = dict[int, int](), dict[int, int]()  # of columns that wrap
+    for i, column in enumerate(table.columns):
+        if not column.no_wrap:
+            cells = [visible(str(cell)) for cell in (column.header, *column.cells)]
+            longest[i] = max(map(cell_len, cells))
+            widths[i] = max(map(cell_len, " ".join(cells).split()), default=1)
+            column.width = widths[i]
+    room = screen(least=_width(table))
+    # Rich would share the room without regard to the longest words
+    for _ in range(room.width - _width(table)):
+        i = max(longest, key=lambda i: longest[i] / widths[i])
+        widths[i] += widths[i] < longest[i]
+        table.columns[i].width = widths[i]
+    _print_titled(table, room)
+
+
+def _print_titled(table: Table, room: Screen) -> None:
+    """Print a table under its title, which Rich would wrap to a narrow table."""
+    if table.title:
+        room.print(table.title, style="table.title")
+    table.title = None
     room.print(table)
-
-
-def _drawn_width(table: Table, room: Screen) -> int:
-    """Return how wide the lines of a table become in some room."""
-    lines = Segment.split_lines(room.render(table))
-    return max(map(Segment.get_line_length, lines))
 
 
 def _in_lines(cell: Cell, wide: bool) -> str:
