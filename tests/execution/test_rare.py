@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import shutil
 
 import h5py
@@ -88,6 +89,11 @@ def test_a_share_of_one_in_a_million_is_told(run):
     deviations = np.array([first.deviations[name] for name in "AB"]) * 1e3
     scores = deviations / [0.1, 0.4 / 3]
     assert scores @ [-0.1, 0.4 / 3] / SIGMA == pytest.approx(DISTANCE, rel=0.02)
+    assert [first.off[name] for name in "AB"] == pytest.approx(scores)
+    assert first.leading == ["B", "A"]
+    assert first._replace(off={"A": -3.0, "B": 1.4}).leading == ["A"]
+    words = f"B +{scores[1]:.3f} sigmas ({deviations[1]:.4f} mm), A {scores[0]:.3f}"
+    assert words in " ".join(rare_table(run).notes)
     assert tolstat.replay(run, first.trial).differences == ()
     # of a plain run: width over its root
     relative = (found.beyond.upper - found.beyond.lower) / found.beyond.value
@@ -164,10 +170,12 @@ def test_failed_machines_are_beyond(toy, tmp_path):
     """A part longer than 0.9 mm cannot be mounted; no other is near the limit."""
     study = {
         "model": "toy", "trials": 5000, "seed": 1, "sampling": "rare",
-        "deviations": {"part": "+-0.6 mm"}, "limits": {"gap": "<= 90 mm"},
+        "deviations": {"part": {"tolerance": "+-0.6 mm", "shift": "0.06 mm"}},
+        "limits": {"gap": "<= 90 mm"},
     }  # fmt: skip
     found = rare_findings(tolstat.run(study, model=toy, output=tmp_path / "run.h5"))
-    assert found.beyond.lower < norm.sf(4.5) < found.beyond.upper
+    assert found.beyond.lower < norm.sf(4.2) < found.beyond.upper
+    assert max(found.likeliest[0].off.values()) == pytest.approx(4.2, rel=0.01)
     assert found.trials.failed == sum(stage.beyond for stage in found.stages)
 
 
@@ -203,7 +211,7 @@ def command(*words):
     return CliRunner().invoke(main, [str(word) for word in words])
 
 
-def test_at_the_command_line(study):
+def test_at_the_command_line(study, monkeypatch):
     study.write_text(
         CHAIN.replace('">= 0.2 mm"', '{ limit = ">= 0.2 mm", ppm = 1e-4 }')
     )
@@ -223,6 +231,9 @@ def test_at_the_command_line(study):
     assert command("report", run).exit_code == 0
     page = run.with_suffix(".html").read_text()
     assert "The machines that lead there" in page and "verdict not-met" in page
+    text = re.sub("<[^>]*>", "", page)
+    assert "likeliest machine beyond that was met has B +" in text
     refused = command("report", run, "--response", "worst")
     assert refused.exit_code == 2 and "tells of gap alone" in refused.output
-    assert "not met" in command("runs", study.parent).output
+    monkeypatch.chdir(study.parent)
+    assert "not met" in command("runs", ".").output

@@ -872,9 +872,9 @@ def test_a_command_on_a_page_runs_where_the_page_was_made(
 def test_kinds_of_machines_not_met_are_said_alike(rare, tmp_path):
     page = tolstat.report(rare, tmp_path / "rare.html").read_text()
     text = " ".join(unescape(re.sub("<[^>]*>", "", page)).split())
-    said = [note for note in rare_table(rare).notes if "has not met" in note]
+    said = [note for note in rare_table(rare).notes if "never met" in note]
     assert len(said) == 1 and text.count(said[0]) == 1
-    assert "the interval is of the others" in said[0]
+    assert "Interval and verdict leave out" in said[0]
 
 
 @pytest.mark.parametrize(
@@ -884,6 +884,7 @@ def test_kinds_of_machines_not_met_are_said_alike(rare, tmp_path):
         ({"ppk": 2}, "for Ppk 2", "demanded 2"),
         ({"ppm": 100}, "for 99.99 %", "demanded 1.240"),
         ({"ppm": 10}, "for 99.999 %", "demanded 1.422"),
+        ({"ppm": 1e-6}, "for 99.9999999999 %", "demanded 2.345"),
         ({}, "for 99.73 %", "demanded 0.9274"),
     ],
 )

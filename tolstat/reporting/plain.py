@@ -8,6 +8,7 @@ import io
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from sys import float_info
 from typing import Any
 
 import numpy as np
@@ -19,8 +20,8 @@ from tolstat.units.scale import KNOWN, PER_CENT
 
 
 def share_words(share: float) -> str:
-    """Name a quantile: 0.00135 is "0.135 %"."""
-    return f"{100 * share:.10g} %"
+    """Name a typed share: 0.00135 is "0.135 %", and nothing but 1 "100 %"."""
+    return f"{100 * share:.{float_info.dig}g} %"
 
 
 def demand_words(limit: Limit) -> str:

@@ -33,10 +33,10 @@ from tolstat.store.run import Run
 from tolstat.units.scale import AS_IS, PPM, Scale
 
 LIKELIEST = 10  # machines beyond that are named
+LEADING = 0.5  # as far off as the contributor that is farthest: named too
 UNMET = (
-    "Of a kind of machine beyond that the last stage has not met it cannot be told but "
-    "that it has at most {} per million; the interval is of the others, and so is what "
-    "is said of the limit"
+    "Interval and verdict leave out machines beyond of a kind that the last stage "
+    "never met: there may be up to {} per million of these"
 )
 
 
@@ -71,12 +71,22 @@ class LikelyFindings(NamedTuple):
         From the middle machine, in normal scores: how many sigmas off.
     deviations : dict of str to float
         By contributor that deviates, SI.
+    off : dict of str to float
+        The same in sigmas of its distribution, from the mean of that.
     """
 
     trial: int
     value: float
     distance: float
     deviations: Mapping[str, float]
+    off: Mapping[str, float]
+
+    @property
+    def leading(self) -> list[str]:
+        """The contributors that lie off, the farthest first."""
+        far = {name: abs(off) for name, off in self.off.items()}
+        least = LEADING * max(far.values(), default=0.0)
+        return sorted((n for n in far if far[n] >= least), key=lambda name: -far[name])
 
 
 @dataclass(frozen=True)
@@ -257,6 +267,11 @@ def _likeliest(run: Run, beyond: NDArray[np.bool_]) -> tuple[LikelyFindings, ...
             float(run.column(run.rare)[trial]),
             float(distance[trial]),
             {name: float(run.column(name)[trial]) for name in run.assumed},
+            {
+                name: (float(run.column(name)[trial]) - each.mean) / each.sigma
+                for name, each in run.assumed.items()
+                if each.sigma > 0
+            },
         )
         for trial in order.tolist()
         if beyond[trial]
@@ -328,15 +343,15 @@ def _spread(stage: StageFindings) -> str:
 def _said(run: Run, found: RareFindings) -> list[str]:
     """Say what the numbers of a rare run mean."""
     said = []
-    if found.likeliest:
-        first = found.likeliest[0]
+    if found.likeliest and (first := found.likeliest[0]).leading:
         parts = ", ".join(
-            f"{name} {found.scales[name].words(value)}"
-            for name, value in first.deviations.items()
+            f"{name} {'+' * (first.off[name] > 0)}{AS_IS.number(first.off[name])} "
+            f"sigmas ({found.scales[name].words(first.deviations[name])})"
+            for name in first.leading
         )
         said.append(
-            f"likeliest machine beyond that was met: trial {first.trial}, "
-            f"{AS_IS.number(first.distance)} sigmas from the middle one: {parts}"
+            f"likeliest machine beyond that was met: {parts}: trial {first.trial}, "
+            f"{AS_IS.number(first.distance)} sigmas from the middle machine"
         )
     if not math.isnan(found.plain_trials):
         said.append(

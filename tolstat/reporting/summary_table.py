@@ -24,10 +24,10 @@ PRINTED = {0.5: "median", 0.05: "5 %", 0.95: "95 %", 0.99: "99 %"}
 EXTREMES = ("least", "in trial", "largest", "in trial")
 
 WEIGHTED = (
-    "with each number its 95 % interval: of shares beyond limits that of weighted "
-    "counts, of all others of bets that hold for any response; shares and verdicts of "
-    "what-if are at one look, those as run hold at every look: their ends and verdicts "
-    "may differ where nothing else does"
+    "with each number its 95 % interval: of shares beyond limits from weighted counts, "
+    "of all else for any distribution of the response; shares and verdicts as run hold "
+    "however often one looks while trials are added, those of what-if for a single "
+    "look: so their intervals and verdicts may differ where the machines do not"
 )
 
 # a text, or a number with the ends of its interval
