@@ -12,6 +12,7 @@ from scipy.stats import norm
 import tolstat
 from tolstat.reporting.gather import findings_of
 from tolstat.reporting.making import report
+from tolstat.reporting.page import make_page, pictures_of
 from tolstat.reporting.plain import plain
 from tolstat.reporting.sentences import sentences_of
 from tolstat.reporting.summary_table import summary_table
@@ -52,15 +53,16 @@ def test_the_pair_is_named_with_what_it_explains(run, tmp_path):
     assert pair.halved.lower <= known <= pair.halved.upper < 0.006
     (said,) = [n for n in summary_table(run).notes if n.startswith("beyond gap")]
     assert (
-        f"beyond gap: {apart}: far off in 100 % of these {beyond} machines and in 5 %"
-        in said
+        f"beyond gap: {apart}: far off (among the farthest 5 % of all machines) in "
+        f"100 % of these {beyond}; either alone in" in said
     )
     found = plain(findings_of(run))["responses"]["gap"]["culprits"]["pairs"][0]
     assert found["together"]["members"] == ["part_1", "angle"]
     page = report(run, tmp_path / "page.html").read_text()
     assert f"Together: <strong>{apart}</strong>" in page
     first = re.sub(r"\s+", " ", re.sub("<[^>]*>", "", page.split("</section>")[0]))
-    assert f"{apart}: far off in 100" in first and "either alone in" in first
+    assert f"{apart}: far off (among the farthest 5 % of all machines)" in first
+    assert "either alone in" in first
     assert f"of the {beyond} machines beyond gap" in first
     assert "with both tolerances halved" in first and "drive" not in first
 
@@ -98,3 +100,37 @@ def test_the_single_one_is_named_where_no_pair_explains_more(run):
     (driver, *_) = sentences_of(replace(found, responses=responses, interest=()))
     assert (driver.name, driver.pair) == ("angle", False)
     assert driver.limits[0][1][-2:] == ["contributors", "angle"]
+
+
+def test_where_the_gain_of_all_cannot_be_told_that_of_some_is(run):
+    """Of a pair that lies in a kind of part; else of its clearest member, told."""
+    found = findings_of(run)
+    response = found.responses["gap"]
+    (pair,), (kind,) = response.culprits.pairs, response.members
+    unknown = Estimate(np.nan, reason="3 effective trials are too few")
+    of_kind = response.culprits.contributors["angle"]._replace(halved=unknown)
+    single = response.culprits._replace(
+        pairs=(pair._replace(together=pair.together._replace(single=1.0)),),
+        driving=(kind,),
+        kinds={kind: of_kind},
+    )
+    vague = response.culprits._replace(pairs=(pair._replace(halved=unknown),))
+    of_one = {name: each for name, each in vague.contributors.items() if each.clear}
+    assert set(of_one) == {"part_1", "angle"}
+    of_one["part_1"] = of_one["part_1"]._replace(halved=unknown)
+    cases = (
+        (single, ("part_1", "angle"), ["pairs", 0]),
+        (vague._replace(contributors=of_one), ("angle",), ["contributors", "angle"]),
+    )
+    for culprits, parts, way in cases:
+        members = {kind: ("part_1", "part_2", "angle")}
+        of = replace(response, culprits=culprits, members=members)
+        said = replace(found, responses={**found.responses, "gap": of})
+        (driver, *_) = sentences_of(said)
+        path = ["responses", "gap", "culprits", *way]
+        assert driver.instead == {"gap": (parts, path)}
+        page = re.sub("<[^>]*>", "", make_page(run, said, pictures_of(run, said)))
+        first = re.sub(r"\s+", " ", page)
+        assert f"too few); with that of {' and that of '.join(parts)} halved" in first
+    (driver, *_) = sentences_of(found)
+    assert driver.instead == {}

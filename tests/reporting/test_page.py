@@ -673,7 +673,7 @@ def test_the_first_page_names_culprits_and_what_halving_them_gains(report):
     apart = "rod_length_1 high with rod_length_2 low, or the other way round"
     rods = next(each for each in sentences if each.startswith(apart))
     beyond = report.found["responses"]["jam_share"]["culprits"]["beyond"]
-    assert f"of the {beyond} machines beyond jam_share and in" in rods
+    assert f"of the {beyond} machines beyond jam_share, either alone in" in rods
     halved = re.findall(
         r"halved (\S+) \(\S+ \.\. \S+\) of a million .*? not (\d+)", rods
     )

@@ -204,8 +204,8 @@ class PairCulprit(NamedTuple):
         """Say what they explain of so many machines beyond a limit."""
         far, *_ = PART.interval(*self.together.far[:3])
         return (
-            f"far off in {far} % of these {beyond} machines "
-            f"and in {PART.number(self.together.of_all)} % of all; either "
+            f"far off (among the farthest {PART.number(self.together.of_all)} % of all "
+            f"machines) in {far} % of these {beyond}; either "
             f"alone in {PART.at_most(self.together.alone)} % at most"
         )
 

@@ -6,7 +6,14 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from tolstat.reporting.findings import Culprits, Findings, ResponseFindings
+from tolstat.reporting.findings import (
+    Culprit,
+    Culprits,
+    Findings,
+    PairCulprit,
+    ResponseFindings,
+    clear_of,
+)
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.yields import MET, NOT_MET, UNDECIDED
 
@@ -31,12 +38,16 @@ class Driver(NamedTuple):
         Whether it is a pair.
     limits : list of (str, path)
         Limited responses, the worst first, and where it stands among the culprits.
+    instead : dict of str to (tuple of str, path)
+        By response, where what halving gains cannot be told: of which parts of it it
+        can, and where that stands.
     """
 
     name: str
     parts: tuple[str, ...]
     pair: bool
     limits: list[tuple[str, Path]]
+    instead: dict[str, tuple[tuple[str, ...], Path]]
 
 
 class Within(NamedTuple):
@@ -105,15 +116,20 @@ def sentences_of(found: Findings) -> list[Driver | Within | Spread]:
         path: Path = ["responses", name, "culprits"]
         if culprits is None or not (culprits.pair or culprits.driving):
             continue
+        culprit: Culprit | PairCulprit
         if pair := culprits.pair:
-            who, parts = pair.words, tuple(pair.together.members)
+            culprit, who, parts = pair, pair.words, tuple(pair.together.members)
             path += ["pairs", culprits.pairs.index(pair)]
         else:
             who = culprits.driving[0]
             parts = each.members.get(who, ())
-            path += ["kinds" if who in culprits.kinds else "contributors", who]
-        driver = drivers.setdefault(who, Driver(who, parts, bool(pair), []))
+            kind = "kinds" if who in culprits.kinds else "contributors"
+            culprit = getattr(culprits, kind)[who]
+            path += [kind, who]
+        driver = drivers.setdefault(who, Driver(who, parts, bool(pair), [], {}))
         driver.limits.append((name, path))
+        if not culprit.halved.sure and (gain := _gain_of_some(culprits, parts)):
+            driver.instead[name] = gain[0], ["responses", name, "culprits", *gain[1]]
     told = {name for driver in drivers.values() for name, _ in driver.limits}
     none = [name for name in ordered if not _beyond(found.responses[name])]
     said: list[Driver | Within | Spread] = [*drivers.values()]
@@ -126,6 +142,23 @@ def sentences_of(found: Findings) -> list[Driver | Within | Spread]:
     ]
     said += [each for each in spreads if each.beyond or each.shares or each.few_decide]
     return said[:MOST]
+
+
+def _gain_of_some(
+    culprits: Culprits, parts: tuple[str, ...]
+) -> tuple[tuple[str, ...], Path] | None:
+    """Return where among the culprits the gain of some of the parts is told, if it is.
+
+    Of the pair that explains most, else of the part that differs most clearly.
+    """
+    for i, pair in enumerate(culprits.pairs):
+        members = pair.together.members
+        if pair.halved.sure and set(members) <= set(parts):
+            return members, ["pairs", i]
+    for part in clear_of(culprits):
+        if part in parts and culprits.contributors[part].halved.sure:
+            return (part,), ["contributors", part]
+    return None
 
 
 def _beyond(each: ResponseFindings) -> int:
