@@ -802,6 +802,13 @@ def rare(tmp_path_factory):
     )
 
 
+def test_sentences_out_of_sight_make_no_row_high_on_a_phone(report, tmp_path):
+    tables = "[...document.querySelectorAll('section:nth-of-type(2) tbody tr')]"
+    height = "e => e.getBoundingClientRect().height"
+    high = asked(report.path, tmp_path, 390, f"{tables}.map({height})")
+    assert len(high) == 20 and max(high) <= 75
+
+
 def test_rows_out_of_sight_make_no_row_high_on_a_phone(rare, tmp_path):
     """Commands and intervals stand in one line; a limit breaks behind .. alone."""
     tolstat.report(rare, tmp_path / "rare.html")
