@@ -258,3 +258,6 @@ def test_a_speck_beside_an_interval_is_zero():
     assert ppm.interval(9e-9, 1e-9, 3.6e-3) == ("0", "0", "3600")
     assert ppm.interval(240e-6, 3e-8, 1840e-6) == ("240", "0", "1840")
     assert ppm.interval(0.8e-6, 0.5e-6, 3.6e-3) == ("0.8", "0.5", "3600")
+    assert ppm.interval(500e-6, 8e-8, 3800e-6) == ("500", "0", "3800")
+    # what is estimated is sooner worth a figure
+    assert ppm.interval(1.4e-6, 3e-8, 14.5e-3) == ("1", "0", "14500")

@@ -16,7 +16,8 @@ BOUND = 3  # of a bound, and of an estimate without a trustworthy interval
 MOST_FIGURES = 10  # however narrow an interval or a spread is
 KNOWN = 12  # what stands behind is of binary numbers, not of what they say
 NOTHING = 1e-6  # of a size, up to the next power of ten: zero to an engineer
-SPECK = Decimal("1e-4")  # of the width of an interval: zero beside it
+# of the width of an interval: zero beside it, of an end and of the estimate
+SPECK = Decimal("1e-4"), Decimal("1e-5")
 TOLD = 1e-3  # of a spread: how far a number without interval may be rounded
 PLAINLY = 1e-3, 1e6  # between these numbers have no exponent
 
@@ -189,7 +190,7 @@ class Scale(NamedTuple):
             elif 0 < abs(x) < least:
                 words.append(self._below(float(x)))
             else:
-                seen = own and abs(x) > SPECK * width
+                seen = own and abs(x) > SPECK[x == middle] * width
                 last = max(place, -x.adjusted()) if seen else place
                 if bound and x == middle:  # exactly there: no zeros behind
                     last = min(last, -int(x.as_tuple().exponent))
