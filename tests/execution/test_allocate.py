@@ -195,12 +195,19 @@ def test_that_nothing_is_better_for_the_cost_drawn_is_said():
     assert equal == drawn and any("the cost as drawn" in note for note in found.notes)
 
 
-def test_for_the_cost_drawn_nearly_all_of_it_is_spent(monkeypatch):
-    def known(pool, choice, miss=0.0):
+@pytest.fixture
+def shares_known(monkeypatch):
+    """The share beyond is a closed form, and not what a pool says."""
+
+    def known(choice):
         sigma = np.linalg.norm(SLOPES * np.exp(choice) / 3)
         return np.full(2, 2 * float(ndtr(-LIMIT / sigma)))
 
-    monkeypatch.setattr(Pool, "most", known)
+    monkeypatch.setattr(Pool, "most", lambda pool, choice, miss=0.0: known(choice))
+    return known
+
+
+def test_for_the_cost_drawn_nearly_all_of_it_is_spent(shares_known):
     search = searching(reciprocal(), trials=100)
     spent = for_the_cost_drawn(search, [])
     drawn = search.runs.cost(search.drawn)
@@ -209,6 +216,28 @@ def test_for_the_cost_drawn_nearly_all_of_it_is_spent(monkeypatch):
     _, T = closed_form()
     c = np.array([*PRICES.values()]) * 0.1e-3
     assert np.exp(spent) == pytest.approx(T * np.sum(c / T) / drawn, rel=0.06)
+
+
+def test_for_the_cost_drawn_it_is_sought_between_its_neighbours(
+    shares_known, monkeypatch
+):
+    """Of the dearer points of the curve from the nearest one on: five halvings."""
+    search = searching(reciprocal(), trials=100)
+    drawn = search.runs.cost(search.drawn)
+    cost, T = closed_form()
+    points = []
+    for own in (0.9 * drawn, 0.95 * drawn, 1.05 * drawn, 3.0 * drawn):
+        choice = tuple(np.log(T * cost / own))
+        points.append(Point(own, float(shares_known(choice)[0]), choice))
+    spent = for_the_cost_drawn(search, points)
+    # three digits of a tolerance are half a hundredth at most
+    assert 0.99 * drawn < search.runs.cost(spent) <= drawn
+    # where weights show no way it is the best of the curve that costs no more
+    monkeypatch.setattr(Searching, "cheapest_for", lambda *asked: None)
+    best = for_the_cost_drawn(search, points)
+    assert best == search.runs.as_written(points[1].choice)
+    worse = [points[0]._replace(beyond=0.5)]
+    assert for_the_cost_drawn(search, worse) == search.drawn
 
 
 def correlated_by(parts, share):
@@ -237,6 +266,18 @@ def test_linear_schemes_are_closed_forms(change, correlation):
     )
     worst = np.abs(SLOPES) @ T / LIMIT - 1
     assert linear.worst_case(tuple(np.log(T))) == pytest.approx([worst, worst])
+
+
+@pytest.mark.parametrize("nearest", [0.0, 0.1])
+def test_a_machine_off_its_limit_as_drawn_has_no_worst_case(nearest):
+    """At an end nothing may scatter at all, and beyond it nothing helps."""
+    limits = {"gap": f"{nearest}..0.9 mm", "any": f"-0.9..{-nearest} mm"}
+    T = np.array([1, 2, 3]) * 4e-5
+    with crew_of(1, None) as crew:
+        study = load(reciprocal(limits=limits), model=Two())
+        found = LinearSchemes(study, crew).worst_case(tuple(np.log(T)))
+    gap = np.abs(SLOPES) @ T / 0.9e-3 - 1
+    assert found == pytest.approx([np.inf, gap, T[0] / 0.9e-3 - 1, np.inf])
 
 
 def test_linear_schemes_know_what_is_always_so_and_what_lies_to_one_side():
@@ -520,16 +561,20 @@ def test_none_of_few_machines_is_no_proof_that_a_width_costs_nothing():
     assert lines_of(search, search.runs.of(choice, 5))[2].free
 
 
-def test_what_weights_show_to_cost_yield_needs_no_run(monkeypatch):
+@pytest.mark.parametrize(
+    ("halves", "line"), [((0.1e-3, 0.08e-3, 0.4e-3), 2), ((0.1e-3, 0.03e-3, 0.2e-3), 1)]
+)
+def test_what_weights_show_to_cost_yield_needs_no_run(halves, line, monkeypatch):
+    """Of a line at its loosest, and of one at its tightest."""
     search = searching(reciprocal(), trials=20_000)
-    choice = search.runs.as_written((*np.log([0.1e-3, 0.08e-3]), math.log(0.4e-3)))
+    choice = search.runs.as_written(tuple(np.log(halves)))
     proof = search.runs.of(choice, 5)
     known = search.runs.made
-    assert not lines_of(search, proof)[2].free and search.runs.made == known
+    assert not lines_of(search, proof)[line].free and search.runs.made == known
     # and where they cannot tell, one at its other end
     nothing = np.zeros(1), np.ones(1)
     monkeypatch.setattr(Pool, "apart", lambda *choices: nothing)
-    assert not lines_of(search, proof)[2].free
+    assert not lines_of(search, proof)[line].free
     assert len(search.runs.made) == len(known) + 1
 
 

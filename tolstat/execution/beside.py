@@ -90,13 +90,12 @@ def for_the_cost_drawn(search: Searching, points: list[Point]) -> Choice:
         if each.beyond < least and runs.cost(written) <= cost:
             least, best = each.beyond, written
     high = math.log(least)
-    dearer = [e.beyond for e in points if e.cost > cost and e.beyond < least]
+    dearer = [each.beyond for each in points if each.beyond < least]
     low = math.log(max(dearer)) if dearer else high - math.log(FEWER)
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         found = search.cheapest_for(math.exp(middle), best)
-        written = runs.as_written(found.choice) if found else search.tightest
-        if found and runs.cost(written) <= cost:
+        if found and runs.cost(written := runs.as_written(found.choice)) <= cost:
             best, high = written, middle
         else:
             low = middle
