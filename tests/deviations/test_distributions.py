@@ -22,6 +22,7 @@ from tolstat.deviations.distributions.weibull import Weibull
 from tolstat.deviations.measured import Fitted, Measured, fit
 from tolstat.deviations.parts import find_in, names_in
 from tolstat.deviations.samplers.random import Random
+from tolstat.deviations.spread import spread_of
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import DistributionError
 
@@ -191,3 +192,18 @@ def test_distributions_are_found_by_their_file():
     for name in found:
         assert dataclasses.is_dataclass(find_in(distributions, name))
     assert find_in(distributions, "truncated_normal") is TruncatedNormal
+
+
+def test_measured_parts_spread_to_three_sigma_of_a_normal_one():
+    """Nobody gave them a tolerance: its ends lie where those of others do at Cp = 1."""
+    lower, upper, mean, sigma = spread_of(Fitted("normal", 1e-4, 2e-5, 0.5))
+    assert (lower, upper) == pytest.approx((0.4e-4, 1.6e-4), rel=1e-12)
+    assert (mean, sigma) == pytest.approx((1e-4, 2e-5), rel=1e-9)
+    fitted = spread_of(Fitted("lognormal", -9.0, 0.4, 0.5))
+    assert fitted[:2] == pytest.approx(np.exp([-9 - 1.2, -9 + 1.2]), rel=1e-12)
+    about = np.exp(-9 + 0.4**2 / 2)
+    assert fitted.mean == pytest.approx(about, rel=1e-9)
+    assert fitted.sigma == pytest.approx(about * np.sqrt(np.expm1(0.4**2)), rel=1e-9)
+    # of 10 000 parts 13.5 lie beyond on either side
+    parts = np.arange(10_000) * 1e-8
+    assert spread_of(Measured(parts))[:2] == (parts[13], parts[-14])

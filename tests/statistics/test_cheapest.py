@@ -115,6 +115,19 @@ def test_what_lies_beyond_moves_towards_what_keeps():
     assert near == pytest.approx(middle + 0.2, abs=0.002) and near <= middle + 0.2001
 
 
+@pytest.mark.parametrize(("kept", "begin"), [(0.5, 0.9), (0.0, 0.9), (0.25, 0.25)])
+def test_where_no_slope_shows_the_way_begin_middle_or_tightest_may_keep(kept, begin):
+    """Only one of them does; from there as far as it goes towards what was solved."""
+    dial = Dial(lambda x: 9.0 - x, 0.0, 1.0)
+
+    def about(x):
+        return np.array([-1.0 if abs(x[0] - kept) < 0.125 else 1.0])
+
+    found = cheapest([dial], about, (begin,))
+    assert found.choice[0] == pytest.approx(kept + 0.125, abs=1e-3)
+    assert about(found.choice)[0] < 0
+
+
 def test_of_lists_the_search_begins_where_it_keeps(monkeypatch):
     monkeypatch.setattr(module, "MOST_TRIED", 10)
     dials = [Dial(lambda x: 1.0 + x, 4.0, 0.0, 5)] * 4

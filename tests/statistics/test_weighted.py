@@ -72,6 +72,22 @@ def test_where_no_machine_is_left_none_is_said_to_be():
         assert b.value == pytest.approx(1 - a.value)
 
 
+@pytest.mark.parametrize("weights", [Weights(np.ones(N)), HALVED], ids=["one", "own"])
+def test_a_quantile_too_far_out_has_no_end_on_either_side(weights):
+    """Where all trials may lie above it; what is low is high in a mirror."""
+    for share in (0.0005, 0.001, 0.01, 0.4):
+        low = weighted_quantile(Z, weights, share)
+        high = weighted_quantile(-Z, weights, 1 - share)
+        if (1 - share) ** N > 0.025:  # all may lie above it: no interval can be
+            assert low.reason == f"{N} trials are too few with these weights"
+            assert np.isnan(low.lower) and np.isnan(low.upper)
+        else:
+            assert low.lower < low.value < low.upper
+        assert high.reason == low.reason
+        mirrored = (-low.upper, -low.lower)
+        assert high[1:3] == pytest.approx(mirrored, nan_ok=True)
+
+
 def test_failed_trials_weigh_too():
     status = np.where(Z > 0.8, Status.NOT_FINITE, Status.DONE)
     values = np.where(Z > 0.8, np.nan, Z)
