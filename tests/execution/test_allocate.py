@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
-from scipy.stats import chi2, norm
+from scipy.stats import chi2, multivariate_normal, norm
 
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response
@@ -391,6 +391,53 @@ def test_what_is_apart_is_what_closed_forms_say():
     share, other = 2 * ndtr(-LIMIT / np.linalg.norm(SLOPES * sets / 3, axis=1))
     more, error = pool.apart(*(tuple(np.log(T)) for T in sets))
     assert abs(more[0] - (share - other)) < 3 * error[0] < share - other
+
+
+class Chain(Model):
+    """Six parts in one sum."""
+
+    name = "chain"
+    title = "sum of parts"
+
+    def describe(self, settings):
+        names = ("nut", "rod_1", "rod_2", "pin_1", "pin_2", "cap")
+        parts = tuple(Contributor(name, "m", name, "a part") for name in names)
+        return Description(parts, (Response("gap", "m", "g", "the sum"),))
+
+    def evaluate(self, deviations, settings):
+        return Outcome(deviations.sum(axis=1)[:, None])
+
+
+@pytest.mark.parametrize("order", ["nut rod pin cap", "nut pin rod cap"])
+def test_lines_in_a_chain_are_weighted_as_one(order):
+    """Neighbours hang together, so all four do; the rod may join two that are there."""
+    lines = order.split()
+    cost = {"law": "reciprocal", "at": "+-0.1 mm", "price": 1, "loosest": "+-0.1 mm"}
+    given = {
+        "model": "chain", "trials": 8, "seed": 1,
+        "deviations": {n: {"tolerance": "+-0.08 mm", "cost": cost} for n in lines},
+        "correlation": {
+            "nut": {"rod_1": 0.6}, "rod_2": {"pin_1": -0.5}, "pin_2": {"cap": 0.4}
+        },
+        "limits": {"gap": {"limit": "-0.1..0.1 mm", "yield": "98 %"}},
+    }  # fmt: skip
+    study = load(given, model=Chain())
+    loosest = tuple(each.ends[1] for each in study.deviating.priced)
+    run, pool = drawn_with(study, loosest, 7, 300), Pool(study)
+    pool.add(loosest, run)
+    chosen = dict(zip(lines, [0.09e-3, 0.07e-3, 0.08e-3, 0.06e-3], strict=True))
+    parts = [each.name for each in study.description.contributors]
+    T = np.array([chosen[name.split("_")[0]] for name in parts])
+    R = np.eye(6)
+    for i, j, rank in ((0, 1, 0.6), (2, 3, -0.5), (4, 5, 0.4)):
+        R[i, j] = R[j, i] = 2 * math.sin(math.pi * rank / 6)
+    new, old = (
+        multivariate_normal(cov=R * np.outer(sigma, sigma)).pdf(run.deviations)
+        for sigma in (T / 3, np.full(6, 0.1e-3 / 3))
+    )
+    beyond = np.abs(run.response("gap")) > 0.1e-3
+    more, _ = pool.apart(tuple(math.log(chosen[n]) for n in lines), loosest)
+    assert more[0] == pytest.approx(np.mean((new / old - 1) * beyond), rel=1e-9)
 
 
 def searching(given, model=None, trials=2500):
