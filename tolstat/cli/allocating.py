@@ -271,6 +271,6 @@ def _made(found: Allocation) -> str:
         f"{counted[trials]} of {trials} machines" for trials in sorted(counted)
     )
     return (
-        f"made for it: a wide run of {found.wide_run} machines, and "
+        f"made for it: {found.wide_run} machines drawn wide, and "
         f"{len(found.fresh_runs)} fresh runs: {runs}"
     )

@@ -33,6 +33,7 @@ from tolstat.study.size import too_large
 from tolstat.study.study import Source, Study, load
 
 ENOUGH = 50  # machines that would be beyond a limit if as many were as it permits
+LONGER = 32  # times as many trials as these take, where they are worth a longer proof
 
 
 def allocate(
@@ -84,32 +85,38 @@ def allocated(
         raise StudyError(f"trials: a whole number from 1 on is expected, not {trials}")
     strictest = min(study.limits, key=lambda name: -study.limits[name].demanded)
     share = 1 - study.limits[strictest].demanded
-    count = trials or max(study.trials, math.ceil(ENOUGH / share))
-    if wrong := too_large(LONGEST * count, study.description):
+    enough = math.ceil(ENOUGH / share)
+    count = trials or max(study.trials, enough)
+    most = LONGEST * count
+    if wrong := too_large(most, study.description):
         source = study.path or "the study"
         raise StudyError(
             f"{source}: a proof may take {LONGEST} times {count} trials: {wrong}; ask "
             "for fewer (--trials), or demand less of the limits"
         )
-    most = LONGEST * count
+    longest = max(most, LONGER * min(count, enough))
+    if too_large(longest, study.description):
+        longest = most  # an answer does without
     shown = followed(0, most, CONFIDENCE).upper  # with none beyond
     asks = f"{strictest} may have {1e6 * share:.6g} ppm beyond"
     least = grown(count * shown / share)
     if shown > share:
         raise StudyError(
-            f"{study.path or 'the study'}: {asks}, which no proof of {most} machines, "
-            f"{LONGEST} times --trials, can show, though none of them be beyond: ask "
-            f"for {least} trials or more"
+            f"{study.path or 'the study'}: {asks}, which no first proof of {most} "
+            f"machines, {LONGEST} times --trials, can show, though none of them be "
+            f"beyond: ask for {least} trials or more"
         )
     tell = progress or (lambda progress: None)
     takes = (
         f"{asks}: a wide run and several fresh ones have {count} machines each, a "
         f"proof up to {most}"
     )
+    if longest > most:
+        takes += f", or {longest} where the cost is worth it"
     if count > study.trials and not trials:
         takes += f" (--trials for fewer, {least} at least)"
     tell(Progress(0, 0, count, doubt=takes))
-    return _around(Searching(FreshRuns(study, workers, count, tell)))
+    return _around(Searching(FreshRuns(study, workers, count, tell)), longest)
 
 
 def _check(study: Study) -> None:
@@ -144,26 +151,20 @@ def _check(study: Study) -> None:
             ) from None
 
 
-def _around(search: Searching) -> Allocation:
+def _around(search: Searching, longest: int) -> Allocation:
     """Prove the cheapest tolerances, and look around."""
     runs = search.runs
     search.draw_wide()
     proof = search.proved()
+    linear = linear_answers(search)
+    ways = [*([proof.choice] if proof else []), *linear.values()]
+    proof = search.stretched(ways, proof, longest)
     # nothing was chosen by the run of this seed: one that was met is a lucky one
     seed = search.next_seed()
-    linear = linear_answers(search)
-    cheaper = [
-        each
-        for each in linear.values()
-        if proof is None or runs.cost(each) < proof.scheme.cost
-    ]
-    seem = [each for each in cheaper if runs.of(each, seed).met]
-    if seem:
-        proof, seed = search.proved_beside(seem, proof), search.next_seed()
     answer = (
         proof
         or search.at_tightest
-        or runs.of(search.tightest, search.next_seed(), deciding=True)
+        or runs.of(search.tightest, search.next_seed(), most=runs.longest)
     )
     proof = answer if answer.met else None
     found = answer.choice

@@ -100,7 +100,8 @@ class Allocation(NamedTuple):
     notes : tuple of str
         How it was found, what was tried in vain.
     wide_run : int
-        Machines of the wide run.
+        Machines that were drawn to be weighted: of the wide run, and of those about
+        what was scaled.
     fresh_runs : tuple of int
         Machines of each fresh run, in the order in which they were made.
     curve : Chart

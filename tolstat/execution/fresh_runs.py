@@ -68,6 +68,7 @@ class FreshRuns:
     ) -> None:
         self.study, self.workers, self.trials, self.tell = study, workers, trials, tell
         self.priced = study.deviating.priced
+        self.longest = LONGEST * trials
         self._known: dict[tuple[Choice, int], Proof] = {}
 
     @property
@@ -94,9 +95,7 @@ class FreshRuns:
         """Return the choice that a file holds, whose digits are few."""
         return tuple(each.as_drawn for each in self._written(choice).deviating.priced)
 
-    def of(
-        self, choice: Choice, seed: int, *, deciding: bool = False, least: int = 0
-    ) -> Proof:
+    def of(self, choice: Choice, seed: int, *, least: int = 0, most: int = 0) -> Proof:
         """Run some tolerances afresh, but for machines that were run before.
 
         Parameters
@@ -105,13 +104,13 @@ class FreshRuns:
             As it is written.
         seed : int
             Of the run.
-        deciding : bool
-            Whether it is extended while its verdicts are not settled.
         least : int
             Trials that it has at least.
+        most : int
+            Trials to which it is extended while its verdicts are not settled.
         """
         known = self._known.get((choice, seed))
-        count, most = max(self.trials, least), LONGEST * self.trials
+        count = max(self.trials, least)
         run = known.run if known else None
         if run:
             count = max(count, len(run.status))
@@ -128,7 +127,7 @@ class FreshRuns:
             }
             verdicts = {each.verdict for each in yields.values()}
             settled = verdicts == {MET} or NOT_MET in verdicts
-            if settled or not deciding or count >= most:
+            if settled or count >= most:
                 break
             wanted = max(each.needed or most for each in yields.values())
             count = min(max(wanted, math.ceil(GROWTH * count)), most)

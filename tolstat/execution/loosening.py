@@ -8,7 +8,7 @@ import numpy as np
 
 from tolstat.deviations.prices import Priced
 from tolstat.execution.allocation import Line
-from tolstat.execution.fresh_runs import LONGEST, Proof
+from tolstat.execution.fresh_runs import Proof
 from tolstat.execution.pool import beyond_each
 from tolstat.execution.searching import Searching
 from tolstat.statistics.cheapest import Choice
@@ -92,7 +92,7 @@ def costs_no_yield(search: Searching, proof: Proof, line: int) -> bool:
         return False
     runs, limits = search.runs, search.runs.study.limits
     other = runs.as_written(tightest if loose else loosest)
-    for trials in (proof.scheme.trials, LONGEST * runs.trials):
+    for trials in (proof.scheme.trials, runs.longest):
         ends = (choice, other) if loose else (other, choice)
         wide, narrow = (
             beyond_each(limits, runs.of(each, proof.scheme.seed, least=trials).run)

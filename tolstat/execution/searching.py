@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -14,6 +15,7 @@ from tolstat.execution.pool import MISS, Pool, with_choice
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Interrupted
 from tolstat.statistics.cheapest import Cheapest, Choice, Dial, cheapest
+from tolstat.statistics.following import followed
 from tolstat.statistics.yields import MET
 from tolstat.study.document import MOST_SEED
 
@@ -23,6 +25,10 @@ WIDE = (("loosest", 0.5), ("halfway", 0.25), ("tightest", 0.25))  # of the wide 
 MOST_PROVED = 6  # allocations that are proved, the cheaper ones after the first as well
 TIGHTER = 0.95  # of the shares permitted, after each that was not proved
 CHEAPER = 0.005  # than what is proved, that another one is worth its proof
+MOST_STRETCHED = 3  # allocations that are proved by longer runs
+WORTH = 0.01  # of the cost, that is worth one of these
+WIDER, NARROWER = 1.15, 2.0  # times all tolerances: the scales that are looked at
+SCALINGS = 12  # bisections between them
 EVEN = 0.5  # as likely as not: of what is drawn, or proved for itself
 
 
@@ -62,12 +68,7 @@ class Searching:
         loosest = tuple(each.ends[1] for each in self.priced)
         sets = {"loosest": loosest, "halfway": halfway, "tightest": self.tightest}
         for name, share in WIDE:
-            trials = math.ceil(share * self.runs.trials)
-            study = with_choice(self.runs.study, sets[name], self.next_seed(), trials)
-            run = Trials.planned(study.description, study.deviations())
-            self.runs.evaluate(study, run, "wide run")
-            self.pool.add(sets[name], run)
-            self.drawn_wide += trials
+            self._draw(sets[name], math.ceil(share * self.runs.trials))
 
     def proved(self, best: Proof | None = None) -> Proof | None:
         """Search and prove in turn; return the cheapest that is proved.
@@ -93,8 +94,7 @@ class Searching:
             if choice in vain:
                 times *= TIGHTER
                 continue
-            proof = self.runs.of(choice, self.next_seed(), deciding=True)
-            self.pool.add(choice, proof.run)
+            proof = self._run(choice, self.runs.longest)
             start = choice
             if proof.met:
                 best, times = proof, 1.0
@@ -112,24 +112,81 @@ class Searching:
             )
         return best
 
-    def proved_beside(
-        self, choices: Iterable[Choice], best: Proof | None
+    def stretched(
+        self, choices: Iterable[Choice], best: Proof | None, longest: int
     ) -> Proof | None:
-        """Prove tolerances that were not found by weighting, and search on from them.
+        """Scale tolerances in common to what a longer run is likely to show.
+
+        Weights tell little of many tolerances at once where they are all or nothing,
+        and much of one scale about which machines were drawn.
 
         Parameters
         ----------
         choices : iterable of tuple of float
-            Cheaper than the best that is proved.
+            Whose proportions are kept.
         best : Proof, optional
             The best that is proved.
+        longest : int
+            Trials that a proof may take.
+
+        Returns
+        -------
+        Proof or None
+            The cheapest that is proved.
         """
-        for choice in sorted(choices, key=self.runs.cost):
-            proof = self.runs.of(choice, self.next_seed(), deciding=True)
-            self.pool.add(choice, proof.run)
+
+        def worth(choice: Choice) -> bool:
+            return not best or self.runs.cost(choice) < (1 - WORTH) * best.scheme.cost
+
+        wide = {each: self._scaled(each, WIDER) for each in choices}
+        ways = [each for each, wider in wide.items() if worth(wider)]
+        for way in ways:
+            self._draw(wide[way], self.runs.trials)
+        aimed = np.array([_aimed(longest, each) for each in self.permitted])
+        for _ in range(MOST_STRETCHED):
+            self.runs.tell(Progress(0, 0, 0, "common scale"))
+            scaled = [self._along(way, aimed) for way in ways]
+            choice = min(filter(None, scaled), key=self.runs.cost, default=None)
+            if choice is None or not worth(choice):
+                break
+            proof = self._run(choice, longest)
             if proof.met:
-                return self.proved(proof)
+                best = proof
+            else:
+                self._note_vain(proof)
         return best
+
+    def _along(self, way: Choice, shares: Array) -> Choice | None:
+        """Scale tolerances until shares beyond are these, as likely as not."""
+        excess = self._excess(slice(None, -1), shares, EVEN)
+        tight, loose, found = 1 / NARROWER, WIDER, None
+        for _ in range(SCALINGS):
+            scale = math.sqrt(tight * loose)
+            choice = self.runs.as_written(self._scaled(way, scale))
+            if np.all(excess(choice) <= 0):
+                tight, found = scale, choice
+            else:
+                loose = scale
+        return found
+
+    def _scaled(self, choice: Choice, scale: float) -> Choice:
+        """Scale tolerances that are not of a list, as far as they may be."""
+        return tuple(
+            min(max(x + math.log(scale), each.ends[0]), each.ends[1]) if each.law else x
+            for each, x in zip(self.priced, choice, strict=True)
+        )
+
+    def _run(self, choice: Choice, longest: int) -> Proof:
+        proof = self.runs.of(choice, self.next_seed(), most=longest)
+        self.pool.add(choice, proof.run)
+        return proof
+
+    def _draw(self, choice: Choice, trials: int) -> None:
+        study = with_choice(self.runs.study, choice, self.next_seed(), trials)
+        run = Trials.planned(study.description, study.deviations())
+        self.runs.evaluate(study, run, "wide run")
+        self.pool.add(choice, run)
+        self.drawn_wide += trials
 
     def above(self, shares: Array) -> Callable[[Choice], Array]:
         """Return how far shares beyond each limit may be above some: a logarithm.
@@ -175,3 +232,13 @@ class Searching:
             f"found for {proof.scheme.cost:.4g}, and not shown by a fresh run of "
             f"{proof.scheme.trials} machines ({said}); searched again"
         )
+
+
+def _aimed(trials: int, permitted: float) -> float:
+    """Return the share beyond that so many trials are likely to show permitted.
+
+    One standard error below the most that they can.
+    """
+    counts = range(math.ceil(permitted * trials))
+    few = bisect_left(counts, True, key=lambda n: followed(n, trials).upper > permitted)
+    return max(few - 1 - math.sqrt(few), 0.5) / trials
