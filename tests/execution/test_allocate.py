@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
 import math
 import re
 import tomllib
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -26,7 +28,7 @@ from tolstat.execution.elsewhere import crew_of
 from tolstat.execution.fresh_runs import GROWTH, FreshRuns
 from tolstat.execution.linear_schemes import LinearSchemes
 from tolstat.execution.loosening import active, lines_of
-from tolstat.execution.pool import Pool, with_choice
+from tolstat.execution.pool import Pool, beyond_each, with_choice
 from tolstat.execution.searching import Searching, _aimed
 from tolstat.execution.trials import Trials
 from tolstat.model.checked import simulate
@@ -334,7 +336,8 @@ def pool_of(study, trials):
     for seed, share in enumerate((1.0, 0.5, 0.0)):
         priced = study.deviating.priced
         choice = tuple(e.ends[0] + share * (e.ends[1] - e.ends[0]) for e in priced)
-        pool.add(choice, drawn_with(study, choice, seed, trials))
+        run = drawn_with(study, choice, seed, trials)
+        pool.add(choice, seed, beyond_each(study.limits, run))
     return pool
 
 
@@ -366,7 +369,7 @@ def test_without_weights_the_upper_end_is_that_of_a_count():
     study = load(reciprocal(), model=Linear())
     choice = tuple(each.as_drawn for each in study.deviating.priced)
     run, pool = drawn_with(study, choice, 7, 3000), Pool(study)
-    pool.add(choice, run)
+    pool.add(choice, 7, beyond_each(study.limits, run))
     count = int(np.sum(np.abs(run.response("gap")) > LIMIT))
     for miss in (0.025, 0.5):
         upper = chi2.ppf(1 - miss, 2 * (count + 1)) / 2 / 3000  # of Poisson's law
@@ -374,12 +377,12 @@ def test_without_weights_the_upper_end_is_that_of_a_count():
 
 
 def test_where_none_is_beyond_the_next_may_be_one_of_the_usual_weight():
-    """Of those beyond no limit only every third is looked at, and counts thrice."""
+    """Of those beyond no limit one in 29 is kept, and counts 29 times."""
     given = reciprocal(limits={"gap": "-9..9 mm", "any": "-0.1..0.1 mm"})
     study = load(given, model=Two())
     loosest = tuple(each.ends[1] for each in study.deviating.priced)
     run, pool = drawn_with(study, loosest, 7, 30_000), Pool(study)
-    pool.add(loosest, run)
+    pool.add(loosest, 7, beyond_each(study.limits, run))
     T = np.array([0.3e-3, 0.2e-3, 0.35e-3])
     old = norm.pdf(run.deviations, scale=0.4e-3 / 3)
     weights = (norm.pdf(run.deviations, scale=T / 3) / old).prod(axis=1) / 30_000
@@ -428,7 +431,7 @@ def test_lines_in_a_chain_are_weighted_as_one(order):
     study = load(given, model=Chain())
     loosest = tuple(each.ends[1] for each in study.deviating.priced)
     run, pool = drawn_with(study, loosest, 7, 300), Pool(study)
-    pool.add(loosest, run)
+    pool.add(loosest, 7, beyond_each(study.limits, run))
     chosen = dict(zip(lines, [0.09e-3, 0.07e-3, 0.08e-3, 0.06e-3], strict=True))
     parts = [each.name for each in study.description.contributors]
     T = np.array([chosen[name.split("_")[0]] for name in parts])
@@ -462,6 +465,7 @@ class Here:
         return False
 
     def blocks(self, model, cases, deviations):
+        self.latest = deviations
         for case in cases:
             rows = slice(case.first, case.stop)
             self.machines += case.stop - case.first
@@ -473,12 +477,22 @@ def test_as_drawn_is_what_the_study_draws():
     given["deviations"]["link_1"]["tolerance"] = "0.1..0.18009 mm"
     given["deviations"]["link_3"]["tolerance"] = "+-0.12349 mm"
     search = searching(given)
-    run = search.runs.of(search.drawn, 8).run
-    study = load(given | {"trials": 2500}, model=Linear(), seed=8)
-    assert np.array_equal(run.deviations, study.deviations())
-    assert search.runs.as_written(search.drawn) == search.drawn
     scheme = search.runs.of(search.drawn, 8).scheme
+    study = load(given | {"trials": 2500}, model=Linear(), seed=8)
+    assert np.array_equal(search.runs.workers.latest, study.deviations())
+    assert search.runs.as_written(search.drawn) == search.drawn
     assert scheme.tolerances["link_1"] == "0.1..0.18009 mm"
+
+
+def test_machines_of_the_pool_are_those_that_were_judged():
+    """They are drawn again; a run that grew is drawn as long as it is."""
+    search = searching(reciprocal(), trials=500)
+    near = search.runs.as_written(tuple(np.log(0.9 * closed_form()[1])))
+    proof = search.stretched([near], search.proved(), 16_000)
+    assert len(proof.status) > 2000
+    for _, _, deviations, beyond, _ in search.pool._drawn:
+        gap = np.transpose([*deviations.values()]) @ SLOPES
+        assert np.array_equal(np.abs(gap) > LIMIT, beyond[0])
 
 
 def test_a_line_as_drawn_stays_as_it_is_written():
@@ -523,14 +537,40 @@ def test_what_was_run_once_is_remembered_and_counted():
     short = runs.of(near, 8)
     assert short.yields["gap"].verdict == "undecided"
     longer = runs.of(near, 8, most=10_000)
-    assert runs.made == (2500, 2500, len(longer.run.status))
+    assert runs.made == (2500, 2500, len(longer.status))
     assert 2500 < runs.made[2] <= 10_000
-    assert np.array_equal(longer.run.response("gap")[:2500], short.run.response("gap"))
+    assert np.array_equal(longer.beyond[:, :2500], short.beyond)
     assert runs.of(near, 8) == longer
     # not in steps of a quarter: as many as are said to decide
-    assert len(longer.run.status) >= min(short.yields["gap"].needed, 10_000)
+    assert len(longer.status) >= min(short.yields["gap"].needed, 10_000)
     assert short.yields["gap"].needed > GROWTH * 2500
     assert runs.workers.machines - wide == sum(runs.made)
+
+
+def test_of_machines_that_were_run_little_is_kept():
+    """Six runs, and in memory less than a tenth of what one of them answered."""
+
+    class Many(Linear):
+        def describe(self, settings):
+            links, _ = super().describe(settings)
+            names = ["gap", *(f"gap_{i}" for i in range(39))]
+            return Description(links, tuple(Response(n, "m", n, "a") for n in names))
+
+        def evaluate(self, deviations, settings):
+            (gap,) = super().evaluate(deviations, settings).responses.T
+            return Outcome(np.repeat(gap[:, None], 40, axis=1))
+
+    search = searching(reciprocal(), Many(), trials=20_000)
+    tracemalloc.start()
+    for seed in range(10, 16):
+        proof = search.runs.of(search.tightest, seed)
+        search.pool.add(search.tightest, seed, proof.beyond)
+    gc.collect()
+    kept, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    latest = search.runs.workers.latest.nbytes  # what evaluates here remembers it
+    assert search.pool.trials == 7 * 20_000
+    assert kept - latest < 0.1 * 20_000 * 40 * 8
 
 
 def test_what_a_run_does_not_show_is_made_tighter_until_one_does(monkeypatch):
@@ -588,7 +628,7 @@ def test_what_costs_no_yield_is_told_from_what_does(seed):
         (math.log(0.2e-3), math.log(0.07e-3), math.log(0.4e-3))
     )
     proof = search.runs.of(choice, seed)
-    search.pool.add(choice, proof.run)
+    search.pool.add(choice, seed, proof.beyond)
     lines = lines_of(search, proof)
     assert [line.at_loosest for line in lines] == [False, False, True]
     assert [line.free for line in lines] == [False, False, True]
@@ -606,7 +646,7 @@ def test_none_of_few_machines_is_no_proof_that_a_width_costs_nothing():
     search = searching(reciprocal(), Idle(), trials=200)
     proof = search.runs.of(choice, 5)
     assert not lines_of(search, proof)[2].free
-    assert len(search.runs.of(choice, 5).run.status) == 800
+    assert len(search.runs.of(choice, 5).status) == 800
     # where as many may prove it as by default, it is proved
     search = searching(reciprocal(), Idle(), trials=2500)
     assert lines_of(search, search.runs.of(choice, 5))[2].free
@@ -640,7 +680,7 @@ def test_what_moves_few_machines_is_found_by_the_same_draws():
     choice = search.runs.as_written(
         (math.log(0.2e-3), math.log(0.072e-3), math.log(0.4e-3))
     )
-    search.pool.add(choice, search.runs.of(choice, 5).run)
+    search.pool.add(choice, 5, search.runs.of(choice, 5).beyond)
     free = lines_of(search, search.runs.of(choice, 5))[2].free
     slopes, ends = np.array([1.0, -2.0, 0.1]), (0.03e-3, 0.4e-3)
     shares = [

@@ -6,11 +6,16 @@ import math
 import tomllib
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from tolstat.execution.allocation import Scheme
 from tolstat.execution.carrying_out import Progress, Telling
+from tolstat.execution.pool import beyond_each
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Interrupted, Workers
 from tolstat.statistics.cheapest import Choice
+from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.yields import MET, NOT_MET, Yield, joint_yield, yield_of
 from tolstat.study.points import Case
@@ -18,6 +23,9 @@ from tolstat.study.prices import tolerance_words, with_tolerances
 from tolstat.study.study import Study, load
 from tolstat.units.scale import KNOWN
 
+Bools = NDArray[np.bool_]
+
+WITHIN = (0.0, 0.0)  # of a number that is 1 beyond a limit
 LONGEST = 4  # times as many trials as a fresh run begins with
 GROWTH = 1.25  # of a run whose verdicts are not settled, at least
 
@@ -33,14 +41,17 @@ class Proof(NamedTuple):
         What they cost, and how many machines they put beyond.
     yields : dict of str to Yield
         Of each limit.
-    run : Trials
-        The machines.
+    beyond : bool[limit, trial]
+        Which machines are beyond each limit, or failed.
+    status : uint8[trial]
+        Of the machines.
     """
 
     choice: Choice
     scheme: Scheme
     yields: dict[str, Yield]
-    run: Trials
+    beyond: Bools
+    status: NDArray[np.uint8]
 
     @property
     def met(self) -> bool:
@@ -109,21 +120,22 @@ class FreshRuns:
         most : int
             Trials to which it is extended while its verdicts are not settled.
         """
-        known = self._known.get((choice, seed))
-        count = max(self.trials, least)
-        run = known.run if known else None
-        if run:
-            count = max(count, len(run.status))
+        known, limits = self._known.get((choice, seed)), self.study.limits
+        beyond = known.beyond if known else np.zeros((len(limits), 0), np.bool_)
+        status = known.status if known else np.zeros(0, np.uint8)
+        count = max(self.trials, least, len(status))
         answer = self._written(choice)
         while True:
-            if run is None or len(run.status) < count:
-                run = self._run(answer, seed, count, run)
-            sample = Sample(run.status)
+            if len(status) < count:
+                run = self._run(answer, seed, len(status), count)
+                beyond = np.hstack([beyond, beyond_each(limits, run)])
+                status = np.hstack([status, run.status])
+            sample = Sample(status)
+            # of what machines answer no more is kept: 1 beyond the limit, 0 within
+            told = dict(zip(limits, beyond.astype(np.float64), strict=True))
             yields = {
-                name: yield_of(
-                    run.response(name), sample, each.permitted, each.demanded
-                )
-                for name, each in self.study.limits.items()
+                name: yield_of(told[name], sample, WITHIN, each.demanded)
+                for name, each in limits.items()
             }
             verdicts = {each.verdict for each in yields.values()}
             settled = verdicts == {MET} or NOT_MET in verdicts
@@ -131,50 +143,45 @@ class FreshRuns:
                 break
             wanted = max(each.needed or most for each in yields.values())
             count = min(max(wanted, math.ceil(GROWTH * count)), most)
-        proof = Proof(choice, self._scheme(choice, run, sample, yields, seed), yields,
-                      run)  # fmt: skip
+        joint = joint_yield(told, sample, dict.fromkeys(limits, WITHIN))
+        scheme = self._scheme(choice, yields, joint.complement, count, seed)
+        proof = Proof(choice, scheme, yields, beyond, status)
         self._known[choice, seed] = proof
         return proof
 
     def evaluate(self, study: Study, run: Trials, doing: str) -> None:
-        """Evaluate the machines of a run that are not over."""
-        cases = [Case(run.over, len(run.status), study.settings)]
+        """Evaluate the machines of a run."""
         asked = len(run.status)
+        cases = [Case(0, asked, study.settings)]
         for blocks in self.workers.blocks(study.model, cases, run.deviations):
             run.take(blocks)
             self.tell(Progress(run.over, run.failed, asked, doing))
         if run.over < asked:
             raise Interrupted
 
-    def _run(
-        self, answer: Study, seed: int, count: int, before: Trials | None
-    ) -> Trials:
-        """Run a study with random machines; those of a shorter run are kept."""
-        study = answer.at_random(seed, count)
-        run = Trials.planned(study.description, study.deviations())
-        if before:
-            run.keep(before)
+    def _run(self, answer: Study, seed: int, first: int, stop: int) -> Trials:
+        """Run some of the random machines of a study."""
+        study = answer.at_random(seed, stop)
+        run = Trials.planned(study.description, study.deviations()[first:])
         self.evaluate(study, run, "fresh run")
         return run
 
     def _scheme(
         self,
         choice: Choice,
-        run: Trials,
-        sample: Sample,
         yields: dict[str, Yield],
+        beyond_any: Estimate,
+        trials: int,
         seed: int,
     ) -> Scheme:
-        ends = {name: each.permitted for name, each in self.study.limits.items()}
-        joint = joint_yield({name: run.response(name) for name in ends}, sample, ends)
         pairs = zip(self.priced, choice, strict=True)
         return Scheme(
             self.cost(choice),
             self._words(choice),
             {each.name: _typed(each.half(x)) for each, x in pairs},
             {name: each.beyond for name, each in yields.items()},
-            joint.complement,
-            len(run.status),
+            beyond_any,
+            trials,
             seed,
         )
 

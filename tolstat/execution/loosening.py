@@ -9,7 +9,6 @@ import numpy as np
 from tolstat.deviations.prices import Priced
 from tolstat.execution.allocation import Line
 from tolstat.execution.fresh_runs import Proof
-from tolstat.execution.pool import beyond_each
 from tolstat.execution.searching import Searching
 from tolstat.statistics.cheapest import Choice
 from tolstat.statistics.proportions import proportion
@@ -90,13 +89,12 @@ def costs_no_yield(search: Searching, proof: Proof, line: int) -> bool:
     more, error = search.pool.apart(loosest, tightest)
     if np.any(more - CLEAR * error > little):
         return False
-    runs, limits = search.runs, search.runs.study.limits
+    runs = search.runs
     other = runs.as_written(tightest if loose else loosest)
     for trials in (proof.scheme.trials, runs.longest):
         ends = (choice, other) if loose else (other, choice)
         wide, narrow = (
-            beyond_each(limits, runs.of(each, proof.scheme.seed, least=trials).run)
-            for each in ends
+            runs.of(each, proof.scheme.seed, least=trials).beyond for each in ends
         )
         both = min(wide.shape[1], narrow.shape[1])  # one may have grown before
         lost = np.count_nonzero(wide[:, :both] & ~narrow[:, :both], axis=1)

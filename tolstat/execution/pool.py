@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 MISS = 0.025  # with which a share may be above the upper end of its interval
-OTHERS = 8192  # machines within all limits that the search looks at
+OTHERS = 1024  # machines of a run within all limits that the search looks at
 NODES, TOLERANCES = 2049, 100  # between which weights are interpolated
 KEPT = 12  # weights of a block that are not computed anew
 
@@ -43,11 +43,13 @@ def beyond_each(limits: Mapping[str, Limit], trials: Trials) -> Bools:
 
 
 class _Drawn(NamedTuple):
-    """Machines drawn with one set of tolerances."""
+    """Machines drawn with one set of tolerances: of those within all limits some."""
 
     choice: Choice
+    trials: int  # how many were drawn
     deviations: Mapping[str, Array]
-    beyond: Bools  # [limit, trial]
+    beyond: Bools  # [limit, machine]
+    times: Array  # how many each stands for
 
 
 class Pool:
@@ -67,34 +69,40 @@ class Pool:
 
     def __init__(self, study: Study) -> None:
         self.study = study
-        self.limits: dict[str, Limit] = study.limits
         self._drawn: list[_Drawn] = []
         self._telling: _Rows | None = None
 
-    def add(self, choice: Choice, trials: Trials) -> None:
-        """Take machines that were drawn with the tolerances of a choice; all are over.
+    def add(self, choice: Choice, seed: int, beyond: Bools) -> None:
+        """Take machines that were drawn with the tolerances of a choice.
 
         Parameters
         ----------
         choice : tuple of float
             One of each line that has a cost.
-        trials : Trials
-            With what they answered; failed ones are beyond every limit.
+        seed : int
+            Of their deviations, which are drawn again: nobody need have kept them.
+        beyond : bool[limit, trial]
+            Which of them are beyond each limit, or failed.
         """
-        names = [each.name for each in self.study.description.contributors]
+        study = with_choice(self.study, choice, seed, beyond.shape[1])
+        names = [each.name for each in study.description.contributors]
+        drawn, trials = study.deviations(), beyond.shape[1]
+        telling, step = np.asarray(beyond.any(axis=0)), max(trials // OTHERS, 1)
+        kept = telling.copy()
+        kept[::step] = True
         deviating = {
-            name: trials.deviations[:, names.index(name)]
-            for name, each in self.study.deviating.distributions.items()
+            name: drawn[kept, names.index(name)]
+            for name, each in study.deviating.distributions.items()
             if not isinstance(each, Constant)
         }
-        beyond = beyond_each(self.limits, trials)
-        self._drawn.append(_Drawn(choice, deviating, beyond))
+        times = np.where(telling, 1.0, float(step))[kept]
+        self._drawn.append(_Drawn(choice, trials, deviating, beyond[:, kept], times))
         self._telling = None
 
     @property
     def trials(self) -> int:
         """How many machines there are."""
-        return sum(each.beyond.shape[1] for each in self._drawn)
+        return sum(each.trials for each in self._drawn)
 
     def most(self, choice: Choice, miss: float = MISS) -> Array:
         """Return what the shares beyond hardly exceed: float64[limit + 1], any last.
@@ -143,21 +151,14 @@ class Pool:
 
 
 class _Rows:
-    """Machines of a pool: those beyond a limit, some others, and their weights."""
+    """Machines of a pool and their weights."""
 
     def __init__(self, study: Study, drawn: Sequence[_Drawn]) -> None:
-        self.beyond = np.concatenate([each.beyond for each in drawn], axis=1)
-        trials = self.beyond.shape[1]
-        step = max(trials // OTHERS, 1)
-        telling = np.asarray(self.beyond.any(axis=0))
-        chosen = telling.copy()
-        chosen[::step] = True
-        self.beyond = self.beyond[:, chosen]
-        self.every = (*self.beyond, self.beyond.any(axis=0))
-        # how many each stands for: of the others only some are looked at
-        self.times = np.where(telling, 1.0, float(step))[chosen]
+        beyond = np.hstack([each.beyond for each in drawn])
+        self.every = (*beyond, beyond.any(axis=0))
+        self.times = np.hstack([each.times for each in drawn])
         deviations = {
-            name: np.concatenate([each.deviations[name] for each in drawn])[chosen]
+            name: np.hstack([each.deviations[name] for each in drawn])
             for name in drawn[0].deviations
         }
         self.priced = study.deviating.priced
@@ -178,9 +179,10 @@ class _Rows:
             if block.alone and self.priced[line].law
         }
         self._known: dict[tuple[int, ...], dict[Choice, Array]] = {}
-        self._mixture = np.zeros(int(chosen.sum()))
+        self._mixture = np.zeros(len(self.times))
+        trials = sum(each.trials for each in drawn)
         for each in drawn:
-            share = each.beyond.shape[1] / trials
+            share = each.trials / trials
             self._mixture += share * self._over_loosest(each.choice)
 
     def weights(self, choice: Choice) -> Array:
@@ -190,7 +192,7 @@ class _Rows:
 
     def _over_loosest(self, choice: Choice) -> Array:
         """Return the density with a choice over that of the loosest one."""
-        found = np.ones(len(self.beyond[0]))
+        found = np.ones(len(self.times))
         for block in self._blocks:
             known = self._known.setdefault(block.lines, {})
             own = tuple(choice[i] for i in block.lines)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tolstat.execution.carrying_out import Progress
 from tolstat.execution.fresh_runs import FreshRuns, Proof
-from tolstat.execution.pool import MISS, Pool, with_choice
+from tolstat.execution.pool import MISS, Pool, beyond_each, with_choice
 from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Interrupted
 from tolstat.statistics.cheapest import Cheapest, Choice, Dial, cheapest
@@ -178,14 +178,15 @@ class Searching:
 
     def _run(self, choice: Choice, longest: int) -> Proof:
         proof = self.runs.of(choice, self.next_seed(), most=longest)
-        self.pool.add(choice, proof.run)
+        self.pool.add(choice, proof.scheme.seed, proof.beyond)
         return proof
 
     def _draw(self, choice: Choice, trials: int) -> None:
-        study = with_choice(self.runs.study, choice, self.next_seed(), trials)
+        seed = self.next_seed()
+        study = with_choice(self.runs.study, choice, seed, trials)
         run = Trials.planned(study.description, study.deviations())
         self.runs.evaluate(study, run, "wide run")
-        self.pool.add(choice, run)
+        self.pool.add(choice, seed, beyond_each(study.limits, run))
         self.drawn_wide += trials
 
     def above(self, shares: Array) -> Callable[[Choice], Array]:

@@ -63,12 +63,6 @@ class Trials:
         self.over = int(np.count_nonzero(self.status))
         self.failed = int(np.count_nonzero(self.status > Status.DONE))
 
-    def keep(self, before: Trials) -> None:
-        """Keep what fewer trials with the same draws answered."""
-        n = len(before.status)
-        self.status[:n], self.responses[:n] = before.status, before.responses
-        self.over, self.failed = before.over, before.failed
-
     def first(self, trials: int) -> Trials:
         """Return the first trials, all of which are over."""
         return Trials(
