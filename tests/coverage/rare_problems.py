@@ -189,6 +189,25 @@ def _kinds(parts, share):
     return RareProblem(_normal(parts), lambda x: end - x.max(axis=1), share)
 
 
+def _ends(parts, share):
+    """Beyond is whatever part is at either end: twice as many kinds, all alike."""
+    end = norm.isf(-np.expm1(np.log1p(-share) / parts) / 2)
+    return RareProblem(_normal(parts), lambda x: end - np.abs(x).max(axis=1), share)
+
+
+def _corner_beside(parts, corner, share, of_corner):
+    """One part at its end, or several others at once, far from any such end."""
+    end = norm.isf(share * (1 - of_corner))
+    at = norm.isf((share * of_corner) ** (1 / corner))
+
+    def margin(x):
+        together = x[:, 1 : 1 + corner].min(axis=1)
+        return np.minimum(end - x[:, 0], at - together)
+
+    p, q = share * (1 - of_corner), share * of_corner
+    return RareProblem(_normal(parts), margin, p + q - p * q)
+
+
 def _hidden(parts, share):
     """Two regions of which the smaller does not show before it is reached."""
     one, other = norm.isf(share * 10 / 11), norm.isf(share / 11)
@@ -253,6 +272,13 @@ MAKE = {
     "two regions, 1e-6": lambda: _two_regions(2, 1e-6),
     "two regions of ten parts, 1e-6": lambda: _two_regions(10, 1e-6),
     "five kinds alike, 1.7e-5": lambda: _kinds(5, 1.7e-5),
+    "eight kinds alike, 1e-6": lambda: _kinds(8, 1e-6),
+    "ten kinds alike, 1e-6": lambda: _ends(5, 1e-6),
+    "corner of four beside, 7e-5": lambda: _corner_beside(5, 4, 7.4e-5, 0.57),
+    "corner of four of ten beside, 7e-5": lambda: _corner_beside(10, 4, 7.4e-5, 0.57),
+    "corner of four beside, 1e-6": lambda: _corner_beside(5, 4, 1e-6, 0.5),
+    "small corner of three beside, 1e-6": lambda: _corner_beside(10, 3, 1e-6, 0.1),
+    "corner of six beside, 1e-5": lambda: _corner_beside(10, 6, 1e-5, 0.5),
     "hidden region, 1e-6": lambda: _hidden(2, 1e-6),
     "hidden region of five parts, 1e-6": lambda: _hidden(5, 1e-6),
     "bent away, 1e-6": lambda: _bent(4.5, 0.5),
@@ -308,9 +334,9 @@ def intervals(name, rng, n):
 
 
 SIZE = 20_000
-JOBS = [(name, SIZE, intervals, 400) for name in RARE_PROBLEMS]
+STUDIES = 100
+JOBS = [(name, SIZE, intervals, STUDIES) for name in RARE_PROBLEMS]
 JOBS += [
-    ("four branches", 5000, intervals, 400),
-    ("five kinds alike, 1.7e-5", 5000, intervals, 400),
-    ("two regions of ten parts, 1e-6", 8000, intervals, 400),
+    ("four branches", 5000, intervals, STUDIES),
+    ("two regions of ten parts, 1e-6", 8000, intervals, STUDIES),
 ]

@@ -282,6 +282,6 @@ def test_a_rare_study_says_with_how_many_trials_it_loses_no_kind(tmp_path):
     (doubt,) = load(path).doubts
     assert "lost among 10 deviations with 5000 trials" in doubt
     trials = int(re.search(r"trials = (\d+) or more", doubt)[1])
-    assert 5000 < trials <= 8000
+    assert 5000 < trials <= 13_000
     assert load(path, trials=trials).doubts == ()
     assert load(path, trials=trials - 1).doubts

@@ -99,7 +99,9 @@ def allocated(
         longest = most  # an answer does without
     shown = followed(0, most, CONFIDENCE).upper  # with none beyond
     asks = f"{strictest} may have {1e6 * share:.6g} ppm beyond"
-    least = grown(count * shown / share)
+    least = 1
+    while (open_to := followed(0, LONGEST * least, CONFIDENCE).upper) > share:
+        least = grown(least * open_to / share)
     if shown > share:
         raise StudyError(
             f"{study.path or 'the study'}: {asks}, which no first proof of {most} "

@@ -129,7 +129,7 @@ def check_trials(trials: int, sampling: str, deviating: Deviations) -> str:
         return "nothing deviates: no machine is rare; give [deviations]"
     if sampling == RARE and trials < LEAST_RARE:
         return (
-            f'sampling = "rare" needs {LEAST_RARE} trials or more: half of them are to '
+            f'sampling = "rare" needs {LEAST_RARE} trials or more: 3 of 5 are to '
             "find the machines beyond; 20000 are plenty"
         )
     group = sampler_of(sampling).group(varying)

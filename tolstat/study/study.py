@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tolstat import catalogue
 from tolstat.deviations.draw import draw, draw_in_stages, factors, in_order
 from tolstat.deviations.samplers import Sampler
-from tolstat.deviations.samplers.rare import Stage
+from tolstat.deviations.stage import Stage
 from tolstat.errors import ModelError, StudyError, TolstatError
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, impossible

@@ -4,60 +4,47 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Mapping
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
 
 from tolstat.deviations.mixture import Mixture, centred, fitted
-from tolstat.deviations.streams import random_bits, unit_samples_of
+from tolstat.deviations.nearing import STEPS, nearing
+from tolstat.deviations.stage import (
+    Stage,
+    normal_scores,
+    stage_of,
+    unit_samples,
+)
 
 Array = NDArray[np.float64]
 
 SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
-FIRST, EACH, SEEKING = 8, 40, 2  # parts of the trials: first stage, a later one, all
+FIRST, STEP, EACH, SEEKING = 0.1, 0.02, 0.02, 0.6  # of the trials: see `Rare`
 LEAST = 30  # machines beyond; with fewer, those nearest to the limit lead on
 WORTH, FOR_EACH = 30, 12  # independent points that a fit rests on, for each direction
 MOST_OF_STAGE = 3 / 8  # points that a fit rests on, per trial of a stage
-STAGES, FOR_STAGE = 7, 2  # that find their way; directions for each, of many
+STAGES = 7  # that find their way
 TWICE = 4  # stages at the spread of the study itself, before the last
 POINTS = 400  # that a fit is made to
+MENDED, MEND = 10, 0.02  # parts that the last fits are mended with, share of each
 PLAIN, WIDE = 0.1, 0.05  # shares of the last stage: as the study, twice as wide
-LEAST_UNIT = 2.0**-53
-
-
-class Stage(NamedTuple):
-    """Trials that are drawn at once.
-
-    Attributes
-    ----------
-    unit : float64[trial, stream]
-        Independent unit samples of machines.
-    spread : float64[trial]
-        Times the spread of the study that was aimed at.
-    distance : float64[trial]
-        From the middle machine, in normal scores: the likelier the nearer.
-    weight : float64[trial]
-        Density of each as the study has it over that as it was drawn; NaN where
-        machines were only sought.
-    """
-
-    unit: Array
-    spread: Array
-    distance: Array
-    weight: Array
+NEAR, NEAR_LAST = 0.2, 0.1  # shares of where the response leads: of a stage, the last
 
 
 class Rare:
     """Importance sampling from a mixture that earlier stages have found.
 
-    In the space of independent normal scores. The first stage draws with 1.5 to 4 times
-    the spread, so that whatever lies within some ten sigmas in a few directions is met
-    whatever the response does before. Each further stage draws from a mixture of
-    normal distributions, fitted to the machines beyond of all stages, weighted as with
-    a spread that becomes less until it is that of the study. The last stage, half of
-    the trials at least, is drawn from the last fit, with a tenth as the study has it
+    In the space of independent normal scores. There are two ways to the limit, for
+    what one of them loses the other finds. The first stage, a tenth of the trials, has
+    1.5 to 4 times the spread, so that whatever lies within some ten sigmas in a few
+    directions is met whatever the response does before. And where the response leads
+    is found by `nearing`, step by step of a fiftieth. Each further stage draws from a
+    mixture of normal distributions, fitted to the machines beyond of the first and the
+    further stages, weighted as with a spread that becomes less until it is that of the
+    study, with a fifth from where the response led. The last stage, two fifths of
+    the trials at least, is drawn from the last fit, mended where few points have much
+    of the share, with a tenth from where the response led, a tenth as the study has it
     and a twentieth twice as wide: independent trials with weights, and only these tell
     the share. Where hardly any machine is beyond, those nearest to the limit lead on.
 
@@ -71,8 +58,8 @@ class Rare:
     mixture, Structural Safety 42 (2013) 35-44. J.-M. Cornuet et al., Adaptive multiple
     importance sampling, Scand. J. Statist. 39 (2012) 798-812. K. Breitung, The geometry
     of limit state function graphs and subset simulation: counterexamples, Reliability
-    Engineering and System Safety 182 (2019) 98-106: why it is not the response that
-    leads to the machines beyond, where it can be helped.
+    Engineering and System Safety 182 (2019) 98-106: why the response alone must not
+    lead to the machines beyond.
     """
 
     replicates = 0
@@ -104,25 +91,30 @@ class Rare:
         """
         seeking = _Seeking(seed, streams)
         mixture = centred(SPREADS, len(streams))
-        yield from seeking.stage(mixture, trials // FIRST, 0.0)
-        at_one, each = 0, stage_of(trials, len(streams))
-        while seeking.trials + each <= trials // SEEKING:
+        yield from seeking.stage(mixture, round(FIRST * trials), 0.0)
+        near, used = yield from nearing(seed, streams, round(STEP * trials))
+        left = trials - used
+        at_one, each = 0, trials_of_stage(trials, len(streams))
+        while left - seeking.trials - each >= (1 - SEEKING) * trials:
             mixture, spread = seeking.fit(each)
             at_one += spread == 1
             if at_one > TWICE:
                 break
             wide = centred(np.array([max(spread, SPREADS[0])]), len(streams))
+            if near:
+                mixture = mixture.beside(NEAR, near)
             yield from seeking.stage(mixture.beside(PLAIN, wide), each, spread)
         plain, wide = (centred(np.array([s]), len(streams)) for s in (1.0, 2.0))
-        if seeking.any_beyond:
-            mixture, _ = seeking.fit(each)
+        found = seeking.fit(each)[0] if seeking.any_beyond else near
+        if found:
+            mixture = found.beside(NEAR_LAST, near) if near else found
             mixture = mixture.beside(WIDE, wide).beside(PLAIN, plain)
         else:
             mixture = plain
-        yield from seeking.stage(mixture, trials - seeking.trials, 1.0, last=True)
+        yield from seeking.stage(mixture, left - seeking.trials, 1.0, last=True)
 
 
-def stage_of(trials: int, directions: int) -> int:
+def trials_of_stage(trials: int, directions: int) -> int:
     """Return how many trials a stage has: as many as a fit wants, if they are enough.
 
     Parameters
@@ -133,7 +125,7 @@ def stage_of(trials: int, directions: int) -> int:
         That deviate independently.
     """
     enough = trials >= safe_trials(directions)
-    return max(trials // EACH, _whole_stage(directions) if enough else 0)
+    return max(round(EACH * trials), _whole_stage(directions) if enough else 0)
 
 
 def safe_trials(directions: int) -> int:
@@ -141,8 +133,8 @@ def safe_trials(directions: int) -> int:
 
     With fewer, of several kinds of machines beyond a smaller one may be lost.
     """
-    whole, many = _whole_stage(directions), max(STAGES, directions // FOR_STAGE)
-    return min(EACH * whole, math.ceil(many * whole / (1 / SEEKING - 1 / FIRST)))
+    left = SEEKING - FIRST - STEPS * STEP
+    return math.ceil(STAGES * _whole_stage(directions) / left)
 
 
 def _whole_stage(directions: int) -> int:
@@ -178,22 +170,16 @@ class _Seeking:
     ) -> Generator[Stage, Array, None]:
         """Draw a stage, and keep what is answered."""
         purpose = f"rare {len(self.counts)}"
-        which = unit_samples_of(random_bits(self.seed, "stage", trials, purpose))
-        scores = np.empty((trials, len(self.streams)))
-        for column, name in enumerate(self.streams):
-            bits = random_bits(self.seed, name, trials, purpose)
-            scores[:, column] = ndtri(unit_samples_of(bits))
+        which = unit_samples(self.seed, "parts", trials, f"of {purpose}")
+        scores = normal_scores(self.seed, self.streams, trials, purpose)
         points = mixture.points(which, scores)
         squares = np.einsum("ni,ni->n", points, points)
-        weight = np.full(trials, np.nan)
+        weight: Array | float = np.nan
         if last:
             weight = np.exp(_log_normal(squares, 1.0, points.shape[1])
                             - mixture.log_density(points))  # fmt: skip
-        unit = np.clip(np.asarray(ndtr(points)), LEAST_UNIT, 1 - LEAST_UNIT)
-        spreads = np.full(trials, spread)
-        if not self.counts:
-            spreads = SPREADS[mixture.parts(which)]
-        margins = yield Stage(unit, spreads, np.sqrt(squares), weight)
+        spreads = spread if self.counts else SPREADS[mixture.parts(which)]
+        margins = yield stage_of(points, spreads, weight)
         if last:
             return  # nothing is fitted any more
         self.logs = [
@@ -237,7 +223,26 @@ class _Seeking:
         at = (np.arange(POINTS) + 0.5) / POINTS * sums[-1]
         chosen = points[np.searchsorted(sums, at)]
         spread = float(spreads[place])
-        return fitted(chosen, float(effective[place]), spread), spread
+        found = fitted(chosen, float(effective[place]), spread)
+        if spread == 1:
+            found = _mended(found, points, weights[place])
+        return found, spread
+
+
+def _mended(mixture: Mixture, points: Array, weights: Array) -> Mixture:
+    """Put parts where weights would scatter most: at kinds that a fit lost.
+
+    By places where the share hangs on few points: A. E. Raftery, L. Bao, Biometrics 66
+    (2010) 1162-1173.
+    """
+    directions = points.shape[1]
+    squares = np.einsum("ni,ni->n", points, points)
+    aimed = np.log(weights + 1e-300) + _log_normal(squares, 1.0, directions)
+    for _ in range(MENDED):
+        place = (aimed - mixture.log_density(points)).argmax()
+        one = centred(np.array([1.0]), directions)._replace(means=points[[place]])
+        mixture = mixture.beside(MEND, one)
+    return mixture
 
 
 def _log_normal(squares: Array, spread: float, directions: int) -> Array:

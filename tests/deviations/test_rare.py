@@ -1,0 +1,113 @@
+"""Rare machines: two ways to a limit, and mixtures that keep the smaller kind."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.special import ndtri
+from scipy.stats import norm
+
+from tests.coverage.rare_problems import RARE_PROBLEMS, RareProblem, sought
+from tolstat.deviations.distributions.normal import Normal
+from tolstat.deviations.mixture import fitted
+from tolstat.deviations.nearing import nearing
+from tolstat.deviations.samplers.rare import Rare
+from tolstat.deviations.tolerance import Tolerance
+from tolstat.statistics.rare import rare_share
+
+STREAMS = {f"x{i}": i for i in range(6)}
+EACH = 400
+
+
+def led(margin):
+    """Return the stages that a response leads through, and where it leads."""
+    course, stages = nearing(1, STREAMS, EACH), []
+    stage = next(course)
+    while True:
+        stages.append(stage)
+        try:
+            stage = course.send(margin(ndtri(stage.unit)))
+        except StopIteration as end:
+            return stages, end.value
+
+
+def test_a_response_leads_to_a_corner_of_several_parts():
+    """That spread hides: of twice the spread one machine in 7000 lies there."""
+    end = norm.isf(1e-6 ** (1 / 6))
+    stages, (mixture, trials) = led(lambda x: end - x.min(axis=1))
+    assert trials == EACH * len(stages) == sum(len(each.unit) for each in stages)
+    # a quarter at each step: 1e-6 after ten or some more, and the last one moves
+    assert 10 <= len(stages) <= 14
+    beyond = ndtri(stages[-1].unit).min(axis=1) > end
+    assert np.mean(beyond) > 0.05
+    rng = np.random.default_rng(1)
+    points = mixture.points(rng.random(4000), rng.normal(size=(4000, 6)))
+    assert np.mean(points.min(axis=1) > end) > 0.01
+
+
+def test_machines_that_are_led_are_as_the_study_has_them():
+    """Moved and kept within a level they are normal beyond it, and as before beside."""
+    drawn = []
+
+    def margin(x):
+        drawn.append(x)
+        return 4.0 - x[:, 0]
+
+    led(margin)
+    x = drawn[1]  # moved from the quarter of the largest
+    assert np.abs(x[:, 1:].mean(axis=0)).max() < 4 / np.sqrt(EACH / 4)
+    assert x[:, 1:].std() == pytest.approx(1, abs=0.1)
+
+
+def test_a_flat_response_leads_nowhere():
+    stages, (mixture, trials) = led(lambda x: np.ones(len(x)))
+    assert mixture is None and len(stages) == 2 and trials == 2 * EACH
+
+
+def test_a_smaller_kind_keeps_a_part_of_its_own_in_many_directions():
+    """One of twelve lie in a corner, farther from each other than from the others."""
+    rng = np.random.default_rng(1)
+    points = 1.5 * rng.normal(size=(360, 10))
+    points[:330, 0] = 4.8 + rng.exponential(0.5, 330)
+    points[330:, 1:4] = 2.6 + rng.exponential(0.6, (30, 3))
+    found = fitted(points, 300.0, 1.5)
+    drawn = found.points(rng.random(9000), rng.normal(size=(9000, 10)))
+    assert np.mean(drawn[:, 1:4].min(axis=1) > 2.6) > 0.05
+
+
+def test_a_corner_beside_a_part_at_its_end_is_not_lost():
+    """By spread alone it was in one study of three, and the share told half."""
+    problem = RARE_PROBLEMS["corner of four beside, 1e-6"]()
+    for seed in (1, 2, 3):
+        margins, weights = sought(problem, seed, 20_000)
+        found = rare_share(margins < 0, weights)
+        assert found.lower < problem.share < found.upper < 1.2 * problem.share
+
+
+def test_no_name_of_a_part_meddles_with_what_is_drawn_beside_it():
+    """A part called as a stream of the sampler's own had scores that chose its kind."""
+    share, end = 1e-5, norm.isf(0.5e-5)
+    for name in ("stage", "parts", "moves"):
+        problem = RareProblem(
+            {name: Normal(Tolerance(-3.0, 3.0)), "other": Normal(Tolerance(-3.0, 3.0))},
+            lambda x: end - np.abs(x[:, 0]),
+            share,
+        )
+        margins, weights = sought(problem, 1, 5000)
+        found = rare_share(margins < 0, weights)
+        assert found.lower < share < found.upper < 1.2 * share
+
+
+@pytest.mark.parametrize("trials", [5000, 20_000, 33_333])
+def test_all_trials_are_drawn_and_two_fifths_tell(trials):
+    course = Rare().stages(1, STREAMS, trials)
+    sizes, stage = [], next(course)
+    while True:
+        sizes.append(len(stage.unit))
+        told = np.isfinite(stage.weight)
+        try:
+            stage = course.send(3.0 - ndtri(stage.unit)[:, 0])
+        except StopIteration:
+            break
+        assert not told.any()
+    assert sum(sizes) == trials and told.all() and sizes[-1] >= 0.4 * trials
