@@ -203,7 +203,7 @@ def test_the_command_line_tells_and_delivers(stack):
     assert shown.exit_code == 0, shown.output
     assert "ppm beyond" in shown.output and "<= 0.18 mm" in shown.output
     assert "nothing was simulated" in shown.output
-    assert "at one look" in shown.output
+    assert "for a single look" in shown.output
     table = 'part_1={ tolerance = "+-0.03 mm", cp = 1.3 }'
     found = json.loads(stack("what-if", table, "--json").output)
     assert found["what_if"]["deviations"]["part_1"]["what_if"].endswith("cp 1.3")

@@ -170,6 +170,25 @@ def test_it_is_no_sample(run, tmp_path):
     assert beyond == pytest.approx(rare_findings(run).beyond.value, rel=1e-12)
 
 
+def test_a_search_that_did_not_end_is_said_beside_its_wide_interval(tmp_path):
+    """Twelve parts that must be far out at once: few points carry the share."""
+    links = [f"L{i}" for i in range(12)]
+    study = {
+        "model": "dimension_chain", "trials": 5000, "seed": 1, "sampling": "rare",
+        "settings": {
+            "gap": f"min(min({', '.join(links[:6])}), min({', '.join(links[6:])}))"
+        },
+        "links": {n: {"nominal": "1 mm", "tolerance": "+-0.3 mm"} for n in links},
+        "limits": {"gap": "<= 1.05 mm"},
+    }  # fmt: skip
+    found = rare_findings(tolstat.run(study, output=tmp_path / "run.h5"))
+    note = found.trials.notes[0]
+    assert "are worth only" in note and "more trials, or another seed" in note
+    share = norm.sf(0.5) ** 12
+    assert found.beyond.lower < share < found.beyond.upper
+    assert found.beyond.upper > 10 * share
+
+
 def test_failed_machines_are_beyond(toy, tmp_path):
     """A part longer than 0.9 mm cannot be mounted; no other is near the limit."""
     study = {

@@ -25,7 +25,8 @@ from tolstat.reporting.summary_table import (
 from tolstat.statistics.capability import by_share
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limit import Limit, within
-from tolstat.statistics.rare import plain_trials, rare_share, unmet
+from tolstat.statistics.rare import ENOUGH, plain_trials, rare_share, unmet
+from tolstat.statistics.weights import effective_number
 from tolstat.statistics.yields import NOT_MET, verdict
 from tolstat.status import Status
 from tolstat.store.layout import DISTANCE, SPREAD, STAGE, WEIGHT
@@ -218,7 +219,7 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
             unmet(weights[last]) if last.any() else math.nan,
             run.sampling,
             sampled.promise,
-            tuple(notes_of(run, None)),
+            (*_worth(weights[last & beyond]), *notes_of(run, None)),
         ),
         int(np.count_nonzero(beyond[last])),
         name,
@@ -242,6 +243,18 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
         {each: run.scales[each] for each in run.assumed},
         provenance_of(run, sampled),
     )
+
+
+def _worth(weights: NDArray[np.float64]) -> list[str]:
+    """Say why an interval is so wide, of the weights of the machines beyond."""
+    worth = effective_number(weights)
+    if not 0 < worth < ENOUGH:
+        return []
+    return [
+        f"the machines beyond are worth only {worth} independent ones, fewer than "
+        f"{ENOUGH}: the search did not come to its end, and the interval is as wide as "
+        "that of a few hundred plain trials; more trials, or another seed, may end it"
+    ]
 
 
 def _stage(
