@@ -107,6 +107,22 @@ def centred(spreads: Array, directions: int) -> Mixture:
     return Mixture(np.full(n, 1 / n), np.zeros((n, directions)), roots)
 
 
+def log_normal(squares: Array, spread: float, directions: int) -> Array:
+    """Return the logarithm of the density of a normal distribution alike all round.
+
+    Parameters
+    ----------
+    squares : float64[...]
+        Squared distances from its mean.
+    spread : float
+        Its standard deviation.
+    directions : int
+        How many.
+    """
+    logs = -0.5 * squares / spread**2 - directions * np.log(spread)
+    return np.asarray(logs - 0.5 * directions * np.log(2 * np.pi), np.float64)
+
+
 def fitted(points: Array, effective: float, spread: float) -> Mixture:
     """Fit a mixture to points, by expectation and maximisation.
 
@@ -152,8 +168,7 @@ def _one_more(points: Array, mixture: Mixture, spread: float) -> Array:
     near = np.argpartition(squares, few, axis=1)[:, :few]
     means = points[near].mean(axis=1)
     squares = ((means[:, None, :] - points) ** 2).sum(axis=2)
-    own = -0.5 * squares / spread**2 - directions * np.log(spread)
-    own += np.log(FEW) - 0.5 * directions * np.log(2 * np.pi)
+    own = np.log(FEW) + log_normal(squares, spread, directions)
     log = np.log1p(-FEW) + mixture.log_density(points)
     most = np.logaddexp(log, own).sum(axis=1).argmax()
     best = centred(np.array([spread]), directions)._replace(means=means[[most]])

@@ -8,7 +8,7 @@ from collections.abc import Generator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations.mixture import Mixture, centred, fitted
+from tolstat.deviations.mixture import Mixture, centred, fitted, log_normal
 from tolstat.deviations.nearing import STEPS, nearing
 from tolstat.deviations.stage import (
     Stage,
@@ -176,7 +176,7 @@ class _Seeking:
         squares = np.einsum("ni,ni->n", points, points)
         weight: Array | float = np.nan
         if last:
-            weight = np.exp(_log_normal(squares, 1.0, points.shape[1])
+            weight = np.exp(log_normal(squares, 1.0, points.shape[1])
                             - mixture.log_density(points))  # fmt: skip
         spreads = spread if self.counts else SPREADS[mixture.parts(which)]
         margins = yield stage_of(points, spreads, weight)
@@ -208,7 +208,7 @@ class _Seeking:
         squares = np.einsum("ni,ni->n", points, points)
         spreads = np.geomspace(1.0, SPREADS[-1], 60)
         weights = np.array(
-            [_log_normal(squares, s, points.shape[1]) - drawn for s in spreads]
+            [log_normal(squares, s, points.shape[1]) - drawn for s in spreads]
         )
         weights = np.exp(weights - weights.max(axis=1, keepdims=True))
         effective = weights.sum(axis=1) ** 2 / np.sum(weights**2, axis=1)
@@ -237,15 +237,9 @@ def _mended(mixture: Mixture, points: Array, weights: Array) -> Mixture:
     """
     directions = points.shape[1]
     squares = np.einsum("ni,ni->n", points, points)
-    aimed = np.log(weights + 1e-300) + _log_normal(squares, 1.0, directions)
+    aimed = np.log(weights + 1e-300) + log_normal(squares, 1.0, directions)
     for _ in range(MENDED):
         place = (aimed - mixture.log_density(points)).argmax()
         one = centred(np.array([1.0]), directions)._replace(means=points[[place]])
         mixture = mixture.beside(MEND, one)
     return mixture
-
-
-def _log_normal(squares: Array, spread: float, directions: int) -> Array:
-    """Return the logarithm of a centred normal density, at squared distances."""
-    logs = -0.5 * squares / spread**2 - directions * np.log(spread)
-    return np.asarray(logs - 0.5 * directions * np.log(2 * np.pi), np.float64)
