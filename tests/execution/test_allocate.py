@@ -89,7 +89,7 @@ def closed_form():
 
 def test_a_linear_stack_costs_what_lagrange_says(monkeypatch):
     monkeypatch.setattr(beside, "CURVE", np.array([0.5, 2.0]))  # less to be searched
-    found = tolstat.allocate(reciprocal(), trials=30_000, model=Linear())
+    found = tolstat.allocate(reciprocal(), model=Linear())
     cost, halves = closed_form()
     assert found.met and cost < found.cost < 1.02 * cost
     assert np.allclose([*found.tolerances.values()], halves, rtol=0.1)
@@ -209,7 +209,7 @@ def shares_known(monkeypatch):
         sigma = np.linalg.norm(SLOPES * np.exp(choice) / 3)
         return np.full(2, 2 * float(ndtr(-LIMIT / sigma)))
 
-    monkeypatch.setattr(Pool, "most", lambda pool, choice, miss=0.0: known(choice))
+    monkeypatch.setattr(Pool, "most", lambda pool, choice, *_, **__: known(choice))
     return known
 
 
@@ -574,11 +574,11 @@ def test_of_machines_that_were_run_little_is_kept():
 
 
 def test_what_a_run_does_not_show_is_made_tighter_until_one_does(monkeypatch):
-    """Weights that promise a fifth less than is so: only fresh runs tell."""
+    """Weights that promise a seventh less than is so: only fresh runs tell."""
 
-    def promised(pool, choice, miss=0.0):
+    def promised(pool, choice, miss=0.0, **exact):
         sigma = np.linalg.norm(SLOPES * np.exp(choice) / 3)
-        return np.full(2, 0.8 * 2 * float(ndtr(-LIMIT / sigma)))
+        return np.full(2, 0.86 * 2 * float(ndtr(-LIMIT / sigma)))
 
     monkeypatch.setattr(Pool, "most", promised)
     search = searching(reciprocal(), trials=40_000)
@@ -588,7 +588,7 @@ def test_what_a_run_does_not_show_is_made_tighter_until_one_does(monkeypatch):
     # each for a twentieth less beyond than the one before
     cost, _ = closed_form()
     expected = [
-        cost * ndtri(0.01 * 0.95**i / 0.8) / ndtri(0.01) for i in range(len(tried) + 1)
+        cost * ndtri(0.01 * 0.95**i / 0.86) / ndtri(0.01) for i in range(len(tried) + 1)
     ]
     assert [*tried, proof.scheme.cost] == pytest.approx(expected, rel=1e-2)
     assert 3 <= len(tried) < 6 and cost < proof.scheme.cost < 1.03 * cost
@@ -603,7 +603,7 @@ def test_of_a_list_what_was_tried_in_vain_is_not_tried_again(monkeypatch):
     given["limits"]["gap"]["limit"] = f"{-1e3 * end}..{1e3 * end} mm"
     halves = (0.2e-3, 0.1e-3, 0.05e-3)
 
-    def promised(pool, choice, miss=0.0):
+    def promised(pool, choice, miss=0.0, **exact):
         return np.full(2, 0.8 * 2 * float(ndtr(-end / (halves[int(choice[0])] / 3))))
 
     monkeypatch.setattr(Pool, "most", promised)
@@ -866,19 +866,21 @@ def test_proportions_are_kept_and_scaled_where_weights_do_not_show_the_way(
 def test_five_uniform_links_cost_what_the_tail_of_their_sum_says(monkeypatch):
     """Of five from -1 to 1 the sum is above 5 - 2 x with a chance of x^5 / 120.
 
-    By weights alone, all or nothing: 8 % above the optimum.
+    By weights alone, all or nothing, 8 % above the optimum; scaled with weights that a
+    table has, whose steps are coarse where tolerances may differ sixtyfold, 5 %.
     """
     monkeypatch.setattr(beside, "CURVE", np.array([0.5, 2.0]))  # less to be searched
     given = uniform()
     link = given["links"]["A"] | {"tolerance": "+-0.1 mm"}
+    link["cost"] = link["cost"] | {"tightest": "+-0.01 mm", "loosest": "+-0.6 mm"}
     given["links"] = dict.fromkeys("ABCDE", link)
     given["settings"]["gap"] = "A + B + C + D + E"
     given["limits"]["gap"]["limit"] = "49.75..50.25 mm"
     found = tolstat.allocate(given)
     T = 0.25 / (5 - 2 * (120 * 0.01) ** 0.2)
     least = 5 * 10 * 0.1 / T
-    assert found.met and least < found.cost < 1.04 * least
-    assert max(found.fresh_runs) <= 80_000
+    assert found.met and least < found.cost < 1.02 * least
+    assert max(found.fresh_runs) <= 640_000
 
 
 def test_a_longer_run_proves_what_is_cheaper_where_that_is_worth_it():

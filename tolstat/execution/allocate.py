@@ -34,6 +34,7 @@ from tolstat.study.study import Source, Study, load
 
 ENOUGH = 50  # machines that would be beyond a limit if as many were as it permits
 LONGER = 32  # times as many trials as these take, where they are worth a longer proof
+QUICK, MANY = 256, 2_000_000  # the same where nothing is integrated, and at most
 
 
 def allocate(
@@ -94,7 +95,10 @@ def allocated(
             f"{source}: a proof may take {LONGEST} times {count} trials: {wrong}; ask "
             "for fewer (--trials), or demand less of the limits"
         )
-    longest = max(most, LONGER * min(count, enough))
+    longest = LONGER * min(count, enough)
+    if not study.model.integrates:
+        longest = max(longest, min(QUICK * min(count, enough), MANY))
+    longest = max(most, longest)
     if too_large(longest, study.description):
         longest = most  # an answer does without
     shown = followed(0, most, CONFIDENCE).upper  # with none beyond

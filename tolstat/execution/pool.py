@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -104,7 +104,7 @@ class Pool:
         """How many machines there are."""
         return sum(each.trials for each in self._drawn)
 
-    def most(self, choice: Choice, miss: float = MISS) -> Array:
+    def most(self, choice: Choice, miss: float = MISS, *, exact: bool = False) -> Array:
         """Return what the shares beyond hardly exceed: float64[limit + 1], any last.
 
         The upper end of `weighted_share`, but that the next machine beyond is one of
@@ -117,9 +117,11 @@ class Pool:
             One of each line that has a cost.
         miss : float
             With which a share may be larger; 0.5: as likely as not.
+        exact : bool
+            Whether weights are computed, which takes longer, and not interpolated.
         """
         rows = self._rows()
-        weights = rows.weights(choice) / self.trials
+        weights = (rows.exact if exact else rows.weights)(choice) / self.trials
         counted = weights * rows.times
         usual = float((counted * weights).sum() / counted.sum())
         ends = []
@@ -179,16 +181,34 @@ class _Rows:
             if block.alone and self.priced[line].law
         }
         self._known: dict[tuple[int, ...], dict[Choice, Array]] = {}
-        self._mixture = np.zeros(len(self.times))
         trials = sum(each.trials for each in drawn)
-        for each in drawn:
-            share = each.trials / trials
-            self._mixture += share * self._over_loosest(each.choice)
+        self._drawn = [(each.choice, each.trials / trials) for each in drawn]
+        self._mixture = self._mixed(self._over_loosest)
+        self._exactly: Array | None = None
 
     def weights(self, choice: Choice) -> Array:
         """Return the density of each with a choice over that of the pool."""
         found: Array = self._over_loosest(choice) / self._mixture
         return found
+
+    def exact(self, choice: Choice) -> Array:
+        """Return the same, without tables, which blur the end of a zone."""
+        if self._exactly is None:
+            self._exactly = self._mixed(self._computed)
+        found: Array = self._computed(choice) / self._exactly
+        return found
+
+    def _mixed(self, over_loosest: Callable[[Choice], Array]) -> Array:
+        found = np.zeros(len(self.times))
+        for choice, share in self._drawn:
+            found += share * over_loosest(choice)
+        return found
+
+    def _computed(self, choice: Choice) -> Array:
+        new: dict[str, Distribution] = {}
+        for each, chosen in zip(self.priced, choice, strict=True):
+            new.update(each.distributions(chosen))
+        return self._weighting.weights(new)
 
     def _over_loosest(self, choice: Choice) -> Array:
         """Return the density with a choice over that of the loosest one."""
@@ -217,7 +237,7 @@ class _Table:
     """Weights of parts of one tolerance that hang together with nothing.
 
     Between deviations and tolerances for which they are known, of both so many that
-    they are right to half a hundredth.
+    they are right to half a hundredth, but at the end of a zone.
     """
 
     def __init__(self, line: Priced, deviations: Mapping[str, Array]) -> None:

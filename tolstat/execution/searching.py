@@ -158,7 +158,7 @@ class Searching:
 
     def _along(self, way: Choice, shares: Array) -> Choice | None:
         """Scale tolerances until shares beyond are these, as likely as not."""
-        excess = self._excess(slice(None, -1), shares, EVEN)
+        excess = self._excess(slice(None, -1), shares, EVEN, exact=True)
         tight, loose, found = 1 / NARROWER, WIDER, None
         for _ in range(SCALINGS):
             scale = math.sqrt(tight * loose)
@@ -209,12 +209,12 @@ class Searching:
         return float(self.pool.most(choice, EVEN)[-1])
 
     def _excess(
-        self, of: slice, shares: Array, miss: float
+        self, of: slice, shares: Array, miss: float, *, exact: bool = False
     ) -> Callable[[Choice], Array]:
         def excess(choice: Choice) -> Array:
             if self.runs.workers.stopping():
                 raise Interrupted
-            return np.log(self.pool.most(choice, miss)[of] / shares)
+            return np.log(self.pool.most(choice, miss, exact=exact)[of] / shares)
 
         return excess
 
