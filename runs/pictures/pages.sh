@@ -13,6 +13,6 @@ shoot() { # page, picture, height
         --window-size="1180,$3" --screenshot="pictures/$2" "file://$PWD/$1" 2>/dev/null
 }
 
-shoot khpt75.html report.png 1030
+shoot khpt75.html report.png 1070
 shoot khpt75-equalized.html report-equalized.png 920
 shoot comparison.html comparison.png 1000

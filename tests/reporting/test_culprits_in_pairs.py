@@ -134,3 +134,87 @@ def test_where_the_gain_of_all_cannot_be_told_that_of_some_is(run):
         assert f"too few); with that of {' and that of '.join(parts)} halved" in first
     (driver, *_) = sentences_of(found)
     assert driver.instead == {}
+
+
+def first_page(run, found, **changes):
+    """What the first page says where findings of the gap are others."""
+    of = replace(found.responses["gap"], **changes)
+    said = replace(found, responses={**found.responses, "gap": of})
+    page = make_page(run, said, pictures_of(run, said)).split("</section>")[0]
+    return re.sub(r"\s+", " ", re.sub("<[^>]*>", "", page))
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "told"),
+    [(900e-6, 950e-6, True), (900e-6, 1e-3, False), (0.0, 1.5e-3, False),
+     (1e-3, 21e-3, False), (21e-3, 30e-3, True)],
+)  # fmt: skip
+def test_a_gain_is_claimed_only_where_the_intervals_lie_apart(run, lower, upper, told):
+    found = findings_of(run)
+    response = found.responses["gap"]
+    now = Estimate(10e-3, 1e-3, 20e-3)
+    yields = response.limited.yields._replace(beyond=now)
+    (pair,) = response.culprits.pairs
+    then = Estimate(lower, lower, upper)
+    first = first_page(
+        run, found,
+        limited=response.limited._replace(yields=yields),
+        culprits=response.culprits._replace(pairs=(pair._replace(halved=then),)),
+    )  # fmt: skip
+    assert first.count("of a million are beyond gap, ") == 1
+    assert ("of a million are beyond gap, not 10000." in first) == told
+    vague = "gap, now 10000 (1000 .. 20000): these intervals do not tell them apart."
+    assert (vague in first) != told
+
+
+def with_gains(response, single, parts=(2e-3, 3e-3), both=1e-3, far=9e-3):
+    """Culprits of whom halving leaves shares beyond: of the pair 2000, 3000, 1000."""
+    found = response.culprits
+    (pair,), (kind,) = found.pairs, response.members
+
+    def left(each, share):
+        return each._replace(halved=Estimate(share, share / 2, 2 * share))
+
+    every = {name: left(each, far) for name, each in found.contributors.items()}
+    for name, share in zip(pair.together.members, parts, strict=True):
+        every[name] = left(every[name], share)
+    kinds = {kind: left(found.kinds[kind], far)}
+    for name, share in single.items():
+        of = kinds if name == kind else every
+        of[name] = left(of[name], share)
+    return found._replace(contributors=every, kinds=kinds, pairs=(left(pair, both),))
+
+
+def test_a_single_tolerance_that_gains_more_is_not_hidden_by_the_pair(run):
+    found = findings_of(run)
+    response = found.responses["gap"]
+    (kind,) = response.members
+    (pair,) = response.culprits.pairs
+    (other,) = set(response.members[kind]) - set(pair.together.members)
+    yields = response.limited.yields._replace(beyond=Estimate(0.02, 0.01, 0.03))
+    limited = response.limited._replace(yields=yields)
+
+    def said(**gains):
+        return first_page(
+            run, found, limited=limited, culprits=with_gains(response, **gains)
+        )
+
+    clause = "; of single tolerances that of "
+    end = "gains most in these trials: with it halved "
+    first = said(single={other: 1.5e-3})
+    assert f"{clause}{other} {end}1500 (800 .. 3000) of a million are beyond" in first
+    first = said(single={kind: 0.6e-3})
+    assert f"{clause}{kind} (2 parts) {end}600 (300 .. 1200) of a million" in first
+    silent = (
+        {"single": {}},  # others gain less than either of the pair
+        {"single": {other: 2.5e-3}},
+        {"single": {kind: 1.5e-3}},  # several parts gain less than both
+        {"single": {other: 6e-3}, "parts": (7e-3, 8e-3)},  # not told from now
+        {"single": {other: 1e-3}, "parts": (2e-3, np.nan)},  # that of one is not known
+        {"single": {other: np.nan}},
+    )
+    for gains in silent:
+        assert clause not in said(**gains), gains
+    few = response.limited.yields._replace(beyond=Estimate(1e-4, 5e-5, 2e-4))
+    limited = limited._replace(yields=few)
+    assert clause not in said(single={other: 1.5e-3})  # nothing gains

@@ -675,7 +675,8 @@ def test_the_first_page_names_culprits_and_what_halving_them_gains(report):
     beyond = report.found["responses"]["jam_share"]["culprits"]["beyond"]
     assert f"of the {beyond} machines beyond jam_share, either alone in" in rods
     halved = re.findall(
-        r"halved (\S+) \(\S+ \.\. \S+\) of a million .*? not (\d+)", rods
+        r"halved (\S+) \(\S+ \.\. \S+\) of a million are beyond jam_share, now (\d+)",
+        rods,
     )
     assert len(halved) == 1
     known = report.found["responses"]["jam_share"]

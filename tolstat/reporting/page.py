@@ -17,7 +17,7 @@ from tolstat.reporting import response_pictures as pictures
 from tolstat.reporting.drawn import drawn_trials
 from tolstat.reporting.findings import Culprit, Findings, ResponseFindings, leading_of
 from tolstat.reporting.plain import key_words, share_words
-from tolstat.reporting.sentences import sentences_of, worst_first
+from tolstat.reporting.sentences import sentences_of, told_apart, worst_first
 from tolstat.reporting.sketch import sketch
 from tolstat.statistics.contributions import Contributions
 from tolstat.statistics.estimate import Estimate
@@ -209,6 +209,7 @@ def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
         title=found.title,
         limited=[name for name, each in found.responses.items() if each.limited],
         sentences=sentences_of(found),
+        told_apart=told_apart,
         leading=leading_response(found),
         sheet=_css_string(" · ".join(filter(None, _sheet(found)))),
         shares=QUANTILES,

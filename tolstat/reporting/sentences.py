@@ -41,6 +41,9 @@ class Driver(NamedTuple):
     instead : dict of str to (tuple of str, path)
         By response, where what halving gains cannot be told: of which parts of it it
         can, and where that stands.
+    single : dict of str to (str, tuple of str, path)
+        By response, of a pair: the single tolerance that gains more, the parts that it
+        stands for if it is of a kind, and where that stands.
     """
 
     name: str
@@ -48,6 +51,7 @@ class Driver(NamedTuple):
     pair: bool
     limits: list[tuple[str, Path]]
     instead: dict[str, tuple[tuple[str, ...], Path]]
+    single: dict[str, tuple[str, tuple[str, ...], Path]]
 
 
 class Within(NamedTuple):
@@ -126,10 +130,15 @@ def sentences_of(found: Findings) -> list[Driver | Within | Spread]:
             kind = "kinds" if who in culprits.kinds else "contributors"
             culprit = getattr(culprits, kind)[who]
             path += [kind, who]
-        driver = drivers.setdefault(who, Driver(who, parts, bool(pair), [], {}))
+        driver = drivers.setdefault(who, Driver(who, parts, bool(pair), [], {}, {}))
         driver.limits.append((name, path))
         if not culprit.halved.sure and (gain := _gain_of_some(culprits, parts)):
             driver.instead[name] = gain[0], ["responses", name, "culprits", *gain[1]]
+        if pair and (single := _single_that_gains_more(each, pair)):
+            of, which = single
+            parts = each.members.get(which, ()) if of == "kinds" else ()
+            where: Path = ["responses", name, "culprits", of, which]
+            driver.single[name] = which, parts, where
     told = {name for driver in drivers.values() for name, _ in driver.limits}
     none = [name for name in ordered if not _beyond(found.responses[name])]
     said: list[Driver | Within | Spread] = [*drivers.values()]
@@ -159,6 +168,45 @@ def _gain_of_some(
         if part in parts and culprits.contributors[part].halved.sure:
             return (part,), ["contributors", part]
     return None
+
+
+def told_apart(one: Estimate, other: Estimate) -> bool:
+    """Tell whether one share is known to be another than the other.
+
+    Only where their intervals lie wholly apart: each end errs in 2.5 % of all runs, so
+    that one of the two that face each other does in 5 % at most, however they err
+    together. Of the difference itself, as the trials are the same, an interval would be
+    narrower; none was measured to cover.
+    """
+    return one.upper < other.lower or other.upper < one.lower
+
+
+def _single_that_gains_more(
+    each: ResponseFindings, pair: PairCulprit
+) -> tuple[str, str] | None:
+    """Name the one tolerance whose halving leaves fewest beyond, beside a named pair.
+
+    A contributor is held against either of the pair, a kind of part, which is several,
+    against both at once. None where none gains more, or its gain is not known.
+    """
+    assert each.culprits and each.limited
+    contributors = each.culprits.contributors
+    either = [contributors[name].halved for name in pair.together.members]
+    if not all(halved.sure for halved in (*either, pair.halved)):
+        return None
+    least = min(halved.value for halved in either)
+    both = min(least, pair.halved.value)
+    more, now = {}, each.limited.yields.beyond
+    for of, culprits, most in (
+        ("contributors", contributors, least),
+        ("kinds", each.culprits.kinds, both),
+    ):
+        for name, culprit in culprits.items():
+            halved = culprit.halved
+            known = halved.upper < now.lower  # that it gains at all: see `told_apart`
+            if known and halved.value < most:
+                more[of, name] = halved.value
+    return min(more, key=lambda place: more[place], default=None)
 
 
 def _beyond(each: ResponseFindings) -> int:
