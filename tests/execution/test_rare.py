@@ -5,13 +5,16 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import re
 import shutil
+import tomllib
 
 import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.special import ndtr
 from scipy.stats import norm
 
 import tolstat
@@ -22,7 +25,9 @@ from tolstat.cli.main import main
 from tolstat.errors import PictureError, StudyError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers import Workers
+from tolstat.reporting.likeliest import normal_score
 from tolstat.reporting.rare import rare_findings, rare_table
+from tolstat.store.plan import SCORES, Assumed
 from tolstat.study.study import load
 
 CHAIN = """\
@@ -90,9 +95,13 @@ def test_a_share_of_one_in_a_million_is_told(run):
     scores = deviations / [0.1, 0.4 / 3]
     assert scores @ [-0.1, 0.4 / 3] / SIGMA == pytest.approx(DISTANCE, rel=0.02)
     assert [first.off[name] for name in "AB"] == pytest.approx(scores)
+    assert [first.scores[name] for name in "AB"] == pytest.approx(scores, abs=1e-3)
     assert first.leading == ["B", "A"]
-    assert first._replace(off={"A": -3.0, "B": 1.4}).leading == ["A"]
-    words = f"B +{scores[1]:.3f} sigmas ({deviations[1]:.4f} mm), A {scores[0]:.3f}"
+    assert first._replace(scores={"A": -3.0, "B": 1.4}).leading == ["A"]
+    words = (
+        f"B {deviations[1]:.4f} mm (+{scores[1]:.3f} sigmas), "
+        f"A {deviations[0]:.4f} mm ({scores[0]:.3f} sigmas)"
+    )
     assert words in " ".join(rare_table(run).notes)
     assert tolstat.replay(run, first.trial).differences == ()
     # of a plain run: width over its root
@@ -100,6 +109,54 @@ def test_a_share_of_one_in_a_million_is_told(run):
     expected = (2 * norm.isf(0.025) / relative) ** 2 / found.beyond.value
     assert found.plain_trials == pytest.approx(expected, rel=1e-3)
     assert sum(stage.trials for stage in found.stages) == run.trials
+
+
+def test_a_uniform_part_near_its_end_is_named_by_how_unlikely_it_is(tmp_path):
+    """It is 1.6 sigmas off, and the normal one beside it 3.5."""
+    table = tomllib.loads(CHAIN)
+    uniform = {"tolerance": "+-0.4 mm", "distribution": "uniform"}
+    table["links"] = {
+        "A": {"nominal": "30 mm", "tolerance": "+-0.3 mm"},
+        **{name: {"nominal": "9 mm", **uniform} for name in "BC"},
+        "D": {"nominal": "9 mm", "tolerance": "+-0.05 mm"},
+    }
+    table |= {"settings": {"gap": "A - B - C - D"}, "limits": {"gap": ">= 1.88 mm"}}
+    table["trials"] = 8000
+    run = tolstat.run(table, output=tmp_path / "run.h5")
+    first = rare_findings(run).likeliest[0]
+    assert first.leading[0] == "A" and set(first.leading) == set("ABC")
+    assert all(abs(first.off[name]) < 0.5 * abs(first.off["A"]) for name in "BC")
+    distance = math.hypot(*first.scores.values())
+    assert distance == pytest.approx(first.distance, abs=2e-3)
+    (said,) = [each for each in rare_table(run).notes if "likeliest" in each]
+    page = re.sub("<[^>]*>", "", tolstat.report(run).read_text())
+    for name in "BC":
+        farther = (0.4 - 1e3 * first.deviations[name]) / 0.8
+        assert first.farther[name] == pytest.approx(farther, rel=1e-3)
+        off = 1e3 * first.deviations[name]
+        words = f"{name} {off:.4f} mm ({100 * farther:.2f} % of such parts lie farther"
+        assert words in said and words in page
+    assert f"A {1e3 * first.deviations['A']:.4f} mm ({first.off['A']:.3f} sig" in said
+    old = run.assumed["B"]._replace(at_scores=())  # of a run made before
+    assert normal_score(0.3e-3, old, 1.3) == 1.3
+
+
+@pytest.mark.parametrize(
+    ("at", "deviation", "score"),
+    [
+        ([0.0] * 257 + [1.0] * 256, 1.0, SCORES[257]),  # parts alike: the least far out
+        ([0.0] * 257 + [1.0] * 256, 0.0, 0.0),
+        (SCORES, 9.0, 8.0),
+        (SCORES, -9.0, -8.0),
+        (SCORES, -3.0, -3.0),
+        (2 * ndtr(SCORES), 2 * norm.cdf(-3.01), -3.01),
+        (2 * ndtr(SCORES), 2 * norm.cdf(3.01), 3.01),
+        (2 * ndtr(SCORES), 2 * norm.cdf(-7.3), -7.3),
+    ],
+)
+def test_how_unlikely_a_part_is_that_lies_so_far_out(at, deviation, score):
+    assumed = Assumed((0.0, 1.0), "", "", at_scores=tuple(at))
+    assert normal_score(deviation, assumed, math.nan) == pytest.approx(score, abs=1e-9)
 
 
 def test_who_evaluates_and_in_which_blocks_does_not_matter(study, whole):
@@ -255,7 +312,7 @@ def test_at_the_command_line(study, monkeypatch):
     page = run.with_suffix(".html").read_text()
     assert "The machines that lead there" in page and "verdict not-met" in page
     text = re.sub("<[^>]*>", "", page)
-    assert "likeliest machine beyond that was met has B +" in text
+    assert re.search(r"machine beyond that was met has B \S+ mm \(\+\S+ sigmas\)", text)
     refused = command("report", run, "--response", "worst")
     assert refused.exit_code == 2 and "tells of gap alone" in refused.output
     monkeypatch.chdir(study.parent)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from tolstat import catalogue
 from tolstat.deviations.dependence import Dependence
@@ -16,7 +17,15 @@ from tolstat.model.checked import impossible, numbers_of
 from tolstat.model.description import StudyNumber
 from tolstat.model.settings import settings_of
 from tolstat.status import words_of
-from tolstat.store.plan import Assumed, Chosen, Plan, Reference, Sampled, Swept
+from tolstat.store.plan import (
+    SCORES,
+    Assumed,
+    Chosen,
+    Plan,
+    Reference,
+    Sampled,
+    Swept,
+)
 from tolstat.study.deviations import Deviations
 from tolstat.study.points import setting_name
 from tolstat.study.study import Study
@@ -26,6 +35,8 @@ def plan_of(study: Study, trials: Trials) -> Plan:
     """Say all that is known of a run before anything has run."""
     model, points = study.model, study.points
     assumed = assumed_of(study.deviating)
+    if study.rare:  # how unlikely each part of a machine is that was sought
+        assumed = {n: _with_scores(a, study.deviating, n) for n, a in assumed.items()}
     return Plan(
         study_text=study.text,
         title=study.title,
@@ -127,6 +138,12 @@ def _numbers(study: Study, assumed: Mapping[str, Assumed]) -> tuple[StudyNumber,
     spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
     alone = study.deviating.dependence == Dependence()
     return numbers_of(study.model, study.settings, spreads, independent=alone)
+
+
+def _with_scores(assumed: Assumed, deviating: Deviations, name: str) -> Assumed:
+    """Say how far out a deviation lies."""
+    at = deviating.distributions[name].deviations(np.asarray(ndtr(SCORES), np.float64))
+    return assumed._replace(at_scores=tuple(at.tolist()))
 
 
 def assumed_of(deviating: Deviations) -> dict[str, Assumed]:

@@ -14,6 +14,7 @@ from scipy.special import ndtr
 from tolstat.errors import PictureError
 from tolstat.reporting.findings import Assumptions, DocumentFindings, TrialsFindings
 from tolstat.reporting.gather import assumptions_of, document_of, provenance_of
+from tolstat.reporting.likeliest import LikelyFindings, likeliest_of
 from tolstat.reporting.plain import demand_words
 from tolstat.reporting.summary_table import (
     Cell,
@@ -29,12 +30,10 @@ from tolstat.statistics.rare import ENOUGH, plain_trials, rare_share, unmet
 from tolstat.statistics.weights import effective_number
 from tolstat.statistics.yields import NOT_MET, verdict
 from tolstat.status import Status
-from tolstat.store.layout import DISTANCE, SPREAD, STAGE, WEIGHT
+from tolstat.store.layout import SPREAD, STAGE, WEIGHT
 from tolstat.store.run import Run
 from tolstat.units.scale import AS_IS, PPM, Scale
 
-LIKELIEST = 10  # machines beyond that are named
-LEADING = 0.5  # as far off as the contributor that is farthest: named too
 UNMET = (
     "Interval and verdict leave out machines beyond of a kind that the last stage "
     "never met: there may be up to {} per million of these"
@@ -57,37 +56,6 @@ class StageFindings(NamedTuple):
     failed: int
     least: float
     largest: float
-
-
-class LikelyFindings(NamedTuple):
-    """A machine beyond the limit, of those that are most likely.
-
-    Attributes
-    ----------
-    trial : int
-        Its number.
-    value : float
-        The response, SI; NaN where it failed.
-    distance : float
-        From the middle machine, in normal scores: how many sigmas off.
-    deviations : dict of str to float
-        By contributor that deviates, SI.
-    off : dict of str to float
-        The same in sigmas of its distribution, from the mean of that.
-    """
-
-    trial: int
-    value: float
-    distance: float
-    deviations: Mapping[str, float]
-    off: Mapping[str, float]
-
-    @property
-    def leading(self) -> list[str]:
-        """The contributors that lie off, the farthest first."""
-        far = {name: abs(off) for name, off in self.off.items()}
-        least = LEADING * max(far.values(), default=0.0)
-        return sorted((n for n in far if far[n] >= least), key=lambda name: -far[name])
 
 
 @dataclass(frozen=True)
@@ -198,7 +166,7 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
     last = ran & ~np.isnan(weights)
     share = rare_share(beyond[last], weights[last])
     good = share.complement
-    likeliest = _likeliest(run, beyond)
+    likeliest = likeliest_of(run, beyond)
     response = next(each for each in run.responses if each.name == name)
     sampled = run.sampled
     assert sampled
@@ -270,27 +238,6 @@ def _stage(
     )
 
 
-def _likeliest(run: Run, beyond: NDArray[np.bool_]) -> tuple[LikelyFindings, ...]:
-    """Name the machines beyond that are nearest to the middle one."""
-    distance = np.where(beyond, run.column(DISTANCE), np.inf)
-    order = np.argsort(distance, kind="stable")[:LIKELIEST]
-    return tuple(
-        LikelyFindings(
-            trial,
-            float(run.column(run.rare)[trial]),
-            float(distance[trial]),
-            {name: float(run.column(name)[trial]) for name in run.assumed},
-            {
-                name: (float(run.column(name)[trial]) - each.mean) / each.sigma
-                for name, each in run.assumed.items()
-                if each.sigma > 0
-            },
-        )
-        for trial in order.tolist()
-        if beyond[trial]
-    )
-
-
 def _changed(run: Run) -> tuple[int, int]:
     """Count the trials evaluated again, and those that change sides of the limit."""
     if run.audited is None:
@@ -358,8 +305,8 @@ def _said(run: Run, found: RareFindings) -> list[str]:
     said = []
     if found.likeliest and (first := found.likeliest[0]).leading:
         parts = ", ".join(
-            f"{name} {'+' * (first.off[name] > 0)}{AS_IS.number(first.off[name])} "
-            f"sigmas ({found.scales[name].words(first.deviations[name])})"
+            f"{name} {found.scales[name].words(first.deviations[name])} "
+            f"({first.how_far(name)})"
             for name in first.leading
         )
         said.append(

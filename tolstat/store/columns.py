@@ -22,6 +22,7 @@ TYPED_PPK = "demanded_ppk"  # where the study demands one
 RANGE = "valid_range"  # what a response can never lie beyond; as netCDF has it
 TOLERANCE = "tolerance"  # its ends, SI
 ASSUMED = "assumed"  # its distribution, in words
+AT_SCORES = "deviations_at_normal_scores"  # from -8 to 8, evenly, SI
 BATCH = "batch"  # whose parts are all alike
 PART = "part"  # the kind of part it belongs to
 # of the status
@@ -90,6 +91,8 @@ def write_assumed(dataset: h5py.Dataset, assumed: Assumed) -> None:
     attrs["mean"], attrs["sigma"] = assumed.mean, assumed.sigma
     if assumed.batch:
         attrs[BATCH] = assumed.batch
+    if assumed.at_scores:
+        attrs[AT_SCORES] = assumed.at_scores
 
 
 def assumed_of(dataset: h5py.Dataset) -> Assumed | None:
@@ -98,8 +101,9 @@ def assumed_of(dataset: h5py.Dataset) -> Assumed | None:
         return None
     lower, upper = dataset.attrs[TOLERANCE].tolist()
     words, batch = dataset.attrs[ASSUMED], dataset.attrs.get(BATCH, "")
-    moments = (float(dataset.attrs.get(key, math.nan)) for key in ("mean", "sigma"))
-    return Assumed((lower, upper), words, batch, *moments)
+    mean, sigma = (float(dataset.attrs.get(key, math.nan)) for key in ("mean", "sigma"))
+    at_scores = tuple(np.asarray(dataset.attrs.get(AT_SCORES, ())).tolist())
+    return Assumed((lower, upper), words, batch, mean, sigma, at_scores)
 
 
 def write_words(status: h5py.Dataset, words: Mapping[int, str]) -> None:

@@ -18,6 +18,8 @@ from tolstat.store.evidence import Evidence
 
 Array = NDArray[np.float64]
 
+SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies beyond
+
 
 class Assumed(NamedTuple):
     """What was assumed of a deviation.
@@ -32,6 +34,9 @@ class Assumed(NamedTuple):
         The batch whose parts are all as this one; empty for a part of its own.
     mean, sigma : float
         Of its distribution, SI; NaN in runs made before they were stored.
+    at_scores : tuple of float
+        Deviations at the normal scores of `SCORES`, SI, the least first: how far out a
+        part lies. Of rare runs; empty in others, and in those made before.
     """
 
     tolerance: tuple[float, float]
@@ -39,6 +44,7 @@ class Assumed(NamedTuple):
     batch: str
     mean: float = math.nan
     sigma: float = math.nan
+    at_scores: tuple[float, ...] = ()
 
 
 class Chosen(NamedTuple):
