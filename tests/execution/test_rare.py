@@ -21,14 +21,18 @@ import tolstat
 from tests.execution.test_audit import Cliff
 from tests.execution.test_going_on import Enough, same
 from tests.store.tampering import resealed
+from tolstat.cli.listing import row_of
 from tolstat.cli.main import main
 from tolstat.errors import PictureError, StudyError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers import Workers
 from tolstat.reporting.likeliest import normal_score
-from tolstat.reporting.rare import rare_findings, rare_table
+from tolstat.reporting.listing import entry_of, index_csv, index_page
+from tolstat.reporting.rare import STAGES, rare_findings, rare_table
+from tolstat.reporting.report_csv import rare_csv
 from tolstat.store.plan import SCORES, Assumed
 from tolstat.study.study import load
+from tolstat.units.scale import PPM
 
 CHAIN = """\
 model = "dimension_chain"
@@ -253,10 +257,60 @@ def test_failed_machines_are_beyond(toy, tmp_path):
         "deviations": {"part": {"tolerance": "+-0.6 mm", "shift": "0.06 mm"}},
         "limits": {"gap": "<= 90 mm"},
     }  # fmt: skip
-    found = rare_findings(tolstat.run(study, model=toy, output=tmp_path / "run.h5"))
+    run = tolstat.run(study, model=toy, output=tmp_path / "run.h5")
+    found = rare_findings(run)
     assert found.beyond.lower < norm.sf(4.2) < found.beyond.upper
     assert max(found.likeliest[0].off.values()) == pytest.approx(4.2, rel=0.01)
     assert found.trials.failed == sum(stage.beyond for stage in found.stages)
+    # as many as are beyond; of the trials most, which is nobody's share
+    failed, share = found.trials.failed, found.trials.failures
+    assert share == found.beyond and failed > 1000
+    value, lower, upper = PPM.interval(*share[:3])
+    (said,) = [n for n in rare_table(run).notes if "fail" in n]
+    assert said == (
+        f"{value} ({lower}..{upper}) of a million machines fail, and count as beyond; "
+        f"of the trials, sought where machines are beyond: {failed} not finite"
+    )
+    text = re.sub("<[^>]*>", "", tolstat.report(run).read_text())
+    shown = command("show", run.path).output + repr(run)
+    followed = command("show", run.path, "--follow")
+    index = index_page([entry_of(run)], tmp_path, "") + index_csv(
+        [entry_of(run)], tmp_path
+    )
+    row = row_of(entry_of(run))
+    assert said in " ".join(text.split()) and "5000 of 5000 trials have run" in text
+    assert row[-2:] == ["5000", ""] and entry_of(run).failed is None
+    for printed in (
+        text,
+        shown,
+        followed.output,
+        followed.stderr,
+        index,
+        rare_csv(found),
+    ):
+        assert not re.search(rf"trials[^.:]*\b{failed} (?!not finite)", printed), (
+            printed
+        )
+        assert "None" not in printed
+    (csv_row,) = csv.DictReader(io.StringIO(rare_csv(found)))
+    assert float(csv_row["failed [ppm]"]) == pytest.approx(1e6 * share.value)
+    assert "trials failed" not in csv_row and csv_row["trials run"] == "5000"
+
+
+def test_while_the_last_stage_has_not_run_no_share_fails(toy, tmp_path):
+    study = {
+        "model": "toy", "trials": 5000, "seed": 1, "sampling": "rare",
+        "deviations": {"part": {"tolerance": "+-0.6 mm", "shift": "0.06 mm"}},
+        "limits": {"gap": "<= 90 mm"},
+    }  # fmt: skip
+    enough = Enough(700)
+    with Workers(2, enough, block=40) as crew:
+        run = execute(
+            load(study, model=toy), tmp_path / "run.h5", crew, progress=enough.tell
+        )
+    (said,) = [n for n in rare_table(run).notes if "fail" in n]
+    assert said.startswith("what share of the machines fails is not known: the last")
+    assert said.endswith(f"beyond: {run.failed} not finite")
 
 
 def test_where_none_is_beyond_plain_trials_bound_the_share(toy, tmp_path):
@@ -301,6 +355,8 @@ def test_at_the_command_line(study, monkeypatch):
     shown = command("show", run).output
     for words in ("likeliest machine beyond", "a plain run would need", "not met"):
         assert words in shown
+    assert "no machine failed in any stage" in shown
+    assert STAGES in " ".join(shown.split())
     found = json.loads(command("report", run, "--json").output)
     assert found["beyond"]["lower"] < norm.sf(DISTANCE) < found["beyond"]["upper"]
     table = command("report", run, "--csv").output
@@ -312,6 +368,7 @@ def test_at_the_command_line(study, monkeypatch):
     page = run.with_suffix(".html").read_text()
     assert "The machines that lead there" in page and "verdict not-met" in page
     text = re.sub("<[^>]*>", "", page)
+    assert STAGES in text
     assert re.search(r"machine beyond that was met has B \S+ mm \(\+\S+ sigmas\)", text)
     refused = command("report", run, "--response", "worst")
     assert refused.exit_code == 2 and "tells of gap alone" in refused.output

@@ -34,7 +34,7 @@ from tolstat.reporting.page import make_page, pictures_of
 from tolstat.reporting.page import page_of as page_of_findings
 from tolstat.reporting.page_picture import SMALLEST
 from tolstat.reporting.plain import plain
-from tolstat.reporting.rare import UNMET, rare_findings, rare_table
+from tolstat.reporting.rare import STAGES, UNMET, rare_findings, rare_table
 from tolstat.reporting.summary_table import summary_table
 from tolstat.store.evidence import Evidence
 
@@ -856,7 +856,9 @@ def test_a_rare_share_within_is_no_hundred_per_cent(rare, tmp_path):
     near = replace(rare_findings(rare), within=share._replace(
         value=1 - 3e-13, lower=1 - 4e-13, upper=1 - 2e-13
     ))  # fmt: skip
-    said = page_of_findings("rare.html", near, title="", unmet=UNMET, again=str)
+    said = page_of_findings(
+        "rare.html", near, title="", unmet=UNMET, stages=STAGES, again=str
+    )
     assert "within/value" not in said and "A plain run would need" in said
     assert "per million" in said
 

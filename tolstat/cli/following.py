@@ -52,7 +52,8 @@ def follow_run(path: Path) -> None:
 
 def _in_line(run: Run) -> str:
     """Say how far a run is where no table can be drawn anew."""
-    return f"{run.path}: {run.ended} of {run.trials} trials, {run.failed} failed"
+    failed = "" if run.rare else f", {run.failed} failed"  # sought: no share
+    return f"{run.path}: {run.ended} of {run.trials} trials{failed}"
 
 
 def _state(run: Run, now: float, before: tuple[float, int] | None) -> Table:

@@ -46,7 +46,7 @@ def runs_table(*heads: str) -> Table:
 def row_of(entry: Entry) -> list[str]:
     """Write an entry in words."""
     trials = f"{entry.ended} of {entry.trials}" if entry.trials else ""
-    failed = str(entry.failed) if entry.ended else ""
+    failed = str(entry.failed) if entry.ended and entry.failed is not None else ""
     if entry.ended == entry.trials and entry.trials:
         trials = str(entry.trials)
     return [entry.study, entry.state, entry.verdicts, trials, failed]

@@ -40,8 +40,10 @@ class Entry(NamedTuple):
     state : str
         "complete", "in part", "planned", "damaged", "no run"; of a queue what became
         of the study.
-    trials, ended, failed : int
-        Asked for, over, and those of them that failed.
+    trials, ended : int
+        Asked for, and over.
+    failed : int or None
+        Of these; None where machines were sought, and failed ones with them.
     verdicts : str
         On its limits, those that are not met first.
     written : str
@@ -64,7 +66,7 @@ class Entry(NamedTuple):
     state: str = ""
     trials: int = 0
     ended: int = 0
-    failed: int = 0
+    failed: int | None = 0
     verdicts: str = ""
     written: str = ""
     seconds: float = 0.0
@@ -86,7 +88,7 @@ def entry_of(run: Run) -> Entry:
         COMPLETE if run.complete else state,
         run.trials,
         run.ended,
-        run.failed,
+        None if run.rare else run.failed,
         "; ".join(f"{word}: {', '.join(some)}" for word, some in verdicts.items()),
         run.provenance["ended_at"],
         run.provenance["seconds"],

@@ -52,11 +52,11 @@ def report(
     path = Path(output) if output is not None else of.path.with_suffix(".html")
     check_output(path)
     if of.rare:
-        from tolstat.reporting.rare import UNMET, rare_findings
+        from tolstat.reporting.rare import STAGES, UNMET, rare_findings
 
         rare = rare_findings(of, responses)
         page = page_of(
-            "rare.html", rare, title=rare.title, unmet=UNMET,
+            "rare.html", rare, title=rare.title, unmet=UNMET, stages=STAGES,
             again=lambda trial: to_replay(of.path, trial, of.machine),
         )  # fmt: skip
         return write(path, page)

@@ -38,6 +38,11 @@ UNMET = (
     "Interval and verdict leave out machines beyond of a kind that the last stage "
     "never met: there may be up to {} per million of these"
 )
+STAGES = (
+    "Stage 0 is drawn wide; the stages right after it, at 1 times the spread, go to "
+    "the limit step by step where the response leads (subset simulation); all others "
+    "are drawn where machines beyond were found, and the last one tells the share"
+)
 
 
 class StageFindings(NamedTuple):
@@ -165,6 +170,7 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
     weights = run.column(WEIGHT)
     last = ran & ~np.isnan(weights)
     share = rare_share(beyond[last], weights[last])
+    failures = rare_share(run.status[last] > Status.DONE, weights[last])
     good = share.complement
     likeliest = likeliest_of(run, beyond)
     response = next(each for each in run.responses if each.name == name)
@@ -183,11 +189,15 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
             run.failed,
             int(np.count_nonzero(last)),
             run.counts,
-            rare_share(run.status[last] > Status.DONE, weights[last]),
+            failures,
             unmet(weights[last]) if last.any() else math.nan,
             run.sampling,
             sampled.promise,
-            (*_worth(weights[last & beyond]), *notes_of(run, None)),
+            (
+                *_worth(weights[last & beyond]),
+                *_failing(run, failures),
+                *notes_of(run, None),
+            ),
         ),
         int(np.count_nonzero(beyond[last])),
         name,
@@ -223,6 +233,22 @@ def _worth(weights: NDArray[np.float64]) -> list[str]:
         f"{ENOUGH}: the search did not come to its end, and the interval is as wide as "
         "that of a few hundred plain trials; more trials, or another seed, may end it"
     ]
+
+
+def _failing(run: Run, share: Estimate) -> list[str]:
+    """Say how many machines fail, and that failed trials are no share of any."""
+    if not run.failed:
+        return ["no machine failed in any stage"]
+    words = ", ".join(f"{count} {word}" for word, count in run.failures.items())
+    if share.sure:
+        value, *ends = PPM.interval(*share[:3])
+        said = (
+            f"{value} ({ends[0]}..{ends[1]}) of a million machines fail, and count as"
+        )
+        said += " beyond"
+    else:
+        said = f"what share of the machines fails is not known: {share.reason}"
+    return [f"{said}; of the trials, sought where machines are beyond: {words}"]
 
 
 def _stage(
@@ -302,7 +328,7 @@ def _spread(stage: StageFindings) -> str:
 
 def _said(run: Run, found: RareFindings) -> list[str]:
     """Say what the numbers of a rare run mean."""
-    said = []
+    said = [STAGES]
     if found.likeliest and (first := found.likeliest[0]).leading:
         parts = ", ".join(
             f"{name} {found.scales[name].words(first.deviations[name])} "

@@ -113,8 +113,8 @@ def rare_csv(found: RareFindings) -> str:
                 **dict(_estimate("within", found.within, PER_CENT)),
                 **dict(_estimate("beyond", found.beyond, PPM)),
                 **dict(_estimate("as Ppk", found.equivalent, PLAIN)),
-                "trials done": found.trials.done,
-                "trials failed": found.trials.failed,
+                **dict(_estimate("failed", found.trials.failures, PPM)),
+                "trials run": found.trials.ran,
                 "trials counted": found.trials.counted,
                 "of these beyond": found.met,
             }

@@ -227,7 +227,7 @@ def _rerun(run: Run, rerun: Audited) -> str:
 def notes_of(run: Run, sample: Sample | None) -> list[str]:
     """Say what must be known to read the numbers of a run: failures first."""
     notes = []
-    if run.ended:
+    if run.ended and not run.rare:  # of machines that were sought it is no share
         text = f"{run.failed} of {run.ended} trials failed"
         if sample and len(sample.status) < run.trials:
             ran = int(np.count_nonzero(sample.ran))

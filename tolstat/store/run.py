@@ -252,9 +252,10 @@ class Run(Known):
 
     def __repr__(self) -> str:
         """Say in a line what it is."""
+        became = "sought in stages" if self.rare else f"{self.failed} failed"
         return (
             f"<tolstat run {str(self.path)!r}: {self.title!r}, {self.ended} of "
-            f"{self.trials} trials of {self.model}, {self.failed} failed>"
+            f"{self.trials} trials of {self.model}, {became}>"
         )
 
     def _repr_html_(self) -> str:
