@@ -54,7 +54,10 @@ def test_a_study_that_runs_tables_and_a_picture(study):
     for word in ("housing", "IT8", "every limit is met in a fresh run", "worst case"):
         assert word in done.output
     text = new.read_text()
-    trials, seed = text.split("--trials ")[1].split("\n")[0].split(" --seed ")
+    made, proved = (shlex.split(line[2:]) for line in text.splitlines()[1:4:2])
+    assert made == ["tolstat", "allocate", str(study), "--machine", MACHINE]
+    assert proved[:3] + proved[-2:] == ["tolstat", "run", str(new), *made[-2:]]
+    trials, seed = proved[4], proved[6]
     run = tolstat.run(
         new, model=machine(MACHINE), trials=int(trials), seed=int(seed), workers=1
     )
@@ -65,6 +68,7 @@ def test_a_study_that_runs_tables_and_a_picture(study):
     assert f" {float(format(ppm, '.3g')):.0f} " in done.output
     found = tolstat.allocate(study, model=machine(MACHINE))
     assert found.proof.beyond["gap"].value == pytest.approx(1e-6 * ppm, rel=1e-12)
+    assert "tolstat run" not in found.text  # it is in no file
     assert "found" in picture.read_text()
     assert '"its proof" is that run, and its verdicts count' in done.output
     assert "note: gap may have 50000 ppm beyond" in done.stderr
@@ -106,6 +110,8 @@ def test_a_proof_of_random_machines_is_no_run_of_another_kind(study):
     assert done.exit_code == 0, done.output
     assert "written to" in done.output and "tolstat run" not in done.output
     assert "tolstat run" not in new.read_text()
+    made = new.read_text().splitlines()[1]
+    assert made == f"# tolstat allocate {study} --trials 1024 --machine {MACHINE}"
 
 
 def test_json_for_other_tools(study):

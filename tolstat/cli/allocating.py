@@ -96,7 +96,9 @@ def allocate_study(
                         completed=progress.over,
                     )  # fmt: skip
 
-                found = allocated(study, crew, trials=trials, progress=tell)
+                found = allocated(
+                    study, crew, trials=trials, progress=tell, output=output
+                )
         except Interrupted:
             _leave()
         # a Ctrl-C from here on waits until whole files are written

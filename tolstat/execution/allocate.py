@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from concurrent.futures import Executor
+from functools import partial
 from numbers import Integral
+from pathlib import Path
 
 import numpy as np
 
+from tolstat.catalogue import place_of
 from tolstat.deviations.weighting import Weighting
 from tolstat.errors import DistributionError, StudyError
 from tolstat.execution.allocation import Allocation, Scheme, trade_off
@@ -28,6 +32,7 @@ from tolstat.model.contract import Model
 from tolstat.statistics.deciding import grown
 from tolstat.statistics.following import followed
 from tolstat.statistics.yields import CONFIDENCE
+from tolstat.store.advice import command
 from tolstat.study.prices import EXAMPLE
 from tolstat.study.size import too_large
 from tolstat.study.study import Source, Study, load
@@ -79,8 +84,12 @@ def allocated(
     *,
     trials: int | None = None,
     progress: Telling | None = None,
+    output: Path | None = None,
 ) -> Allocation:
-    """Allocate the tolerances of a checked study; see `allocate`."""
+    """Allocate the tolerances of a checked study; see `allocate`.
+
+    `output` is the file that the study found goes to: its comment names it.
+    """
     _check(study)
     if trials is not None and not (isinstance(trials, Integral) and trials > 0):
         raise StudyError(f"trials: a whole number from 1 on is expected, not {trials}")
@@ -122,7 +131,8 @@ def allocated(
     if count > study.trials and not trials:
         takes += f" (--trials for fewer, {least} at least)"
     tell(Progress(0, 0, count, doubt=takes))
-    return _around(Searching(FreshRuns(study, workers, count, tell)), longest)
+    again = partial(_again, study, trials, output)
+    return _around(Searching(FreshRuns(study, workers, count, tell)), longest, again)
 
 
 def _check(study: Study) -> None:
@@ -157,7 +167,9 @@ def _check(study: Study) -> None:
             ) from None
 
 
-def _around(search: Searching, longest: int) -> Allocation:
+def _around(
+    search: Searching, longest: int, again: Callable[[Proof], tuple[str, str]]
+) -> Allocation:
     """Prove the cheapest tolerances, and look around."""
     runs = search.runs
     search.draw_wide()
@@ -200,20 +212,36 @@ def _around(search: Searching, longest: int) -> Allocation:
             schemes | ({"found": answer.scheme} if proof else {}),
             listed=listed,
         ),
-        text=runs.text(found, _heading(runs.study, answer, schemes)),
+        text=runs.text(found, _heading(answer, schemes, *again(answer))),
     )
 
 
-def _heading(study: Study, answer: Proof, schemes: dict[str, Scheme]) -> str:
+def _again(
+    study: Study, trials: int | None, output: Path | None, answer: Proof
+) -> tuple[str, str]:
+    """Return the commands that find and prove it once more; empty where none does."""
+    scheme, machine = answer.scheme, place_of(study.model)
+    found = proved = ""
+    if study.path:
+        options = ["--trials", trials] if trials else []
+        found = command("allocate", study.path, *options, machine=machine)
+    if output and study.sampling == "random":
+        options = ["--trials", scheme.trials, "--seed", scheme.seed]
+        proved = command("run", output, *options, machine=machine)
+    return visible(found), visible(proved)
+
+
+def _heading(answer: Proof, schemes: dict[str, Scheme], found: str, proved: str) -> str:
     """Say above a study where its tolerances come from."""
     scheme, drawn = answer.scheme, schemes["as drawn"]
     shown = "meet every limit" if answer.met else "do NOT meet every limit"
-    of = visible(study.path.name) if study.path else "a study"
-    said = (
-        f"Tolerances allocated by tolstat allocate {of}: cost {scheme.cost:.6g}, as "
-        f"drawn {drawn.cost:.6g}.\nThey {shown} in a run of {scheme.trials} random "
-        f"machines with seed {scheme.seed}"
+    return "\n".join(
+        [
+            f"Tolerances allocated, at a cost of {scheme.cost:.6g} (as drawn "
+            f"{drawn.cost:.6g})" + (":" if found else "."),
+            *([found] if found else []),
+            f"They {shown} in a run of {scheme.trials} random machines with seed "
+            f"{scheme.seed}" + (":" if proved else "."),
+            *([proved] if proved else []),
+        ]
     )
-    if study.sampling == "random":
-        said += f":\ntolstat run THIS --trials {scheme.trials} --seed {scheme.seed}"
-    return said
