@@ -16,6 +16,7 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import binom, chi2, multivariate_normal, norm
 
 import tolstat
+from tests.reporting.test_pictures import nothing_overlaps
 from tolstat import Contributor, Description, Model, Outcome, Response
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.weighting import correlations
@@ -928,3 +929,25 @@ def test_the_tightest_is_the_answer_where_it_alone_is_proved(monkeypatch):
 def test_a_number_of_trials_is_whole(trials):
     with pytest.raises(StudyError, match="a whole number from 1 on"):
         tolstat.allocate(reciprocal(), trials=trials, model=Linear())
+
+
+@pytest.mark.parametrize(
+    ("alike", "none_beyond"),
+    [("12345", "45"), ("12345", "12345"), ("12245", ""), ("11145", "5"),
+     ("12211", "2"), ("11111", "1"), ("12345", "")],
+)  # fmt: skip
+def test_a_legend_covers_no_name_of_an_axis(alike, none_beyond):
+    """Whichever tolerances are the same, and have none beyond: columns as they fit."""
+    names = "as drawn", "found", "at the cost drawn", "root sum square", "worst case"
+    schemes = {}
+    for name, which in zip(names, alike, strict=True):
+        share = 0.0 if which in none_beyond else 1e-3 * int(which)
+        beyond = Estimate(share, share / 2, share + 1e-3)
+        schemes[name] = Scheme(
+            1234.0, {"a": which}, {"a": 1.0}, {}, beyond, trials=106496, seed=1
+        )
+    points = [Point(cost, share, ()) for cost, share in ((90, 2e-2), (150, 2e-4))]
+    figure = draw_view(trade_off(points, schemes), "cost over ppm")
+    nothing_overlaps(figure)
+    (axes,) = figure.axes
+    assert axes.get_position().width > 0.85

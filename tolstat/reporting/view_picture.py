@@ -17,7 +17,7 @@ from tolstat.reporting.view_table import view_rows, view_scale
 from tolstat.units.scale import Scale
 
 WINDOW = "#f2f2f2"
-LEGEND_COLUMNS = 4
+LEGEND_COLUMNS = 4, 3, 2, 1  # as many as find room
 LINE, HANDLE = 98, 5  # letters beside each other; what stands before a word of a legend
 ROOM = 0.03  # of the axis, beside a dot at its end
 MOST_ROWS = 60  # of a listing that is drawn
@@ -69,9 +69,7 @@ def _chart(chart: Chart) -> Figure:
             right.spines["right"].set_visible(True)
             handles += _draw(right, chart, panel.right, len(panel.names), None)
         # above the picture, on the line of its title, where it covers nothing
-        words = [len(str(handle.get_label())) + HANDLE for handle in handles]
-        crowded = len(panel.title) + sum(words[:LEGEND_COLUMNS]) > LINE
-        columns = LEGEND_COLUMNS // 2 if crowded else LEGEND_COLUMNS
+        columns = _columns(panel.title, [str(h.get_label()) for h in handles])
         legend = axes.legend(
             handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0),
             ncols=columns, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
@@ -102,6 +100,17 @@ def _chart(chart: Chart) -> Figure:
             first, last = evenly.inverted().transform([left - room, right + room])
         every[0].set_xlim(along.factor * first, along.factor * last)
     return figure
+
+
+def _columns(title: str, labels: list[str]) -> int:
+    """Return how many columns of a legend find room beside a title."""
+    letters = np.array([len(label) + HANDLE for label in labels])
+    for columns in LEGEND_COLUMNS:
+        # filled one after the other, each as wide as the longest of its labels
+        filled = [part for part in np.array_split(letters, columns) if len(part)]
+        if len(title) + sum(part.max() for part in filled) <= LINE:
+            break
+    return columns
 
 
 def along_of(chart: Chart) -> Scale:
