@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import shlex
 
 import numpy as np
@@ -198,10 +199,20 @@ def stack(tmp_path_factory):
     return ask
 
 
+def test_both_verdicts_stand_in_a_line_of_80_columns(stack, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")  # a terminal, as far as rich can tell
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = stack("what-if", "part=+-0.025 mm", "--limit", "gap <= 0.18 mm")
+    text = re.sub(r"\x1b\[[\d;]*m", "", shown.output)
+    assert "continued" not in text
+    heads = r"response +limit +as run +verdict +what if +verdict +\n"
+    assert re.search(heads, text), text
+
+
 def test_the_command_line_tells_and_delivers(stack):
     shown = stack("what-if", "part=+-0.025 mm", "--limit", "gap <= 0.18 mm")
     assert shown.exit_code == 0, shown.output
-    assert "ppm beyond" in shown.output and "<= 0.18 mm" in shown.output
+    assert "machines beyond, ppm" in shown.output and "<= 0.18 mm" in shown.output
     assert "nothing was simulated" in shown.output
     assert "for a single look" in shown.output
     table = 'part_1={ tolerance = "+-0.03 mm", cp = 1.3 }'
