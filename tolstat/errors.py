@@ -65,6 +65,10 @@ class BrokenError(RunFileError):
     exit_code = 1
 
 
+class LostError(BrokenError):
+    """Whoever evaluates is lost, a cluster: the machine is sound."""
+
+
 class DamagedError(RunFileError):
     """A run file whose bytes are not those that were written."""
 

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import json
+import re
+import shlex
 
 import h5py
+import pytest
 
 import tolstat
+from tests.cli.test_batch import chain
 from tests.cli.test_commands import call
+from tests.store.tampering import resealed
+from tolstat.execution.execute import execute
+from tolstat.execution.workers import Workers
+from tolstat.study.study import load
 
 NEVER = """\
 from tolstat import Contributor, Description, Model, Outcome, Response
@@ -70,6 +78,56 @@ def test_more_trials(small_study, small_run, tmp_path):
     done = call("resume", tmp_path / "none.h5")
     assert done.exit_code == 2 and "there is no such file" in done.stderr
     assert {each.suffix for each in tmp_path.iterdir()} == {".toml", ".h5"}
+
+
+def advised(done):
+    """The commands that a refusal names, as a shell reads them."""
+    found = re.findall(r"`tolstat ([^`]+)`", done.stderr)
+    return [shlex.split(each) for each in found]
+
+
+@pytest.fixture
+def half(tmp_path):
+    """A run that was stopped, in a folder whose name needs quotes."""
+    folder = tmp_path / "my runs"
+    folder.mkdir()
+    study, looked = chain(folder, "half"), []
+    with Workers(1, lambda: len(looked) > 20 or looked.append(0), block=50) as crew:
+        return execute(load(study), study.with_suffix(".h5"), crew)
+
+
+def test_a_run_that_is_there_is_gone_on_with_as_the_refusal_says(half):
+    assert 0 < half.ended < 1000
+    study = half.path.with_suffix(".toml")
+    again = call("run", study)
+    assert again.exit_code == 2 and "exists already" in again.stderr
+    (command,) = advised(again)
+    assert command == ["resume", str(half.path)]
+    assert call(*command).exit_code == 0 and tolstat.open(half.path).complete
+    # what is complete is not gone on with
+    again = call("run", study)
+    assert "exists already" in again.stderr and advised(again) == []
+
+
+def test_what_was_made_otherwise_is_run_anew_or_regardless_as_the_refusal_says(half):
+    with resealed(half.path) as file:
+        file.attrs["source_digest"] = "0123"
+    study = half.path.with_suffix(".toml")
+    anew = ["run", str(study), "--force"]
+    refused = call("resume", half.path)
+    assert advised(refused) == [anew, ["resume", str(half.path), "--regardless"]]
+    refused = call("extend", half.path, "--trials", 1200)
+    regardless = ["extend", str(half.path), "--trials", "1200", "--regardless"]
+    assert advised(refused) == [anew, regardless]
+    assert call(*regardless).exit_code == 0
+    assert tolstat.open(half.path).ended == 1200
+    # as many trials as the run has, and in its place
+    other = half.path.rename(half.path.with_name("other.h5"))
+    study.write_text(study.read_text().replace("A = ", "C = "))
+    (anew, _) = advised(call("resume", other))
+    assert anew == ["run", str(study), "--trials", "1200", "-o", str(other), "--force"]
+    study.unlink()
+    assert "run its study again, with --force" in call("resume", other).stderr
 
 
 def test_exit_codes_are_written_down():

@@ -167,6 +167,8 @@ def test_a_cluster_without_workers_is_not_waited_for(ring, tmp_path, monkeypatch
     study = chain(tmp_path, "chain")
     done = call("run", study, "--cluster", ring.address)
     assert done.exit_code == 1 and "no worker for" in done.stderr
+    assert f"`dask worker {ring.address}` starts a worker" in done.stderr
+    assert f"go on with: tolstat resume {study.with_suffix('.h5')}" in done.stderr
     assert call("resume", study.with_suffix(".h5")).exit_code == 0
     assert tolstat.open(study.with_suffix(".h5")).complete
 

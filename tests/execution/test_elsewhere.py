@@ -78,10 +78,17 @@ def test_what_a_pool_cannot_do_is_a_sentence(tmp_path):
     executor.submit(sys.exit).exception()
     for process in executor._processes.values():
         process.kill()
-    with executor, pytest.raises(BrokenError, match="tolstat resume"):
+    path = study.with_suffix(".h5")
+    words = rf"0 of 1000 trials are stored, .* go on with: tolstat resume {path}$"
+    with executor, pytest.raises(BrokenError, match=words):
         tolstat.run(study, executor=executor)
     assert Elsewhere(executor).number is None
-    assert tolstat.resume(study.with_suffix(".h5")).complete
+    assert tolstat.resume(path).complete
+    # where none ran of what was to replace it, the run stays: nothing to go on with
+    words = f"the run in {path} is as it was$"
+    with pytest.raises(BrokenError, match=words):
+        tolstat.run(study, seed=9, force=True, executor=executor)
+    assert tolstat.open(path).complete
 
 
 def test_what_slurm_would_be_asked_for():

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import ModelError
+from tolstat.errors import LostError, ModelError
 from tolstat.execution.audit import audit, evaluated_again
 from tolstat.execution.further import gather
 from tolstat.execution.rare import drawn_in_stages
@@ -76,20 +76,23 @@ def carry_out(
     nominal machine is stored already; an `ending` of before stays; with `rerun` failed
     trials are evaluated again, once all are over.
     """
-    with suppress(Interrupted):
-        try:
-            stages = _evaluate(study, trials, file, workers, tell, nominal=nominal)
-        except ModelError as error:
-            if broken := file.failed(error):
-                raise broken from error
-            raise
-        over, found = trials.first(stages[-1]), ending
-        if found is None:
-            found = _ending(study, over, stages, workers, tell)
-        if rerun and over.failed:
-            found = found._replace(rerun=_rerun(study, over, workers))
-        if found is not ending:
-            file.finish(found)
+    try:
+        with suppress(Interrupted):
+            try:
+                stages = _evaluate(study, trials, file, workers, tell, nominal=nominal)
+            except ModelError as error:
+                if broken := file.failed(error):
+                    raise broken from error
+                raise
+            over, found = trials.first(stages[-1]), ending
+            if found is None:
+                found = _ending(study, over, stages, workers, tell)
+            if rerun and over.failed:
+                found = found._replace(rerun=_rerun(study, over, workers))
+            if found is not ending:
+                file.finish(found)
+    except LostError as error:
+        raise file.cut_short(error) from error
 
 
 def _evaluate(

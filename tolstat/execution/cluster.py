@@ -11,7 +11,7 @@ from concurrent.futures import Executor, Future
 from functools import partial
 from typing import Any
 
-from tolstat.errors import BrokenError, StudyError, TolstatError
+from tolstat.errors import BrokenError, LostError, StudyError, TolstatError
 from tolstat.execution.parcel import Otherwise, Parcel, carried_out, packed
 
 CONNECT = 10.0  # s, for a scheduler to answer
@@ -89,7 +89,7 @@ class Cluster(Executor):
                     _on_worker, tuple(parcel), pure=False, workers=where or None
                 )
             except Exception as error:  # whatever Dask raises where it is closed
-                ours.set_exception(self._broken(f"{type(error).__name__}: {error}"))
+                ours.set_exception(self._lost(f"{type(error).__name__}: {error}"))
                 return
             self._sent[ours] = parcel, theirs, where
         theirs.add_done_callback(partial(self._deliver, ours))
@@ -105,7 +105,7 @@ class Cluster(Executor):
         except TolstatError as error:
             ours.set_exception(error)
         except BaseException as error:
-            ours.set_exception(self._broken(f"{type(error).__name__}: {error}"))
+            ours.set_exception(self._lost(f"{type(error).__name__}: {error}"))
         else:
             if isinstance(found, Otherwise):
                 self._refuse(found)
@@ -128,7 +128,7 @@ class Cluster(Executor):
     def _send_again(self, ours: Future[Any], parcel: Parcel) -> None:
         self._look()
         if all(each in self._refused for each in self._there):
-            ours.set_exception(self._broken("none of its workers can be used"))
+            ours.set_exception(self._lost("none of its workers can be used"))
         else:
             self._send(ours, parcel)
 
@@ -161,12 +161,12 @@ class Cluster(Executor):
                     lost, self._sent = self._sent, {}
                 for ours in lost:
                     why = f"it has had no worker for {PATIENCE:.0f} s"
-                    ours.set_exception(self._broken(why))
+                    ours.set_exception(self._lost(why))
 
-    def _broken(self, why: str) -> BrokenError:
-        return BrokenError(
-            f"the cluster at {self.address}: {why}; what is stored is safe, and "
-            "`tolstat resume` goes on with it"
+    def _lost(self, why: str) -> LostError:
+        return LostError(
+            f"the cluster at {self.address}: {why}; `dask worker {self.address}` "
+            "starts a worker"
         )
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:

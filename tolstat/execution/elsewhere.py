@@ -7,7 +7,7 @@ from concurrent.futures import Executor, Future
 from functools import partial
 from typing import Any
 
-from tolstat.errors import BrokenError, TolstatError
+from tolstat.errors import LostError, TolstatError
 from tolstat.execution.cluster import Cluster
 from tolstat.execution.parcel import Otherwise, carried_out, packed
 from tolstat.execution.workers import Workers
@@ -40,7 +40,7 @@ class Elsewhere(Executor):
         try:
             theirs = self._executor.submit(carried_out, parcel)
         except RuntimeError as error:  # it is broken, or dismissed
-            raise _broken(f"{type(error).__name__}: {error}") from error
+            raise _lost(f"{type(error).__name__}: {error}") from error
         ours.add_done_callback(lambda each: each.cancelled() and theirs.cancel())
         theirs.add_done_callback(partial(_deliver, ours))
         return ours
@@ -54,18 +54,15 @@ def _deliver(ours: Future[Any], theirs: Future[Any]) -> None:
     if isinstance(error, TolstatError):
         ours.set_exception(error)
     elif error:
-        ours.set_exception(_broken(f"{type(error).__name__}: {error}"))
+        ours.set_exception(_lost(f"{type(error).__name__}: {error}"))
     elif isinstance(found := theirs.result(), Otherwise):
-        ours.set_exception(_broken(f"{found.who}: {'; '.join(found.reasons)}"))
+        ours.set_exception(_lost(f"{found.who}: {'; '.join(found.reasons)}"))
     else:
         ours.set_result(found)
 
 
-def _broken(why: str) -> BrokenError:
-    return BrokenError(
-        f"a process that evaluates: {why}; what is stored is safe, and `tolstat "
-        "resume` goes on with it"
-    )
+def _lost(why: str) -> LostError:
+    return LostError(f"a process that evaluates: {why}")
 
 
 def crew_of(workers: int | None, executor: Executor | None) -> Workers:

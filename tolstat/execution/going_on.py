@@ -17,7 +17,7 @@ from tolstat.execution.trials import Trials
 from tolstat.execution.workers import Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
-from tolstat.store.advice import to_resume
+from tolstat.store.advice import command, to_resume, to_run_anew
 from tolstat.store.lock import Lock
 from tolstat.store.opening import existing
 from tolstat.store.opening import open as open_run
@@ -207,13 +207,22 @@ def _plan(run: Run, study: Study, trials: Trials, regardless: bool) -> Plan:
         raise RunFileError(
             f"{run.path} would not become the run that it was to be: "
             + "; ".join(doubts)
-            + "; run the study again, or go on with what the run has stored, "
-            "--regardless (regardless=True)"
+            + f"; {to_run_anew(run)}; or go on with what the run has stored: "
+            f"`{_regardless(run, study)}` (regardless=True)"
         )
     if doubts:
         note = f"gone on with at {now()}, though " + "; ".join(doubts)
         plan = replace(plan, notes=(*run.notes, note))
     return plan
+
+
+def _regardless(run: Run, study: Study) -> str:
+    """Return the command that goes on with a run whatever differs."""
+    if study.trials > run.trials:
+        words: list[object] = ["extend", run.path, "--trials", study.trials]
+    else:
+        words = ["resume", run.path]
+    return command(*words, "--regardless", machine=run.machine)
 
 
 def _check_wanted(run: Run, trials: int) -> None:
@@ -235,6 +244,5 @@ def _check_wanted(run: Run, trials: int) -> None:
     if not sampler_of(run.sampling).extensible:
         raise StudyError(
             f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
-            f"with {trials} every one would be another; run the study again, with "
-            f"--trials {trials}"
+            f"with {trials} every one would be another; {to_run_anew(run, trials)}"
         )

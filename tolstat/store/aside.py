@@ -10,8 +10,10 @@ from contextlib import suppress
 from itertools import count
 from pathlib import Path
 
-from tolstat.errors import BrokenError, RunFileError
+from tolstat.errors import BrokenError, RunFileError, TolstatError
+from tolstat.store.advice import to_resume
 from tolstat.store.lock import alive
+from tolstat.store.opening import open as open_run
 from tolstat.store.seal import is_run
 
 _numbers = count()
@@ -48,8 +50,17 @@ def check_replaceable(path: Path, *, force: bool) -> None:
     if not force:
         raise RunFileError(
             f"{path} exists already; give --force (force=True) to replace it, or -o "
-            "(output=) for another name; `tolstat resume` goes on with it"
+            f"(output=) for another name{_going_on(path)}"
         )
+
+
+def _going_on(path: Path) -> str:
+    """Say what goes on with a run; nothing where none is to be gone on with."""
+    with suppress(TolstatError):  # of another format, or too damaged to be read
+        run = open_run(path, damaged=True)
+        if run.damage or not run.complete:
+            return f"; `{to_resume(path, run.machine)}` goes on with it"
+    return ""
 
 
 def check_room(path: Path, size: int) -> None:

@@ -269,6 +269,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         assert self._rows
         status = self._rows.read(STATUS)
         ended = np.count_nonzero(status != Status.NOT_RUN)
+        if self._before and not ended:  # it is put back
+            return f"; the run in {self.path} is as it was"
         advice = to_resume(self.path, self.plan.machine)
         return (
             f"; {ended} of {len(status)} trials are stored, once this is mended go on "
@@ -281,6 +283,11 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         if self._new and not self._open_rows().read(STATUS).any():
             self._unwanted = True  # nothing was done
             return None
+        return self.cut_short(error)
+
+    def cut_short(self, error: TolstatError) -> BrokenError:
+        """Say what is stored where it cannot be gone on."""
+        self._make_safe()
         return BrokenError(f"{error}{self._stored()}")
 
     def finish(self, ending: Ending) -> None:
