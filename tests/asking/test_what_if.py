@@ -6,10 +6,14 @@ import io
 import json
 import re
 import shlex
+import subprocess
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import tomli_w
 from click.testing import CliRunner
 
 import tolstat
@@ -17,6 +21,7 @@ from tests.benchmarks.what_if import CASES, compared
 from tests.conftest import TOY_STUDY, Toy
 from tests.store.tampering import resealed
 from tolstat.cli.main import main
+from tolstat.cli.reporting import value_in
 from tolstat.errors import PictureError, RunFileError, StudyError
 from tolstat.reporting.summary_table import summary_table
 
@@ -127,19 +132,120 @@ def test_measured_parts_are_those_beside_the_study(toy, toy_study, monkeypatch):
             tolstat.what_if(stored, {"part_1": {**line, "data": outside}}, model=toy)
 
 
-def test_a_refusal_of_what_is_right_says_what_runs_it(run, toy):
-    with pytest.raises(StudyError, match=r"copy of toy\.toml, and `tolstat run` that"):
-        tolstat.what_if(run, {"part": "+-2 mm"}, model=toy)
+def chain_of(folder, **more):
+    """Two links of distributions that have ends, and two of one name."""
+    kinds = {"distribution": "uniform"}, {"distribution": "triangular", "mode": "0 mm"}
+    links = {
+        name: {"nominal": "20 mm", "tolerance": "+-0.2 mm", **kind}
+        for name, kind in zip("HA", kinds, strict=True)
+    }
+    pair = {f"d_{i}": {"nominal": "1 mm", "tolerance": "+-0.1 mm"} for i in (1, 2)}
+    study = {
+        "model": "dimension_chain", "trials": 2000, "seed": 5,
+        "links": links | pair, "settings": {"gap": "H - A - d_1 - d_2"},
+        "limits": {"gap": "-3..0 mm"},
+    }  # fmt: skip
+    path = folder / "chain.toml"
+    path.write_text(tomli_w.dumps(study))
+    return tolstat.run(path, **more)
+
+
+def refusal(run, asked, **more):
     with pytest.raises(StudyError) as refused:
-        tolstat.what_if(run, {"parts": "+-2 mm"}, model=toy)
-    assert "tolstat run" not in str(refused.value)
+        tolstat.what_if(run, asked, **more)
+    return str(refused.value)
+
+
+def own_run_of(words):
+    """Do what a refusal says: copy, write the lines; return the study that is run."""
+    _, _, own = words.partition("a run of its own tells: ")
+    copy, change, then = own.split("; ")
+    begin, _, path = copy.partition(" as ")
+    lines = re.findall(r"in \[(\w+)\] ((?:`[^`]*`(?:, )?)+)", change)
+    assert begin.startswith("copy ") and lines, own
+    table = tomllib.loads(Path(begin.removeprefix("copy ")).read_text())
+    for gone in change.partition(" in place of ")[2].split(", "):
+        table.get("deviations", {}).pop(gone, None)
+    for section, written in lines:
+        for line in re.findall("`([^`]*)`", written):
+            table.setdefault(section, {}).update(tomllib.loads(line))
+    Path(path).write_text(tomli_w.dumps(table))
+    tolstat_run, *typed = shlex.split(then.removeprefix("then ").strip("`"))[1:]
+    assert tolstat_run == "run"
+    return typed, table
+
+
+def test_a_refusal_of_what_is_right_says_what_runs_it(tmp_path):
+    run = chain_of(tmp_path, trials=1500, seed=8)
+    words = refusal(run, {"H": "+-0.4 mm", "d": {"tolerance": "+-0.3 mm", "cp": 1.1}})
+    typed, _ = own_run_of(words)
+    # as many trials and the seed of the run; it replaces nothing
+    path = tmp_path / "chain.what-if.toml"
+    assert typed == [str(path), "--trials", "1500", "--seed", "8"]
+    made = CliRunner().invoke(main, ["run", *typed])
+    assert made.exit_code in (0, 3), made.output
+    own = tolstat.open(path.with_suffix(".h5"))
+    assert own.trials == 1500 and run.path.exists()
+    assert {name: each.words for name, each in own.assumed.items()} == {
+        "H": "normal, +-0.4 mm, cp 1",
+        "A": run.assumed["A"].words,
+        "d_1": "normal, +-0.3 mm, cp 1.1",
+        "d_2": "normal, +-0.3 mm, cp 1.1",
+    }
+    assert "chain.what-if-2.toml" in refusal(run, {"H": "+-0.4 mm"})
+
+
+def test_a_refusal_names_the_lines_that_others_take_the_place_of(toy, toy_study):
+    """One of two parts that share a line; what they have in common stays so."""
+    run = tolstat.run(toy_study, model=toy)
+    typed, table = own_run_of(refusal(run, {"part_1": "+-2 mm"}, model=toy))
+    assert typed[0].endswith("toy.what-if.toml")
+    angle = {"tolerance": "0..360 deg", "distribution": "uniform"}
+    lines = {"part_1": "+-2 mm", "part_2": "+-1 mm", "angle": angle}
+    assert table["deviations"] == lines
+    both = '{ tolerance = "+-1 mm", common = 0.4 }'
+    toy_study.write_text(toy_study.read_text().replace('"+-1 mm"', both))
+    run = tolstat.run(toy_study, model=toy, force=True)
+    _, table = own_run_of(refusal(run, {"part": "+-2 mm"}, model=toy))
+    assert table["deviations"]["part"] == {"tolerance": "+-2 mm", "common": 0.4}
+    # no line of a study says that of one of them alone
+    assert "change part_1 there; then" in refusal(run, {"part_1": "+-2 mm"}, model=toy)
+
+
+def test_the_study_of_a_refusal_is_that_of_the_run(tmp_path):
+    """Where its file is another by now, or none, the run has it."""
+    run = chain_of(tmp_path)
+    study = tmp_path / "chain.toml"
+    text = study.read_text()
+    study.write_text(text.replace("+-0.1 mm", "+-0.3 mm"))
+    for _ in range(2):
+        words = refusal(run, {"H": "+-0.4 mm"})
+        typed = re.findall("tells: `([^`]*)` writes its study as it was run", words)
+        subprocess.run(typed[0], shell=True, check=True)
+        made = tmp_path / "chain.what-if.toml"
+        assert made.read_text().strip() == text.strip()
+        made.unlink()
+        study.unlink(missing_ok=True)
+
+
+def test_a_refusal_of_what_is_wrong_runs_nothing(run, toy):
+    assert "tolstat run" not in refusal(run, {"parts": "+-2 mm"}, model=toy)
+
+
+def test_a_refusal_names_every_contributor(tmp_path):
+    run = chain_of(tmp_path)
+    words = refusal(run, {"H": "+-0.4 mm", "A": "+-0.5 mm", "d_1": "+-0.3 mm"})
+    assert all(f"[deviations] {name} = " in words for name in ("H", "A", "d_1"))
+    narrow = {"tolerance": "+-0.1 mm", "distribution": "uniform"}
+    words = refusal(run, {"H": narrow, "A": "+-0.03 mm", "d": "+-0.01 mm"})
+    assert all(f"{name} alone" in words for name in ("H", "A", "d_1", "d_2"))
 
 
 def test_only_some_of_what_hangs_closely_together_are_refused(toy, toy_study):
     close = "[correlation]\npart_1 = { part_2 = 0.9 }\n[limits]"
     toy_study.write_text(toy_study.read_text().replace("[limits]", close))
     run = tolstat.run(toy_study, model=toy)
-    with pytest.raises(StudyError, match="of parts that hang together, change all"):
+    with pytest.raises(StudyError, match="together, change all: part_2 too"):
         tolstat.what_if(run, {"part_1": "+-0.5 mm"}, model=toy)
     both = tolstat.what_if(run, {"part": "+-0.5 mm"}, model=toy)
     assert both.what_if.effective > 350
@@ -240,16 +346,7 @@ def test_the_command_line_tells_and_delivers(stack):
 
 def test_a_range_alone_that_changes_the_kind_says_what_keeps_it(tmp_path):
     """The command that it shows is one that works."""
-    kinds = {"distribution": "uniform"}, {"distribution": "triangular", "mode": "0 mm"}
-    links = {
-        name: {"nominal": "20 mm", "tolerance": "+-0.2 mm", **kind}
-        for name, kind in zip("HA", kinds, strict=True)
-    }
-    study = {
-        "model": "dimension_chain", "trials": 2000, "seed": 5, "links": links,
-        "settings": {"gap": "H - A"}, "limits": {"gap": "-0.3..0.3 mm"},
-    }  # fmt: skip
-    run = tolstat.run(study, output=tmp_path / "run.h5")
+    run = chain_of(tmp_path)
 
     def ask(*asked):
         return CliRunner().invoke(main, ["what-if", str(run.path), *asked])
@@ -263,10 +360,41 @@ def test_a_range_alone_that_changes_the_kind_says_what_keeps_it(tmp_path):
         assert again.exit_code == 0 and "was drawn" not in again.stdout, again.output
         words = f"{kind}, +-0.1 mm{', mode 0 mm' * (name == 'A')}"
         assert words in again.stdout
-    refused = ask("H=+-0.2 mm")
-    assert refused.exit_code == 2 and "H was drawn uniform" in refused.stderr
     asked = {"H": {"tolerance": "+-0.1 mm", "distribution": "normal"}}
     assert not any("was drawn" in note for note in tolstat.what_if(run, asked).notes)
+
+
+@pytest.mark.parametrize(
+    ("asked", "kept", "refused"),
+    [
+        ({"H": "+-0.2 mm"}, "H", ""),
+        # wider than drawn, of whatever kind
+        ({"H": "+-0.3 mm"}, "", "H"),
+        # 0 mm, where it is most frequent, is no longer within
+        ({"A": "0.05..0.15 mm"}, "", "A"),
+        # only both together, or one of them
+        ({"H": "+-0.2 mm", "A": "+-0.2 mm"}, "HA", ""),
+        ({"H": "+-0.2 mm", "A": "0.05..0.15 mm"}, "H", "A"),
+        # another one is not told whatever their kind
+        ({"H": "+-0.2 mm", "d": "+-0.3 mm"}, "", "H"),
+    ],
+)
+def test_only_what_would_be_told_is_said_to_keep_a_kind(tmp_path, asked, kept, refused):
+    run = chain_of(tmp_path)
+    try:
+        words = "\n".join(tolstat.what_if(run, asked).notes)
+    except StudyError as error:
+        words = str(error)
+    typed = {}
+    for name, kind in (("H", "uniform"), ("A", "triangular")):
+        said = f"{name} was drawn {kind}, and a range alone is normal: "
+        assert (said in words) == (name in kept + refused)
+        assert (f"{said}kept {kind} it would be refused" in words) == (name in refused)
+        if name in kept:
+            line, *_ = shlex.split(words.split(said)[1])
+            typed[name] = value_in(line.removeprefix(f"{name}="), line)
+    if typed:
+        tolstat.what_if(run, asked | typed)
 
 
 def test_the_page_of_the_command_line(stack, tmp_path):

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
-from json import dumps
+from collections.abc import Mapping
+from contextlib import suppress
 from shlex import quote
-from typing import Any
+from typing import Any, NamedTuple
 
 from tolstat.asking.anew import with_limits
+from tolstat.asking.own_run import own_run
 from tolstat.deviations.cover import Cover, check_covered, cover_of
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.names import expand
-from tolstat.deviations.weighting import Weighting, all_alike
+from tolstat.deviations.weighting import Weighting, all_alike, hanging_together
 from tolstat.errors import (
     DependenceError,
     DistributionError,
     PictureError,
     RunFileError,
     StudyError,
-    TolstatError,
 )
 from tolstat.execution.going_on import plan_again, study_of
 from tolstat.execution.rare import drawn_again
@@ -31,11 +31,12 @@ from tolstat.reporting.summary_table import notes_of, reading_of, summaries_of
 from tolstat.reporting.weighed import Asked, Changed, Weighed, WhatIf
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.weights import LEAST_EFFECTIVE, Weights
+from tolstat.store.advice import to_run_anew
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
 from tolstat.study.bounds import check_lines
 from tolstat.study.deviations import Deviations, read_deviations
-from tolstat.study.problems import Problems
+from tolstat.study.problems import Problems, toml_of
 from tolstat.study.study import Study
 
 
@@ -87,17 +88,12 @@ def what_if(
     problems = Problems(f"{run.path}", "cannot be asked that")
     asked = _read(deviations, study, run, problems)
     problems.raise_if_any()
-    changed = _kinds_changed(deviations, asked, study, run)
-    worth = _worth(asked, study, problems)
-    if not problems.found:
-        with problems.noting("all together", None):
-            cover = _cover(asked.distributions, study, len(drawn.trials), worth)
-    _raise(problems, deviations, run, changed)
-    weights = Weights(_ratio(drawn, study, asked), cover.most, cover.cut)
-    if weights.too_few:
-        said = f"{weights.too_few}: {LEAST_EFFECTIVE} are needed"
-        problems.add("all together", None, said)
-        _raise(problems, deviations, run, changed)
+    found = _covered(asked, study, drawn, problems)
+    changed = _kinds_changed(deviations, asked, study, run, drawn)
+    if not found:
+        own = own_run(deviations, asked, study, run)
+        raise StudyError("\n  ".join([problems.words, *changed, own]))
+    weights = found.weights
     weighted = drawn._replace(sample=drawn.sample._replace(weights=weights))
     before, after = summaries_of(drawn), summaries_of(weighted)
     return WhatIf(
@@ -106,12 +102,12 @@ def what_if(
         run.model,
         Asked(
             {
-                name: Changed(run.assumed[name].words, words, worth[name])
+                name: Changed(run.assumed[name].words, words, found.worth[name])
                 for name, words in asked.words.items()
             },
             len(drawn.trials),
             weights.number,
-            cover.worth * len(drawn.trials),
+            found.cover.worth * len(drawn.trials),
         ),
         joint_findings(weighted),
         joint_findings(drawn),
@@ -135,7 +131,7 @@ def _check_drawn(run: Run, study: Study) -> None:
     if len(trials_drawn_otherwise(run, plan)):
         raise RunFileError(
             f"{run.path}: its study draws other deviations by now, because its data or "
-            "the machine are others; run it again"
+            f"the machine are others; {to_run_anew(run)}"
         )
 
 
@@ -165,8 +161,55 @@ def _kinds_changed(
     asked: Deviations,
     study: Study,
     run: Run,
+    drawn: Drawn,
 ) -> list[str]:
-    """Say where a range alone, which is normal, takes the place of another kind."""
+    """Say where a range alone, which is normal, takes the place of another kind.
+
+    And what keeps the kind, as far as the trials cover that.
+    """
+    changes = _changes(given, asked, study, run)
+    if not changes:
+        return []
+    names = [each.name for each in study.description.contributors]
+    every = {n: line for name, line in given.items() for n in expand(name, names)}
+
+    def told(some: list[_Change]) -> bool:
+        """Tell whether the trials tell what is asked, with these kinds kept."""
+        kept = {member: each.keys for each in some for member in each.members}
+        problems = Problems(f"{run.path}")
+        with suppress(StudyError):  # so many that they are raised at once
+            read = _read({**every, **kept}, study, run, problems)
+            if not problems.found:
+                return _covered(read, study, drawn, problems) is not None
+        return False
+
+    # kept one by one only where they are not told with all kept
+    keepable = changes if told(changes) else [each for each in changes if told([each])]
+    said = []
+    for each in changes:
+        kind = each.keys["distribution"]
+        keeps = f"kept {kind} it would be refused"
+        if each in keepable:
+            keeps = f"{each.of}={quote(toml_of(each.keys))} keeps it {kind}"
+        said.append(f"{each.of} was drawn {kind}, and a range alone is normal: {keeps}")
+    return said
+
+
+class _Change(NamedTuple):
+    """A contributor that a range alone makes normal, or all of one name alike."""
+
+    of: str
+    members: list[str]
+    keys: dict[str, Any]  # of its line, with the range and the kind that it has
+
+
+def _changes(
+    given: Mapping[str, str | dict[str, Any]],
+    asked: Deviations,
+    study: Study,
+    run: Run,
+) -> list[_Change]:
+    """List what a range alone makes normal."""
     names = [each.name for each in study.description.contributors]
     drawn, table = study.deviating.distributions, run.study.table
     lines = {
@@ -175,7 +218,7 @@ def _kinds_changed(
         if isinstance(line, dict) and "distribution" in line
         for member in expand(name, names)
     }
-    said = []
+    found = []
     for name, words in given.items():
         members = expand(name, names) if isinstance(words, str) else []
         alike = all(lines.get(each) == lines.get(members[0]) for each in members)
@@ -186,13 +229,33 @@ def _kinds_changed(
             own = {k: v for k, v in lines[member].items() if k in vars(before)}
             kind = lines[member]["distribution"]
             keys = {**own, "tolerance": words, "distribution": kind}
-            typed = ", ".join(f"{key} = {dumps(value)}" for key, value in keys.items())
-            of = name if alike else member
-            said.append(
-                f"{of} was drawn {kind}, and a range alone is normal: "
-                f"{of}={quote(f'{{ {typed} }}')} keeps it {kind}"
-            )
-    return said
+            of, some = (name, members) if alike else (member, [member])
+            found.append(_Change(of, some, keys))
+    return found
+
+
+class _Covered(NamedTuple):
+    """What the trials say of other deviations."""
+
+    worth: dict[str, float]  # effective trials for each, of each change by itself
+    cover: Cover
+    weights: Weights
+
+
+def _covered(
+    asked: Deviations, study: Study, drawn: Drawn, problems: Problems
+) -> _Covered | None:
+    """Weight the trials; None where they do not cover what is asked, which is noted."""
+    worth = _worth(asked, study, problems)
+    if problems.found:
+        return None
+    with problems.noting("all together", None):
+        cover = _cover(asked.distributions, study, len(drawn.trials), worth)
+        weights = Weights(_ratio(drawn, study, asked), cover.most, cover.cut)
+        if weights.too_few:
+            raise DistributionError(f"{weights.too_few}: {LEAST_EFFECTIVE} are needed")
+        return _Covered(worth, cover, weights)
+    return None
 
 
 def _worth(asked: Deviations, study: Study, problems: Problems) -> dict[str, float]:
@@ -223,9 +286,15 @@ def _cover(
 ) -> Cover:
     """Check that the trials are worth enough for all changes together."""
     as_drawn = study.deviating
-    found = cover_of(as_drawn.distributions, as_drawn.dependence, new, trials)
+    try:
+        found = cover_of(as_drawn.distributions, as_drawn.dependence, new, trials)
+    except DistributionError as error:
+        joint = hanging_together(new, as_drawn.dependence)
+        left = [name for group in joint for name in group if name not in new]
+        more = f": {', '.join(left)} too" if left else ""
+        raise DistributionError(f"{error}{more}") from None
     if found.worth * trials < LEAST_EFFECTIVE:
-        least = sorted(worth, key=lambda name: worth[name])[:3]
+        least = sorted(worth, key=lambda name: worth[name])
         each = ", ".join(f"{name} alone {100 * worth[name]:.2g} %" for name in least)
         raise DistributionError(
             f"{found.worth * trials:.0f} effective trials would be left of {trials}, "
@@ -240,21 +309,3 @@ def _ratio(drawn: Drawn, study: Study, asked: Deviations) -> Any:
     values = {name: drawn.values(name) for name in as_drawn.distributions}
     weighting = Weighting(values, as_drawn.distributions, as_drawn.dependence)
     return weighting.weights(asked.distributions)
-
-
-def _raise(
-    problems: Problems,
-    given: Mapping[str, str | dict[str, Any]],
-    run: Run,
-    changed: Iterable[str],
-) -> None:
-    """Refuse what is not covered, and say what runs it."""
-    try:
-        problems.raise_if_any()
-    except TolstatError as error:
-        study = run.study_file.name if run.study_file else "the study"
-        own = (
-            f"a run of its own tells: change {', '.join(given)} in a copy of {study}, "
-            "and `tolstat run` that"
-        )
-        raise StudyError("\n  ".join([f"{error}", *changed, own])) from None

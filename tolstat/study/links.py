@@ -84,6 +84,15 @@ def check_sizes(
             problems.add(f"[links] {name}", link, f'{message}"{written} {scale.mark}"')
 
 
+def with_deviation(
+    link: Any, line: str | Mapping[str, Any], model: Model
+) -> dict[str, Any]:
+    """Return a link as it is, with another deviation."""
+    columns = _columns(model)
+    own = {key: value for key, value in _keys(link).items() if key in columns}
+    return own | ({"tolerance": line} if isinstance(line, str) else dict(line))
+
+
 def _columns(model: Model) -> tuple[str, ...]:
     """Return what a link has besides its deviation; nothing where there are none."""
     declared = settings_of(model).get(SETTING)

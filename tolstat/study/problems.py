@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from json import dumps
 from typing import Any, TypeVar
 
 from tolstat.errors import StudyError, TolstatError
@@ -28,7 +29,7 @@ class Problems:
         what is allowed, what to do. So many that nobody would read more are raised at
         once.
         """
-        shown = "" if value is None else f" = {shortened(_toml(value))}"
+        shown = "" if value is None else f" = {shortened(toml_of(value))}"
         what = shortened(message, LONGEST_MESSAGE)
         self.found.append(f"{shortened(key)}{shown}: {what}")
         if len(self.found) > MOST_SAID:
@@ -52,10 +53,15 @@ class Problems:
     def raise_if_any(self) -> None:
         """Refuse the study if any problem was noted, with one line for each."""
         if self.found:
-            said = self.found[:MOST_SAID]
-            said += ["there are more"] * (len(self.found) > MOST_SAID)
-            lines = "\n".join(f"  {problem}" for problem in said)
-            raise StudyError(f"{self.source} {self.verdict}:\n{lines}")
+            raise StudyError(self.words)
+
+    @property
+    def words(self) -> str:
+        """What was noted, with one line for each problem."""
+        said = self.found[:MOST_SAID]
+        said += ["there are more"] * (len(self.found) > MOST_SAID)
+        lines = "\n".join(f"  {problem}" for problem in said)
+        return f"{self.source} {self.verdict}:\n{lines}"
 
 
 def shortened(text: str, longest: int = LONGEST) -> str:
@@ -63,13 +69,15 @@ def shortened(text: str, longest: int = LONGEST) -> str:
     return text if len(text) <= longest else f"{text[:longest]}..."
 
 
-def _toml(value: Any) -> str:
+def toml_of(value: Any) -> str:
+    """Write a value as it stands behind a key, in one line."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return f'"{value}"'
+        return dumps(value, ensure_ascii=False)
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{k} = {_toml(v)}" for k, v in value.items()) + " }"
+        keys = ", ".join(f"{key} = {toml_of(v)}" for key, v in value.items())
+        return f"{{ {keys} }}"
     if isinstance(value, list):
-        return "[" + ", ".join(_toml(each) for each in value) + "]"
+        return "[" + ", ".join(toml_of(each) for each in value) + "]"
     return str(value)
