@@ -9,6 +9,7 @@ import math
 import re
 import shutil
 import tomllib
+from importlib.metadata import version
 
 import h5py
 import numpy as np
@@ -23,7 +24,7 @@ from tests.execution.test_going_on import Enough, same
 from tests.store.tampering import resealed
 from tolstat.cli.listing import row_of
 from tolstat.cli.main import main
-from tolstat.errors import PictureError, StudyError
+from tolstat.errors import PictureError, RunFileError, StudyError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers import Workers
 from tolstat.reporting.likeliest import normal_score
@@ -190,6 +191,40 @@ def test_what_is_drawn_otherwise_is_found(run):
         file["rare-weight"][4500] *= 2
     found = tolstat.verify(run.path)
     assert found.drawn_otherwise.tolist() == [4000, 4500]
+
+
+def sought_otherwise(path, **facts):
+    """Let a run be as one of a tolstat that sought otherwise."""
+    with resealed(path) as file:
+        file["A"][600:] *= 1.5
+        file.attrs.update(facts)
+
+
+def test_another_tolstat_that_sought_otherwise_is_named(run, study, whole, tmp_path):
+    sought_otherwise(run.path, version_tolstat="0.0.9", processor="abacus")
+    said = command("verify", run.path)
+    assert said.exit_code == 1
+    words = " ".join(said.output.split())
+    assert "made on another processor (abacus)" in words  # fits hang on it
+    assert "its study gives something else here: the run was made by" in words
+    assert f"by tolstat 0.0.9, and this is {version('tolstat')}, which may" in words
+    assert f"run its study again: `tolstat run {study} --force`" in words
+    part = stopped(study, tmp_path / "part.h5", 4000).path
+    sought_otherwise(part, version_tolstat="0.0.9")
+    said = command("resume", part)
+    anew = ["run", str(study), "-o", str(part), "--force"]
+    assert said.exit_code == 2 and f"`tolstat {' '.join(anew)}`" in said.output
+    assert "trials 600-" in said.output and "made by tolstat 0.0.9, and" in said.output
+    again = command(*anew)
+    assert again.exit_code == 0 and like(tolstat.open(part), whole)
+
+
+def test_a_tolstat_of_the_same_version_may_have_sought_otherwise(run):
+    sought_otherwise(run.path)
+    words = " ".join(command("verify", run.path).output.split())
+    assert f"by a tolstat {version('tolstat')} that sought rare machines" in words
+    with pytest.raises(RunFileError, match="that sought rare machines otherwise"):
+        tolstat.resume(run.path)
 
 
 def test_what_is_damaged_is_found_and_drawn_anew(run, whole):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from tolstat.cli.showing import screen
-from tolstat.execution.verifying import findings, verify
-from tolstat.store.advice import to_resume
+from tolstat.execution.verifying import findings, verify, why_otherwise
+from tolstat.store.advice import to_resume, to_run_anew
 
 
 def verify_run(path: Path, *, every: bool, workers: int | None) -> bool:
@@ -23,7 +23,7 @@ def verify_run(path: Path, *, every: bool, workers: int | None) -> bool:
     else:
         console.print(
             f"{path} is as it was written, but its study gives something else here: "
-            "its data, or what evaluates it, are others; run it again, with --force",
+            f"{why_otherwise(found)}; {to_run_anew(found.run)}",
             soft_wrap=True,
         )
     return found.whole

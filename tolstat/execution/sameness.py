@@ -14,9 +14,11 @@ from tolstat.errors import RunFileError
 from tolstat.execution.rare import NOT_YET, is_drawn
 from tolstat.model.description import Contributor, Response
 from tolstat.status import Status
+from tolstat.store.advice import to_run_anew
 from tolstat.store.damage import ranges_of
 from tolstat.store.layout import STAGE, encoded
 from tolstat.store.plan import Plan, Reference
+from tolstat.store.provenance import provenance
 from tolstat.store.run import Run
 
 
@@ -72,14 +74,30 @@ def check_same(run: Run, plan: Plan) -> None:
         if len(healthy):
             said.append(
                 f"the deviations of trials {ranges_of(healthy)} are not those that the "
-                "study draws now: its data, or the number of its trials, are others"
+                f"study draws now: {why_drawn_otherwise(run)}"
             )
     if said:
         raise RunFileError(
             f"{run.path} cannot be gone on with: "
             + "; ".join(said)
-            + "; run the study again, with --force or under another name (-o)"
+            + f"; {to_run_anew(run)}"
         )
+
+
+def why_drawn_otherwise(run: Run) -> str:
+    """Say why a study may draw other machines than those of its run."""
+    if not run.rare:
+        return "its data, or the number of its trials, are others"
+    was, here = run.provenance["version_tolstat"], provenance()["version_tolstat"]
+    if was != here:
+        return (
+            f"the run was made by tolstat {was}, and this is {here}, which may seek "
+            "rare machines otherwise"
+        )
+    return (
+        "its data, or the number of its trials, are others, or the run was made by a "
+        f"tolstat {was} that sought rare machines otherwise"
+    )
 
 
 def _points(reference: Reference | None) -> NDArray[np.float64]:

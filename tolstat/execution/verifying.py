@@ -13,7 +13,7 @@ from tolstat.errors import TolstatError
 from tolstat.execution.choosing import random_trials
 from tolstat.execution.going_on import plan_again, study_of
 from tolstat.execution.rare import drawn_again, is_drawn
-from tolstat.execution.sameness import trials_drawn_otherwise
+from tolstat.execution.sameness import trials_drawn_otherwise, why_drawn_otherwise
 from tolstat.execution.workers import Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
@@ -183,6 +183,14 @@ def findings(found: Verification) -> list[str]:
         said.append(f"{what}: {words}")
     if found.nominal_differs:
         said.append("the nominal machine, evaluated again: different")
-    if len(found.different) or found.nominal_differs:
+    fitted_here = run.rare and len(found.drawn_otherwise)  # what is drawn hangs on it
+    if len(found.different) or found.nominal_differs or fitted_here:
         said += found.reasons
     return said
+
+
+def why_otherwise(found: Verification) -> str:
+    """Say why a study may give something else than its run, which is whole."""
+    if found.run.rare and len(found.drawn_otherwise):
+        return why_drawn_otherwise(found.run)
+    return "its data, or what evaluates it, are others"
