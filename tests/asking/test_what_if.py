@@ -162,13 +162,16 @@ def own_run_of(words):
     copy, change, then = own.split("; ")
     begin, _, path = copy.partition(" as ")
     lines = re.findall(r"in \[(\w+)\] ((?:`[^`]*`(?:, )?)+)", change)
-    assert begin.startswith("copy ") and lines, own
+    top = re.findall("`(sampling = [^`]*)`", change)
+    assert begin.startswith("copy ") and (lines or top), own
     table = tomllib.loads(Path(begin.removeprefix("copy ")).read_text())
     for gone in change.partition(" in place of ")[2].split(", "):
         table.get("deviations", {}).pop(gone, None)
     for section, written in lines:
         for line in re.findall("`([^`]*)`", written):
             table.setdefault(section, {}).update(tomllib.loads(line))
+    for line in top:
+        table |= tomllib.loads(line)
     Path(path).write_text(tomli_w.dumps(table))
     tolstat_run, *typed = shlex.split(then.removeprefix("then ").strip("`"))[1:]
     assert tolstat_run == "run"

@@ -19,6 +19,7 @@ from scipy.special import ndtr
 from scipy.stats import norm
 
 import tolstat
+from tests.asking.test_what_if import own_run_of
 from tests.execution.test_audit import Cliff
 from tests.execution.test_going_on import Enough, same
 from tests.store.tampering import resealed
@@ -258,12 +259,57 @@ def test_it_is_no_sample(run, tmp_path):
         tolstat.what_if(run, {"A": "+-0.1 mm"})
     with pytest.raises(PictureError, match="drawn for the limit that its study has"):
         tolstat.limited(run, {"gap": ">= 0.1 mm"})
+    with pytest.raises(StudyError, match="did you mean 'gap'"):
+        tolstat.limited(run, {"gab": ">= 0.1 mm"})
     assert run.evidence.halved == {}
     frame = run.frame()
     assert list(frame.columns)[-5:-1] == list(DRAWN)
     last = frame[~frame["rare-weight"].isna()]
     beyond = last.loc[last["gap"] < 0.2e-3, "rare-weight"].sum() / len(last)
     assert beyond == pytest.approx(rare_findings(run).beyond.value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("asked", "limits", "sampling"),
+    [
+        (("report", "--limit", "gap >= 0.1 mm"), {"gap": ">= 0.1 mm"}, "rare"),
+        (("what-if", "A=+-0.1 mm"), {"gap": ">= 0.2 mm"}, "random"),
+        (("compare", "AGAIN"), {"gap": ">= 0.2 mm"}, "random"),
+    ],
+)
+def test_what_it_does_not_tell_a_run_of_its_own_does(
+    run, study, asked, limits, sampling
+):
+    """As the refusal says, word for word."""
+    name, *options = (str(run.path) if each == "AGAIN" else each for each in asked)
+    refused = command(name, run.path, *options)
+    assert refused.exit_code == 2
+    typed, table = own_run_of(refused.output.replace("\n", " ").strip())
+    assert table["limits"] == limits and table["sampling"] == sampling
+    assert command("run", *typed, "--trials", "5000").exit_code in (0, 3)
+
+
+def test_another_response_is_sought_by_a_run_of_its_own(toy, tmp_path):
+    study = {
+        "model": "toy", "trials": 5000, "seed": 1, "sampling": {"rare": "gap"},
+        "deviations": {"part": "+-0.6 mm"},
+        "limits": {"gap": "<= 4 mm", "ratio": "<= 0.85"},
+    }  # fmt: skip
+    run = tolstat.run(study, model=toy, output=tmp_path / "run.h5")
+    with pytest.raises(PictureError) as refused:
+        rare_findings(run, ["ratio"])
+    assert 'write there `sampling = { rare = "ratio" }`; then' in str(refused.value)
+    with pytest.raises(PictureError) as refused:
+        tolstat.limited(run, {"ratio": "<= 0.8"})
+    change = 'in [limits] `ratio = "<= 0.8"` and `sampling = { rare = "ratio" }`; then'
+    assert change in str(refused.value)
+    with pytest.raises(PictureError, match="response rato: unknown; did you mean"):
+        rare_findings(run, ["rato"])
+    only = tolstat.run(
+        {**study, "limits": {"gap": "<= 4 mm"}}, model=toy, output=tmp_path / "only.h5"
+    )
+    with pytest.raises(PictureError, match='there `sampling = "random"`; then'):
+        rare_findings(only, ["ratio"])
 
 
 def test_a_search_that_did_not_end_is_said_beside_its_wide_interval(tmp_path):
@@ -406,6 +452,6 @@ def test_at_the_command_line(study, monkeypatch):
     assert STAGES in text
     assert re.search(r"machine beyond that was met has B \S+ mm \(\+\S+ sigmas\)", text)
     refused = command("report", run, "--response", "worst")
-    assert refused.exit_code == 2 and "tells of gap alone" in refused.output
+    assert refused.exit_code == 2 and "worst: unknown; allowed: gap" in refused.output
     monkeypatch.chdir(study.parent)
     assert "not met" in command("runs", ".").output

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tomli_w
 
 import tolstat
 from tolstat.errors import StudyError
@@ -285,3 +286,24 @@ def test_a_rare_study_says_with_how_many_trials_it_loses_no_kind(tmp_path):
     assert 5000 < trials <= 13_000
     assert load(path, trials=trials).doubts == ()
     assert load(path, trials=trials - 1).doubts
+
+
+@pytest.mark.parametrize(("parts", "trials"), [(3, 20_000), (20, 22_910)])
+def test_so_many_trials_as_a_refusal_names_are_plenty(tmp_path, parts, trials):
+    path, names = tmp_path / "rare.toml", [f"L{i}" for i in range(parts)]
+    links = {n: {"nominal": "1 mm", "tolerance": "+-0.3 mm"} for n in names}
+    study = {
+        "model": "dimension_chain", "sampling": "rare", "seed": 1, "links": links,
+        "settings": {"gap": "+".join(names)}, "limits": {"gap": "<= 90 mm"},
+    }  # fmt: skip
+    until = {"until": "gap p95 +-3 %", "at_most": 9000}
+    for given, said in (
+        ({"trials": 4999}, f"; {trials} are plenty"),
+        ({"trials": until}, f"give one, such as trials = {trials}, or"),
+        ({}, f"trials: missing; such as trials = {trials}"),
+    ):
+        path.write_text(tomli_w.dumps({**given, **study}))
+        with pytest.raises(StudyError, match=said):
+            load(path)
+    path.write_text(tomli_w.dumps({"trials": trials, **study}))
+    assert load(path).doubts == ()

@@ -51,18 +51,20 @@ WRONG = {
         'model = "stand"\nseed = 1\ntrials = { until = "extra_loss p95 +-2 %" }\n',
         ["trials = ", "at_most", "a whole number from 1"],
     ),
-    "rare without a limit": (HEAD + 'sampling = "rare"\n', ['sampling = "rare"', "it is for a limit; give one"]),
+    "rare without a limit": (HEAD + 'sampling = "rare"\n', ['sampling = "rare"', "it is for a limit; give one in [limits]", "extra_loss, "]),
     "rare with two limits": (
         HEAD + 'sampling = "rare"\nlimits.rod_force = "<= 130 kN"\n',
         ["for one limit, and there are 2: rod_force_1, rod_force_2", '{ rare = "rod_force_1" }'],
     ),
     "rare of what has no limit": (
-        HEAD + 'sampling = { rare = "yaw" }\nlimits.rod_force = "<= 130 kN"\n', ["yaw: no limit", "[limits]"],
+        HEAD + 'sampling = { rare = "yaw" }\nlimits.rod_force = "<= 130 kN"\n', ["yaw: no limit", 'in [limits], such as extra_loss = "<= 3 %"'],
     ),
     "rare of an unknown response": (
         HEAD + 'sampling = { rare = "extra_los" }\nlimits.extra_loss = "<= 3 %"\n', ["did you mean 'extra_loss'"],
     ),
-    "rare of a number": (HEAD + "sampling = { rare = 3 }\n", ["a response with a limit is expected"]),
+    "rare of a number": (
+        HEAD + 'sampling = { rare = 3 }\nlimits.yaw = "<= 1 mrad"\n', ["a response with a limit", '{ rare = "yaw" }'],
+    ),
     "unknown key of a sampling": (HEAD + 'sampling = { rar = "yaw" }\n', ["no key rar", "did you mean 'rare'"]),
     "a sampling of a number": (HEAD + "sampling = 3\n", ["sampling = 3", '{ rare = "extra_loss" }']),
     "rare with few trials": (
@@ -70,12 +72,12 @@ WRONG = {
         ["trials = 8", "needs 5000 trials or more"],
     ),
     "rare where nothing deviates": (
-        HEAD + 'sampling = "rare"\nlimits.extra_loss = "<= 3 %"\n', ["nothing deviates: no machine is rare"],
+        HEAD + 'sampling = "rare"\nlimits.extra_loss = "<= 3 %"\n', ["nothing deviates: no machine is rare", "give a line in [deviations]"],
     ),
     "rare until": (
         UNTIL.format("extra_loss beyond +-20 % of itself").replace("{{", "{").replace("}}", "}")
         + 'sampling = "rare"\nlimits.extra_loss = "<= 3 %"\n',
-        ["trials = ", "made for a number of trials"],
+        ["trials = ", "made for a number of trials; give one, such as trials = 20000, or"],
     ),
     "until of nothing": (
         'model = "stand"\nseed = 1\ntrials = { at_most = 100 }\n', ["until, a rule or a list"],

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from tolstat.asking.lines import in_section
 from tolstat.deviations.names import expand
 from tolstat.errors import PictureError, TolstatError
 from tolstat.execution.going_on import study_of
@@ -22,6 +23,7 @@ from tolstat.statistics.limit import Limit
 from tolstat.status import Status
 from tolstat.store.evidence import Evidence, Worst
 from tolstat.store.opening import open as open_run
+from tolstat.store.own_run import own_run
 from tolstat.store.run import Run
 from tolstat.study.bounds import check_lines
 from tolstat.study.limit import read_limits
@@ -69,15 +71,15 @@ def limited(
 
 def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     """Return a run with other limits, and the evidence of its own; see `limited`."""
-    if run.rare:
-        raise PictureError(
-            f"{run.path}: the trials of a rare run were drawn for the limit that its "
-            f"study has of {run.rare}; run the study with another limit"
-        )
     problems = Problems(f"{run.path}", "cannot be asked that")
     check_lines("limits", limits, problems)
     read = read_limits(limits, run.responses, problems)
     problems.raise_if_any()
+    if run.rare:
+        raise PictureError(
+            f"{run.path}: the trials of a rare run were drawn for the limit that its "
+            f"study has of {run.rare}; {_sought_anew(run, limits, list(read))}"
+        )
     before = run.limits
     for name, given in limits.items():
         for each in expand(name, list(read)):
@@ -95,6 +97,15 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     )
     shown = {name: unit_of(limit.words) for name, limit in read.items()}
     return run.limited(now, shown, note)
+
+
+def _sought_anew(run: Run, limits: Mapping[str, Any], names: list[str]) -> str:
+    """Say which run tells of other limits what a rare one does; of one, if several."""
+    name = run.rare if run.rare in names or not names else names[0]
+    change = f"write there {in_section('limits', limits)}"
+    if len(run.limits | dict.fromkeys(names)) > 1:
+        change += f' and `sampling = {{ rare = "{name}" }}`'
+    return own_run(run, change, "limited")
 
 
 def _worst(run: Run, name: str, limit: Limit) -> list[Worst]:

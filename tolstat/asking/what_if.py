@@ -9,7 +9,7 @@ from shlex import quote
 from typing import Any, NamedTuple
 
 from tolstat.asking.anew import with_limits
-from tolstat.asking.own_run import own_run
+from tolstat.asking.lines import lines_of_deviations
 from tolstat.deviations.cover import Cover, check_covered, cover_of
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.names import expand
@@ -33,6 +33,7 @@ from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.weights import LEAST_EFFECTIVE, Weights
 from tolstat.store.advice import to_run_anew
 from tolstat.store.opening import open as open_run
+from tolstat.store.own_run import own_run
 from tolstat.store.run import Run
 from tolstat.study.bounds import check_lines
 from tolstat.study.deviations import Deviations, read_deviations
@@ -91,7 +92,8 @@ def what_if(
     found = _covered(asked, study, drawn, problems)
     changed = _kinds_changed(deviations, asked, study, run, drawn)
     if not found:
-        own = own_run(deviations, asked, study, run)
+        change = lines_of_deviations(deviations, asked, study, run)
+        own = own_run(run, change, "what-if")
         raise StudyError("\n  ".join([problems.words, *changed, own]))
     weights = found.weights
     weighted = drawn._replace(sample=drawn.sample._replace(weights=weights))

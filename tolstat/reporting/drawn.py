@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from tolstat.deviations.samplers.saltelli import OWN
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
+from tolstat.store.advice import command
+from tolstat.store.own_run import AT_RANDOM, own_run
 from tolstat.store.plan import Sampled
 from tolstat.store.run import Run
 
@@ -77,10 +79,14 @@ def no_sample(run: Run) -> str:
     """Say why the machines of a run are no sample of those of its study."""
     if run.rare:
         return (
-            f"{run.path}: machines of a rare run were sought and are no sample; they "
-            f"tell the share beyond the limit of {run.rare} alone (`tolstat report`)"
+            f"{run.path}: machines of a rare run were sought and are no sample; "
+            f"`{command('report', run.path)}` tells the share beyond the limit of "
+            f"{run.rare}; of all else {own_run(run, AT_RANDOM, 'random')}"
         )
+    shown = command("export", run.path, "-o", run.path.with_suffix(".csv"))
+    if run.grid:
+        shown = command("show", run.path, "--plot", run.path.with_suffix(".png"))
     return (
         f"{run.path}: machines of a grid or a table were chosen and not drawn, and "
-        "have no statistics; `tolstat show --plot` draws them"
+        f"have no statistics; `{shown}` shows them"
     )

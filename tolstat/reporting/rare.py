@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from tolstat.errors import PictureError
+from tolstat.errors import PictureError, allowed_names
 from tolstat.reporting.findings import Assumptions, DocumentFindings, TrialsFindings
 from tolstat.reporting.gather import assumptions_of, document_of, provenance_of
 from tolstat.reporting.likeliest import LikelyFindings, likeliest_of
@@ -31,6 +31,7 @@ from tolstat.statistics.weights import effective_number
 from tolstat.statistics.yields import NOT_MET, verdict
 from tolstat.status import Status
 from tolstat.store.layout import SPREAD, STAGE, WEIGHT
+from tolstat.store.own_run import AT_RANDOM, own_run
 from tolstat.store.run import Run
 from tolstat.units.scale import AS_IS, PPM, Scale
 
@@ -142,6 +143,16 @@ class RareFindings:
     provenance: Mapping[str, object]
 
 
+def _telling_of(name: str, run: Run) -> tuple[str, str]:
+    """Say what is changed in a study to tell of another response; name the copy."""
+    names = [each.name for each in run.responses]
+    if name not in names:
+        raise PictureError(f"response {name}: unknown; {allowed_names(name, names)}")
+    if name in run.limits:
+        return f'write there `sampling = {{ rare = "{name}" }}`', name
+    return AT_RANDOM, "random"
+
+
 def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
     """Gather what a rare run says; of its file alone.
 
@@ -159,9 +170,10 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
     """
     name, limit = run.rare, run.limits[run.rare]
     if others := [each for each in chosen if each != name]:
+        own = own_run(run, *_telling_of(others[0], run))
         raise PictureError(
             f'response {others[0]}: {run.path} has sampling = "rare" and tells of '
-            f"{name} alone"
+            f"{name} alone; {own}"
         )
     if not run.ended:
         raise PictureError(f"{run.path}: no trial has run; there is nothing to report")

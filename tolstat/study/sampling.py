@@ -11,6 +11,7 @@ from tolstat.deviations.draw import factors
 from tolstat.deviations.names import expand
 from tolstat.deviations.parts import find_in, names_in
 from tolstat.deviations.samplers import Sampler
+from tolstat.deviations.samplers.rare import safe_trials
 from tolstat.errors import ModelError, StudyError, allowed_names
 from tolstat.study.deviations import Deviations
 from tolstat.study.document import MISSING, Document
@@ -21,6 +22,8 @@ GIVEN = ("grid", "table")  # samplings that draw nothing
 GROUPED = "saltelli"
 RARE = "rare"
 LEAST_RARE = 5000  # trials, to be sought with and to tell the share
+PLENTY_RARE = 20_000
+EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
 
 
 def sampler_of(sampling: str) -> Sampler:
@@ -44,8 +47,9 @@ def read_sampling(document: Document, problems: Problems) -> tuple[Document, str
                 raise StudyError(f"no key {key}; {allowed_names(key, (RARE,))}")
         name = given.get(RARE)
         if not isinstance(name, str) or not name:
+            example = next(iter(document.limits), "extra_loss")
             raise StudyError(
-                'a response with a limit is expected, such as { rare = "extra_loss" }'
+                f'a response with a limit is expected, such as {{ rare = "{example}" }}'
             )
         return document.model_copy(update={"sampling": RARE}), name
     return document.model_copy(update={"sampling": "random"}), ""
@@ -55,10 +59,13 @@ def rare_response(name: str, limited: Collection[str], known: list[str]) -> str:
     """Return the response of a rare study: the one named, or the only limited one."""
     asked = expand(name, known) if name else list(limited)
     if name and (without := [each for each in asked if each not in limited]):
-        raise ModelError(f"{', '.join(without)}: no limit; give it a line in [limits]")
+        raise ModelError(
+            f"{', '.join(without)}: no limit; give it a line in [limits], {EXAMPLE}"
+        )
     if not asked:
         raise StudyError(
-            'it is for a limit; give one, such as limits.extra_loss = "<= 3 %"'
+            f"it is for a limit; give one in [limits], {EXAMPLE}; responses: "
+            f"{', '.join(known)}"
         )
     if len(asked) > 1:
         raise StudyError(
@@ -85,7 +92,10 @@ def check_sampling(
     for key in ("trials", "seed"):
         value = getattr(document, key)
         if drawn and value is None:
-            problems.add(key, None, MISSING[key])
+            missing = MISSING[key]
+            if key == "trials" and sampling == RARE:
+                missing = f"missing; such as trials = {plenty(_varying(deviating))}"
+            problems.add(key, None, missing)
         elif not drawn and value is not None:
             problems.add(key, value, f'sampling = "{sampling}" draws nothing; leave it')
     for key in GIVEN:
@@ -107,10 +117,13 @@ def _check_drawn(document: Document, deviating: Deviations, problems: Problems) 
     if isinstance(document.trials, dict):
         sampler = sampler_of(sampling)
         if not sampler.extensible:
+            number = "give one"
+            if sampling == RARE:
+                number += f", such as trials = {plenty(_varying(deviating))},"
             problems.add(
                 "trials", document.trials,
-                f'sampling = "{sampling}" is made for a number of trials; until needs '
-                '"random" or "sobol"',
+                f'sampling = "{sampling}" is made for a number of trials; {number} or '
+                'sampling = "random" or "sobol", which until needs',
             )  # fmt: skip
     if sampling == GROUPED and document.correlation:
         problems.add(
@@ -124,13 +137,16 @@ def check_trials(trials: int, sampling: str, deviating: Deviations) -> str:
 
     What deviates decides how many trials belong together.
     """
-    varying = len(factors(deviating.distributions, deviating.dependence))
+    varying = _varying(deviating)
     if sampling == RARE and not varying:
-        return "nothing deviates: no machine is rare; give [deviations]"
+        return (
+            "nothing deviates: no machine is rare; give a line in [deviations], such "
+            'as rod_length = "+-1.2 mm", or a link its tolerance'
+        )
     if sampling == RARE and trials < LEAST_RARE:
         return (
             f'sampling = "rare" needs {LEAST_RARE} trials or more: 3 of 5 are to '
-            "find the machines beyond; 20000 are plenty"
+            f"find the machines beyond; {plenty(varying)} are plenty"
         )
     group = sampler_of(sampling).group(varying)
     if trials % group == 0:
@@ -141,6 +157,16 @@ def check_trials(trials: int, sampling: str, deviating: Deviations) -> str:
         f"a multiple of {group} is expected, {varying} contributors that deviate and 2 "
         f"for each point: {near}"
     )
+
+
+def _varying(deviating: Deviations) -> int:
+    """Count what varies independently."""
+    return len(factors(deviating.distributions, deviating.dependence))
+
+
+def plenty(varying: int) -> int:
+    """Return with how many trials so many deviations are sought and told well."""
+    return max(PLENTY_RARE, safe_trials(varying))
 
 
 def _check_given(
