@@ -9,6 +9,7 @@ import pytest
 
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
+from tolstat.deviations.samplers.random import Random
 from tolstat.execution.choosing import choose, random_trials
 from tolstat.execution.execute import execute
 from tolstat.execution.picking import next_to, spread
@@ -109,7 +110,8 @@ def test_a_jam_that_keeps_within_the_limit_is_found():
     y = np.random.default_rng(0).uniform(0, 0.01, 4000)
     apart = np.arange(7, 4000, 400)
     y[apart] = np.linspace(0.3, 0.9, len(apart))
-    chosen = choose(planned(y), {"y": Limit(-np.inf, 0.95)}, 1)
+    # of a seed by which chance alone meets none of them
+    chosen = choose(planned(y), {"y": Limit(-np.inf, 0.95)}, 3)
     at_random = chosen.trials[chosen.at_random]
     assert not np.isin(apart, at_random).any()
     spread = chosen.trials[(chosen.chosen_by["y"] & Reason.SPREAD) > 0]
@@ -223,3 +225,11 @@ def test_trials_chosen_by_one_response_do_not_speak_for_another(cliff):
     assert true == pytest.approx(6e-3, abs=2e-3)  # of 160 machines one by 1 N
     assert abs(moved - true) < 5e-3
     assert found["other"].integration_error.chosen == {}
+
+
+def test_parts_called_audit_do_not_choose_what_is_audited():
+    """Of a batch of that name each hundredth was chosen by how long its part is."""
+    first = np.arange(0, 5000, 100)
+    chosen = random_trials(5, 5000) - first
+    batch = Random().unit_samples(5, {"audit": 0}, len(first))[:, 0]
+    assert np.mean(chosen == (100 * batch).astype(int)) < 0.2

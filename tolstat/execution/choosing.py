@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations.streams import random_bits, unit_samples_of
+from tolstat.deviations.stage import unit_samples
 from tolstat.execution.picking import next_to, spread, worst_trials
 from tolstat.execution.trials import Trials
 from tolstat.statistics.limit import Limit
@@ -39,7 +39,8 @@ class Choice(NamedTuple):
 def random_trials(seed: int, trials: int) -> Numbers:
     """Choose one trial at random of each hundred, whatever trials follow; ascending."""
     first = np.arange(0, trials, EVERY)
-    u = unit_samples_of(random_bits(seed, "audit", len(first)))
+    # with a purpose: parts of a batch may be called so, too
+    u = unit_samples(seed, "audit", len(first), "of trials")
     found: Numbers = first + (u * np.minimum(EVERY, trials - first)).astype(np.int64)
     return found
 
