@@ -13,6 +13,7 @@ import pytest
 
 import tolstat
 from tests.cli.test_commands import TOLSTAT
+from tests.execution.test_rare import CHAIN as RARE
 
 
 def start(file, *options, command="run"):
@@ -156,6 +157,63 @@ def test_ctrl_c_during_a_report_leaves_nothing(small_run):
     assert time.monotonic() - began < 2.0
     assert process.returncode == 130 and "nothing is written" in shown
     assert not small_run.with_suffix(".html").exists()
+
+
+FITTING = """\
+import time
+from tolstat.deviations.samplers import rare
+from tolstat.cli.entry import entry
+fitted = rare.fitted
+def for_long(*arguments):
+    print("fitting", flush=True)
+    end = time.monotonic() + 30
+    while time.monotonic() < end:
+        fitted(*arguments)
+    return fitted(*arguments)
+rare.fitted = for_long
+entry()
+"""
+
+
+def interrupted_while_fitting(*arguments):
+    """Return what a command has shown, and its exit code, within two seconds."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", FITTING, *arguments],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout.readline() == "fitting\n"
+    process.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    _, shown = process.communicate(timeout=60)
+    assert time.monotonic() - began < 2.0, shown
+    assert "Traceback" not in shown
+    return " ".join(shown.split()), process.returncode
+
+
+def test_ctrl_c_while_a_rare_run_fits(tmp_path):
+    """Among a hundred directions a fit takes many seconds; here each takes 30."""
+    study, other = tmp_path / "chain.toml", tmp_path / "whole.h5"
+    study.write_text(RARE)
+    path = study.with_suffix(".h5")
+    shown, code = interrupted_while_fitting("run", str(study))
+    assert code == 130 and shown.endswith(f"go on with: tolstat resume {path}")
+    found = tolstat.open(path)
+    assert f"{found.ended} of 5000 trials are stored" in shown
+    # what was answered is drawn again first, and fitted
+    before = path.read_bytes()
+    shown, code = interrupted_while_fitting("resume", str(path))
+    assert code == 130 and shown.endswith(
+        f"as it was; go on with: tolstat resume {path}"
+    )
+    assert path.read_bytes() == before
+    whole = tolstat.run(study, output=other)
+    assert tolstat.resume(path).frame().equals(whole.frame())
+    # of a finished study of a queue, too
+    before = path.read_bytes()
+    shown, code = interrupted_while_fitting("batch", str(study))
+    assert code == 130 and "stopped; the same command goes on" in shown
+    assert ",stopped," in (tmp_path / "batch.csv").read_text()
+    assert path.read_bytes() == before
 
 
 @pytest.mark.long

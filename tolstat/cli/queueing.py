@@ -18,7 +18,7 @@ from tolstat.cli.listing import FIRST, row_of, runs_table
 from tolstat.cli.power import Power
 from tolstat.cli.running import AFTERWARDS, out_of_reach
 from tolstat.cli.showing import Screen, print_words
-from tolstat.errors import PictureError, RunFileError, TolstatError
+from tolstat.errors import PictureError, RunFileError, StoppedError, TolstatError
 from tolstat.execution.carrying_out import Progress
 from tolstat.execution.queue import run_of, work_off
 from tolstat.execution.workers import Workers
@@ -116,6 +116,8 @@ def _work_off(study: Path, queue: Queue, crew: Workers, live: Live) -> None:
             return
         queue.entries[study] = entry._replace(state=how)
         queue.entries[study] = entry._replace(state=how, report=_report(run))
+    except StoppedError:
+        queue.entries[study] = queue.entries[study]._replace(state=STOPPED)
     except (TolstatError, MemoryError) as error:
         problem = str(error) or "there is not enough memory for this"
         found = queue.entries[study]

@@ -110,7 +110,7 @@ def _evaluate(
         alone = np.zeros((1, len(study.description.contributors)))
         file.write_nominal(workers.simulate(study.model, alone, study.settings))
     stages: list[int] = []
-    for stop in _stages(study, trials, file, tell):
+    for stop in _stages(study, trials, file, workers, tell):
         cases = _missing(study.cases, trials.status[:stop])
         for blocks in workers.blocks(study.model, cases, trials.deviations):
             file.write_blocks(blocks)
@@ -135,11 +135,11 @@ def _rerun(study: Study, trials: Trials, workers: Workers) -> Audited:
 
 
 def _stages(
-    study: Study, trials: Trials, file: RunWriter, tell: Telling
+    study: Study, trials: Trials, file: RunWriter, workers: Workers, tell: Telling
 ) -> Iterator[int]:
     """Yield how many trials are to be over before anyone looks at them again."""
     if study.rare:
-        yield from drawn_in_stages(study, trials, file.write_drawn)
+        yield from drawn_in_stages(study, trials, file.write_drawn, workers)
         return
     stop = min(FIRST, study.trials) if study.until else study.trials
     yield stop

@@ -7,14 +7,14 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
-from tolstat.errors import RunFileError, StudyError
+from tolstat.errors import RunFileError, StoppedError, StudyError
 from tolstat.execution.carrying_out import Progress, Telling, carry_out
 from tolstat.execution.elsewhere import crew_of
 from tolstat.execution.planning import cannot_be_built, plan_of
 from tolstat.execution.rare import drawn_again
 from tolstat.execution.sameness import check_same, study_differs
 from tolstat.execution.trials import Trials
-from tolstat.execution.workers import Workers
+from tolstat.execution.workers import Interrupted, Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.advice import command, to_resume, to_run_anew
@@ -146,7 +146,13 @@ def _gone_on(
     if wanted is not None:
         _check_wanted(run, wanted)
     study = study_of(run, wanted, model)
-    trials = drawn_again(run, study)
+    try:
+        trials = drawn_again(run, study, workers)
+    except Interrupted:
+        raise StoppedError(
+            f"stopped before anything was done: the run in {run.path} is as it was; go "
+            f"on with: {to_resume(run.path, run.machine)}"
+        ) from None
     plan = _plan(run, study, trials, regardless)
     if wanted is not None and (doubt := cannot_be_built(study, plan.deviations)):
         tell(Progress(0, 0, study.trials, doubt=doubt))

@@ -6,13 +6,13 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
-from tolstat.errors import RunFileError
+from tolstat.errors import RunFileError, StoppedError
 from tolstat.execution.carrying_out import Telling
 from tolstat.execution.execute import execute
 from tolstat.execution.going_on import go_on, plan_again, study_of
 from tolstat.execution.rare import drawn_again
 from tolstat.execution.sameness import check_same, study_differs
-from tolstat.execution.workers import Workers
+from tolstat.execution.workers import Interrupted, Workers
 from tolstat.store.advice import command
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
@@ -44,7 +44,11 @@ def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
     _check_asked(run, study)
     if run.complete and not run.damage:
         again = study_of(run)
-        check_same(run, plan_again(run, again, drawn_again(run, again)))
+        try:
+            drawn = drawn_again(run, again, workers)
+        except Interrupted:
+            raise StoppedError(f"stopped: the run in {path} is as it was") from None
+        check_same(run, plan_again(run, again, drawn))
         notes = run.made_otherwise(study.model.source_digest)
         return Done(run, FINISHED_BEFORE, tuple(notes))
     del run  # its columns are not needed twice

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.deviations.stage import Stage
 from tolstat.execution.picking import margins
 from tolstat.execution.trials import Trials
+from tolstat.execution.workers import Workers
 from tolstat.status import Status
 from tolstat.store.layout import DISTANCE, SPREAD, STAGE, WEIGHT
 from tolstat.store.run import Run
 from tolstat.study.study import Study
+
+Array = NDArray[np.float64]
+Course = Generator[tuple[Stage, Array], Array, None]
 
 NOT_YET = -1  # stage of a trial that has not been drawn
 
@@ -28,7 +33,10 @@ def columns_of(study: Study) -> dict[str, NDArray[np.float64]]:
 
 
 def drawn_in_stages(
-    study: Study, trials: Trials, write: Callable[[slice], None]
+    study: Study,
+    trials: Trials,
+    write: Callable[[slice], None],
+    workers: Workers | None = None,
 ) -> Iterator[int]:
     """Draw stage by stage.
 
@@ -40,6 +48,9 @@ def drawn_in_stages(
         Deviations and columns of each stage are filled in.
     write : callable
         Called with the trials of each stage that is drawn.
+    workers : Workers, optional
+        Once they stop no stage is waited for: `Interrupted`. A fit among a hundred
+        directions takes many seconds.
 
     Yields
     ------
@@ -63,14 +74,24 @@ def drawn_in_stages(
         yield rows.stop
         within = margins(trials.response(study.rare)[rows], limit)
         within[trials.status[rows] != Status.DONE] = -np.inf  # failed: beyond
-        try:
-            stage, deviations = course.send(within)
-        except StopIteration:
+        drawn = (
+            workers.here(_drawn, course, within) if workers else _drawn(course, within)
+        )
+        if drawn is None:
             return
+        stage, deviations = drawn
         first, number = rows.stop, number + 1
 
 
-def drawn_again(run: Run, study: Study) -> Trials:
+def _drawn(course: Course, within: Array) -> tuple[Stage, Array] | None:
+    """Draw the next stage; None after the last."""
+    try:
+        return course.send(within)
+    except StopIteration:
+        return None
+
+
+def drawn_again(run: Run, study: Study, workers: Workers | None = None) -> Trials:
     """Draw the trials of a stored run again.
 
     Parameters
@@ -79,6 +100,8 @@ def drawn_again(run: Run, study: Study) -> Trials:
         Stored; complete or not.
     study : Study
         Of it.
+    workers : Workers, optional
+        As of `drawn_in_stages`.
 
     Returns
     -------
@@ -93,7 +116,7 @@ def drawn_again(run: Run, study: Study) -> Trials:
     trials = Trials.of_run(run, study.deviations(), known)
     trials.drawn = columns_of(study)
     if study.rare:
-        for stop in drawn_in_stages(study, trials, lambda rows: None):
+        for stop in drawn_in_stages(study, trials, lambda rows: None, workers):
             if not trials.status[:stop].all():
                 break
         trials.forget(~is_drawn(trials.deviations))

@@ -156,6 +156,23 @@ class Workers(AbstractContextManager["Workers"]):
                 raise Interrupted
         return [future.result() for future in futures]
 
+    def here(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Call a function of this process that may take long.
+
+        `Interrupted` once stopping: a thread, which keeps nobody waiting, is left with
+        it.
+        """
+        thread = Threads(1)
+        try:
+            future = thread.submit(function, *arguments)
+            while not future.done():
+                wait([future], LOOK_AGAIN)
+                if self.stopping():
+                    raise Interrupted
+            return future.result()
+        finally:
+            thread.shutdown(wait=False)
+
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Dismiss them; who stops does not wait for a compilation."""
         if self._own:
