@@ -11,7 +11,7 @@ from tests.coverage.rare_problems import RARE_PROBLEMS, RareProblem, sought
 from tolstat.deviations.distributions.normal import Normal
 from tolstat.deviations.mixture import fitted
 from tolstat.deviations.nearing import nearing
-from tolstat.deviations.samplers.rare import Rare
+from tolstat.deviations.samplers.rare import FIRST, STEP, Rare, trials_of_stage
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.statistics.rare import rare_share
 
@@ -98,16 +98,53 @@ def test_no_name_of_a_part_meddles_with_what_is_drawn_beside_it():
         assert found.lower < share < found.upper < 1.2 * share
 
 
+def stages_of(margin, trials):
+    """Return all stages of a search that a response answers."""
+    course, stages = Rare().stages(1, STREAMS, trials), []
+    stage = next(course)
+    while True:
+        stages.append(stage)
+        try:
+            stage = course.send(margin(ndtri(stage.unit)))
+        except StopIteration:
+            return stages
+
+
 @pytest.mark.parametrize("trials", [5000, 20_000, 33_333])
 def test_all_trials_are_drawn_and_two_fifths_tell(trials):
-    course = Rare().stages(1, STREAMS, trials)
-    sizes, stage = [], next(course)
-    while True:
-        sizes.append(len(stage.unit))
-        told = np.isfinite(stage.weight)
-        try:
-            stage = course.send(3.0 - ndtri(stage.unit)[:, 0])
-        except StopIteration:
-            break
-        assert not told.any()
-    assert sum(sizes) == trials and told.all() and sizes[-1] >= 0.4 * trials
+    *before, last = stages_of(lambda x: 3.0 - x[:, 0], trials)
+    assert not any(np.isfinite(stage.weight).any() for stage in before)
+    assert np.isfinite(last.weight).all() and len(last.unit) >= 0.4 * trials
+    assert sum(len(stage.unit) for stage in before) + len(last.unit) == trials
+
+
+@pytest.fixture(scope="module")
+def fitted_stages():
+    """Those that are drawn from fits, of 10000 trials, and the last one.
+
+    They have other sizes than the first stage, and than the steps to the limit.
+    """
+    trials = 10_000
+    *before, last = stages_of(lambda x: 3.0 - x[:, 0], trials)
+    each = trials_of_stage(trials, len(STREAMS))
+    assert each not in (round(FIRST * trials), round(STEP * trials))
+    found = [stage for stage in before if len(stage.unit) == each]
+    spreads = [stage.spread[0] for stage in found]
+    assert spreads == sorted(spreads, reverse=True) and spreads[-1] == 1
+    return [stage for stage in found if stage.spread[0] == 1], last
+
+
+def test_four_stages_at_the_spread_of_the_study_suffice(fitted_stages):
+    """What they do not need is left for the last stage, which tells the share."""
+    at_one, last = fitted_stages
+    assert len(at_one) == 4
+    assert len(last.unit) >= 0.4 * 10_000 + 2 * len(at_one[0].unit)
+
+
+def test_a_tenth_of_each_stage_stays_wide_at_the_spread_of_the_study(fitted_stages):
+    """It finds what no fit knows; of 1.5 sigmas, and no fit reaches to this side."""
+    at_one, _ = fitted_stages
+    points = np.concatenate([ndtri(stage.unit) for stage in at_one])
+    other_side = points[points[:, 0] < 0]
+    assert len(other_side) == pytest.approx(0.05 * len(points), rel=0.4)
+    assert other_side[:, 1:].std() == pytest.approx(1.5, abs=0.25)
