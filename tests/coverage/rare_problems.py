@@ -334,9 +334,13 @@ def intervals(name, rng, n):
 
 
 SIZE = 20_000
-STUDIES = 100
-JOBS = [(name, SIZE, intervals, STUDIES) for name in RARE_PROBLEMS]
+STUDIES, MORE = 200, 400
+LITERATURE = ("linear", "four branches", "misleading", "rods")  # more studies of these
+JOBS = [
+    (name, SIZE, intervals, MORE if name.startswith(LITERATURE) else STUDIES)
+    for name in RARE_PROBLEMS
+]
 JOBS += [
-    ("four branches", 5000, intervals, STUDIES),
+    ("four branches", 5000, intervals, MORE),
     ("two regions of ten parts, 1e-6", 8000, intervals, STUDIES),
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -55,6 +55,11 @@ def stage_of(points: Array, spread: Array | float, weight: Array | float) -> Sta
         np.sqrt(np.einsum("ni,ni->n", points, points)),
         np.broadcast_to(np.asarray(weight, np.float64), n),
     )
+
+
+def beside_each_other(stages: Sequence[Stage]) -> Stage:
+    """Return several stages as one."""
+    return Stage(*map(np.concatenate, zip(*stages, strict=True)))
 
 
 def unit_samples(seed: int, name: str, trials: int, purpose: str) -> Array:

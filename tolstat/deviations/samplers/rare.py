@@ -22,12 +22,12 @@ Array = NDArray[np.float64]
 SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
 FIRST, STEP, EACH, SEEKING = 0.1, 0.02, 0.02, 0.6  # of the trials: see `Rare`
 LEAST = 30  # machines beyond; with fewer, those nearest to the limit lead on
-WORTH, FOR_EACH = 30, 12  # independent points that a fit rests on, for each direction
-MOST_OF_STAGE = 3 / 8  # points that a fit rests on, per trial of a stage
-STAGES = 7  # that find their way
+MOST_OF_STAGE = 3 / 8  # independent points that a fit rests on, per trial of a stage
+WORTH, FOR_EACH = 30, 12  # that it needs, and for each direction
+STAGES = 7, 5, 0.5  # that find their way: at least, and more for each direction
 TWICE = 4  # stages at the spread of the study itself, before the last
 POINTS = 400  # that a fit is made to
-MENDED, MEND = 10, 0.02  # parts that the last fits are mended with, share of each
+MENDED, MEND = 10, 0.03  # parts that the last fits are mended with, share of each
 PLAIN, WIDE = 0.1, 0.05  # shares of the last stage: as the study, twice as wide
 NEAR, NEAR_LAST = 0.2, 0.1  # shares of where the response leads: of a stage, the last
 
@@ -134,16 +134,13 @@ def safe_trials(directions: int) -> int:
     With fewer, of several kinds of machines beyond a smaller one may be lost.
     """
     left = SEEKING - FIRST - STEPS * STEP
-    return math.ceil(STAGES * _whole_stage(directions) / left)
+    least, some, more = STAGES
+    stages = max(least, some + more * directions)
+    return math.ceil(stages * _whole_stage(directions) / left)
 
 
 def _whole_stage(directions: int) -> int:
-    return math.ceil(_points_wanted(directions) / MOST_OF_STAGE)
-
-
-def _points_wanted(directions: int) -> int:
-    """Return how many independent points a fit rests on, where a stage has them."""
-    return WORTH + FOR_EACH * directions
+    return math.ceil((WORTH + FOR_EACH * directions) / MOST_OF_STAGE)
 
 
 class _Seeking:
@@ -212,11 +209,7 @@ class _Seeking:
         )
         weights = np.exp(weights - weights.max(axis=1, keepdims=True))
         effective = weights.sum(axis=1) ** 2 / np.sum(weights**2, axis=1)
-        wanted = min(
-            effective.max() / 2,
-            _points_wanted(points.shape[1]),
-            MOST_OF_STAGE * trials,
-        )
+        wanted = min(effective.max() / 2, MOST_OF_STAGE * trials)
         place = int(np.flatnonzero(effective >= wanted)[0])
         # as many points of equal weight: evenly spaced in the sum of the weights
         sums = np.cumsum(weights[place])
