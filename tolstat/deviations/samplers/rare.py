@@ -135,8 +135,8 @@ def safe_trials(directions: int) -> int:
     """
     left = SEEKING - FIRST - STEPS * STEP
     least, some, more = STAGES
-    stages = max(least, some + more * directions)
-    return math.ceil(stages * _whole_stage(directions) / left)
+    each = max(left / max(least, some + more * directions), EACH)
+    return math.ceil(_whole_stage(directions) / each)
 
 
 def _whole_stage(directions: int) -> int:
