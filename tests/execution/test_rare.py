@@ -331,6 +331,28 @@ def test_a_search_that_did_not_end_is_said_beside_its_wide_interval(tmp_path):
     assert found.beyond.upper > 10 * share
 
 
+def test_no_more_machines_fail_than_are_beyond(tmp_path):
+    """A hundredth of those beyond fail: few are met, and their own interval is wide."""
+    study = {
+        "model": "dimension_chain", "trials": 6000, "seed": 1, "sampling": "rare",
+        "settings": {"gap": "A + 0 * sqrt((E - B) * A)"},
+        "links": {n: {"nominal": "1 mm", "tolerance": "+-0.3 mm"} for n in "AB"}
+        | {"E": {"nominal": "1.475 mm"}},
+        "limits": {"gap": "<= 1.372 mm"},
+    }  # fmt: skip
+    run = tolstat.run(study, output=tmp_path / "run.h5")
+    found = rare_findings(run)
+    failures = found.trials.failures
+    assert found.beyond.lower < norm.sf(3.72) < found.beyond.upper
+    assert failures.lower < norm.sf(4.75) < failures.upper
+    assert failures.value < 0.1 * failures.upper and failures.sure
+    assert failures.upper == found.beyond.upper
+    first, said = found.likeliest[0], " ".join(rare_table(run).notes)
+    few = ", others less than half as far out: trial"
+    assert (few in said) == (len(first.leading) == 1)
+    assert few in re.sub(r"\s+", " ", tolstat.report(run).read_text())
+
+
 def test_failed_machines_are_beyond(toy, tmp_path):
     """A part longer than 0.9 mm cannot be mounted; no other is near the limit."""
     study = {

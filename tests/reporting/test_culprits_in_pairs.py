@@ -69,7 +69,8 @@ def test_the_pair_is_named_with_what_it_explains(run, tmp_path):
 
 def test_alike_parts_are_named_together(run):
     """What explains as much, for all that is known, is not kept back."""
-    culprits = findings_of(run).responses["gap"].culprits
+    found = findings_of(run)
+    culprits = found.responses["gap"].culprits
     (pair,) = culprits.pairs
     part = Estimate(0.97, 0.90, 0.99)
     first = pair._replace(together=pair.together._replace(far=part))
@@ -84,6 +85,12 @@ def test_alike_parts_are_named_together(run):
     assert both.pair == first and both.likewise == (as_much,)
     assert f"{pair.words}, likewise part_2 high" in both.sentence("gap")
     assert culprits.likewise == ()
+    # halved are the tolerances of one of them, which is said
+    for of, tolerances in (
+        (both, "with the tolerances of part_1 and angle halved"),
+        (culprits, "with both tolerances halved"),
+    ):
+        assert tolerances in first_page(run, found, culprits=of)
 
 
 def test_the_single_one_is_named_where_no_pair_explains_more(run):

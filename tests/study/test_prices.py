@@ -142,6 +142,7 @@ LAW = {"law": "reciprocal", "at": "+-1 mm", "price": 1}
         (LAW | {"price": "10 EUR"}, "a price is a number"),
         (LAW | {"at": "+-1 deg"}, "deg"),
         (LAW | {"at": 1}, "a tolerance such as"),
+        (LAW | {"at": "0.6 mm"}, 'cost, at = "0.6 mm": cannot be read'),
         (LAW | {"loosest": "+-1 mm"}, "does not lie between"),
         (LAW | {"loosest": "+-1 km"}, "no run covers both"),
         (LAW | {"law": ["reciprocal"]}, "mean 'reciprocal'"),

@@ -42,7 +42,8 @@ UNMET = (
 STAGES = (
     "Stage 0 is drawn wide; the stages right after it, at 1 times the spread, go to "
     "the limit step by step where the response leads (subset simulation); all others "
-    "are drawn where machines beyond were found, and the last one tells the share"
+    "are drawn where machines beyond were found, or those nearest to the limit while "
+    "hardly any were, and the last one tells the share"
 )
 
 
@@ -183,6 +184,8 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
     last = ran & ~np.isnan(weights)
     share = rare_share(beyond[last], weights[last])
     failures = rare_share(run.status[last] > Status.DONE, weights[last])
+    if failures.value > 0:  # those that fail are beyond: no more than are beyond
+        failures = failures._replace(upper=min(failures.upper, share.upper))
     good = share.complement
     likeliest = likeliest_of(run, beyond)
     response = next(each for each in run.responses if each.name == name)
@@ -347,6 +350,8 @@ def _said(run: Run, found: RareFindings) -> list[str]:
             f"({first.how_far(name)})"
             for name in first.leading
         )
+        if len(first.leading) < len(first.scores):
+            parts += ", others less than half as far out"
         said.append(
             f"likeliest machine beyond that was met: {parts}: trial {first.trial}, "
             f"{AS_IS.number(first.distance)} sigmas from the middle machine"

@@ -20,7 +20,14 @@ def command(*words: object, machine: str = "") -> str:
         As of `--machine`; empty if it is installed.
     """
     own = ["--machine", machine] if machine else []
-    return shlex.join(["tolstat", *map(str, words), *own])
+    return shlex.join(["tolstat", *map(_word, words), *own])
+
+
+def _word(given: object) -> str:
+    """Return a word of a command; a file is no option, however it begins."""
+    if isinstance(given, Path) and str(given).startswith("-"):
+        return f".{os.sep}{given}"
+    return str(given)
 
 
 def to_resume(path: Path, machine: str) -> str:

@@ -15,7 +15,7 @@ from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.grades import iso286
 from tolstat.deviations.prices import Law, Offered, Priced, half_of, resized, zone_of
 from tolstat.deviations.tolerance import Tolerance
-from tolstat.errors import CostError, DistributionError, allowed_names
+from tolstat.errors import CostError, DistributionError, UnitError, allowed_names
 from tolstat.units.grammar import quantity, tolerance
 from tolstat.units.scale import scale_of
 
@@ -119,7 +119,10 @@ def _law(given: dict[str, Any], drawn: Mapping[str, Distribution], unit: str) ->
         )
     rate = 0.0
     if "rate" in given:
-        rate = quantity(str(given["rate"]), unit)
+        try:
+            rate = quantity(str(given["rate"]), unit)
+        except UnitError as error:
+            raise CostError(f'cost, rate = "{given["rate"]}": {error}') from None
         if not rate > 0:
             raise CostError(
                 "cost, rate: a quantity above zero is expected: the price "
@@ -161,7 +164,10 @@ def _half(key: str, text: Any, unit: str) -> float:
     """Read half the width of a tolerance of a law."""
     if not isinstance(text, str):
         raise CostError(f'cost, {key}: a tolerance such as "+-0.02 mm" is expected')
-    return Tolerance(*tolerance(text, unit)).half
+    try:
+        return Tolerance(*tolerance(text, unit)).half
+    except UnitError as error:
+        raise CostError(f'cost, {key} = "{text}": {error}') from None
 
 
 def _price(key: str, price: Any, least: float = 0.0) -> float:
