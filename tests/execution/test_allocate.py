@@ -915,6 +915,17 @@ def test_what_a_run_shows_to_be_worse_than_as_drawn_is_not_for_the_cost_drawn(
     assert proof.choice == search.drawn and "fewer machines" in search.notes[0]
 
 
+def test_what_no_run_tells_from_as_drawn_is_not_said_to_be_no_better(monkeypatch):
+    monkeypatch.setattr(beside, "for_the_cost_drawn", lambda search, _: search.tightest)
+    given = reciprocal()
+    given["limits"]["gap"]["limit"] = "-1..1 mm"  # beyond it is none of either
+    search = searching(given, trials=500)
+    proof = beside.at_the_cost_drawn(search, [], 3)
+    assert proof.choice == search.tightest != search.drawn
+    (note,) = search.notes
+    assert "runs of 500, which do not tell them apart" in note
+
+
 def test_the_tightest_is_the_answer_where_it_alone_is_proved(monkeypatch):
     monkeypatch.setattr(Searching, "proved", lambda search, best=None: best)
     monkeypatch.setattr(allocating, "linear_answers", lambda search: {})

@@ -39,7 +39,7 @@ from tolstat.study.study import Source, Study, load
 
 ENOUGH = 50  # machines that would be beyond a limit if as many were as it permits
 LONGER = 32  # times as many trials as these take, where they are worth a longer proof
-QUICK, MANY = 256, 2_000_000  # the same where nothing is integrated, and at most
+QUICK, MANY = 256, 2_000_000  # where nothing is integrated, up to so many trials
 
 
 def allocate(

@@ -56,14 +56,22 @@ def at_the_cost_drawn(search: Searching, points: list[Point], seed: int) -> Proo
     Parameters
     ----------
     search, points
-        As of `for_the_cost_drawn`; notes where nothing is better than as drawn.
+        As of `for_the_cost_drawn`; notes where nothing is shown to be better than as
+        drawn.
     seed : int
         Of the fresh runs of both.
     """
     drawn = search.runs.of(search.drawn, seed)
     spent = search.runs.of(for_the_cost_drawn(search, points), seed)
     # weighted machines may promise what a run does not keep
-    if spent.scheme.beyond_any.value < drawn.scheme.beyond_any.value:
+    more = spent.scheme.beyond_any.value - drawn.scheme.beyond_any.value
+    if spent.choice != search.drawn and more <= 0:
+        if more == 0:
+            search.notes.append(
+                "at the cost drawn as many machines are beyond as with the tolerances "
+                f"drawn in runs of {spent.scheme.trials}, which do not tell them "
+                "apart; weighted machines say fewer"
+            )
         return spent
     search.notes.append(
         "no tolerances were found that put fewer machines beyond the limits for the "

@@ -26,7 +26,7 @@ MOST_PROVED = 6  # allocations that are proved, the cheaper ones after the first
 TIGHTER = 0.95  # of the shares permitted, after each that was not proved
 CHEAPER = 0.005  # than what is proved, that another one is worth its proof
 MOST_STRETCHED = 3  # allocations that are proved by longer runs
-WORTH = 0.01  # of the cost, that is worth one of these
+WORTH = 0.01  # of the cost, that is worth one of these; half where all run at once
 WIDER, NARROWER = 1.15, 2.0  # times all tolerances: the scales that are looked at
 SCALINGS = 12  # bisections between them
 EVEN = 0.5  # as likely as not: of what is drawn, or proved for itself
@@ -134,9 +134,10 @@ class Searching:
         Proof or None
             The cheapest that is proved.
         """
+        less = WORTH if self.runs.study.model.integrates else WORTH / 2
 
         def worth(choice: Choice) -> bool:
-            return not best or self.runs.cost(choice) < (1 - WORTH) * best.scheme.cost
+            return not best or self.runs.cost(choice) < (1 - less) * best.scheme.cost
 
         wide = {each: self._scaled(each, WIDER) for each in choices}
         ways = [each for each, wider in wide.items() if worth(wider)]
