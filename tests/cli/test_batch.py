@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import re
+import shlex
 import signal
 import subprocess
 import time
@@ -13,6 +15,7 @@ import pytest
 import tolstat
 from tests.cli.test_commands import TOLSTAT, call
 from tests.cli.test_interrupt import wait_for_trials
+from tests.conftest import ROOT
 from tolstat.execution.execute import execute
 from tolstat.execution.workers import Workers
 from tolstat.study.study import load
@@ -131,6 +134,35 @@ def test_a_run_of_another_study_stays_and_is_named(tmp_path, key, was, now):
     assert done.exit_code == 2
     assert key in done.stderr and "--force" in done.stderr
     assert path.with_suffix(".h5").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("sampling", "was", "now", "offered"),
+    [
+        ("random", "", "", ["extend", "run"]),
+        ("random", "trials = 1000", "trials = 1200", ["run"]),
+        ("random", "+-0.05 mm", "+-0.06 mm", ["run"]),
+        ("latin", "", "", ["run"]),
+    ],
+)
+def test_what_a_refusal_offers_works(no_pages, tmp_path, sampling, was, now, offered):
+    """With the machine of one's own, and more trials only where they can be added."""
+    own = ROOT / "runs" / "own"
+    study, machine = tmp_path / "stack.toml", f"{own / 'stack.py'}:Stack"
+    text = (own / "stack.toml").read_text().replace("20000", "1000")
+    text = f'sampling = "{sampling}"\n{text}'
+    for name in offered:
+        study.write_text(text)
+        call("run", study, "--trials", 500, "--force", "--machine", machine)
+        study.write_text(text.replace(was, now))
+        refused = call("batch", study, "--machine", machine)
+        typed = [shlex.split(each) for each in re.findall("`([^`]*)`", refused.stderr)]
+        assert [words[1] for words in typed] == offered
+        (words,) = (words[1:] for words in typed if words[1] == name)
+        assert words[-2:] == ["--machine", machine]
+        assert call(*words).exit_code in (0, 3)
+        done = call("batch", study, "--machine", machine)
+        assert done.exit_code in (0, 3), done.stderr
 
 
 def test_an_extended_run_is_finished(no_pages, tmp_path):

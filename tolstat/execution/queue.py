@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
+from tolstat.catalogue import place_of
 from tolstat.errors import RunFileError, StoppedError
 from tolstat.execution.carrying_out import Telling
 from tolstat.execution.execute import execute
@@ -16,6 +17,7 @@ from tolstat.execution.workers import Interrupted, Workers
 from tolstat.store.advice import command
 from tolstat.store.opening import open as open_run
 from tolstat.store.run import Run
+from tolstat.study.sampling import sampler_of
 from tolstat.study.study import Study, load
 
 FINISHED, RESUMED, FINISHED_BEFORE = "finished", "resumed", "finished before"
@@ -57,7 +59,7 @@ def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
 
 def _check_asked(run: Run, study: Study) -> None:
     """Refuse a run of another study, of another seed, or of fewer trials."""
-    said = study_differs(run, study.path)
+    said, machine = study_differs(run, study.path), place_of(study.model)
     if run.sampled and run.sampled.seed != study.seed:
         said.append(f"seed: the run has {run.sampled.seed}, the study {study.seed}")
     if run.sampled and study.until and not run.rules:
@@ -66,12 +68,14 @@ def _check_asked(run: Run, study: Study) -> None:
             f"until {', '.join(study.until.rules)}"
         )
     elif run.sampled and not run.rules and run.trials < study.trials:
-        said.append(
-            f"trials: the run has {run.trials}, the study {study.trials} "
-            f"(`{command('extend', run.path, '--trials', study.trials)}`)"
-        )
+        more = f"trials: the run has {run.trials}, the study {study.trials}"
+        if not said and sampler_of(run.sampling).extensible:
+            words = ("extend", run.path, "--trials", study.trials)
+            more += f" (`{command(*words, machine=machine)}`)"
+        said.append(more)
     if said:
+        again = command("run", study.path, "--force", machine=machine)
         raise RunFileError(
             f"{run.path} is a run of another study: {'; '.join(said)}; it stays; "
-            f"`{command('run', study.path, '--force')}` replaces it"
+            f"`{again}` replaces it"
         )
