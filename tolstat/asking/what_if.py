@@ -33,7 +33,7 @@ from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.weights import LEAST_EFFECTIVE, Weights
 from tolstat.store.advice import to_run_anew
 from tolstat.store.opening import open as open_run
-from tolstat.store.own_run import own_run
+from tolstat.store.own_run import AT_RANDOM, own_run
 from tolstat.store.run import Run
 from tolstat.study.bounds import check_lines
 from tolstat.study.deviations import Deviations, read_deviations
@@ -82,7 +82,7 @@ def what_if(
     if drawn.sample.replicates:
         raise PictureError(
             f"{run.path}: what-if is {RANDOM_ONLY}: {run.sampling} trials depend on "
-            "each other; change the study and run it again"
+            f"each other; {own_run(run, AT_RANDOM, 'random')}"
         )
     study = study_of(run, model=model)
     _check_drawn(run, study)
