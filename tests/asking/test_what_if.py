@@ -22,6 +22,7 @@ from tests.conftest import TOY_STUDY, Toy
 from tests.store.tampering import resealed
 from tolstat.cli.main import main
 from tolstat.cli.reporting import value_in
+from tolstat.deviations.names import expand
 from tolstat.errors import PictureError, RunFileError, StudyError
 from tolstat.reporting.summary_table import summary_table
 
@@ -161,21 +162,48 @@ def own_run_of(words):
     _, _, own = words.partition("a run of its own tells: ")
     copy, change, then = own.split("; ")
     begin, _, path = copy.partition(" as ")
-    lines = re.findall(r"in \[(\w+)\] ((?:`[^`]*`(?:, )?)+)", change)
-    top = re.findall("`(sampling = [^`]*)`", change)
-    assert begin.startswith("copy ") and (lines or top), own
-    table = tomllib.loads(Path(begin.removeprefix("copy ")).read_text())
-    for gone in change.partition(" in place of ")[2].split(", "):
-        table.get("deviations", {}).pop(gone, None)
-    for section, written in lines:
-        for line in re.findall("`([^`]*)`", written):
-            table.setdefault(section, {}).update(tomllib.loads(line))
-    for line in top:
-        table |= tomllib.loads(line)
-    Path(path).write_text(tomli_w.dumps(table))
+    assert begin.startswith("copy "), own
+    text = by_hand(Path(begin.removeprefix("copy ")).read_text(), change)
+    Path(path).write_text(text)
     tolstat_run, *typed = shlex.split(then.removeprefix("then ").strip("`"))[1:]
     assert tolstat_run == "run"
-    return typed, table
+    return typed, tomllib.loads(text)
+
+
+def by_hand(text, change):
+    """Change the text of a study as it is said, in whatever way it is written."""
+    said = re.findall(
+        r"(?:in \[(\w+)\] )?(`[^`]*`(?:, `[^`]*`)*)(?: in place of ([\w, ]+?))?"
+        r"(?: and |$)", change
+    )  # fmt: skip
+    assert said, change
+    for section, written, replaced in said:
+        lines = re.findall("`([^`]*)`", written)
+        of = section or lines[0].split(" ")[0].rpartition(".")[0]
+        for name in replaced.split(", ") if replaced else () if of else ("sampling",):
+            text, before = without(text, of, name), text
+            assert text != before, (name, text)
+        added, head = "".join(f"{line}\n" for line in lines), f"[{section}]\n"
+        if not section:
+            text = added + text
+        elif head in text:
+            text = text.replace(head, head + added)
+        else:
+            text = f"{text}\n{head}{added}"
+    return text
+
+
+def without(text, section, name):
+    """Take out a line of a study: in its section, as a table, or with dots."""
+    top, *tables = re.split(r"^(?=\[)", text, flags=re.MULTILINE)
+    path = f"{section}.{name}" if section else name
+    kept = [re.sub(rf"^{path}\b.*\n", "", top, flags=re.MULTILINE)]
+    for table in tables:
+        if table.startswith(f"[{section}]"):
+            kept.append(re.sub(rf"^{name}\b.*\n", "", table, flags=re.MULTILINE))
+        elif not table.startswith(f"[{path}]"):
+            kept.append(table)
+    return "".join(kept)
 
 
 def test_a_refusal_of_what_is_right_says_what_runs_it(tmp_path):
@@ -206,13 +234,64 @@ def test_a_refusal_names_the_lines_that_others_take_the_place_of(toy, toy_study)
     angle = {"tolerance": "0..360 deg", "distribution": "uniform"}
     lines = {"part_1": "+-2 mm", "part_2": "+-1 mm", "angle": angle}
     assert table["deviations"] == lines
-    both = '{ tolerance = "+-1 mm", common = 0.4 }'
-    toy_study.write_text(toy_study.read_text().replace('"+-1 mm"', both))
-    run = tolstat.run(toy_study, model=toy, force=True)
-    _, table = own_run_of(refusal(run, {"part": "+-2 mm"}, model=toy))
-    assert table["deviations"]["part"] == {"tolerance": "+-2 mm", "common": 0.4}
-    # no line of a study says that of one of them alone
-    assert "change part_1 there; then" in refusal(run, {"part_1": "+-2 mm"}, model=toy)
+
+
+TOP = 'model = "toy"\ntrials = 1000\nseed = 1\n'
+STYLES = {
+    "lines": """\
+[deviations]
+part = "+-1 mm"
+angle = { tolerance = "0..360 deg", distribution = "uniform" }
+[limits]
+gap = { limit = "-1..2 mm", yield = "90 %" }
+""",
+    "tables": """\
+[deviations.part]
+tolerance = "+-1 mm"
+[deviations.angle]
+tolerance = "0..360 deg"
+distribution = "uniform"
+[limits.gap]
+limit = "-1..2 mm"
+yield = "90 %"
+""",
+    "dots": """\
+deviations.part = "+-1 mm"
+deviations.angle.tolerance = "0..360 deg"
+deviations.angle.distribution = "uniform"
+limits.gap.limit = "-1..2 mm"
+limits.gap.yield = "90 %"
+""",
+}
+
+
+@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize(
+    "asked", [{"angle": "+-4 rad"}, {"part_1": "+-2 mm"}, {"part": "+-2 mm"}]
+)
+def test_what_is_said_is_right_however_the_study_is_written(
+    toy, tmp_path, style, asked
+):
+    """Done by hand; with the limits that are asked, of which as much is demanded."""
+    study = tmp_path / "toy.toml"
+    study.write_text(TOP + STYLES[style])
+    run = tolstat.run(study, model=toy)
+    words = refusal(run, asked, model=toy, limits={"gap": "-1..1.5 mm"})
+    (path, *_), _ = own_run_of(words)
+    own = tolstat.run(path, model=toy)
+    assert own.limits["gap"].words == "-1..1.5 mm" and own.limits["gap"].demanded == 0.9
+    known = [each.name for each in run.contributors]
+    new = {each: line for name, line in asked.items() for each in expand(name, known)}
+    for name, before in run.assumed.items():
+        words = f"normal, {new[name]}, cp 1" if name in new else before.words
+        assert own.assumed[name].words == words
+
+
+def test_a_limit_that_had_none_is_added(run, toy):
+    asked = {"part": "+-2 mm"}
+    words = refusal(run, asked, model=toy, limits={"ratio": "<= 0.5"})
+    lines = 'in place of part and in [limits] `ratio = "<= 0.5"`; then'
+    assert lines in words
 
 
 def test_the_study_of_a_refusal_is_that_of_the_run(tmp_path):

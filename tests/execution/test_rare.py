@@ -301,8 +301,10 @@ def test_another_response_is_sought_by_a_run_of_its_own(toy, tmp_path):
     assert 'write there `sampling = { rare = "ratio" }`; then' in str(refused.value)
     with pytest.raises(PictureError) as refused:
         tolstat.limited(run, {"ratio": "<= 0.8"})
-    change = 'in [limits] `ratio = "<= 0.8"` and `sampling = { rare = "ratio" }`; then'
-    assert change in str(refused.value)
+    change = (
+        'in [limits] `ratio = "<= 0.8"` in place of ratio and `sampling = { rare = '
+    )
+    assert f'{change}"ratio" }}`; then' in str(refused.value)
     with pytest.raises(PictureError, match="response rato: unknown; did you mean"):
         rare_findings(run, ["rato"])
     only = tolstat.run(

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tolstat.asking.lines import in_section
+from tolstat.asking.lines import in_section, lines_of_limits
 from tolstat.deviations.names import expand
 from tolstat.errors import PictureError, TolstatError
 from tolstat.execution.going_on import study_of
@@ -102,7 +102,8 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
 def _sought_anew(run: Run, limits: Mapping[str, Any], names: list[str]) -> str:
     """Say which run tells of other limits what a rare one does; of one, if several."""
     name = run.rare if run.rare in names or not names else names[0]
-    change = f"write there {in_section('limits', limits)}"
+    lines = lines_of_limits(limits, run)
+    change = f"write there {in_section('limits', lines, run)}"
     if len(run.limits | dict.fromkeys(names)) > 1:
         change += f' and `sampling = {{ rare = "{name}" }}`'
     return own_run(run, change, "limited")

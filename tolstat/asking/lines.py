@@ -2,56 +2,73 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from tolstat.errors import TolstatError
-from tolstat.store.own_run import study_beside
+from tolstat.store.own_run import own_run, study_beside
 from tolstat.store.run import Run
 from tolstat.study.deviations import Deviations
-from tolstat.study.otherwise import Otherwise, with_deviations
+from tolstat.study.otherwise import Lines, with_deviations, with_limits
 from tolstat.study.problems import toml_of
 from tolstat.study.study import Study, load
 
 
-def lines_of_deviations(
+def run_that_tells(
     given: Mapping[str, str | dict[str, Any]],
+    limits: Mapping[str, str | dict[str, Any]],
     asked: Deviations,
     study: Study,
     run: Run,
 ) -> str:
-    """Say which lines a copy of a study is given, and in place of which.
+    """Say which lines a copy of a study is given, in place of which, and its run.
 
     Parameters
     ----------
     given : mapping of str to str or dict
         Lines as of [deviations].
+    limits : mapping of str to str or dict
+        Lines as of [limits].
     asked : Deviations
-        The same, read.
+        Those that are given, read.
     study : Study
         Of the run.
     run : Run
         That does not tell.
     """
     names = [each.name for each in run.contributors]
-    written = with_deviations(run.study.table, given, names, study.model)
-    if not _says(written, asked, study, run):
-        return f"change {', '.join(given)} there"
-    sections = (in_section(name, lines) for name, lines in written.written.items())
-    gone = f" in place of {', '.join(written.replaced)}" if written.replaced else ""
-    return f"write there {' and '.join(sections)}{gone}"
+    sections = with_deviations(run.study.table, given, names, study.model)
+    if limits:
+        sections["limits"] = lines_of_limits(limits, run)
+    if not _says(sections, asked, study, run):
+        return own_run(run, f"change {', '.join(given)} there", "what-if")
+    written = (in_section(name, lines, run) for name, lines in sections.items())
+    return own_run(run, f"write there {' and '.join(written)}", "what-if")
 
 
-def in_section(section: str, lines: Mapping[str, Any]) -> str:
-    """Show lines of a section of a study."""
-    shown = ", ".join(f"`{name} = {toml_of(line)}`" for name, line in lines.items())
-    return f"in [{section}] {shown}"
+def lines_of_limits(limits: Mapping[str, Any], run: Run) -> Lines:
+    """Return the section [limits] of a study with other limits."""
+    return with_limits(run.study.table, limits, [each.name for each in run.responses])
 
 
-def _says(of: Otherwise, asked: Deviations, study: Study, run: Run) -> bool:
+def in_section(section: str, lines: Lines, run: Run) -> str:
+    """Show new lines of a section of a study, and in place of which they stand."""
+    where, start = f"in [{section}] ", ""
+    if re.search(rf"^\s*{section}\s*\.", run.study.text, re.MULTILINE):
+        where, start = "", f"{section}."  # the section has no head
+    shown = (f"`{start}{name} = {toml_of(x)}`" for name, x in lines.written.items())
+    gone = f" in place of {', '.join(lines.replaced)}" if lines.replaced else ""
+    return f"{where}{', '.join(shown)}{gone}"
+
+
+def _says(
+    sections: Mapping[str, Lines], asked: Deviations, study: Study, run: Run
+) -> bool:
     """Tell whether a study is what is asked: its lines are said only then."""
+    table = {**run.study.table, **{name: x.every for name, x in sections.items()}}
     try:
-        found = load(of.table, model=study.model, folder=study_beside(run).parent)
+        found = load(table, model=study.model, folder=study_beside(run).parent)
     except TolstatError:
         return False
     ours, drawn, new = found.deviating, study.deviating, asked.distributions

@@ -9,7 +9,7 @@ from shlex import quote
 from typing import Any, NamedTuple
 
 from tolstat.asking.anew import with_limits
-from tolstat.asking.lines import lines_of_deviations
+from tolstat.asking.lines import run_that_tells
 from tolstat.deviations.cover import Cover, check_covered, cover_of
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.names import expand
@@ -92,8 +92,7 @@ def what_if(
     found = _covered(asked, study, drawn, problems)
     changed = _kinds_changed(deviations, asked, study, run, drawn)
     if not found:
-        change = lines_of_deviations(deviations, asked, study, run)
-        own = own_run(run, change, "what-if")
+        own = run_that_tells(deviations, limits or {}, asked, study, run)
         raise StudyError("\n  ".join([problems.words, *changed, own]))
     weights = found.weights
     weighted = drawn._replace(sample=drawn.sample._replace(weights=weights))

@@ -1,8 +1,8 @@
-"""A study with other lines of deviations: what is written, and in place of what."""
+"""A study with other lines: what is written, and in place of what."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from tolstat.deviations.names import expand
@@ -10,21 +10,21 @@ from tolstat.model.contract import Model
 from tolstat.study.links import with_deviation
 
 
-class Otherwise(NamedTuple):
-    """A study with other lines of deviations.
+class Lines(NamedTuple):
+    """A section of a study with other lines.
 
     Attributes
     ----------
-    table : dict
+    every : dict
         All of it.
-    written : dict of str to dict
-        Its new lines, by section: "links", "deviations".
+    written : dict
+        Its new lines.
     replaced : tuple of str
-        Lines of [deviations] of other names that are no longer there.
+        Lines that there were and that are not as they were.
     """
 
-    table: dict[str, Any]
-    written: dict[str, dict[str, Any]]
+    every: dict[str, Any]
+    written: dict[str, Any]
     replaced: tuple[str, ...]
 
 
@@ -33,7 +33,7 @@ def with_deviations(
     asked: Mapping[str, str | Mapping[str, Any]],
     known: Sequence[str],
     model: Model,
-) -> Otherwise:
+) -> dict[str, Lines]:
     """Write other deviations into a study; what hangs together stays so.
 
     Parameters
@@ -46,32 +46,62 @@ def with_deviations(
         All contributors.
     model : Model
         The machine.
+
+    Returns
+    -------
+    dict of str to Lines
+        By section: "links", "deviations".
     """
-    links, lines = dict(table.get("links", {})), dict(table.get("deviations", {}))
-    written: dict[str, dict[str, Any]] = {"links": {}, "deviations": {}}
-    replaced = []
+    links = table.get("links", {})
+    others, linked = dict(asked), dict[str, Any]()
     for name, line in asked.items():
         members = expand(name, known)
         if set(members) & set(links):
-            for each in members:
-                written["links"][each] = with_deviation(links[each], line, model)
-            continue
-        before = [n for n in lines if set(expand(n, known)) & set(members)]
-        written["deviations"][name] = _like(lines.get(name), line)
-        for other in before:
-            own = lines.pop(other)
-            if other != name:
-                replaced.append(other)
-                rest = [n for n in expand(other, known) if n not in members]
-                lines |= dict.fromkeys(rest, own)
-                written["deviations"] |= dict.fromkeys(rest, own)
-        lines[name] = written["deviations"][name]
-    sections = {"links": links | written["links"], "deviations": lines}
-    return Otherwise(
-        {**table, **{section: each for section, each in sections.items() if each}},
-        {section: each for section, each in written.items() if each},
-        tuple(replaced),
-    )
+            del others[name]
+            linked |= {n: with_deviation(links[n], line, model) for n in members}
+    sections = {
+        "links": Lines(links | linked, linked, tuple(linked)),
+        "deviations": _in_place(table.get("deviations", {}), others, known, _like),
+    }
+    return {section: each for section, each in sections.items() if each.written}
+
+
+def with_limits(
+    table: Mapping[str, Any],
+    asked: Mapping[str, str | Mapping[str, Any]],
+    known: Sequence[str],
+) -> Lines:
+    """Write other limits of responses into a study; what it demands of them stays."""
+    return _in_place(table.get("limits", {}), asked, known, _demanding)
+
+
+def _in_place(
+    before: Mapping[str, Any],
+    asked: Mapping[str, str | Mapping[str, Any]],
+    known: Sequence[str],
+    like: Callable[[Any, str | Mapping[str, Any]], str | dict[str, Any]],
+) -> Lines:
+    """Write other lines into a section; what they leave of several keeps its own."""
+    every, written = dict(before), dict[str, Any]()
+    for name, line in asked.items():
+        members = expand(name, known)
+        gone = [n for n in every if set(expand(n, known)) & set(members)]
+        own = {other: every.pop(other) for other in gone}
+        new = {name: like(next(iter(own.values()), None), line)}
+        for other, its in own.items():
+            rest = [n for n in expand(other, known) if n not in members]
+            new |= dict.fromkeys(rest, its)
+        every |= new
+        written |= new
+    kept = every.keys() - written.keys()
+    return Lines(every, written, tuple(name for name in before if name not in kept))
+
+
+def _demanding(before: Any, line: str | Mapping[str, Any]) -> str | dict[str, Any]:
+    """Return a limit that demands what the one before does, where it says nothing."""
+    if not isinstance(line, str):
+        return dict(line)
+    return {**before, "limit": line} if isinstance(before, Mapping) else line
 
 
 def _like(before: Any, line: str | Mapping[str, Any]) -> str | dict[str, Any]:
