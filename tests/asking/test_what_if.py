@@ -294,6 +294,31 @@ def test_a_limit_that_had_none_is_added(run, toy):
     assert lines in words
 
 
+@pytest.mark.parametrize("common", ["true", "0.4"])
+def test_some_parts_of_a_batch_are_no_run_of_their_own(toy, toy_study, common):
+    """A batch is one line: what is said instead leads to a run."""
+    both = f'{{ tolerance = "+-1 mm", common = {common} }}'
+    toy_study.write_text(toy_study.read_text().replace('"+-1 mm"', both))
+    run = tolstat.run(toy_study, model=toy)
+    words = refusal(run, {"part_1": "+-2 mm", "angle": "+-4 rad"}, model=toy)
+    assert "tolstat run" not in words and "there;" not in words
+    assert "part_1 alone: a batch is one line" in words and "`part = ...`" in words
+    _, table = own_run_of(refusal(run, {"part": "+-2 mm"}, model=toy))
+    kept = {"tolerance": "+-2 mm", "common": tomllib.loads(f"x = {common}")["x"]}
+    assert table["deviations"]["part"] == kept
+
+
+def test_what_no_study_says_is_no_run_of_its_own(toy, toy_study):
+    """Correlated parts deviate."""
+    close = "[correlation]\npart_1 = { part_2 = 0.5 }\n[limits]"
+    toy_study.write_text(toy_study.read_text().replace("[limits]", close))
+    run = tolstat.run(toy_study, model=toy)
+    none = {"distribution": "constant", "value": "0 mm"}
+    words = refusal(run, {"part_1": none}, model=toy)
+    assert "tolstat run" not in words
+    assert "no study says that with other lines of part_1 alone" in words
+
+
 def test_the_study_of_a_refusal_is_that_of_the_run(tmp_path):
     """Where its file is another by now, or none, the run has it."""
     run = chain_of(tmp_path)

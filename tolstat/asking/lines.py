@@ -42,7 +42,7 @@ def run_that_tells(
     if limits:
         sections["limits"] = lines_of_limits(limits, run)
     if not _says(sections, asked, study, run):
-        return own_run(run, f"change {', '.join(given)} there", "what-if")
+        return _unsaid(given, asked, study)
     written = (in_section(name, lines, run) for name, lines in sections.items())
     return own_run(run, f"write there {' and '.join(written)}", "what-if")
 
@@ -77,3 +77,18 @@ def _says(
         and ours.distributions.keys() == drawn.distributions.keys() | new.keys()
         and all(ours.distributions[name] == each for name, each in new.items())
     )
+
+
+def _unsaid(given: Mapping[str, Any], asked: Deviations, study: Study) -> str:
+    """Say why no lines of a study say what is asked."""
+    batches = study.deviating.dependence.batches
+    some = {n: batches[n].name for n in asked.distributions if n in batches}
+    if part := {n: batch for n, batch in some.items() if batch not in given}:
+        whole = " and ".join(
+            f"`{batch} = ...`" for batch in dict.fromkeys(part.values())
+        )
+        return (
+            f"no study says that of {', '.join(part)} alone: a batch is one line; ask "
+            f"it of all its parts, {whole}"
+        )
+    return f"no study says that with other lines of {', '.join(given)} alone"
