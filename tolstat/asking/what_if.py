@@ -189,7 +189,10 @@ def _kinds_changed(
     said = []
     for each in changes:
         kind = each.keys["distribution"]
-        keeps = f"kept {kind} it would be refused"
+        keeps = (
+            f"{toml_of(each.keys)} keeps it {kind} in a run of its own; these trials "
+            "do not tell that either"
+        )
         if each in keepable:
             keeps = f"{each.of}={quote(toml_of(each.keys))} keeps it {kind}"
         said.append(f"{each.of} was drawn {kind}, and a range alone is normal: {keeps}")

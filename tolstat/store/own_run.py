@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import shlex
 from json import dumps
 from pathlib import Path
+from shlex import join, quote
 
 from tolstat.store.advice import as_typed, command, typed_options
 from tolstat.store.aside import free_name
@@ -28,12 +28,12 @@ def own_run(run: Run, change: str, word: str) -> str:
     beside = study_beside(run)
     path = as_typed(free_name(beside, word))
     if _as_stored(beside, run):
-        copy = f"copy {as_typed(beside)} as {path}"
+        copy = f"copy {quote(str(as_typed(beside)))} as {quote(str(path))}"
     else:
         name = dumps(str(run.path), ensure_ascii=False)  # no quotes of a shell in it
         code = f"import tolstat; print(tolstat.open({name}).study.text)"
-        python = shlex.join(["python", "-c", code])
-        copy = f"`{python} > {shlex.quote(str(path))}` writes its study as it was run"
+        python = join(["python", "-c", code])
+        copy = f"`{python} > {quote(str(path))}` writes its study as it was run"
     typed = command("run", path, *typed_options(run), machine=run.machine)
     return f"a run of its own tells: {copy}; {change}; then `{typed}`"
 
