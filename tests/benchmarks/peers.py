@@ -139,7 +139,7 @@ def for_lsoda(t, scaled, dy_, row):
         dy[i] /= SCALES[i]
 
 
-def scipy_engine(method: str) -> Engine:
+def scipy_engine(method: str, scales: Array = SCALES) -> Engine:
     """Make one of SciPy's engines."""
 
     def engine(machines: Machines, rtol: float) -> Callable[[], Responses]:
@@ -148,7 +148,7 @@ def scipy_engine(method: str) -> Engine:
         def one(i: int) -> Array:
             found = solve_ivp(
                 for_scipy, (0, marks[-1]), start[i], method=method, t_eval=marks,
-                rtol=NOTHING, atol=rtol * SCALES, max_step=LONGEST, args=(table[i],),
+                rtol=NOTHING, atol=rtol * scales, max_step=LONGEST, args=(table[i],),
             )  # fmt: skip
             return found.y[N:].T if found.success else np.full((len(marks), Q), np.nan)
 
