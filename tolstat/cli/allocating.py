@@ -16,7 +16,7 @@ from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
 from tolstat.cli.power import Power
 from tolstat.cli.showing import Screen, print_table, screen
 from tolstat.errors import RunFileError, StudyError
-from tolstat.execution.allocate import allocated
+from tolstat.execution.allocate import allocated, to_prove_again
 from tolstat.execution.allocation import Allocation, Scheme
 from tolstat.execution.carrying_out import Progress
 from tolstat.execution.workers import Interrupted
@@ -28,7 +28,6 @@ from tolstat.reporting.making import (
 from tolstat.reporting.plain import as_json
 from tolstat.reporting.replacing import check_folder
 from tolstat.reporting.summary_table import Cell, estimate_in_words
-from tolstat.store.advice import command
 from tolstat.study.study import Study, load
 from tolstat.units.scale import PPM, figures
 
@@ -206,8 +205,7 @@ def _print(
     if output and found.met:
         said = f"written to {output}"
         if found.again:
-            options = "--trials", found.proof.trials, "--seed", found.proof.seed
-            again = command("run", output, *options, machine=machine)
+            again = to_prove_again(output, found.proof, machine)
             said += f"; the proof again: {again}"
         console.print(said, soft_wrap=True)
     elif output:

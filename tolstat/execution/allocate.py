@@ -226,9 +226,14 @@ def _again(
         options = ["--trials", trials] if trials else []
         found = command("allocate", study.path, *options, machine=machine)
     if output and study.sampling == "random":
-        options = ["--trials", scheme.trials, "--seed", scheme.seed]
-        proved = command("run", output, *options, machine=machine)
+        proved = to_prove_again(output, scheme, machine)
     return visible(found), visible(proved)
+
+
+def to_prove_again(output: Path, proof: Scheme, machine: str) -> str:
+    """Return the command that makes the proof of a written study once more."""
+    options = "--trials", proof.trials, "--seed", proof.seed
+    return command("run", output, *options, machine=machine)
 
 
 def _heading(answer: Proof, schemes: dict[str, Scheme], found: str, proved: str) -> str:
