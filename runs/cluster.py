@@ -6,7 +6,7 @@ pip install "tolstat[cluster]" dask-jobqueue, then: python runs/cluster.py
 from dask_jobqueue import SLURMCluster
 
 import tolstat
-from tolstat.execution.cluster import Cluster
+from tolstat.execution.workers.cluster import Cluster
 
 LENT = {"cores": 16, "processes": 1, "memory": "32 GB", "walltime": "02:00:00"}
 

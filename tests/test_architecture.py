@@ -31,22 +31,22 @@ PLANTED = [
     (
         "execution/drawn.py",
         "import matplotlib",
-        "matplotlib and jinja2 only in reporting",
+        "matplotlib and jinja2 only where answers are drawn",
     ),
-    ("study/read.py", "import tolstat.store.run", "floors import only downward"),
+    ("study/read.py", "import tolstat.store.stored_run", "floors import only downward"),
     (
-        "reporting/again.py",
-        "import tolstat.execution.workers",
+        "render/again.py",
+        "import tolstat.execution.workers.crew",
         "floors import only downward",
     ),
     (
-        "reporting/known.py",
+        "render/known.py",
         "import tolstat.study.study",
         "a report is made of the run's file alone",
     ),
     ("model/file.py", "import h5py", "HDF5 only in store"),
     ("at_the_top.py", "import h5py", "HDF5 only in store"),
-    ("asking/far.py", "import distributed", "Dask only where blocks are executed"),
+    ("answers/far.py", "import distributed", "Dask only where blocks are executed"),
     ("study/unit.py", "import pint", "pint only in units"),
     ("store/shown.py", "import rich", "the command line's libraries stay there"),
     (

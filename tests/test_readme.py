@@ -18,8 +18,8 @@ from tolstat.deviations import distributions, samplers
 from tolstat.deviations.parts import names_in
 from tolstat.model.settings import read
 from tolstat.study.sampling import GIVEN
+from tolstat.study.stopping_rule import KINDS
 from tolstat.study.study import load
-from tolstat.study.until import KINDS
 from tolstat.units.conversion import KNOWN, SPELLINGS
 
 READMES = (

@@ -6,17 +6,18 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tolstat.asking.anew import limited
-    from tolstat.asking.evaluate import evaluate
-    from tolstat.asking.replay import replay
-    from tolstat.asking.trajectory import trajectory
-    from tolstat.asking.view import view
-    from tolstat.asking.what_if import what_if
+    from tolstat.answers.allocate.allocate_tolerances import allocate
+    from tolstat.answers.pages import compare, report
+    from tolstat.answers.relimit import limited
+    from tolstat.answers.views.evaluate import evaluate
+    from tolstat.answers.views.machine_view import view
+    from tolstat.answers.views.replay import replay
+    from tolstat.answers.views.trajectory import trajectory
+    from tolstat.answers.what_if.scenario import what_if
     from tolstat.catalogue import names as models
-    from tolstat.execution.allocate import allocate
+    from tolstat.execution.continuation import extend, resume
     from tolstat.execution.execute import run
-    from tolstat.execution.going_on import extend, resume
-    from tolstat.execution.verifying import verify
+    from tolstat.execution.verification import verify
     from tolstat.machines.rolling_block.identification import identify_drive
     from tolstat.model.contract import History, Model, Outcome, closer
     from tolstat.model.description import (
@@ -39,9 +40,8 @@ if TYPE_CHECKING:
         Region,
         Span,
     )
-    from tolstat.reporting.making import compare, report
-    from tolstat.store.opening import open
-    from tolstat.store.run import Run
+    from tolstat.store.open_run import open
+    from tolstat.store.stored_run import Run
     from tolstat.units.grammar import Measure, Range
 
 # loaded when first used: `import tolstat` and `tolstat --help` stay quick
@@ -57,7 +57,7 @@ _HOMES = {
     "Panel": "tolstat.model.view",
     "Region": "tolstat.model.view",
     "Span": "tolstat.model.view",
-    "allocate": "tolstat.execution.allocate",
+    "allocate": "tolstat.answers.allocate.allocate_tolerances",
     "closer": "tolstat.model.contract",
     "Contributor": "tolstat.model.description",
     "Description": "tolstat.model.description",
@@ -67,25 +67,25 @@ _HOMES = {
     "Measure": "tolstat.units.grammar",
     "Range": "tolstat.units.grammar",
     "Response": "tolstat.model.description",
-    "Run": "tolstat.store.run",
+    "Run": "tolstat.store.stored_run",
     "StudyNumber": "tolstat.model.description",
     "column": "tolstat.model.settings",
-    "compare": "tolstat.reporting.making",
-    "evaluate": "tolstat.asking.evaluate",
-    "extend": "tolstat.execution.going_on",
+    "compare": "tolstat.answers.pages",
+    "evaluate": "tolstat.answers.views.evaluate",
+    "extend": "tolstat.execution.continuation",
     "identify_drive": "tolstat.machines.rolling_block.identification",
-    "limited": "tolstat.asking.anew",
+    "limited": "tolstat.answers.relimit",
     "models": "tolstat.catalogue",
-    "open": "tolstat.store.opening",
-    "replay": "tolstat.asking.replay",
-    "report": "tolstat.reporting.making",
-    "resume": "tolstat.execution.going_on",
+    "open": "tolstat.store.open_run",
+    "replay": "tolstat.answers.views.replay",
+    "report": "tolstat.answers.pages",
+    "resume": "tolstat.execution.continuation",
     "run": "tolstat.execution.execute",
     "setting": "tolstat.model.settings",
-    "trajectory": "tolstat.asking.trajectory",
-    "verify": "tolstat.execution.verifying",
-    "view": "tolstat.asking.view",
-    "what_if": "tolstat.asking.what_if",
+    "trajectory": "tolstat.answers.views.trajectory",
+    "verify": "tolstat.execution.verification",
+    "view": "tolstat.answers.views.machine_view",
+    "what_if": "tolstat.answers.what_if.scenario",
 }
 _ELSEWHERE = {"models": "names"}
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 import tolstat
+from tolstat.statistics.limits.yields import yield_of
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.yields import yield_of
 
 RUNS = Path(__file__).parents[1]
 HALVED = {"rod_length": "+-0.6 mm"}

@@ -7,7 +7,7 @@ import pytest
 
 import tolstat
 from tests.store.tampering import resealed
-from tolstat.asking.replay import replay
+from tolstat.answers.views.replay import replay
 from tolstat.errors import ModelError
 
 

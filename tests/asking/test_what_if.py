@@ -20,11 +20,11 @@ import tolstat
 from tests.benchmarks.what_if import CASES, compared
 from tests.conftest import TOY_STUDY, Toy
 from tests.store.tampering import resealed
+from tolstat.answers.report.summary_table import summary_table
 from tolstat.cli.main import main
 from tolstat.cli.reporting import value_in
 from tolstat.deviations.names import expand
 from tolstat.errors import PictureError, RunFileError, StudyError
-from tolstat.reporting.summary_table import summary_table
 
 QUICK = ("narrower, another", "shifted", "all alike, narrower")
 

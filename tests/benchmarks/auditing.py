@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.conftest import ROOT
-from tolstat.execution.choosing import choose
-from tolstat.execution.trials import Trials
-from tolstat.execution.workers import Workers
+from tolstat.execution.diagnostics.audit_selection import choose
+from tolstat.execution.trial_table import Trials
+from tolstat.execution.workers.crew import Workers
 from tolstat.model.checked import tightened
 from tolstat.statistics.integration_error import integration_error
 from tolstat.study.study import load

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import tolstat
+from tolstat.answers.report.summary_table import summaries_of
+from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.catalogue import load as load_machine
-from tolstat.reporting.drawn import drawn_trials
-from tolstat.reporting.summary_table import summaries_of
 from tolstat.statistics.estimate import Estimate
 
 ROOT = Path(__file__).parents[2]

@@ -17,7 +17,7 @@ from tests.cli.test_commands import TOLSTAT, call
 from tests.cli.test_interrupt import wait_for_trials
 from tests.conftest import ROOT
 from tolstat.execution.execute import execute
-from tolstat.execution.workers import Workers
+from tolstat.execution.workers.crew import Workers
 from tolstat.study.study import load
 
 CHAIN = """\
@@ -43,7 +43,7 @@ def no_pages(monkeypatch):
         path.write_text("a page")
         return path
 
-    monkeypatch.setattr("tolstat.reporting.making.report", report)
+    monkeypatch.setattr("tolstat.answers.pages.report", report)
 
 
 def chain(folder, name, *, title="chain", trials=1000, limit=">= 0.5 mm"):

@@ -15,9 +15,9 @@ import pytest
 from click.testing import CliRunner
 
 import tolstat
+from tolstat.answers.sweep.table_rows import table_rows
 from tolstat.cli.main import main
 from tolstat.cli.showing import print_table, print_words, words_table
-from tolstat.reporting.table_rows import table_rows
 
 TOLSTAT = Path(sys.executable).with_name("tolstat")
 

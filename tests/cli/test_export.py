@@ -19,7 +19,7 @@ from tests.cli.test_batch import chain
 from tests.cli.test_commands import TOLSTAT, call
 from tests.conftest import Toy
 from tolstat.execution.execute import execute
-from tolstat.execution.workers import Workers
+from tolstat.execution.workers.crew import Workers
 from tolstat.store.lock import Lock
 from tolstat.study.study import load
 
@@ -161,7 +161,7 @@ def test_a_run_that_nobody_writes_is_not_waited_for(tmp_path):
 
 
 def test_doctor(monkeypatch):
-    monkeypatch.setattr("tolstat.execution.checking.LASTING", 0.1)
+    monkeypatch.setattr("tolstat.execution.self_check.LASTING", 0.1)
     found = call("doctor")
     assert found.exit_code == 0, found.output
     for word in ("numba", "processor", "cores", "compiled code", "trials/s", "pyarrow"):
@@ -170,7 +170,7 @@ def test_doctor(monkeypatch):
 
 
 def test_doctor_finds_answers_that_differ(monkeypatch):
-    monkeypatch.setattr("tolstat.execution.checking.LASTING", 0.1)
+    monkeypatch.setattr("tolstat.execution.self_check.LASTING", 0.1)
     plain, calls = Workers.simulate, []
 
     def one_bit_off(self, *arguments):

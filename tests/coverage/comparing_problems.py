@@ -8,18 +8,18 @@ import numpy as np
 from scipy.stats import norm
 
 from tests.coverage.problems import SIZES
-from tolstat.statistics.capability import by_share
-from tolstat.statistics.difference import (
+from tolstat.statistics.intervals.moments import mean_of
+from tolstat.statistics.intervals.proportions import proportion
+from tolstat.statistics.intervals.quantiles import quantiles
+from tolstat.statistics.limits.capability import by_share
+from tolstat.statistics.limits.difference import (
     below_together,
     difference,
     difference_of_ppk,
     exchange,
     going_together,
 )
-from tolstat.statistics.limit import Limit, ppk_of
-from tolstat.statistics.moments import mean_of
-from tolstat.statistics.proportions import proportion
-from tolstat.statistics.quantiles import quantiles
+from tolstat.statistics.limits.limit import Limit, ppk_of
 
 # response of the first and of the second design over the quality, and the limit
 DESIGNS = {

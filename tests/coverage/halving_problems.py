@@ -8,16 +8,16 @@ import numpy as np
 from scipy.stats import norm
 
 from tests.coverage.problems import SIZES
+from tolstat.deviations.density_ratio import Weighting
 from tolstat.deviations.dependence import Dependence, joined
 from tolstat.deviations.distributions.lognormal import Lognormal
 from tolstat.deviations.distributions.normal import Normal
 from tolstat.deviations.distributions.uniform import Uniform
 from tolstat.deviations.distributions.weibull import Weibull
-from tolstat.deviations.halving import halved
+from tolstat.deviations.halved import halved
 from tolstat.deviations.tolerance import Tolerance
-from tolstat.deviations.weighting import Weighting
-from tolstat.statistics.weighted import weighted_share
-from tolstat.statistics.weights import Weights
+from tolstat.statistics.reweighting.weighted_estimates import weighted_share
+from tolstat.statistics.reweighting.weights import Weights
 
 
 class HalvingProblem(NamedTuple):

@@ -10,8 +10,8 @@ from scipy.special import ndtri
 from scipy.stats import norm
 
 from tests.coverage.problems import SIZES
-from tolstat.statistics.contributions import contributions
-from tolstat.statistics.total_indices import sobol_indices
+from tolstat.statistics.sensitivity.contributions import contributions
+from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
 
 
 class IndexProblem(NamedTuple):

@@ -10,17 +10,22 @@ from scipy.special import ndtr, ndtri
 from tests.coverage.problems import PROBLEMS, SIZES, limit_of, simulated
 from tolstat.deviations.samplers.latin import REPLICATES, Latin
 from tolstat.deviations.samplers.sobol import Sobol
-from tolstat.statistics.capability import by_moments, by_percentiles, by_share
-from tolstat.statistics.deciding import trials_that_decide
-from tolstat.statistics.following import followed
-from tolstat.statistics.limit import Limit, ppk_of
-from tolstat.statistics.moments import Reach
-from tolstat.statistics.precision import FIRST, Precision, next_stage, trials_wanted
-from tolstat.statistics.proportions import proportion
-from tolstat.statistics.replicates import share_from_replicates
+from tolstat.statistics.intervals.moments import Reach
+from tolstat.statistics.intervals.precision import (
+    FIRST,
+    Precision,
+    next_stage,
+    trials_wanted,
+)
+from tolstat.statistics.intervals.proportions import proportion
+from tolstat.statistics.intervals.replicates import share_from_replicates
+from tolstat.statistics.intervals.statistic import Statistic, mean, quantiles_at, sigma
+from tolstat.statistics.limits.capability import by_moments, by_percentiles, by_share
+from tolstat.statistics.limits.limit import Limit, ppk_of
+from tolstat.statistics.limits.repeated_looks import followed
+from tolstat.statistics.limits.sample_size import trials_that_decide
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.shapes import atom_of
-from tolstat.statistics.statistic import Statistic, mean, quantiles_at, sigma
 from tolstat.statistics.summary import QUANTILES, summarize
 from tolstat.status import Status
 
@@ -74,7 +79,7 @@ def estimates(values, sample, problem, limit):
 
 
 def share(machines, sample):
-    """Estimate a share as `tolstat.statistics.yields` does, without its verdict."""
+    """Estimate a share as `statistics.limits.yields` does, without its verdict."""
     if sample.replicates:
         return share_from_replicates(machines, sample.replicate)
     return followed(int(machines.sum()), len(machines))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.statistics.pairs import pairs
+from tolstat.statistics.sensitivity.pairs import pairs
 
 STUDIES, TRIALS, CONTRIBUTORS = 60, 4096, 20
 BEYOND = (5, 15, 40, 400)

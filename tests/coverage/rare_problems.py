@@ -18,7 +18,7 @@ from tolstat.deviations.distributions.uniform import Uniform
 from tolstat.deviations.distributions.weibull import Weibull
 from tolstat.deviations.draw import draw_in_stages
 from tolstat.deviations.tolerance import Tolerance
-from tolstat.statistics.rare import rare_share
+from tolstat.statistics.limits.rare_share import rare_share
 
 
 class RareProblem(NamedTuple):

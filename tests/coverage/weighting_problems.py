@@ -9,18 +9,18 @@ import numpy as np
 from scipy.stats import lognorm, norm
 
 from tests.coverage.halving_problems import of_scores
-from tolstat.deviations.cover import check_covered, cover_of
+from tolstat.deviations.density_ratio import Weighting
 from tolstat.deviations.dependence import Batch, Dependence, joined
 from tolstat.deviations.distributions.normal import Normal
+from tolstat.deviations.overlap import check_covered, cover_of
 from tolstat.deviations.tolerance import Tolerance
-from tolstat.deviations.weighting import Weighting
-from tolstat.statistics.capability import by_moments, by_percentiles
-from tolstat.statistics.limit import Limit
-from tolstat.statistics.moments import Reach
+from tolstat.statistics.intervals.moments import Reach
+from tolstat.statistics.intervals.statistic import mean, quantiles_at, sigma
+from tolstat.statistics.limits.capability import by_moments, by_percentiles
+from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.yields import yield_of
+from tolstat.statistics.reweighting.weights import Weights
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.statistic import mean, quantiles_at, sigma
-from tolstat.statistics.weights import Weights
-from tolstat.statistics.yields import yield_of
 from tolstat.status import Status
 
 

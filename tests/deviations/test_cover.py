@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.deviations.cover import check_covered, cover_of
+from tolstat.deviations.density_ratio import Weighting
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions.normal import Normal
 from tolstat.deviations.distributions.triangular import Triangular
 from tolstat.deviations.distributions.uniform import Uniform
+from tolstat.deviations.overlap import check_covered, cover_of
 from tolstat.deviations.tolerance import Tolerance
-from tolstat.deviations.weighting import Weighting
 from tolstat.errors import DistributionError
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from tolstat.deviations.density_ratio import Weighting
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions.arcsine import Arcsine
 from tolstat.deviations.distributions.beta import Beta
@@ -20,10 +21,9 @@ from tolstat.deviations.distributions.truncated_normal import TruncatedNormal
 from tolstat.deviations.distributions.uniform import Uniform
 from tolstat.deviations.distributions.weibull import Weibull
 from tolstat.deviations.draw import draw
-from tolstat.deviations.halving import halved
+from tolstat.deviations.halved import halved
 from tolstat.deviations.measured import Fitted, Measured
 from tolstat.deviations.tolerance import Tolerance
-from tolstat.deviations.weighting import Weighting
 from tolstat.errors import DistributionError
 
 

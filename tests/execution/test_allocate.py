@@ -18,27 +18,27 @@ from scipy.stats import binom, chi2, multivariate_normal, norm
 import tolstat
 from tests.reporting.test_pictures import nothing_overlaps
 from tolstat import Contributor, Description, Model, Outcome, Response
+from tolstat.answers.allocate import allocate_tolerances as allocating
+from tolstat.answers.allocate import trade_off as beside
+from tolstat.answers.allocate.active_limits import active, lines_of
+from tolstat.answers.allocate.allocation import Point, Scheme, trade_off
+from tolstat.answers.allocate.fresh_runs import GROWTH, FreshRuns
+from tolstat.answers.allocate.linear_schemes import LinearSchemes
+from tolstat.answers.allocate.reweighted_pool import Pool, beyond_each, with_choice
+from tolstat.answers.allocate.search import Searching, _aimed
+from tolstat.answers.allocate.trade_off import for_the_cost_drawn
+from tolstat.deviations.density_ratio import correlations
 from tolstat.deviations.dependence import Batch, Dependence
-from tolstat.deviations.weighting import correlations
 from tolstat.errors import StudyError
-from tolstat.execution import allocate as allocating
-from tolstat.execution import beside
-from tolstat.execution.allocation import Point, Scheme, trade_off
-from tolstat.execution.beside import for_the_cost_drawn
-from tolstat.execution.elsewhere import crew_of
-from tolstat.execution.fresh_runs import GROWTH, FreshRuns
-from tolstat.execution.linear_schemes import LinearSchemes
-from tolstat.execution.loosening import active, lines_of
-from tolstat.execution.pool import Pool, beyond_each, with_choice
-from tolstat.execution.searching import Searching, _aimed
-from tolstat.execution.trials import Trials
+from tolstat.execution.trial_table import Trials
+from tolstat.execution.workers.remote import crew_of
 from tolstat.model.checked import simulate
 from tolstat.model.view import Mark
-from tolstat.reporting.view_picture import draw_view
+from tolstat.render.view_picture import draw_view
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.following import followed
-from tolstat.study import size
-from tolstat.study.prices import tolerance_words
+from tolstat.statistics.limits.repeated_looks import followed
+from tolstat.study import memory_needed as size
+from tolstat.study.cost_entry import tolerance_words
 from tolstat.study.study import load
 
 SLOPES = np.array([1.0, -2.0, 0.5])

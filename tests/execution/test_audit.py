@@ -9,15 +9,15 @@ import pytest
 
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
+from tolstat.answers.report.gather import findings_of
 from tolstat.deviations.samplers.random import Random
-from tolstat.execution.choosing import choose, random_trials
+from tolstat.execution.diagnostics.audit_selection import choose, random_trials
+from tolstat.execution.diagnostics.trial_selection import next_to, spread
 from tolstat.execution.execute import execute
-from tolstat.execution.picking import next_to, spread
-from tolstat.execution.trials import Trials
-from tolstat.execution.workers import Workers
+from tolstat.execution.trial_table import Trials
+from tolstat.execution.workers.crew import Workers
 from tolstat.model.contract import closer
-from tolstat.reporting.gather import findings_of
-from tolstat.statistics.limit import Limit
+from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
 from tolstat.store.audited import Reason
 from tolstat.study.study import load

@@ -21,10 +21,10 @@ from tests.cli.test_commands import call
 from tests.conftest import ROOT
 from tolstat import catalogue
 from tolstat.errors import BrokenError, ModelError
-from tolstat.execution.cluster import Cluster
 from tolstat.execution.execute import execute
-from tolstat.execution.parcel import packed
-from tolstat.execution.workers import Workers
+from tolstat.execution.workers.cluster import Cluster
+from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.remote_blocks import packed
 from tolstat.model.checked import simulate
 from tolstat.study.study import load
 
@@ -161,7 +161,7 @@ def test_a_worker_that_would_come_to_other_bits_is_not_used(ring, tmp_path):
 
 
 def test_a_cluster_without_workers_is_not_waited_for(ring, tmp_path, monkeypatch):
-    monkeypatch.setattr("tolstat.execution.cluster.PATIENCE", 1.5)
+    monkeypatch.setattr("tolstat.execution.workers.cluster.PATIENCE", 1.5)
     for each in ring.alive:
         each.kill()
     study = chain(tmp_path, "chain")
@@ -179,7 +179,7 @@ def test_what_cannot_be_sent_is_refused(toy):
 
 
 def test_a_scheduler_that_does_not_answer(tmp_path, monkeypatch):
-    monkeypatch.setattr("tolstat.execution.cluster.CONNECT", 0.5)
+    monkeypatch.setattr("tolstat.execution.workers.cluster.CONNECT", 0.5)
     study = chain(tmp_path, "chain")
     for address in ("tcp://127.0.0.1:1", "nonsense://x"):
         done = call("run", study, "--cluster", address)

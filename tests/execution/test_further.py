@@ -9,15 +9,19 @@ import pytest
 
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
-from tolstat.asking.replay import replay
-from tolstat.execution.choosing import random_trials
-from tolstat.execution.classical import Target, slopes, worst_corners
+from tolstat.answers.report.gather import findings_of
+from tolstat.answers.views.replay import replay
+from tolstat.execution.continuation import resume
+from tolstat.execution.diagnostics.audit_selection import random_trials
+from tolstat.execution.diagnostics.slopes_and_corners import (
+    Target,
+    slopes,
+    worst_corners,
+)
+from tolstat.execution.diagnostics.trial_selection import worst_trials
 from tolstat.execution.execute import execute
-from tolstat.execution.going_on import resume
-from tolstat.execution.picking import worst_trials
-from tolstat.execution.workers import Workers
+from tolstat.execution.workers.crew import Workers
 from tolstat.model.contract import closer
-from tolstat.reporting.gather import findings_of
 from tolstat.status import Status
 from tolstat.study.study import load
 

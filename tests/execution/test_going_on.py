@@ -13,13 +13,13 @@ import pytest
 import tolstat
 from tests.conftest import Toy
 from tests.store.tampering import resealed
+from tolstat.answers.report.gather import findings_of
+from tolstat.answers.report.summary_table import summary_table
 from tolstat.errors import ModelError, RunFileError, StoppedError, StudyError
+from tolstat.execution.continuation import go_on
 from tolstat.execution.execute import execute
-from tolstat.execution.going_on import go_on
-from tolstat.execution.workers import Workers
-from tolstat.reporting.gather import findings_of
-from tolstat.reporting.plain import as_json
-from tolstat.reporting.summary_table import summary_table
+from tolstat.execution.workers.crew import Workers
+from tolstat.render.plain import as_json
 from tolstat.study.study import load
 
 HEAD = """\

@@ -23,15 +23,15 @@ from tests.asking.test_what_if import own_run_of
 from tests.execution.test_audit import Cliff
 from tests.execution.test_going_on import Enough, same
 from tests.store.tampering import resealed
+from tolstat.answers.index.run_entries import entry_of, index_csv, index_page
+from tolstat.answers.rare.failure_points import normal_score
+from tolstat.answers.rare.rare_answer import STAGES, rare_findings, rare_table
+from tolstat.answers.report.report_csv import rare_csv
 from tolstat.cli.listing import row_of
 from tolstat.cli.main import main
 from tolstat.errors import PictureError, RunFileError, StudyError
 from tolstat.execution.execute import execute
-from tolstat.execution.workers import Workers
-from tolstat.reporting.likeliest import normal_score
-from tolstat.reporting.listing import entry_of, index_csv, index_page
-from tolstat.reporting.rare import STAGES, rare_findings, rare_table
-from tolstat.reporting.report_csv import rare_csv
+from tolstat.execution.workers.crew import Workers
 from tolstat.store.plan import SCORES, Assumed
 from tolstat.study.study import load
 from tolstat.units.scale import PPM

@@ -10,10 +10,10 @@ import pytest
 
 import tolstat
 from tolstat.errors import ModelError, RunFileError
-from tolstat.execution.workers import BlockSize, Workers
+from tolstat.execution.workers.crew import BlockSize, Workers
 from tolstat.model.checked import simulate
 from tolstat.status import Status
-from tolstat.study.points import Case
+from tolstat.study.given_points import Case
 from tolstat.study.study import load
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tolstat
-from tolstat.statistics.quantiles import quantile
+from tolstat.statistics.intervals.quantiles import quantile
 from tolstat.study.study import load
 
 STUDY = """\

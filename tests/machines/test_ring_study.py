@@ -7,9 +7,9 @@ import pytest
 
 import tolstat
 from tests.machines.ring_reference import DEG
+from tolstat.answers.sweep.curves import comparisons
 from tolstat.errors import ModelError, StudyError
 from tolstat.machines.ring import spectrum
-from tolstat.reporting.sweep import comparisons
 
 FIGURES = {
     "radius": 3.0,

@@ -9,6 +9,8 @@ import pytest
 import tolstat
 from tests.model.rich import Rich
 from tolstat import StudyNumber
+from tolstat.answers.report.gather import findings_of
+from tolstat.answers.report.summary_table import summary_table
 from tolstat.deviations.distributions.lognormal import Lognormal
 from tolstat.deviations.distributions.normal import Normal
 from tolstat.deviations.distributions.truncated_normal import TruncatedNormal
@@ -18,9 +20,7 @@ from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import ModelError
 from tolstat.model.checked import numbers_of
 from tolstat.model.settings import make
-from tolstat.reporting.gather import findings_of
-from tolstat.reporting.plain import plain
-from tolstat.reporting.summary_table import summary_table
+from tolstat.render.plain import plain
 
 STUDY = {
     "model": "rich", "trials": 64, "seed": 1,

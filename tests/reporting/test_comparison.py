@@ -11,11 +11,11 @@ from scipy import stats
 import tolstat
 from tests.conftest import Toy
 from tests.store.tampering import resealed
+from tolstat.answers.compare.comparison import compared, compared_with_first
+from tolstat.answers.compare.comparison_table import comparison_table
+from tolstat.answers.compare.pairing import pair_of
 from tolstat.errors import PictureError
-from tolstat.reporting.comparison import compared, compared_with_first
-from tolstat.reporting.comparison_table import comparison_table
-from tolstat.reporting.pairing import pair_of
-from tolstat.reporting.plain import plain
+from tolstat.render.plain import plain
 
 
 def test_differences_are_machine_by_machine(mill, linked):

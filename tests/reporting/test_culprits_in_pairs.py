@@ -10,12 +10,12 @@ import pytest
 from scipy.stats import norm
 
 import tolstat
-from tolstat.reporting.gather import findings_of
-from tolstat.reporting.making import report
-from tolstat.reporting.page import make_page, pictures_of
-from tolstat.reporting.plain import plain
-from tolstat.reporting.sentences import sentences_of
-from tolstat.reporting.summary_table import summary_table
+from tolstat.answers.pages import report
+from tolstat.answers.report.gather import findings_of
+from tolstat.answers.report.summary_table import summary_table
+from tolstat.answers.report.template_page import make_page, pictures_of
+from tolstat.answers.report.verdict_sentences import sentences_of
+from tolstat.render.plain import plain
 from tolstat.statistics.estimate import Estimate
 
 DEGREE = np.pi / 180

@@ -16,17 +16,17 @@ from scipy import stats
 
 import tolstat
 from tests.conftest import Toy
+from tolstat.answers.report import variance as contributing
+from tolstat.answers.report.gather import findings_of
+from tolstat.answers.report.report_csv import report_csv
+from tolstat.answers.report.variance import at_most_all
+from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.cli.main import main
 from tolstat.errors import PictureError
-from tolstat.reporting import contributing
-from tolstat.reporting.contributing import at_most_all
-from tolstat.reporting.drawn import drawn_trials
-from tolstat.reporting.gather import findings_of
-from tolstat.reporting.plain import as_json, plain
-from tolstat.reporting.report_csv import report_csv
-from tolstat.statistics.contributions import contributions
+from tolstat.render.plain import as_json, plain
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.total_indices import Indices, sobol_indices
+from tolstat.statistics.sensitivity.contributions import contributions
+from tolstat.statistics.sensitivity.sobol_indices import Indices, sobol_indices
 
 
 @pytest.fixture(scope="module")

@@ -20,23 +20,20 @@ from matplotlib.text import Text
 import tolstat
 from tests.conftest import Toy
 from tests.reporting.browser import Page, asked, look, printed, scroll_widths
+from tolstat.answers.compare import comparison_page
+from tolstat.answers.compare.comparison import compared_with_first
+from tolstat.answers.compare.comparison_page import make_comparison_page
+from tolstat.answers.rare.rare_answer import STAGES, UNMET, rare_findings, rare_table
+from tolstat.answers.report import distribution_pictures, response_pictures
+from tolstat.answers.report.gather import findings_of
+from tolstat.answers.report.summary_table import summary_table
+from tolstat.answers.report.template_page import make_page, pictures_of
+from tolstat.answers.report.template_page import page_of as page_of_findings
 from tolstat.cli.main import main
 from tolstat.model.contract import Outcome
-from tolstat.reporting import (
-    comparison_page,
-    distribution_pictures,
-    response_pictures,
-)
-from tolstat.reporting.comparison import compared_with_first
-from tolstat.reporting.comparison_page import make_comparison_page
-from tolstat.reporting.gather import findings_of
-from tolstat.reporting.page import make_page, pictures_of
-from tolstat.reporting.page import page_of as page_of_findings
-from tolstat.reporting.page_picture import SMALLEST
-from tolstat.reporting.plain import plain
-from tolstat.reporting.rare import STAGES, UNMET, rare_findings, rare_table
-from tolstat.reporting.summary_table import summary_table
-from tolstat.store.evidence import Evidence
+from tolstat.render.page_picture import SMALLEST
+from tolstat.render.plain import plain
+from tolstat.store.stored_diagnostics import Evidence
 
 
 def page_of(run):

@@ -7,16 +7,16 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import tolstat
-from tolstat.asking.replay import replay
+from tolstat.answers.sweep.curve_picture import draw_sweeps
+from tolstat.answers.sweep.curves import sweeps, swept_axis
+from tolstat.answers.views.replay import replay
 from tolstat.errors import PictureError
 from tolstat.machines.stand.declarations import RESPONSES
 from tolstat.machines.stand.machine import Stand
 from tolstat.machines.stand.settings import Settings
 from tolstat.model.view import Axis, Chart, Curve, Panel
-from tolstat.reporting.picture import check_ending, write
-from tolstat.reporting.sweep import sweeps, swept_axis
-from tolstat.reporting.sweep_picture import draw_sweeps
-from tolstat.reporting.view_picture import draw_view
+from tolstat.render.picture import check_ending, write
+from tolstat.render.view_picture import draw_view
 
 
 @pytest.fixture(scope="module")

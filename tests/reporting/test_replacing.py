@@ -13,7 +13,7 @@ from click.testing import CliRunner
 import tolstat
 from tolstat.cli.main import main
 from tolstat.errors import RunFileError
-from tolstat.reporting.replacing import check_output, replace
+from tolstat.render.output_file import check_output, replace
 
 
 @pytest.fixture(scope="module")

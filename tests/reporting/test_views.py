@@ -12,13 +12,13 @@ import tolstat
 from tests.model.rich import Rich
 from tests.reporting.test_pictures import nothing_overlaps
 from tolstat import catalogue
-from tolstat.asking.view import view_of
+from tolstat.answers.pages import save_view, view_page
+from tolstat.answers.views.machine_view import view_of
 from tolstat.cli.main import main
 from tolstat.errors import ModelError, PictureError
 from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Panel, Region
-from tolstat.reporting.making import save_view, view_page
-from tolstat.reporting.view_picture import draw_view
-from tolstat.reporting.view_table import as_csv, view_rows
+from tolstat.render.view_picture import draw_view
+from tolstat.render.view_table import as_csv, view_rows
 
 STUDY = {
     "model": "rich", "trials": 100, "seed": 1,

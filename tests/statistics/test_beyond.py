@@ -6,9 +6,18 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.statistics.beyond import CLEAR, differences, least_level, of_kind
-from tolstat.statistics.weighted import weighted_share
-from tolstat.statistics.weights import LEAST_EFFECTIVE, Weights, effective_number
+from tolstat.statistics.reweighting.weighted_estimates import weighted_share
+from tolstat.statistics.reweighting.weights import (
+    LEAST_EFFECTIVE,
+    Weights,
+    effective_number,
+)
+from tolstat.statistics.sensitivity.out_of_limit import (
+    CLEAR,
+    differences,
+    least_level,
+    of_kind,
+)
 
 
 def parts(n, k, seed):

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from tolstat.statistics import cheapest as module
-from tolstat.statistics.cheapest import Dial, cheapest
+from tolstat.statistics.reweighting import cheapest as module
+from tolstat.statistics.reweighting.cheapest import Dial, cheapest
 
 COSTS = (7.0, 3.0, 20.0, 1.0)
 BOUND = 0.05

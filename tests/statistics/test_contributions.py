@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.statistics.contributions import contributions
-from tolstat.statistics.neighbours import nearest
-from tolstat.statistics.rank_regression import ascending
+from tolstat.statistics.sensitivity.contributions import contributions
+from tolstat.statistics.sensitivity.neighbours import nearest
+from tolstat.statistics.sensitivity.rank_regression import ascending
 
 
 def stack(n, seed=0):

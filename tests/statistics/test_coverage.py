@@ -15,8 +15,8 @@ from tests.coverage.halving_problems import intervals as of_halving
 from tests.coverage.index_problems import intervals as of_indices
 from tests.coverage.measure import FAMILIES, ROOT, TABLE, digest, measure
 from tests.coverage.one_response import failing, intervals, until_quantile
-from tolstat.statistics.precision import FIRST
-from tolstat.statistics.quantiles import quantile
+from tolstat.statistics.intervals.precision import FIRST
+from tolstat.statistics.intervals.quantiles import quantile
 
 SURE = 3.5  # standard errors
 EXACT, APPROXIMATE = 0.95, 0.93  # what they claim to cover
@@ -44,17 +44,17 @@ def test_the_digest_sees_code_and_no_words(monkeypatch, tmp_path):
 
     family = FAMILIES[0]
     known, sources = digest(family), of.sources(family.__name__)
-    assert "tolstat.statistics.betting" in sources
+    assert "tolstat.statistics.intervals.betting" in sources
     path = tmp_path / "changed.py"
     for before, after, same in (
         ('"""Bound the mean', '"""Bind the mean', True),
         ("MOST_STAKED = 0.75", "MOST_STAKED = 0.76", False),
     ):
-        text = (ROOT / "tolstat/statistics/betting.py").read_text()
+        text = (ROOT / "tolstat/statistics/intervals/betting.py").read_text()
         assert before in text
         path.write_text(text.replace(before, after))
         changed = {**of.sources(family.__name__)}
-        changed["tolstat.statistics.betting"] = ast.parse(path.read_text())
+        changed["tolstat.statistics.intervals.betting"] = ast.parse(path.read_text())
         monkeypatch.setattr(of, "sources", lambda name, changed=changed: changed)
         assert (of.digest(family) == known) == same
         monkeypatch.undo()

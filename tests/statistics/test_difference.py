@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.statistics.difference import (
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.quantiles import quantile
+from tolstat.statistics.limits.difference import (
     LEAST_OF_MOMENTS,
     MOST_TOGETHER,
     below_together,
@@ -17,9 +19,7 @@ from tolstat.statistics.difference import (
     exchange,
     going_together,
 )
-from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limit import Limit
-from tolstat.statistics.quantiles import quantile
+from tolstat.statistics.limits.limit import Limit
 
 
 def machines(both, worse, better, neither):

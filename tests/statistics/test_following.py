@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import beta, binom
 
-from tolstat.statistics.deciding import trials_that_decide
-from tolstat.statistics.following import against, followed
-from tolstat.statistics.proportions import proportion
+from tolstat.statistics.intervals.proportions import proportion
+from tolstat.statistics.limits.repeated_looks import against, followed
+from tolstat.statistics.limits.sample_size import trials_that_decide
 
 BAR = 0.0027
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tolstat.statistics.changing_sides import changing_sides
 from tolstat.statistics.integration_error import (
     integration_error,
     share_above_largest,
 )
+from tolstat.statistics.limits.verdict_changes import changing_sides
 
 
 def test_equals_take_turns():

@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 from scipy.stats import binom, binomtest
 
-from tolstat.statistics.following import followed
-from tolstat.statistics.limit import Limit
-from tolstat.statistics.proportions import proportion
-from tolstat.statistics.quantiles import _binomial_quantile, quantile, trials_needed
+from tolstat.statistics.intervals.proportions import proportion
+from tolstat.statistics.intervals.quantiles import (
+    _binomial_quantile,
+    quantile,
+    trials_needed,
+)
+from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.repeated_looks import followed
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import summarize
 from tolstat.status import Status

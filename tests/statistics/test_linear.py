@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tolstat.statistics.linear import departures, root_sum_square, scatter_of
 from tolstat.statistics.sample import Sample
+from tolstat.statistics.sensitivity.linear import (
+    departures,
+    root_sum_square,
+    scatter_of,
+)
 from tolstat.statistics.summary import summarize
 from tolstat.status import Status
 

@@ -7,8 +7,8 @@ import pytest
 from scipy import stats
 
 from tests.statistics.test_beyond import parts
-from tolstat.statistics.beyond import CLEAR
-from tolstat.statistics.pairs import BOTH_FAR, DIFFERENCE, SUM, pairs
+from tolstat.statistics.sensitivity.out_of_limit import CLEAR
+from tolstat.statistics.sensitivity.pairs import BOTH_FAR, DIFFERENCE, SUM, pairs
 
 
 def of_one(X, beyond):

@@ -8,15 +8,21 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.statistics.betting import least_mean, mean_between
-from tolstat.statistics.capability import by_moments, by_percentiles, by_share
-from tolstat.statistics.following import followed
-from tolstat.statistics.limit import Limit, ppk_of, yield_of_ppk
-from tolstat.statistics.moments import Reach, mean_of, moments, sigma_of, unseen
-from tolstat.statistics.quantiles import quantiles
+from tolstat.statistics.intervals.betting import least_mean, mean_between
+from tolstat.statistics.intervals.moments import (
+    Reach,
+    mean_of,
+    moments,
+    sigma_of,
+    unseen,
+)
+from tolstat.statistics.intervals.quantiles import quantiles
+from tolstat.statistics.intervals.statistic import quantiles_at
+from tolstat.statistics.limits.capability import by_moments, by_percentiles, by_share
+from tolstat.statistics.limits.limit import Limit, ppk_of, yield_of_ppk
+from tolstat.statistics.limits.repeated_looks import followed
+from tolstat.statistics.limits.yields import joint_yield, yield_of
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.statistic import quantiles_at
-from tolstat.statistics.yields import joint_yield, yield_of
 from tolstat.status import Status
 
 INF = math.inf

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tolstat.statistics.convergence import running
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import integration_error
-from tolstat.statistics.precision import Precision, next_stage, trials_wanted
-from tolstat.statistics.quantiles import quantile
+from tolstat.statistics.intervals.convergence import running
+from tolstat.statistics.intervals.precision import Precision, next_stage, trials_wanted
+from tolstat.statistics.intervals.quantiles import quantile
+from tolstat.statistics.intervals.statistic import Statistic
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.statistic import Statistic
 from tolstat.status import Status
 
 MEDIAN = Statistic("y", "quantile", 0.5)

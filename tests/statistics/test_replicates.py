@@ -8,14 +8,14 @@ from scipy import stats
 
 from tolstat.deviations import samplers
 from tolstat.deviations.parts import find_in
-from tolstat.statistics.limit import Limit
-from tolstat.statistics.moments import Reach, mean_of
-from tolstat.statistics.replicates import (
+from tolstat.statistics.intervals.moments import Reach, mean_of
+from tolstat.statistics.intervals.replicates import (
     mean_of_replicates,
     never_met,
     quantile_of_replicates,
     share_from_replicates,
 )
+from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import summarize
 

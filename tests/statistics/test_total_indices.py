@@ -8,8 +8,8 @@ import pytest
 from SALib.analyze import sobol as salib
 
 from tests.coverage.index_problems import INDEX_PROBLEMS, design
-from tolstat.statistics.contributions import contributions
-from tolstat.statistics.total_indices import sobol_indices
+from tolstat.statistics.sensitivity.contributions import contributions
+from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
 
 
 def names_of(name):

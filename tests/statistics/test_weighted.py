@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from tolstat.statistics.betting import mean_between
-from tolstat.statistics.limit import Limit
+from tolstat.statistics.intervals.betting import mean_between
+from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.reweighting.weighted_estimates import (
+    share_left,
+    weighted_quantile,
+    weighted_share,
+)
+from tolstat.statistics.reweighting.weights import Weights
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import summarize
-from tolstat.statistics.weighted import share_left, weighted_quantile, weighted_share
-from tolstat.statistics.weights import Weights
 from tolstat.status import Status
 
 N = 3000

@@ -14,7 +14,7 @@ import tolstat
 from tests.conftest import Toy
 from tests.store.tampering import resealed
 from tolstat.errors import BrokenError, ModelError, RunFileError, StudyError
-from tolstat.store.aside import aside_of, check_room
+from tolstat.store.temporary_files import aside_of, check_room
 
 STUDY = {
     "model": "toy", "trials": 300, "seed": 1, "deviations": {"part": "+-1 mm"},

@@ -75,7 +75,7 @@ def test_before_trials_were_chosen_on_purpose_all_were_random(run, tmp_path):
 
 def test_a_run_that_was_stopped_has_no_audit_yet(tmp_path):
     from tolstat.execution.execute import execute
-    from tolstat.execution.workers import Workers
+    from tolstat.execution.workers.crew import Workers
     from tolstat.study.study import load
 
     asked = load("runs/khpt75.toml", trials=300)

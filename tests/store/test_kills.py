@@ -11,9 +11,9 @@ import pytest
 
 import tolstat
 from tests.conftest import Toy
+from tolstat.execution.continuation import go_on
 from tolstat.execution.execute import execute
-from tolstat.execution.going_on import go_on
-from tolstat.execution.workers import Workers
+from tolstat.execution.workers.crew import Workers
 from tolstat.store import run_writer
 from tolstat.study.study import load
 

@@ -14,7 +14,7 @@ import xarray
 import tolstat
 from tolstat.errors import BrokenError, RunFileError
 from tolstat.store.lock import Lock
-from tolstat.store.rows import Rows, places_of
+from tolstat.store.trial_rows import Rows, places_of
 
 
 @pytest.fixture

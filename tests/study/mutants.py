@@ -26,8 +26,8 @@ import tomli_w
 
 from tolstat import catalogue
 from tolstat.errors import StudyError, TolstatError
-from tolstat.study.document import Document
 from tolstat.study.study import load
+from tolstat.study.study_schema import Document
 
 ROOT = Path(__file__).parents[2]
 OWN = {"stack": "stack.py:Stack", "oscillator": "oscillator.py:Oscillator"}

@@ -6,8 +6,8 @@ import pytest
 from scipy.stats import norm
 
 from tolstat.errors import UnitError
-from tolstat.statistics.limit import DEMANDED
-from tolstat.study.limit import read_limit
+from tolstat.statistics.limits.limit import DEMANDED
+from tolstat.study.limits_section import read_limit
 
 
 @pytest.mark.parametrize(

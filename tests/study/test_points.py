@@ -10,11 +10,11 @@ import pytest
 import tomli_w
 
 import tolstat
+from tolstat.answers.sweep.curves import comparisons
 from tolstat.errors import StudyError
 from tolstat.execution.execute import execute
-from tolstat.execution.workers import Workers
+from tolstat.execution.workers.crew import Workers
 from tolstat.model.description import Description
-from tolstat.reporting.sweep import comparisons
 from tolstat.study.study import load
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tolstat.errors import StudyError
-from tolstat.study.prices import tolerance_words, with_tolerances
+from tolstat.study.cost_entry import tolerance_words, with_tolerances
 from tolstat.study.study import load
 
 STUDY = {"model": "stand", "trials": 8, "seed": 1}

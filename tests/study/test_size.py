@@ -12,7 +12,8 @@ import tolstat
 from tests.conftest import Toy
 from tolstat.errors import DataError, StudyError
 from tolstat.model.checked import described
-from tolstat.study import csv_table, size
+from tolstat.study import csv_table
+from tolstat.study import memory_needed as size
 from tolstat.study.csv_table import read_csv
 from tolstat.study.files import content
 from tolstat.study.study import load
@@ -44,7 +45,7 @@ def test_large_studies_are_told_so(monkeypatch):
 
 
 def test_a_limit_of_the_process_counts():
-    code = "from tolstat.study.size import memory; print(memory())"
+    code = "from tolstat.study.memory_needed import memory; print(memory())"
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (2 * 10**9,) * 2),

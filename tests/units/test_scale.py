@@ -10,7 +10,7 @@ import pytest
 
 import tolstat
 from tests.model.rich import Rich
-from tolstat.reporting.summary_table import summary_table
+from tolstat.answers.report.summary_table import summary_table
 from tolstat.units.scale import (
     PART,
     PER_CENT,

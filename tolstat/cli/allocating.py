@@ -11,23 +11,23 @@ from pathlib import Path
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 
+from tolstat.answers.allocate.allocate_tolerances import allocated, to_prove_again
+from tolstat.answers.allocate.allocation import Allocation, Scheme
+from tolstat.answers.pages import (
+    check_view_ending,
+    save_view,
+    write,
+)
+from tolstat.answers.report.summary_table import Cell, estimate_in_words
 from tolstat.catalogue import place_of
 from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
 from tolstat.cli.power import Power
 from tolstat.cli.showing import Screen, print_table, screen
 from tolstat.errors import RunFileError, StudyError
-from tolstat.execution.allocate import allocated, to_prove_again
-from tolstat.execution.allocation import Allocation, Scheme
-from tolstat.execution.carrying_out import Progress
-from tolstat.execution.workers import Interrupted
-from tolstat.reporting.making import (
-    check_view_ending,
-    save_view,
-    write,
-)
-from tolstat.reporting.plain import as_json
-from tolstat.reporting.replacing import check_folder
-from tolstat.reporting.summary_table import Cell, estimate_in_words
+from tolstat.execution.run_loop import Progress
+from tolstat.execution.workers.crew import Interrupted
+from tolstat.render.output_file import check_folder
+from tolstat.render.plain import as_json
 from tolstat.study.study import Study, load
 from tolstat.units.scale import PPM, figures
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from tolstat.answers.compare.comparison import compared_with_first
+from tolstat.answers.compare.comparison_table import comparison_table
+from tolstat.answers.pages import write
+from tolstat.answers.report.report_csv import comparison_csv
 from tolstat.cli.reporting import deliver
 from tolstat.cli.showing import print_table, screen
-from tolstat.reporting.comparison import compared_with_first
-from tolstat.reporting.comparison_table import comparison_table
-from tolstat.reporting.making import write
-from tolstat.reporting.replacing import check_output
-from tolstat.reporting.report_csv import comparison_csv
-from tolstat.store.opening import open as open_run
+from tolstat.render.output_file import check_output
+from tolstat.store.open_run import open as open_run
 
 
 def compare_runs(
@@ -41,7 +41,7 @@ def compare_runs(
     for note in summary.notes:
         console.print(note)
     if output:
-        from tolstat.reporting.comparison_page import make_comparison_page
+        from tolstat.answers.compare.comparison_page import make_comparison_page
 
         write(output, make_comparison_page(pairs, found))
         console.print(f"report in {output}")

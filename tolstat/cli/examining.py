@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tolstat.cli.showing import print_words, screen, words_table
-from tolstat.execution.checking import check, surroundings
+from tolstat.execution.self_check import check, surroundings
 
 
 def examine() -> bool:

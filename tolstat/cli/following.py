@@ -10,14 +10,14 @@ from pathlib import Path
 from rich.live import Live
 from rich.table import Table
 
+from tolstat.answers.index.run_entries import entry_of
 from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
 from tolstat.cli.listing import FIRST, row_of, runs_table
 from tolstat.cli.showing import Screen
-from tolstat.reporting.listing import entry_of
-from tolstat.store.advice import to_resume
+from tolstat.store.commands import to_resume
 from tolstat.store.lock import writer_of
-from tolstat.store.opening import open as open_run
-from tolstat.store.run import Run
+from tolstat.store.open_run import open as open_run
+from tolstat.store.stored_run import Run
 
 LOOK_AGAIN = 1.0  # s, between two looks
 SHARE = 5.0  # times as long as a look takes, at least

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from rich.table import Table
 
+from tolstat.answers.index.run_entries import Entry, entry_at, stored_in
 from tolstat.cli.showing import WIDE, print_words, screen, words_table
-from tolstat.reporting.listing import Entry, entry_at, stored_in
 
 FIRST = ("study", "state", "limits", "trials", "failed")  # of `row_of`
 AGES = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (0.0, "s"))  # from s on

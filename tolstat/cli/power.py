@@ -12,7 +12,7 @@ import click
 MOST = 1024  # threads: far more than any processor has
 
 if TYPE_CHECKING:
-    from tolstat.execution.workers import Workers
+    from tolstat.execution.workers.crew import Workers
 
 
 class Power(NamedTuple):
@@ -25,13 +25,13 @@ class Power(NamedTuple):
     @contextmanager
     def crew(self, stopping: Callable[[], bool]) -> Iterator[Workers]:
         """Let them work until they are not needed any more, or have to stop."""
-        from tolstat.execution.workers import Workers
+        from tolstat.execution.workers.crew import Workers
 
         if self.cluster is None:
             with Workers(self.workers, stopping) as crew:
                 yield crew
             return
-        from tolstat.execution.cluster import Cluster
+        from tolstat.execution.workers.cluster import Cluster
 
         with (
             Cluster(self.cluster) as cluster,

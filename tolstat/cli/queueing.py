@@ -13,20 +13,26 @@ from pathlib import Path
 from rich.live import Live
 from rich.table import Table
 
+from tolstat.answers import pages as making
+from tolstat.answers.index.run_entries import (
+    HEADS,
+    Entry,
+    entry_of,
+    index_csv,
+    index_page,
+)
 from tolstat.cli.interrupting import INTERRUPTED, LIMITS_NOT_MET, stop_on_interrupt
 from tolstat.cli.listing import FIRST, row_of, runs_table
 from tolstat.cli.power import Power
 from tolstat.cli.running import AFTERWARDS, out_of_reach
 from tolstat.cli.showing import Screen, print_words
 from tolstat.errors import PictureError, RunFileError, StoppedError, TolstatError
-from tolstat.execution.carrying_out import Progress
-from tolstat.execution.queue import run_of, work_off
-from tolstat.execution.workers import Workers
-from tolstat.reporting import making
-from tolstat.reporting.listing import HEADS, Entry, entry_of, index_csv, index_page
-from tolstat.reporting.plain import csv_text
-from tolstat.reporting.replacing import check_folder
-from tolstat.store.run import Run
+from tolstat.execution.run_loop import Progress
+from tolstat.execution.study_queue import run_of, work_off
+from tolstat.execution.workers.crew import Workers
+from tolstat.render.output_file import check_folder
+from tolstat.render.plain import csv_text
+from tolstat.store.stored_run import Run
 
 WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
 TITLE = "tolstat batch"

@@ -7,19 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from tolstat.asking.replay import replay
-from tolstat.asking.trajectory import STEP
+from tolstat.answers.pages import check_view_ending, save_view
+from tolstat.answers.views.replay import replay
+from tolstat.answers.views.trajectory import STEP
 from tolstat.cli.showing import print_words, screen, words_table
 from tolstat.errors import ModelError, RunFileError
 from tolstat.model.checked import history_of, simulate
 from tolstat.model.contract import Answers
 from tolstat.model.description import Contributor, Response
 from tolstat.model.view import View
-from tolstat.reporting.making import check_view_ending, save_view
-from tolstat.statistics.limit import Limit
+from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status, words_of
-from tolstat.store.advice import to_resume
-from tolstat.store.opening import open as open_run
+from tolstat.store.commands import to_resume
+from tolstat.store.open_run import open as open_run
 from tolstat.study.study import load
 from tolstat.units.scale import Scale, scale_of
 

@@ -11,15 +11,15 @@ from typing import Any, TypeVar
 
 import click
 
+from tolstat.answers import pages as making
+from tolstat.answers.rare.rare_answer import rare_findings
+from tolstat.answers.report.gather import findings_of
+from tolstat.answers.report.report_csv import rare_csv, report_csv
 from tolstat.errors import StudyError
 from tolstat.literal import visible
-from tolstat.reporting import making
-from tolstat.reporting.gather import findings_of
-from tolstat.reporting.plain import as_json
-from tolstat.reporting.rare import rare_findings
-from tolstat.reporting.replacing import check_output
-from tolstat.reporting.report_csv import rare_csv, report_csv
-from tolstat.store.opening import open as open_run
+from tolstat.render.output_file import check_output
+from tolstat.render.plain import as_json
+from tolstat.store.open_run import open as open_run
 
 Found = TypeVar("Found")
 NAMED = re.compile(r"\s*([^\W\d]\w*)\s*(\W.*?)\s*", re.DOTALL)
@@ -43,7 +43,7 @@ def report_run(
         check_output(output)
     run = open_run(path)
     if limits:
-        from tolstat.asking.anew import limited
+        from tolstat.answers.relimit import limited
 
         run = limited(run, limits_in(limits))
     if form == "html":

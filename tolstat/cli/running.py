@@ -23,13 +23,13 @@ from rich.text import Text
 from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
 from tolstat.cli.power import Power
 from tolstat.cli.showing import Screen, print_comparisons, print_summary
-from tolstat.execution.carrying_out import Progress, Telling
+from tolstat.execution.continuation import go_on
 from tolstat.execution.execute import execute
-from tolstat.execution.going_on import go_on
-from tolstat.execution.workers import Workers
+from tolstat.execution.run_loop import Progress, Telling
+from tolstat.execution.workers.crew import Workers
 from tolstat.literal import visible
-from tolstat.store.advice import to_resume
-from tolstat.store.run import Run
+from tolstat.store.commands import to_resume
+from tolstat.store.stored_run import Run
 from tolstat.study.study import Study
 
 AFTERWARDS = {"audit": "evaluating the audit", "evidence": "slopes and worst cases"}

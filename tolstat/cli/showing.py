@@ -12,11 +12,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from tolstat.answers.report.summary_table import Cell, SummaryTable, summary_table
+from tolstat.answers.sweep.curves import comparisons
 from tolstat.literal import visible
-from tolstat.reporting.summary_table import Cell, SummaryTable, summary_table
-from tolstat.reporting.sweep import comparisons
-from tolstat.store.opening import open as open_run
-from tolstat.store.run import Run
+from tolstat.store.open_run import open as open_run
+from tolstat.store.stored_run import Run
 
 # where the output is no terminal
 PIPED_WIDTH = 120
@@ -63,7 +63,9 @@ def print_summary(run: Run) -> bool:
 def _summary(run: Run) -> SummaryTable:
     if not run.rare:
         return summary_table(run)
-    from tolstat.reporting.rare import rare_table  # what it needs, others do not
+    from tolstat.answers.rare.rare_answer import (
+        rare_table,  # what it needs, others do not
+    )
 
     return rare_table(run)
 
@@ -168,7 +170,7 @@ def show_run(path: Path) -> None:
 
 
 def _print_rows(run: Run) -> None:
-    from tolstat.reporting.table_rows import table_rows
+    from tolstat.answers.sweep.table_rows import table_rows
 
     found = table_rows(run)
     print_table(found.title, found.heads, [[*row] for row in found.rows], wide=True)
@@ -186,8 +188,8 @@ def print_comparisons(run: Run) -> None:
 
 def plot_runs(paths: list[Path], picture: Path, responses: tuple[str, ...]) -> None:
     """Draw grid runs as curves, and print what stands beside a reference."""
-    from tolstat.reporting.picture import check_ending, write
-    from tolstat.reporting.sweep_picture import draw_sweeps
+    from tolstat.answers.sweep.curve_picture import draw_sweeps
+    from tolstat.render.picture import check_ending, write
 
     check_ending(picture)
     runs = [open_run(path) for path in paths]

@@ -50,9 +50,9 @@ def runs(folder: Path) -> None:
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 def export(source: Path, output: Path, force: bool) -> None:
     """Write the trials of a run as a table: a row for each, units in the heads, SI."""
+    from tolstat.answers.export import export
     from tolstat.literal import visible
-    from tolstat.reporting.export import export
-    from tolstat.store.opening import open as open_run
+    from tolstat.store.open_run import open as open_run
 
     run = open_run(source)
     export(run, output, force=force)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from tolstat.cli.showing import screen
-from tolstat.execution.verifying import findings, verify, why_otherwise
-from tolstat.store.advice import to_resume, to_run_anew
+from tolstat.execution.verification import findings, verify, why_otherwise
+from tolstat.store.commands import to_resume, to_run_anew
 
 
 def verify_run(path: Path, *, every: bool, workers: int | None) -> bool:

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tolstat.asking.view import view_of
+from tolstat.answers.pages import check_view_ending, save_view
+from tolstat.answers.views.machine_view import view_of
 from tolstat.cli.showing import print_table, screen
 from tolstat.model.checked import offers
 from tolstat.model.view import Listing
-from tolstat.reporting.making import check_view_ending, save_view
-from tolstat.reporting.view_table import view_rows
+from tolstat.render.view_table import view_rows
 from tolstat.study.study import load
 
 MOST_ROWS, MOST_COLUMNS = 40, 7  # on the screen

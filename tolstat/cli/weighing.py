@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tolstat.asking.what_if import what_if
+from tolstat.answers.pages import write
+from tolstat.answers.report.report_csv import what_if_csv
+from tolstat.answers.report.summary_table import Cell, estimate_in_words
+from tolstat.answers.what_if.scenario import what_if
+from tolstat.answers.what_if.what_if_answer import WhatIf, make_what_if_page
 from tolstat.cli.reporting import deliver, limits_in, value_in
 from tolstat.cli.showing import WIDE, print_table, screen
 from tolstat.errors import StudyError
-from tolstat.reporting.making import write
-from tolstat.reporting.plain import in_line, share_words
-from tolstat.reporting.replacing import check_output
-from tolstat.reporting.report_csv import what_if_csv
-from tolstat.reporting.summary_table import Cell, estimate_in_words
-from tolstat.reporting.weighed import WhatIf, make_what_if_page
+from tolstat.render.output_file import check_output
+from tolstat.render.plain import in_line, share_words
 from tolstat.statistics.summary import Limited
 from tolstat.units.scale import PER_CENT, PPM
 

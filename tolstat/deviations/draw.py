@@ -13,8 +13,8 @@ from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.names import known_or_general
 from tolstat.deviations.parts import find_in
+from tolstat.deviations.rare_stage import Stage
 from tolstat.deviations.samplers.rare import Rare
-from tolstat.deviations.stage import Stage
 
 
 def draw(

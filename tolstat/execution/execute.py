@@ -7,18 +7,18 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from tolstat.errors import StoppedError, StudyError
-from tolstat.execution.carrying_out import Progress, Telling, carry_out
-from tolstat.execution.elsewhere import crew_of
 from tolstat.execution.planning import cannot_be_built, plan_of
-from tolstat.execution.rare import columns_of
-from tolstat.execution.trials import Trials
-from tolstat.execution.workers import Workers
+from tolstat.execution.rare_loop import columns_of
+from tolstat.execution.run_loop import Progress, Telling, carry_out
+from tolstat.execution.trial_table import Trials
+from tolstat.execution.workers.crew import Workers
+from tolstat.execution.workers.remote import crew_of
 from tolstat.model.contract import Model
-from tolstat.store.aside import check_replaceable
 from tolstat.store.lock import Lock
-from tolstat.store.opening import open as open_run
-from tolstat.store.run import Run
+from tolstat.store.open_run import open as open_run
 from tolstat.store.run_writer import RunWriter
+from tolstat.store.stored_run import Run
+from tolstat.store.temporary_files import check_replaceable
 from tolstat.study.study import Source, Study, load
 
 

@@ -12,7 +12,7 @@ from tolstat import catalogue
 from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.spread import Spread, spread_of
 from tolstat.errors import StudyError
-from tolstat.execution.trials import Trials
+from tolstat.execution.trial_table import Trials
 from tolstat.model.checked import impossible, numbers_of
 from tolstat.model.description import StudyNumber
 from tolstat.model.settings import settings_of
@@ -26,8 +26,8 @@ from tolstat.store.plan import (
     Sampled,
     Swept,
 )
-from tolstat.study.deviations import Deviations
-from tolstat.study.points import setting_name
+from tolstat.study.deviations_section import Deviations
+from tolstat.study.given_points import setting_name
 from tolstat.study.study import Study
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.proportions import proportion
-from tolstat.statistics.replicates import share_from_replicates
-from tolstat.statistics.weighted import weighted_share
-from tolstat.statistics.weights import Weights
+from tolstat.statistics.intervals.proportions import proportion
+from tolstat.statistics.intervals.replicates import share_from_replicates
+from tolstat.statistics.reweighting.weighted_estimates import weighted_share
+from tolstat.statistics.reweighting.weights import Weights
 from tolstat.status import Status
 
 Array = NDArray[np.float64]

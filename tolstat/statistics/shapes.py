@@ -11,8 +11,8 @@ from scipy.special import log_ndtr, ndtr
 
 from tolstat.statistics.anderson_darling import a_squared, level_in, log_of_the_rest
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.following import followed
-from tolstat.statistics.replicates import share_from_replicates
+from tolstat.statistics.intervals.replicates import share_from_replicates
+from tolstat.statistics.limits.repeated_looks import followed
 
 Array = NDArray[np.float64]
 

@@ -9,18 +9,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.statistics.capability import (
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.moments import Ends, Reach
+from tolstat.statistics.intervals.statistic import mean, quantiles_at, sigma
+from tolstat.statistics.limits.capability import (
     Performance,
     by_moments,
     by_percentiles,
     by_share,
 )
-from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limit import Limit
-from tolstat.statistics.moments import Ends, Reach
+from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.yields import Yield, yield_of
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.statistic import mean, quantiles_at, sigma
-from tolstat.statistics.yields import Yield, yield_of
 
 Array = NDArray[np.float64]
 

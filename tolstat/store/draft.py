@@ -9,18 +9,18 @@ from typing import Any
 import h5py
 
 from tolstat.store.audited import write_audited
-from tolstat.store.evidence import write_evidence
-from tolstat.store.facts import (
+from tolstat.store.layout import AUDIT, EVIDENCE, RERUN, SEAL, lay_out
+from tolstat.store.memory_file import MemoryFile
+from tolstat.store.metadata import (
     write_facts,
     write_numbers,
     write_reference,
     write_settings,
 )
-from tolstat.store.layout import AUDIT, EVIDENCE, RERUN, SEAL, lay_out
-from tolstat.store.memory_file import MemoryFile
 from tolstat.store.plan import Ending, Plan
-from tolstat.store.rows import Place, places_of
 from tolstat.store.seal import write_seal
+from tolstat.store.stored_diagnostics import write_evidence
+from tolstat.store.trial_rows import Place, places_of
 
 ALIGNED = 64  # bytes: no value lies across two pages, where a kill could tear it
 

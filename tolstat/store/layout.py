@@ -24,14 +24,14 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.store.columns import (
+from tolstat.store.plan import Plan
+from tolstat.store.run_columns import (
     SHOWN,
     describe,
     write_assumed,
     write_limit,
     write_words,
 )
-from tolstat.store.plan import Plan
 from tolstat.store.seal import length_of
 
 TRIAL, STATUS, STEPS = "trial", "status", "steps"

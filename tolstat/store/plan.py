@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.model.description import Description, StudyNumber
-from tolstat.statistics.limit import Limit
+from tolstat.statistics.limits.limit import Limit
 from tolstat.store.audited import Audited
-from tolstat.store.evidence import Evidence
+from tolstat.store.stored_diagnostics import Evidence
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from tolstat.errors import BrokenError
-from tolstat.store.aside import free_name
 from tolstat.store.lock import Lock
+from tolstat.store.temporary_files import free_name
 
 
 def is_still(file: BinaryIO, path: Path) -> bool:

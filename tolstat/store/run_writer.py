@@ -21,10 +21,8 @@ from numpy.typing import NDArray
 from tolstat.errors import BrokenError, RunFileError, TolstatError
 from tolstat.model.contract import Answers
 from tolstat.status import Status
-from tolstat.store.advice import to_resume
-from tolstat.store.aside import aside_of, check_replaceable, check_room, free_name
 from tolstat.store.attributes import texts
-from tolstat.store.clock import clock_of, seconds_of
+from tolstat.store.commands import to_resume
 from tolstat.store.draft import draft_of
 from tolstat.store.fingerprint import fingerprints
 from tolstat.store.layout import (
@@ -40,7 +38,14 @@ from tolstat.store.lock import Lock
 from tolstat.store.plan import Ending, Plan
 from tolstat.store.provenance import facts_of, now, provenance
 from tolstat.store.rescue import is_still, rescued
-from tolstat.store.rows import Rows, places_of
+from tolstat.store.run_times import clock_of, seconds_of
+from tolstat.store.temporary_files import (
+    aside_of,
+    check_replaceable,
+    check_room,
+    free_name,
+)
+from tolstat.store.trial_rows import Rows, places_of
 
 SAFE_EVERY = 2.0  # s, between two times at which data are made safe from a power cut
 

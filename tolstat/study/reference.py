@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tolstat.errors import DataError, allowed_names
 from tolstat.model.description import Description
 from tolstat.study.csv_table import read_csv
-from tolstat.study.points import Swept
+from tolstat.study.given_points import Swept
 from tolstat.units.conversion import to_si
 
 

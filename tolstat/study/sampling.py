@@ -13,10 +13,10 @@ from tolstat.deviations.parts import find_in, names_in
 from tolstat.deviations.samplers import Sampler
 from tolstat.deviations.samplers.rare import safe_trials
 from tolstat.errors import ModelError, StudyError, allowed_names
-from tolstat.study.deviations import Deviations
-from tolstat.study.document import MISSING, Document
-from tolstat.study.points import Points
+from tolstat.study.deviations_section import Deviations
+from tolstat.study.given_points import Points
 from tolstat.study.problems import Problems
+from tolstat.study.study_schema import MISSING, Document
 
 GIVEN = ("grid", "table")  # samplings that draw nothing
 GROUPED = "saltelli"

@@ -14,21 +14,20 @@ from numpy.typing import NDArray
 
 from tolstat import catalogue
 from tolstat.deviations.draw import draw, draw_in_stages, factors, in_order
+from tolstat.deviations.rare_stage import Stage
 from tolstat.deviations.samplers import Sampler
-from tolstat.deviations.stage import Stage
 from tolstat.errors import ModelError, StudyError, TolstatError
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, impossible
 from tolstat.model.contract import Model
 from tolstat.model.description import Description
-from tolstat.statistics.limit import Limit
+from tolstat.statistics.limits.limit import Limit
 from tolstat.status import words_of
-from tolstat.study.deviations import Deviations, read_deviations
-from tolstat.study.document import MOST_SEED, Document, read
-from tolstat.study.doubts import doubts_of
-from tolstat.study.limit import read_limits
-from tolstat.study.links import check_sizes, read_links
-from tolstat.study.points import Case, Points, read_grid, read_table, setting_name
+from tolstat.study.deviations_section import Deviations, read_deviations
+from tolstat.study.given_points import Case, Points, read_grid, read_table, setting_name
+from tolstat.study.limits_section import read_limits
+from tolstat.study.links_section import check_sizes, read_links
+from tolstat.study.memory_needed import large, too_large
 from tolstat.study.problems import Problems
 from tolstat.study.reference import read_reference
 from tolstat.study.sampling import (
@@ -39,8 +38,9 @@ from tolstat.study.sampling import (
     read_sampling,
     sampler_of,
 )
-from tolstat.study.size import large, too_large
-from tolstat.study.until import Until, read_until
+from tolstat.study.stopping_rule import Until, read_until
+from tolstat.study.study_schema import MOST_SEED, Document, read
+from tolstat.study.study_warnings import doubts_of
 from tolstat.units.grammar import unit_of
 
 Source = str | os.PathLike[str] | Mapping[str, Any]

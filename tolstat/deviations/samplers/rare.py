@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.deviations.mixture import Mixture, centred, fitted, log_normal
-from tolstat.deviations.nearing import STEPS, nearing
-from tolstat.deviations.stage import (
+from tolstat.deviations.rare_stage import (
     Stage,
     normal_scores,
     stage_of,
     unit_samples,
 )
+from tolstat.deviations.subset_simulation import STEPS, nearing
 
 Array = NDArray[np.float64]
 

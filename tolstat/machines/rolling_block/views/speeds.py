@@ -7,7 +7,7 @@ import numpy as np
 from tolstat.machines.rolling_block.speeds import forbidden, free_gaps, named_orders
 from tolstat.machines.rolling_block.views.seen import Seen, bands
 from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span
-from tolstat.statistics.proportions import proportion
+from tolstat.statistics.intervals.proportions import proportion
 
 POINTS = 851  # of a range of speeds: one each rpm of the paper's
 SURE = "95 % interval"

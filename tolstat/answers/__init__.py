@@ -1,0 +1,1 @@
+"""What is asked of runs: a room for each question."""

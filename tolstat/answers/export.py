@@ -1,0 +1,87 @@
+"""The trials of a run as a table for other programs: CSV or Parquet."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tolstat.errors import BrokenError, RunFileError
+from tolstat.literal import csv_cell
+from tolstat.render.output_file import check_output
+from tolstat.store.stored_run import Run
+from tolstat.units.scale import PLAIN
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+ENDINGS = (".csv", ".parquet")
+
+
+def export(run: Run, path: Path, *, force: bool = False) -> None:
+    """Write all trials of a run: a row for each, with units in the heads, SI.
+
+    Parameters
+    ----------
+    run : Run
+        Complete or not.
+    path : Path
+        Ends in .csv or .parquet.
+    force : bool
+        Whether an existing file may be replaced.
+
+    Raises
+    ------
+    RunFileError
+        If the ending is another, the file exists, or Parquet cannot be written here.
+    BrokenError
+        If it cannot be written; nothing is left of it.
+    """
+    ending = path.suffix.lower()
+    if ending not in ENDINGS:
+        raise RunFileError(f"{path}: a table ends in {' or '.join(ENDINGS)}")
+    check_output(path)
+    if path.exists() and not (force and path.is_file()):
+        raise RunFileError(f"{path} exists already; give --force to replace it")
+    if ending == ".parquet":
+        _check_parquet(path)
+    table, path = table_of(run), path.resolve()  # a link stays one
+    aside = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        if ending == ".csv":
+            _as_cells(table).to_csv(aside, lineterminator="\n")
+        else:
+            table.to_parquet(aside, engine="pyarrow")
+        os.replace(aside, path)
+    except OSError as error:
+        with suppress(OSError):
+            aside.unlink()
+        raise BrokenError(f"{path} cannot be written: {error}") from error
+
+
+def table_of(run: Run) -> pd.DataFrame:
+    """Return the trials of a run, each column headed by its name and SI unit."""
+    frame = run.frame()
+    units = frame.attrs.pop("units")
+    heads = {n: f"{n} [{u}]" for n, u in units.items() if u not in ("", PLAIN)}
+    return frame.rename(columns=heads)
+
+
+def _as_cells(table: pd.DataFrame) -> pd.DataFrame:
+    """Let no text of a table be a formula to a spreadsheet."""
+    found = table.copy(deep=False)
+    for name, column in table.items():
+        if column.dtype.kind not in "iuf":
+            found[name] = column.astype(object).map(csv_cell)
+    return found.rename(columns=csv_cell)
+
+
+def _check_parquet(path: Path) -> None:
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError as error:
+        raise RunFileError(
+            f"{path}: Parquet needs pyarrow, pip install 'tolstat[parquet]' ({error}); "
+            "or name a file that ends in .csv"
+        ) from None

@@ -1,0 +1,1 @@
+"""What a rare run says of its limit."""

@@ -1,0 +1,133 @@
+"""The likeliest machines beyond a limit, and which of their parts lie far out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from tolstat.store.layout import DISTANCE
+from tolstat.store.plan import SCORES, Assumed
+from tolstat.store.stored_run import Run
+from tolstat.units.scale import AS_IS, PART
+
+LIKELIEST = 10  # machines beyond that are named
+LEADING = 0.5  # as far out as the contributor that is farthest: named too
+NORMAL = 0.01  # between its sigmas and its normal score: normal, for all that is seen
+
+
+class LikelyFindings(NamedTuple):
+    """A machine beyond the limit, of those that are most likely.
+
+    Attributes
+    ----------
+    trial : int
+        Its number.
+    value : float
+        The response, SI; NaN where it failed.
+    distance : float
+        From the middle machine, in normal scores: how many sigmas off.
+    deviations : dict of str to float
+        By contributor that deviates, SI.
+    off : dict of str to float
+        The same in sigmas of its distribution, from the mean of that.
+    scores : dict of str to float
+        The same as normal scores: as unlikely as so many sigmas of a normal part. In
+        sigmas where the run has no scores.
+    farther : dict of str to float
+        Share of its distribution that lies farther out, to the same side.
+    """
+
+    trial: int
+    value: float
+    distance: float
+    deviations: Mapping[str, float]
+    off: Mapping[str, float]
+    scores: Mapping[str, float]
+    farther: Mapping[str, float]
+
+    @property
+    def leading(self) -> list[str]:
+        """The contributors that lie far out, the farthest first.
+
+        By normal scores: a uniform part at its very end is 1.7 sigmas off, and as
+        unlikely there as a normal one at four.
+        """
+        far = {name: abs(score) for name, score in self.scores.items()}
+        least = LEADING * max(far.values(), default=0.0)
+        return sorted((n for n in far if far[n] >= least), key=lambda name: -far[name])
+
+    def normal(self, name: str) -> bool:
+        """Tell whether a deviation is as unlikely as its sigmas say."""
+        return abs(self.off[name] - self.scores[name]) < NORMAL
+
+    def how_far(self, name: str) -> str:
+        """Say how far out a part lies: of a normal one in sigmas."""
+        if self.normal(name):
+            return f"{'+' * (self.off[name] > 0)}{AS_IS.number(self.off[name])} sigmas"
+        return f"{PART.number(self.farther[name])} % of such parts lie farther out"
+
+
+def likeliest_of(run: Run, beyond: NDArray[np.bool_]) -> tuple[LikelyFindings, ...]:
+    """Name the machines beyond a limit that are nearest to the middle one.
+
+    Parameters
+    ----------
+    run : Run
+        Rare.
+    beyond : bool[trial]
+        Its machines beyond the limit.
+    """
+    distance = np.where(beyond, run.column(DISTANCE), np.inf)
+    order = np.argsort(distance, kind="stable")[:LIKELIEST]
+    return tuple(
+        _likely(run, trial, float(distance[trial]))
+        for trial in order.tolist()
+        if beyond[trial]
+    )
+
+
+def _likely(run: Run, trial: int, distance: float) -> LikelyFindings:
+    deviations = {name: float(run.column(name)[trial]) for name in run.assumed}
+    off = {
+        name: (deviations[name] - each.mean) / each.sigma
+        for name, each in run.assumed.items()
+        if each.sigma > 0
+    }
+    scores = {
+        name: normal_score(deviations[name], run.assumed[name], off[name])
+        for name in off
+    }
+    farther = {name: float(ndtr(-abs(score))) for name, score in scores.items()}
+    value = float(run.column(run.rare)[trial])
+    return LikelyFindings(trial, value, distance, deviations, off, scores, farther)
+
+
+def normal_score(deviation: float, assumed: Assumed, unknown: float) -> float:
+    """Return how unlikely it is that a part lies as far out, as a normal score.
+
+    Parameters
+    ----------
+    deviation : float
+        SI.
+    assumed : Assumed
+        Of it.
+    unknown : float
+        Returned where the run does not tell.
+    """
+    at = np.array(assumed.at_scores)
+    if not len(at):
+        return unknown
+    first, behind = (int(np.searchsorted(at, deviation, s)) for s in ("left", "right"))
+    if first < behind:  # of many parts alike the one that is least far out
+        return float(np.clip(0.0, SCORES[first], SCORES[behind - 1]))
+    if first in (0, len(at)):
+        return float(SCORES[min(first, len(at) - 1)])
+    # between two: shares, not scores, go evenly along a density without a slope
+    side = 1.0 if SCORES[first - 1] >= 0 else -1.0
+    shares = ndtr(-side * SCORES[first - 1 : first + 1])
+    share = np.interp(deviation, at[first - 1 : first + 1], shares)
+    return float(-side * ndtri(share))

@@ -1,0 +1,150 @@
+"""Limits asked anew of a stored run: nothing is simulated."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from tolstat.answers.what_if.study_entries import in_section, lines_of_limits
+from tolstat.deviations.names import expand
+from tolstat.errors import PictureError, TolstatError
+from tolstat.execution.continuation import study_of
+from tolstat.execution.diagnostics.halved_tolerances import halved_shares
+from tolstat.execution.diagnostics.trial_selection import worst_trials
+from tolstat.execution.trial_table import Trials
+from tolstat.model.contract import Model
+from tolstat.statistics.limits.limit import Limit
+from tolstat.status import Status
+from tolstat.store.fresh_run_advice import own_run
+from tolstat.store.open_run import open as open_run
+from tolstat.store.stored_diagnostics import Evidence, Worst
+from tolstat.store.stored_run import Run
+from tolstat.study.limits_section import read_limits
+from tolstat.study.problems import Problems
+from tolstat.study.study_bounds import check_lines
+from tolstat.units.grammar import unit_of
+
+ANEW = "asked anew, not of the study"
+
+
+def limited(
+    run: Run | str | os.PathLike[str],
+    limits: Mapping[str, str | dict[str, Any]],
+    model: Model | None = None,
+) -> Run:
+    """Return a run with other limits than its study has.
+
+    Parameters
+    ----------
+    run : Run or path
+        Stored; its file stays as it is.
+    limits : mapping of str to str or dict
+        As the section [limits] of a study has them, `{"rod_force": "<= 120 kN"}`: each
+        is added, or takes the place of the one that there was, whose demanded yield
+        stays where none is given.
+    model : Model, optional
+        A machine of your own, if the run is of one. Without the machine at hand it is
+        not told what halved tolerances would leave beyond the new limits.
+
+    Raises
+    ------
+    StudyError
+        If a limit cannot be read, or no such response is there.
+    PictureError
+        If it is a rare run.
+    """
+    run = run if isinstance(run, Run) else open_run(run)
+    found = with_limits(run, limits)
+    evidence = replace(
+        run.evidence,
+        worst={name: _worst(run, name, each) for name, each in found.limits.items()},
+        halved=_halved(found, model) or _still(run.evidence, run.limits, found.limits),
+    )
+    return replace(found, evidence=evidence)
+
+
+def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
+    """Return a run with other limits, and the evidence of its own; see `limited`."""
+    problems = Problems(f"{run.path}", "cannot be asked that")
+    check_lines("limits", limits, problems)
+    read = read_limits(limits, run.responses, problems)
+    problems.raise_if_any()
+    if run.rare:
+        raise PictureError(
+            f"{run.path}: the trials of a rare run were drawn for the limit that its "
+            f"study has of {run.rare}; {_sought_anew(run, limits, list(read))}"
+        )
+    before = run.limits
+    for name, given in limits.items():
+        for each in expand(name, list(read)):
+            if isinstance(given, str) and each in before:
+                read[each] = read[each]._replace(demanded=before[each].demanded)
+    now = {
+        response.name: {**before, **read}[response.name]
+        for response in run.responses
+        if response.name in before or response.name in read
+    }
+    said = "; ".join(f"{name} {limit.words}" for name, limit in read.items())
+    note = (
+        f"{ANEW}: {said}; trials next to these limits were not integrated again for "
+        "that, and worst cases are those of the study's limits"
+    )
+    shown = {name: unit_of(limit.words) for name, limit in read.items()}
+    return run.limited(now, shown, note)
+
+
+def _sought_anew(run: Run, limits: Mapping[str, Any], names: list[str]) -> str:
+    """Say which run tells of other limits what a rare one does; of one, if several."""
+    name = run.rare if run.rare in names or not names else names[0]
+    lines = lines_of_limits(limits, run)
+    change = f"write there {in_section('limits', lines, run)}"
+    if len(run.limits | dict.fromkeys(names)) > 1:
+        change += f' and `sampling = {{ rare = "{name}" }}`'
+    return own_run(run, change, "limited")
+
+
+def _worst(run: Run, name: str, limit: Limit) -> list[Worst]:
+    """List the worst trials, as precisely as the file has them."""
+    if run.sampled is None:
+        return []
+    stored = {each.trial: each for each in run.evidence.worst.get(name, ())}
+    precise = {}
+    if audited := run.audited:
+        done = audited.status == Status.DONE
+        values = np.where(done, audited.responses[name], math.nan)
+        precise = dict(zip(audited.trials.tolist(), values.tolist(), strict=True))
+    return [
+        stored.get(trial, Worst(trial, precise.get(trial, math.nan)))
+        for trial in worst_trials(run.column(name), run.status, limit)
+    ]
+
+
+def _halved(run: Run, model: Model | None) -> Any:
+    """Weight the trials as if tolerances were halved; nothing where they cannot be."""
+    if not run.complete:
+        return {}
+    with suppress(TolstatError):  # no machine at hand: the page says what is missing
+        study = replace(study_of(run, model=model), limits=run.limits)
+        columns = [run.column(each.name) for each in run.contributors]
+        whole = np.ones(run.trials, np.bool_)
+        return halved_shares(
+            study, Trials.of_run(run, np.stack(columns, axis=1), whole)
+        )
+    return {}
+
+
+def _still(
+    evidence: Evidence, before: Mapping[str, Limit], now: Mapping[str, Limit]
+) -> Any:
+    """Return the stored shares of limits that are as they were."""
+    return {
+        name: shares
+        for name, shares in evidence.halved.items()
+        if before[name].permitted == now[name].permitted
+    }

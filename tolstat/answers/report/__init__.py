@@ -1,0 +1,1 @@
+"""The statistical tolerance report of a run."""

@@ -1,0 +1,106 @@
+"""The second error bar, from the trials of a run that were evaluated again."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.answers.report.findings import AuditedFindings, IntegrationFindings, Moves
+from tolstat.answers.sampled_trials import Drawn
+from tolstat.statistics.integration_error import (
+    IntegrationError,
+    integration_error,
+    share_above_largest,
+)
+from tolstat.statistics.intervals.statistic import quantiles_at
+from tolstat.statistics.limits.verdict_changes import Sides, changing_sides
+from tolstat.statistics.limits.yields import yield_of
+from tolstat.statistics.summary import Summary
+from tolstat.status import Status
+from tolstat.store.audited import Reason
+
+Array = NDArray[np.float64]
+
+
+def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationFindings | None:
+    """Say what integration errors a response has, and how far they move its numbers.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        The trials.
+    name : str
+        Of the response.
+    of : Summary
+        Its numbers.
+
+    Returns
+    -------
+    IntegrationFindings or None
+        None where nothing was evaluated again.
+    """
+    run, audited = drawn.run, drawn.run.audited
+    if audited is None:
+        return None
+    ran = (audited.status == Status.DONE) & (run.status[audited.trials] == Status.DONE)
+    precise = np.where(ran, audited.responses[name], np.nan)
+    reasons = audited.chosen_by.get(name, np.zeros(len(ran), np.uint8))
+    values = run.column(name)
+    error = integration_error(
+        values, audited.trials, precise, audited.at_random | (reasons > 0)
+    )
+    # what is said of machines rests on trials that are independent of each other
+    counted = audited.at_random & np.isin(audited.trials, drawn.trials)
+    at_random = _largest(error.of(audited.trials[counted]))
+    chosen = {}
+    for reason in Reason:
+        some = audited.trials[(reasons & reason) > 0]
+        if len(some):
+            chosen[str(reason.name).lower()] = _largest(error.of(some))
+    moves = sides = None
+    if len(error.trials):
+        moves = _moves(drawn, error.removed(values)[drawn.trials], of)
+    if of.limited:
+        sides = _sides(drawn, error, values, of.limited.limit.permitted)
+    return IntegrationFindings(
+        len(audited.trials),
+        error.failed,
+        audited.settings,
+        error.largest,
+        at_random,
+        math.nan if drawn.sample.replicates else share_above_largest(at_random.trials),
+        chosen,
+        moves,
+        sides,
+    )
+
+
+def _largest(error: IntegrationError) -> AuditedFindings:
+    return AuditedFindings(len(error.trials), error.largest)
+
+
+def _moves(drawn: Drawn, better: Array, of: Summary) -> Moves:
+    sample = drawn.sample
+    done = better[sample.done]
+    sigma = float(done.std(ddof=1)) if len(done) > 1 else math.nan
+    limit = of.limited.limit.permitted if of.limited else None
+    quantiles = quantiles_at(better, sample, of.quantiles, limit)
+    again = yield_of(better, sample, limit).beyond if limit else None
+    return Moves(
+        of.mean.value - float(done.mean()),
+        of.sigma.value - sigma,
+        {share: of.quantiles[share].value - q.value for share, q in quantiles.items()},
+        of.limited.yields.beyond.value - again.value if of.limited and again else None,
+    )
+
+
+def _sides(
+    drawn: Drawn, error: IntegrationError, values: Array, limit: tuple[float, float]
+) -> Sides:
+    """Count changes of side among the trials that the statistics rest on."""
+    counted = np.full_like(values, np.nan)
+    counted[drawn.trials] = values[drawn.trials]
+    own = error.of(drawn.trials)
+    return changing_sides(counted, own.trials, values[own.trials] - own.errors, limit)

@@ -1,0 +1,133 @@
+"""Who drives the machines beyond each limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.answers.report.findings import Culprit, Culprits, PairCulprit
+from tolstat.answers.sampled_trials import Drawn
+from tolstat.model.kinds import kinds_of_part
+from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
+from tolstat.statistics.sensitivity.out_of_limit import (
+    CLEAR,
+    Difference,
+    differences,
+    least_level,
+    of_kind,
+)
+from tolstat.statistics.sensitivity.pairs import BOTH_FAR, SUM, Together, pairs
+from tolstat.store.stored_diagnostics import Halved, Members
+from tolstat.store.stored_run import Run
+
+Array = NDArray[np.float64]
+
+NONE, FEW = "none beyond", "too few beyond to tell"
+
+
+def culprits_of(drawn: Drawn) -> dict[str, Culprits]:
+    """Compare the machines beyond each limit with the others.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        The trials.
+
+    Returns
+    -------
+    dict of str to Culprits
+        By limited response; failed trials count as beyond.
+    """
+    run, ran = drawn.run, drawn.sample.ran
+    beyond = {name: run.beyond(name)[drawn.trials][ran] for name in run.limits}
+    if drawn.sample.replicates:
+        return {
+            name: Culprits(int(each.sum()), RANDOM_ONLY, (), {}, {})
+            for name, each in beyond.items()
+        }
+    deviations = _deviating(drawn)
+    members = kinds_of_part(list(deviations), run.contributors)
+    paired = _paired(run, deviations, beyond)
+    differing = differences(deviations, beyond)
+    return {
+        name: _culprits(int(each.sum()), differing[name], list(deviations), members,
+                        run.evidence.halved.get(name, {}), run)._replace(
+                            pairs=paired[name])
+        for name, each in beyond.items()
+    }  # fmt: skip
+
+
+def _paired(
+    run: Run, deviations: Mapping[str, Array], beyond: Mapping[str, NDArray[np.bool_]]
+) -> dict[str, tuple[PairCulprit, ...]]:
+    """Name the pairs that explain the machines beyond each limit."""
+    found, unknown = {}, _unknown(run)
+    for name, together in pairs(deviations, beyond).items():
+        halved = run.evidence.halved.get(name, {})
+        found[name] = tuple(
+            PairCulprit(_in_words(each), each, *halved.get(each.members, unknown))
+            for each in together
+        )
+    return found
+
+
+def _deviating(drawn: Drawn) -> dict[str, Array]:
+    """Return the contributors that deviate, of the trials that ran."""
+    ran = drawn.sample.ran
+    columns = {n.name: drawn.values(n.name)[ran] for n in drawn.run.contributors}
+    return {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
+
+
+def _unknown(run: Run) -> Halved:
+    missing = run.evidence.missing or "not stored in this run"
+    return Halved(Estimate(math.nan, reason=missing), 0)
+
+
+def _in_words(found: Together) -> str:
+    """Say what two contributors do in the machines beyond."""
+    (a, b), way = found.members, found.way
+    if found.how == BOTH_FAR:
+        return f"{a} and {b} both far off"
+    if found.how == SUM:
+        sides = {1: "both high", -1: "both low", 0: "both high or both low"}
+        return f"{a} and {b} {sides[way]}"
+    if way < 0:
+        a, b = b, a
+    return f"{a} high with {b} low" + ("" if way else ", or the other way round")
+
+
+def _culprits(
+    count: int,
+    differing: Mapping[str, Difference],
+    names: Sequence[str],
+    members: Mapping[str, Sequence[str]],
+    halved: Mapping[Members, Halved],
+    run: Run,
+) -> Culprits:
+    """Put together what is known of each contributor and each kind of part."""
+    unknown = _unknown(run)
+    contributors = {}
+    for name in names:
+        difference = differing.get(name, _NO_DIFFERENCE)
+        contributors[name] = Culprit(*difference, *halved.get((name,), unknown))
+    kinds = {
+        kind: Culprit(math.nan, math.nan, of_kind(parts, differing),
+                      *halved.get(tuple(parts), unknown))
+        for kind, parts in members.items()
+    }  # fmt: skip
+    reason = ""
+    if count == 0:
+        reason = NONE
+    elif least_level(count, len(names)) >= CLEAR:
+        reason = FEW
+    grouped = {part for parts in members.values() for part in parts}
+    told = {n: each for n, each in contributors.items() if n not in grouped} | kinds
+    clear = [name for name, each in told.items() if each.clear]
+    driving = sorted(clear, key=lambda name: told[name].level)
+    return Culprits(count, reason, tuple(driving), contributors, kinds)
+
+
+_NO_DIFFERENCE = Difference(math.nan, math.nan, 1.0)

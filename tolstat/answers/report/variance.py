@@ -1,0 +1,124 @@
+"""Contributions to responses: from the trials at hand, or made for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from tolstat.answers.report.findings import IndicesFindings
+from tolstat.answers.sampled_trials import Drawn
+from tolstat.model.kinds import kinds_of_part
+from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
+from tolstat.statistics.intervals.jackknife import HEAVY
+from tolstat.statistics.sensitivity.contributions import Contributions, contributions
+from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
+
+ROUNDING = 1e-9  # of a share: what is above 1 by less is 1
+
+
+def contributions_of(
+    drawn: Drawn, interest: Sequence[str]
+) -> tuple[dict[str, Contributions], dict[str, tuple[str, ...]]]:
+    """Estimate the contributions to what is looked at closely.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        The trials.
+    interest : sequence of str
+        Names of responses.
+
+    Returns
+    -------
+    tuple of dict
+        By response; empty where nothing deviates. And the contributors of each kind of
+        part.
+    """
+    deviations = {}
+    for contributor in drawn.run.contributors:
+        column = drawn.done(contributor.name)
+        if len(column) and np.ptp(column) > 0:
+            deviations[contributor.name] = column
+    if not deviations:
+        return {}, {}
+    groups = kinds_of_part(list(deviations), drawn.run.contributors)
+    responses = {name: drawn.done(name) for name in interest}
+    independent = not hanging_together(drawn.run.study.table)
+    found = contributions(deviations, responses, groups, independent=independent)
+    found = {name: _at_most_all(each, independent) for name, each in found.items()}
+    if drawn.sample.replicates:
+        found = {name: _of_each(_no_interval, each) for name, each in found.items()}
+    return found, {name: tuple(members) for name, members in groups.items()}
+
+
+def hanging_together(study: Mapping[str, Any]) -> bool:
+    """Tell whether a study (as TOML) has deviations correlated, or of one batch."""
+    lines = [*study.get("deviations", {}).values(), *study.get("links", {}).values()]
+    batches = any(isinstance(line, dict) and line.get("common") for line in lines)
+    return batches or bool(study.get("correlation"))
+
+
+def at_most_all(share: Estimate) -> Estimate:
+    """Return a share of a variance, of which chance may estimate more than all."""
+    if share.lower > 1 + ROUNDING:
+        return Estimate(1.0, reason="estimated to be more than all")
+    value, lower, upper = (min(x, 1.0) for x in share[:3])  # NaN stays NaN
+    return Estimate(value, lower, upper, share.reason)
+
+
+def _at_most_all(found: Contributions, independent: bool) -> Contributions:
+    """Let no share be more than all; sums may be, of shares that overlap."""
+    shares = _of_each(at_most_all, found)
+    groups = shares.groups if independent else found.groups
+    return shares._replace(rank_regression=found.rank_regression, groups=groups)
+
+
+def _no_interval(found: Estimate) -> Estimate:
+    """Leave out what a jackknife says: trials that know of each other mislead it."""
+    return Estimate(found.value, reason=RANDOM_ONLY) if found.sure else found
+
+
+def _of_each(
+    change: Callable[[Estimate], Estimate], found: Contributions
+) -> Contributions:
+    """Change all estimates of contributions."""
+
+    def every(shares: Mapping[str, Estimate]) -> dict[str, Estimate]:
+        return {name: change(each) for name, each in shares.items()}
+
+    return found._replace(
+        rank_regression=every(found.rank_regression),
+        explained=change(found.explained),
+        first_order=every(found.first_order),
+        groups=every(found.groups),
+        together=every(found.together),
+        unexplained=change(found.unexplained),
+    )
+
+
+def indices_of(drawn: Drawn, name: str) -> IndicesFindings:
+    """Estimate Sobol' indices of a run that was made for them.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        Of a run with sampling = "saltelli".
+    name : str
+        Of a response.
+
+    Returns
+    -------
+    IndicesFindings
+        Groups with a failed trial are left out and counted.
+    """
+    groups, broken = drawn.groups(name)
+    found = sobol_indices(groups, list(drawn.sampled.factors))
+    return IndicesFindings(
+        len(groups),
+        broken,
+        {factor: at_most_all(each.first) for factor, each in found.items()},
+        {factor: at_most_all(each.total) for factor, each in found.items()},
+        any(each.first.reason == HEAVY for each in found.values()),
+    )

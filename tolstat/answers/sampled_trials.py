@@ -1,0 +1,92 @@
+"""The trials of a run that its statistics rest on."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.deviations.samplers.saltelli import OWN
+from tolstat.statistics.sample import Sample
+from tolstat.status import Status
+from tolstat.store.commands import command
+from tolstat.store.fresh_run_advice import AT_RANDOM, own_run
+from tolstat.store.plan import Sampled
+from tolstat.store.stored_run import Run
+
+Array = NDArray[np.float64]
+
+
+class Drawn(NamedTuple):
+    """Trials of a run whose machines were drawn.
+
+    Attributes
+    ----------
+    run : Run
+        All of it.
+    sampled : Sampled
+        How they were drawn.
+    trials : int64[n]
+        Numbers of the trials that statistics rest on: all, or the independent ones of
+        a run made for Sobol' indices.
+    sample : Sample
+        These trials.
+    """
+
+    run: Run
+    sampled: Sampled
+    trials: NDArray[np.int64]
+    sample: Sample
+
+    def values(self, name: str) -> Array:
+        """Return a response or contributor of these trials, SI."""
+        column: Array = self.run.column(name)
+        return column[self.trials] if self.grouped else column
+
+    def done(self, name: str) -> Array:
+        """Return a response or contributor of those that are done, SI."""
+        return self.values(name)[self.sample.done]
+
+    @property
+    def grouped(self) -> bool:
+        """Whether the run was made for Sobol' indices."""
+        return len(self.trials) < self.run.trials
+
+    def groups(self, response: str) -> tuple[Array, int]:
+        """Return float64[group, 2 + factor] of whole groups, and how many are not."""
+        group = self.sampled.group
+        every = self.run.column(response).reshape(-1, group)
+        status = self.run.status.reshape(-1, group)
+        whole = np.all(status == Status.DONE, axis=1)
+        return every[whole], int(np.count_nonzero(~whole))
+
+
+def drawn_trials(run: Run) -> Drawn | None:
+    """Return the trials of a run; None if they are no sample: see `no_sample`."""
+    if run.sampled is None or run.rare:
+        return None
+    trials = np.arange(run.trials)
+    group = run.sampled.group
+    if group > 1:
+        trials = trials[trials % group < OWN]
+    each = run.trials / max(len(trials), 1)
+    sample = Sample(run.status[trials], run.sampled.replicates, each)
+    return Drawn(run, run.sampled, trials, sample)
+
+
+def no_sample(run: Run) -> str:
+    """Say why the machines of a run are no sample of those of its study."""
+    if run.rare:
+        return (
+            f"{run.path}: machines of a rare run were sought and are no sample; "
+            f"`{command('report', run.path)}` tells the share beyond the limit of "
+            f"{run.rare}; of all else {own_run(run, AT_RANDOM, 'random')}"
+        )
+    shown = command("export", run.path, "-o", run.path.with_suffix(".csv"))
+    if run.grid:
+        shown = command("show", run.path, "--plot", run.path.with_suffix(".png"))
+    return (
+        f"{run.path}: machines of a grid or a table were chosen and not drawn, and "
+        f"have no statistics; `{shown}` shows them"
+    )

@@ -1,0 +1,200 @@
+"""A grid run as curves: a response over what was swept, one curve a machine."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.errors import PictureError, allowed_names
+from tolstat.store.stored_run import Run
+from tolstat.units.scale import Scale
+
+Array = NDArray[np.float64]
+
+
+class Sweep(NamedTuple):
+    """One curve.
+
+    Attributes
+    ----------
+    label : str
+        What is the same along it: the other axes of the grid.
+    at : dict of str to float or str
+        The same as values, SI, by axis.
+    x, y : float64[point]
+        What was swept and the response, SI; NaN where a trial failed. Words are
+        numbered as `words_along` lists them.
+    """
+
+    label: str
+    at: dict[str, Any]
+    x: Array
+    y: Array
+
+
+def swept_axis(run: Run) -> str:
+    """Choose what goes along the axis: what has most numbers, else most words.
+
+    Raises
+    ------
+    PictureError
+        If the run is no grid, or has no axis of two values.
+    """
+    if not run.grid:
+        raise PictureError(
+            f'{run.path}: only a run with sampling = "grid" is shown as curves'
+        )
+    counts = {name: len(set(_values(run, name).tolist())) for name in run.grid}
+    several = [name for name in run.grid if counts[name] > 1]
+    if not several:
+        raise PictureError(f"{run.path}: nothing in its grid has two values or more")
+    return max(several, key=lambda n: (_values(run, n).dtype.kind == "f", counts[n]))
+
+
+def words_along(run: Run, axis: str) -> list[str]:
+    """List the words that go along an axis, as they come; none where it has numbers."""
+    values = _values(run, axis)
+    return [] if values.dtype.kind == "f" else list(dict.fromkeys(values.tolist()))
+
+
+def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
+    """Cut a grid run into curves.
+
+    Parameters
+    ----------
+    run : Run
+        With sampling = "grid".
+    axis : str
+        What goes along each curve.
+    response : str
+        What is shown.
+
+    Returns
+    -------
+    list of Sweep
+        One for each combination of the other axes.
+
+    Raises
+    ------
+    PictureError
+        If the run has no such response.
+    """
+    names = [each.name for each in run.responses]
+    if response not in names:
+        raise PictureError(
+            f"no response '{response}'; {allowed_names(response, names)}"
+        )
+    others = [name for name in run.grid if name != axis]
+    x, y = _values(run, axis), run.column(response)
+    if words := words_along(run, axis):
+        x = np.array([words.index(word) for word in x.tolist()], dtype=float)
+    labels = np.array([_label(run, others, i) for i in range(run.trials)])
+    found = []
+    for label in dict.fromkeys(labels.tolist()):
+        rows = np.flatnonzero(labels == label)
+        rows = rows[np.argsort(x[rows], kind="stable")]
+        at = {name: _values(run, name)[rows[0]] for name in others}
+        found.append(Sweep(label, at, x[rows], y[rows]))
+    return found
+
+
+def members(run: Run, name: str) -> list[str]:
+    """List the columns that an axis of the grid moved."""
+    known = [*run.swept, *(each.name for each in run.contributors)]
+    if name in known:
+        return [name]
+    return [each for each in known if each.rpartition("_")[0] == name]
+
+
+def axis_scale(run: Run, name: str) -> Scale:
+    """Return how an axis of the grid is shown."""
+    return run.scales[members(run, name)[0]]
+
+
+def _values(run: Run, name: str) -> NDArray[np.float64]:
+    return run.column(members(run, name)[0])
+
+
+def _label(run: Run, names: list[str], trial: int) -> str:
+    words = []
+    for name in names:
+        value = _values(run, name)[trial]
+        if isinstance(value, str):
+            words.append(f"{name} {value}")
+        else:
+            scale = axis_scale(run, name)
+            words.append(f"{name} {scale.factor * value:.6g} {scale.mark}".strip())
+    return ", ".join(words)
+
+
+class Comparison(NamedTuple):
+    """Known points beside a run, as text.
+
+    Attributes
+    ----------
+    title : str
+        Where the points come from.
+    heads : list of str
+        Columns.
+    rows : list of list of str
+        One for each point.
+    note : str
+        How the run's value was found.
+    """
+
+    title: str
+    heads: list[str]
+    rows: list[list[str]]
+    note: str
+
+
+def comparisons(run: Run) -> list[Comparison]:
+    """Compare a grid run with its reference, response by response.
+
+    Parameters
+    ----------
+    run : Run
+        With a reference, or not: then there is nothing to compare.
+
+    Returns
+    -------
+    list of Comparison
+        One for each response of the reference and each curve of the run; of points
+        that say where on the other axes they are, those that lie on the curve.
+    """
+    if not run.reference:
+        return []
+    columns = run.reference.columns
+    axis, *others = columns
+    fixed = [name for name in others if name in run.grid]
+    along = axis_scale(run, axis)
+    found = []
+    for response in [name for name in others if name not in run.grid]:
+        scale = run.scales[response].exact  # small differences count
+        for sweep in sweeps(run, axis, response):
+            on = np.full(len(columns[axis]), True)
+            for name in fixed:
+                on &= np.isclose(columns[name], sweep.at[name], rtol=1e-9, atol=0.0)
+            if not on.any():
+                continue
+            at, known = columns[axis][on], columns[response][on]
+            here = np.interp(at, sweep.x, sweep.y, left=np.nan, right=np.nan)
+            rows = [
+                [
+                    f"{along.factor * x:.6g}",
+                    scale.number(a),
+                    scale.number(b),
+                    scale.number(b - a),
+                ]
+                for x, a, b in zip(
+                    at.tolist(), known.tolist(), here.tolist(), strict=True
+                )
+            ]
+            heads = [along.label(axis), "reference", "run", "difference"]
+            title = f"{scale.label(response)}: {run.reference.label}"
+            title += f" ({sweep.label})" if sweep.label else ""
+            between = "" if np.isin(at, sweep.x).all() else "between points: linear"
+            found.append(Comparison(title, heads, rows, between))
+    return found

@@ -1,0 +1,1 @@
+"""What a model can show: histories, charts, tables; a trial again."""

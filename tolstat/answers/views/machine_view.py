@@ -1,0 +1,115 @@
+"""What a machine can show, asked for by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tolstat import catalogue
+from tolstat.answers.views.evaluate import deviations_table
+from tolstat.answers.views.trajectory import STEP
+from tolstat.errors import ModelError, allowed_names
+from tolstat.model import settings as model_settings
+from tolstat.model.checked import described, history_of, offers, shown
+from tolstat.model.contract import Model
+from tolstat.model.view import View
+from tolstat.study.study import Source, Study, load
+
+
+def view(
+    source: Source | Model,
+    name: str,
+    deviations: Mapping[str, ArrayLike] | None = None,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    model: Model | None = None,
+) -> View:
+    """Show a machine: the nominal one, or one with the deviations given.
+
+    Parameters
+    ----------
+    source : path, mapping, str or Model
+        A study, as a .toml file or as what one would hold; or a machine, by its name
+        or the object itself.
+    name : str
+        Of the view; `tolstat show MODEL` lists them.
+    deviations : mapping, optional
+        By contributor name, SI: of a machine that is not nominal.
+    settings : mapping, optional
+        By name, SI; only where `source` is a machine, a study has its own.
+    model : Model, optional
+        A machine of your own, of the name that the study gives.
+
+    Returns
+    -------
+    Chart or Listing
+        Data, SI; `.frame()` is a DataFrame.
+
+    Raises
+    ------
+    ModelError
+        If there is no such view.
+
+    Examples
+    --------
+    >>> tolstat.view("stand", "history", {"crank_difference": 1e-3}).frame()
+    """
+    if isinstance(source, Model) or source in catalogue.names():
+        machine = catalogue.find(source)
+        chosen = model_settings.make(machine, settings)
+        first = _first(machine, chosen, deviations)
+        return view_of(machine, chosen, name, first)
+    if settings:
+        raise ModelError("a study has its own settings; change them there")
+    study = load(source, model=model)
+    first = _first(study.model, study.settings, deviations)
+    return view_of(study.model, study.settings, name, first, study)
+
+
+def _first(
+    model: Model, settings: Any, deviations: Mapping[str, ArrayLike] | None
+) -> NDArray[np.float64]:
+    """Return the machine that is shown, float64[1, contributor]."""
+    table = deviations_table(dict(deviations or {}), described(model, settings))
+    if len(table) != 1:
+        raise ModelError(f"one machine is shown, not {len(table)}")
+    return table
+
+
+def view_of(
+    model: Model,
+    settings: Any,
+    name: str,
+    first: NDArray[np.float64],
+    study: Study | None = None,
+) -> View:
+    """Show a machine.
+
+    Parameters
+    ----------
+    model : Model
+        Which.
+    settings : object
+        Of it.
+    name : str
+        Of the view.
+    first : float64[1, contributor]
+        The machine that is shown, SI.
+    study : Study, optional
+        Whose tolerances open the bands of a view that has such.
+    """
+    known = offers(model)
+    if name not in known:
+        raise ModelError(
+            f"model '{model.name}' has no view {name}; {allowed_names(name, known)}"
+        )
+    if name == "history" and model.moves:
+        chart, _ = history_of(model, first[0], settings, STEP)
+        return chart
+    rows = first
+    if study is not None and known[name].machines:
+        rows = np.concatenate([first, study.machines(known[name].machines)])
+    return shown(model, name, rows, settings)

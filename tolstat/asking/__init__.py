@@ -1,1 +1,0 @@
-"""Asking: one machine evaluated, moved, shown; a stored trial again."""

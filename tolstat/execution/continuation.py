@@ -1,0 +1,254 @@
+"""A stored run gone on with: what is missing, more trials, failed ones once more."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import Executor
+from dataclasses import replace
+from pathlib import Path
+
+from tolstat.errors import RunFileError, StoppedError, StudyError
+from tolstat.execution.compatibility import check_same, study_differs
+from tolstat.execution.planning import cannot_be_built, plan_of
+from tolstat.execution.rare_loop import drawn_again
+from tolstat.execution.run_loop import Progress, Telling, carry_out
+from tolstat.execution.trial_table import Trials
+from tolstat.execution.workers.crew import Interrupted, Workers
+from tolstat.execution.workers.remote import crew_of
+from tolstat.model.contract import Model
+from tolstat.status import Status
+from tolstat.store.commands import command, to_resume, to_run_anew
+from tolstat.store.lock import Lock
+from tolstat.store.open_run import existing
+from tolstat.store.open_run import open as open_run
+from tolstat.store.plan import Ending, Plan
+from tolstat.store.provenance import now
+from tolstat.store.run_writer import RunWriter
+from tolstat.store.stored_run import Run
+from tolstat.study.sampling import sampler_of
+from tolstat.study.study import Study, load
+
+
+def resume(
+    path: str | os.PathLike[str],
+    *,
+    workers: int | None = None,
+    model: Model | None = None,
+    rerun_failed: bool = False,
+    regardless: bool = False,
+    progress: Telling | None = None,
+    executor: Executor | None = None,
+) -> Run:
+    """Finish what is missing of a run, and repair what is damaged.
+
+    Parameters
+    ----------
+    path : path
+        The run file.
+    workers : int, optional
+        Threads; as many as there are processors if not given.
+    model : Model, optional
+        A machine of your own, if the run is of one.
+    rerun_failed : bool
+        Whether failed trials are evaluated again, with the machine's tighter settings,
+        once all are over. What was stays: the others are kept in `run.rerun`.
+    regardless : bool
+        Whether to go on though source, processor or versions are others, or the study
+        file has changed: the run's own text is what counts, and the run says so.
+    progress : callable, optional
+        As of `tolstat.run`.
+    executor : concurrent.futures.Executor, optional
+        As of `tolstat.run`.
+
+    Returns
+    -------
+    Run
+        Bit for bit the run that was never interrupted.
+
+    Raises
+    ------
+    RunFileError
+        If it is no run that can be gone on with: what differs.
+    """
+    with crew_of(workers, executor) as crew:
+        return go_on(
+            Path(path), crew, model=model, rerun=rerun_failed, regardless=regardless,
+            progress=progress,
+        )  # fmt: skip
+
+
+def extend(
+    path: str | os.PathLike[str],
+    trials: int,
+    *,
+    workers: int | None = None,
+    model: Model | None = None,
+    regardless: bool = False,
+    progress: Telling | None = None,
+    executor: Executor | None = None,
+) -> Run:
+    """Add trials to a run.
+
+    Parameters
+    ----------
+    path : path
+        The run file.
+    trials : int
+        How many there are to be in all.
+    workers, model, regardless, progress, executor
+        As of `resume`.
+
+    Returns
+    -------
+    Run
+        Bit for bit one run of so many trials.
+
+    Raises
+    ------
+    RunFileError
+        If there are as many already, if other trials would then have to be drawn, or as
+        of `resume`.
+    """
+    with crew_of(workers, executor) as crew:
+        return go_on(
+            Path(path), crew, trials=trials, model=model, regardless=regardless,
+            progress=progress,
+        )  # fmt: skip
+
+
+def go_on(
+    path: Path,
+    workers: Workers,
+    *,
+    trials: int | None = None,
+    model: Model | None = None,
+    rerun: bool = False,
+    regardless: bool = False,
+    progress: Telling | None = None,
+) -> Run:
+    """Go on with a run: see `resume`; with a number of trials see `extend`."""
+    tell = progress or (lambda progress: None)
+    with Lock(existing(path)) as lock:
+        file = _gone_on(lock, workers, trials, model, rerun, regardless, tell)
+    return open_run(file)
+
+
+def _gone_on(
+    lock: Lock,
+    workers: Workers,
+    wanted: int | None,
+    model: Model | None,
+    rerun: bool,
+    regardless: bool,
+    tell: Telling,
+) -> Path:
+    run = open_run(lock.path, damaged=True)
+    if wanted is not None:
+        _check_wanted(run, wanted)
+    study = study_of(run, wanted, model)
+    try:
+        trials = drawn_again(run, study, workers)
+    except Interrupted:
+        raise StoppedError(
+            f"stopped before anything was done: the run in {run.path} is as it was; go "
+            f"on with: {to_resume(run.path, run.machine)}"
+        ) from None
+    plan = _plan(run, study, trials, regardless)
+    if wanted is not None and (doubt := cannot_be_built(study, plan.deviations)):
+        tell(Progress(0, 0, study.trials, doubt=doubt))
+    rerun = rerun or run.rerun is not None
+    whole = trials.status[: run.trials] != Status.NOT_RUN
+    ending = None
+    if run.complete and wanted is None:
+        ending = Ending(run.trials, run.stopped, run.audited, run.evidence, run.rerun)
+    nominal = run.nominal_values["status"] != Status.NOT_RUN.word
+    nominal &= not run.damage.nominal
+    del run  # its columns are in the trials
+    with RunWriter.opened(lock, plan, whole, ending) as file:
+        carry_out(
+            study, trials, file, workers, tell, nominal=nominal, ending=ending,
+            rerun=rerun,
+        )  # fmt: skip
+    return file.path
+
+
+def study_of(run: Run, trials: int | None = None, model: Model | None = None) -> Study:
+    """Read the study of a run again, as the run has it."""
+    folder = run.study_file.parent if run.study_file else None
+    if run.sampled is None:
+        return load(run.study.table, model=model, folder=folder)
+    if trials is None and (run.complete or not run.rules):
+        trials = run.trials
+    return load(
+        run.study.table,
+        model=model,
+        trials=trials,
+        seed=run.sampled.seed,
+        folder=folder,
+    )
+
+
+def plan_again(run: Run, study: Study, trials: Trials) -> Plan:
+    """Plan a run again, of `drawn_again`, in the words of the one that is stored."""
+    same = study.trials == run.trials
+    return replace(
+        plan_of(study, trials),
+        study_text=run.study.text,
+        title=run.title,
+        machine=run.machine,
+        source_digest=run.source_digest,
+        notes=run.notes,
+        rules=run.rules if same else (),
+        study_file=run.study_file,
+    )
+
+
+def _plan(run: Run, study: Study, trials: Trials, regardless: bool) -> Plan:
+    """Plan the run again, and refuse what would not be the same run."""
+    plan = plan_again(run, study, trials)
+    check_same(run, plan)
+    differing = run.made_otherwise(study.model.source_digest)
+    doubts = [*study_differs(run), *differing]
+    if doubts and not regardless:
+        raise RunFileError(
+            f"{run.path} would not become the run that it was to be: "
+            + "; ".join(doubts)
+            + f"; {to_run_anew(run)}; or go on with what the run has stored: "
+            f"`{_regardless(run, study)}` (regardless=True)"
+        )
+    if doubts:
+        note = f"gone on with at {now()}, though " + "; ".join(doubts)
+        plan = replace(plan, notes=(*run.notes, note))
+    return plan
+
+
+def _regardless(run: Run, study: Study) -> str:
+    """Return the command that goes on with a run whatever differs."""
+    if study.trials > run.trials:
+        words: list[object] = ["extend", run.path, "--trials", study.trials]
+    else:
+        words = ["resume", run.path]
+    return command(*words, "--regardless", machine=run.machine)
+
+
+def _check_wanted(run: Run, trials: int) -> None:
+    """Refuse more trials where they would not be added to those that there are."""
+    if run.sampled is None:
+        raise RunFileError(
+            f'{run.path}: sampling = "{run.sampling}" draws nothing; its machines are '
+            "those of the study"
+        )
+    if run.rules and not run.complete:
+        raise RunFileError(
+            f"{run.path} is not complete: {run.ended} of at most {run.trials} trials "
+            f"have run; first go on with it: {to_resume(run.path, run.machine)}"
+        )
+    if trials <= run.trials:
+        raise RunFileError(
+            f"{run.path} has {run.trials} trials; more than that are expected"
+        )
+    if not sampler_of(run.sampling).extensible:
+        raise StudyError(
+            f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
+            f"with {trials} every one would be another; {to_run_anew(run, trials)}"
+        )

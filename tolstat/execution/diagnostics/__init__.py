@@ -1,0 +1,1 @@
+"""What is computed once the trials of a run are done."""

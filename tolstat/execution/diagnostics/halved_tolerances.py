@@ -1,0 +1,99 @@
+"""The share beyond each limit if a tolerance were halved: no further simulation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.deviations.density_ratio import Weighting
+from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.halved import halved
+from tolstat.deviations.samplers.saltelli import OWN
+from tolstat.errors import DistributionError
+from tolstat.execution.trial_table import Trials
+from tolstat.model.kinds import kinds_of_part
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.limit import within
+from tolstat.statistics.reweighting.weighted_estimates import weighted_share
+from tolstat.statistics.reweighting.weights import Weights
+from tolstat.statistics.sensitivity.pairs import pairs
+from tolstat.store.stored_diagnostics import Halved, Members
+from tolstat.study.study import Study
+
+Array = NDArray[np.float64]
+Machines = NDArray[np.bool_]
+
+TURN = 2 * math.pi * (1 - 1e-9)
+
+
+def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halved]]:
+    """Weight the trials as if the tolerance of a contributor, or a kind, were halved.
+
+    By limited response and the contributors whose tolerances are halved: each, each
+    kind of part, and pairs that explain machines beyond; empty where trials depend on
+    each other, or were sought. Failed trials count as beyond.
+    """
+    sampler = study.sampler
+    if sampler is None or sampler.replicates or study.rare:
+        return {}
+    group = sampler.group(len(study.factors))
+    own: slice | NDArray[np.bool_] = slice(None)
+    if group > 1:
+        own = np.arange(len(trials.status)) % group < OWN
+    deviating = study.deviating
+    every = {
+        each.name: trials.deviations[own, column]
+        for column, each in enumerate(study.description.contributors)
+        if each.name in deviating.distributions
+        and not isinstance(deviating.distributions[each.name], Constant)
+    }
+    beyond = {
+        name: ~within(trials.response(name)[own], limit.permitted)
+        for name, limit in study.limits.items()
+    }
+    if not every or not beyond:
+        return {}
+    weighting = Weighting(every, deviating.distributions, deviating.dependence)
+    contributors = study.description.contributors
+    kinds = kinds_of_part(list(every), contributors).values()
+    found: dict[str, dict[Members, Halved]] = {name: {} for name in beyond}
+    # a full turn is no tolerance: where on its wheel a run-out lies is not to be halved
+    units = {each.name: each.unit for each in contributors}
+    turning = [name for name in every if _is_a_turn(study, name, units[name])]
+    unfit: set[str] = set()  # alone; these come first
+    several = [*map(tuple, kinds), *_paired(every, beyond)]
+    for members in dict.fromkeys([*((name,) for name in every), *several]):
+        these = [name for name in members if name not in turning]
+        try:
+            if not these:
+                raise DistributionError("a full turn is no tolerance")
+            new = {name: halved(deviating.distributions[name]) for name in these}
+            weights = Weights(weighting.weights(new))
+        except DistributionError as error:
+            refused = [name for name in these if name in unfit and len(members) > 1]
+            reason = f"{', '.join(refused)}: {error}" if refused else str(error)
+            unfit.update(these if len(members) == 1 else ())
+            for of in found.values():
+                of[members] = Halved(Estimate(math.nan, reason=reason), 0)
+            continue
+        for name, of in found.items():
+            share = weighted_share(beyond[name], weights)
+            of[members] = Halved(share, weights.number)
+    return found
+
+
+def _paired(
+    every: Mapping[str, Array], beyond: Mapping[str, Machines]
+) -> Iterator[Members]:
+    """Yield the pairs of contributors that explain machines beyond."""
+    for found in pairs(every, beyond).values():
+        yield from (each.members for each in found)
+
+
+def _is_a_turn(study: Study, name: str, unit: str) -> bool:
+    """Tell whether a deviation goes all the way round."""
+    zone = getattr(study.deviating.distributions[name], "tolerance", None)
+    return unit == "rad" and zone is not None and zone.upper - zone.lower >= TURN

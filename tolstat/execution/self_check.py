@@ -1,0 +1,88 @@
+"""What tolstat runs on here, and a check of what it computes."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.execution.workers.crew import Workers, processors
+from tolstat.lanes import cache
+from tolstat.store.provenance import processor, provenance
+from tolstat.study.study import load
+
+STUDY = {
+    "model": "stand", "trials": 64, "seed": 1, "deviations": {"rod_length": "+-1.2 mm"},
+}  # fmt: skip
+EXTRAS = {"distributed": "tolstat[cluster]", "pyarrow": "tolstat[parquet]"}
+LASTING = 2.0  # s, of the check
+
+
+class Check(NamedTuple):
+    """Machines of the stand evaluated over and over."""
+
+    # how long the first one took, s: what is not compiled yet is compiled for it
+    ready: float
+    trials: int  # machines after that
+    seconds: float  # how long these took
+    # whether each has, bit for bit, the same answer whatever block it is in, and
+    # whoever evaluates it
+    same: bool
+
+
+def check() -> Check:
+    """Evaluate machines of the stand for two seconds on all processors."""
+    study = load(STUDY)
+    machines = study.deviations()
+    began = time.perf_counter()
+    with Workers(1, block=8) as crew:
+        crew.simulate(study.model, machines[:1], study.settings)
+        ready = time.perf_counter() - began
+        first = crew.simulate(study.model, machines, study.settings)
+    began, trials, same = time.perf_counter(), 0, True
+    with Workers() as crew:
+        while (seconds := time.perf_counter() - began) < LASTING:
+            found = crew.simulate(study.model, machines, study.settings)
+            same &= np.array_equal(found.responses, first.responses, equal_nan=True)
+            same &= np.array_equal(found.status, first.status)
+            trials += len(machines)
+    return Check(ready, trials, seconds, bool(same))
+
+
+def surroundings() -> dict[str, str]:
+    """Say what decides numbers and speed here, by what it is."""
+    facts = provenance()
+    found = {
+        name.removeprefix("version_"): words
+        for name, words in facts.items()
+        if name.startswith("version_")
+    }
+    for name, extra in EXTRAS.items():
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = f"not installed: pip install '{extra}'"
+    found["platform"] = facts["platform"]
+    found["processor"] = processor()
+    found["cores"] = str(processors())
+    found["source"] = cache.source_digest()
+    found["compiled code"] = kept_code()
+    return found
+
+
+def kept_code() -> str:
+    """Say where compiled code is kept, and how much of it."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        folder = cache.cache_folder(Path(cache.__file__), "doctor")
+    if folder is None:
+        return str(said[-1].message) if said else "is not kept"
+    home = Path(folder).parents[1]
+    files = [p for p in home.glob("tolstat-*/**/*.nb[ic]") if p.is_file()]
+    sources = len({path.relative_to(home).parts[0] for path in files})
+    size = sum(path.stat().st_size for path in files)
+    return f"{home}: {len(files)} files, {size / 1e6:.1f} MB, of {sources} sources"

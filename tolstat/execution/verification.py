@@ -1,0 +1,196 @@
+"""Whether a stored run is what it says: checksums, draws, trials evaluated again."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.errors import TolstatError
+from tolstat.execution.compatibility import trials_drawn_otherwise, why_drawn_otherwise
+from tolstat.execution.continuation import plan_again, study_of
+from tolstat.execution.diagnostics.audit_selection import random_trials
+from tolstat.execution.rare_loop import drawn_again, is_drawn
+from tolstat.execution.workers.crew import Workers
+from tolstat.model.contract import Answers, Model
+from tolstat.status import Status
+from tolstat.store.damage import ranges_of
+from tolstat.store.open_run import open as open_run
+from tolstat.store.stored_run import Run
+from tolstat.study.given_points import cases_among
+
+Numbers = NDArray[np.int64]
+
+
+class Verification(NamedTuple):
+    """What was found of a run whose seal is whole.
+
+    Attributes
+    ----------
+    run : Run
+        With its `damage`: trials whose checksum is not that of what is stored.
+    contradicting : int64[n]
+        Trials whose status says something else than their responses.
+    drawn_otherwise : int64[n]
+        Trials whose deviations are not those drawn again from the seed.
+    evaluated : int64[n]
+        Trials that were evaluated again.
+    different : int64[n]
+        Those of them that are not bit for bit as stored.
+    nominal_differs : bool
+        Whether the nominal machine is not.
+    reasons : tuple of str
+        Why they may differ though nothing is damaged: another source, processor.
+    """
+
+    run: Run
+    contradicting: Numbers
+    drawn_otherwise: Numbers
+    evaluated: Numbers
+    different: Numbers
+    nominal_differs: bool
+    reasons: tuple[str, ...]
+
+    @property
+    def trials(self) -> Numbers:
+        """Every trial that is not as it should be."""
+        some = (self.contradicting, self.drawn_otherwise, self.different)
+        return np.unique(np.concatenate([self.run.damage.trials, *some]))
+
+    @property
+    def whole(self) -> bool:
+        """Whether everything is as it should be."""
+        return not (self.run.damage or len(self.trials) or self.nominal_differs)
+
+
+def verify(
+    path: str | os.PathLike[str],
+    *,
+    every: bool = False,
+    workers: int | None = None,
+    model: Model | None = None,
+) -> Verification:
+    """Say whether a run is as it was written, and name the trials that are not.
+
+    Parameters
+    ----------
+    path : path
+        The run file.
+    every : bool
+        Whether all its trials are evaluated again; else one of each hundred.
+    workers : int, optional
+        Threads; as many as there are processors if not given.
+    model : Model, optional
+        A machine of your own, if the run is of one.
+
+    Returns
+    -------
+    Verification
+        What is not as it should be; `tolstat.resume` repairs what is damaged. What fits
+        its checksum and is evaluated otherwise here, no one can: run the study again.
+
+    Raises
+    ------
+    DamagedError
+        If the file is damaged where all of it hangs on.
+    """
+    run = open_run(Path(path), damaged=True)
+    try:
+        study = study_of(run, run.trials, model)
+    except TolstatError as error:  # its data are elsewhere, or its machine
+        raise type(error)(
+            f"{path}: checksums of all that is stored: {run.damage.words or 'all fit'};"
+            f" its trials cannot be drawn and evaluated again: {error}"
+        ) from error
+    plan = plan_again(run, study, drawn_again(run, study))
+    ran = np.flatnonzero(run.status != Status.NOT_RUN)
+    chosen = np.intersect1d(ran, random_trials(study.seed or 0, run.trials))
+    otherwise = trials_drawn_otherwise(run, plan)
+    # another machine's answers say nothing of what is stored
+    chosen = np.setdiff1d(ran if every else chosen, otherwise)
+    chosen = chosen[is_drawn(plan.deviations[chosen])]
+    with Workers(workers) as crew:
+        found = None
+        if len(chosen):
+            cases, machines = cases_among(study.cases, chosen), plan.deviations[chosen]
+            found = crew.simulate_cases(study.model, cases, machines)
+        alone = np.zeros((1, len(run.contributors)))
+        nominal = crew.simulate(study.model, alone, study.settings)
+    return Verification(
+        run,
+        _contradicting(run),
+        otherwise,
+        chosen,
+        chosen[_differing(run, chosen, found)] if found else chosen,
+        _nominal_differs(run, nominal),
+        tuple(run.made_otherwise(study.model.source_digest)),
+    )
+
+
+def _contradicting(run: Run) -> Numbers:
+    """Find trials that are done without responses, or failed with some."""
+    finite = [np.isfinite(run.column(each.name)) for each in run.responses]
+    known = np.isin(run.status, list(run.words))
+    done, ran = run.status == Status.DONE, run.status != Status.NOT_RUN
+    answered = np.all(finite, axis=0)
+    return np.flatnonzero(~known | (ran & (done != answered)))
+
+
+def _differing(run: Run, chosen: Numbers, found: Answers) -> NDArray[np.bool_]:
+    """Compare trials with what is stored of them, bit for bit."""
+    other: NDArray[np.bool_] = run.status[chosen] != found.status
+    for column, each in enumerate(run.responses):
+        other |= ~_same(run.column(each.name)[chosen], found.responses[:, column])
+    if run.steps is not None and found.steps is not None:
+        other |= run.steps[chosen] != found.steps
+    return other
+
+
+def _same(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.bool_]:
+    ours, theirs = (np.ascontiguousarray(each).view(np.uint64) for each in (one, other))
+    same: NDArray[np.bool_] = (ours == theirs) | (np.isnan(one) & np.isnan(other))
+    return same
+
+
+def _nominal_differs(run: Run, found: Answers) -> bool:
+    """Compare the nominal machine with what is stored of it, if anything is."""
+    stored = run.nominal_values
+    if stored["status"] == Status.NOT_RUN.word:
+        return run.complete
+    values = np.array([stored[each.name] for each in run.responses])
+    steps = found.steps is not None and stored["steps"] != found.steps[0]
+    status = run.words.get(int(found.status[0])) != stored["status"]
+    return bool(steps or status or not _same(values, found.responses[0]).all())
+
+
+def findings(found: Verification) -> list[str]:
+    """Say in sentences what was found."""
+    run, said = found.run, []
+    stored = int(np.count_nonzero(run.status != Status.NOT_RUN))
+    counts = (f"{count} {word}" for word, count in run.counts.items() if count)
+    said.append(f"{run.trials} trials: {', '.join(counts)}")
+    damaged = run.damage.words or "all fit"
+    said.append(f"checksums of {stored} trials and the nominal machine: {damaged}")
+    for what, trials in (
+        ("status and responses", found.contradicting),
+        (f"deviations of {run.trials} trials, drawn again", found.drawn_otherwise),
+        (f"{len(found.evaluated)} trials, evaluated again", found.different),
+    ):
+        words = f"different in {ranges_of(trials)}" if len(trials) else "as stored"
+        said.append(f"{what}: {words}")
+    if found.nominal_differs:
+        said.append("the nominal machine, evaluated again: different")
+    fitted_here = run.rare and len(found.drawn_otherwise)  # what is drawn hangs on it
+    if len(found.different) or found.nominal_differs or fitted_here:
+        said += found.reasons
+    return said
+
+
+def why_otherwise(found: Verification) -> str:
+    """Say why a study may give something else than its run, which is whole."""
+    if found.run.rare and len(found.drawn_otherwise):
+        return why_drawn_otherwise(found.run)
+    return "its data, or what evaluates it, are others"

@@ -1,0 +1,1 @@
+"""Who evaluates blocks of trials: threads, other processes, a cluster."""

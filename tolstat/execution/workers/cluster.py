@@ -1,0 +1,192 @@
+"""A Dask cluster as an executor: its workers evaluate, this process alone writes."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+import warnings
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from functools import partial
+from typing import Any
+
+from tolstat.errors import BrokenError, LostError, StudyError, TolstatError
+from tolstat.execution.workers.remote_blocks import (
+    Otherwise,
+    Parcel,
+    carried_out,
+    packed,
+)
+
+CONNECT = 10.0  # s, for a scheduler to answer
+PATIENCE = 60.0  # s, without any worker that can be used
+LOOK_AGAIN = 1.0  # s, between two looks at who is there
+
+
+class Cluster(Executor):
+    """The workers of a Dask scheduler.
+
+    A block goes to them as deviations that were drawn here, and the name of a machine;
+    a block of a worker that is lost is evaluated again by another one. A worker of
+    another source, processor or version is named and not used.
+
+    Parameters
+    ----------
+    address : str
+        Of the scheduler, such as "tcp://HOST:8786".
+
+    Raises
+    ------
+    StudyError
+        If Dask is not installed.
+    BrokenError
+        If no scheduler answers there.
+    """
+
+    def __init__(self, address: str) -> None:
+        try:
+            from distributed import Client
+        except ImportError as error:
+            raise StudyError(
+                f"--cluster needs Dask: pip install 'tolstat[cluster]' ({error})"
+            ) from None
+        # what matters of its losses is said in one sentence, without its tracebacks
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL + 1)
+        try:
+            self._client = Client(address, timeout=CONNECT, set_as_default=False)
+        except (OSError, ValueError, TypeError) as error:
+            why = str(error) or type(error).__name__
+            raise BrokenError(
+                f"no Dask scheduler answers at {address}: {why}; "
+                "`dask scheduler` starts one, `dask worker ADDRESS` its workers"
+            ) from error
+        self.address = address
+        self._refused: set[str] = set()
+        self._there: dict[str, int] = {}  # threads of each worker
+        self._sent: dict[Future[Any], tuple[Parcel, Any, list[str]]] = {}
+        self._lock, self._closed = threading.RLock(), threading.Event()
+        self._look()
+        threading.Thread(target=self._watch, daemon=True).start()
+
+    @property
+    def number(self) -> int:
+        """How many blocks run at once, as things are."""
+        with self._lock:
+            usable = (n for a, n in self._there.items() if a not in self._refused)
+            return max(1, sum(usable))
+
+    def submit(
+        self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any
+    ) -> Future[Any]:
+        """Let a worker call a function of tolstat."""
+        ours: Future[Any] = Future()
+        ours.set_running_or_notify_cancel()  # it may run from now on
+        self._send(ours, packed(partial(fn, *args, **kwargs)))
+        return ours
+
+    def _send(self, ours: Future[Any], parcel: Parcel) -> None:
+        with self._lock:
+            usable = [a for a in self._there if a not in self._refused]
+            where = usable if self._refused else []
+            try:
+                theirs = self._client.submit(
+                    _on_worker, tuple(parcel), pure=False, workers=where or None
+                )
+            except Exception as error:  # whatever Dask raises where it is closed
+                ours.set_exception(self._lost(f"{type(error).__name__}: {error}"))
+                return
+            self._sent[ours] = parcel, theirs, where
+        theirs.add_done_callback(partial(self._deliver, ours))
+
+    def _deliver(self, ours: Future[Any], theirs: Any) -> None:
+        """Take what came of a block; what a worker refused goes to another one."""
+        with self._lock:
+            if ours not in self._sent or self._sent[ours][1] is not theirs:
+                return  # sent again meanwhile
+            parcel, *_ = self._sent.pop(ours)
+        try:
+            found = theirs.result()
+        except TolstatError as error:
+            ours.set_exception(error)
+        except BaseException as error:
+            ours.set_exception(self._lost(f"{type(error).__name__}: {error}"))
+        else:
+            if isinstance(found, Otherwise):
+                self._refuse(found)
+                self._send_again(ours, parcel)
+            else:
+                ours.set_result(found)
+
+    def _refuse(self, found: Otherwise) -> None:
+        """Name a worker that is not used."""
+        with self._lock:
+            if found.who in self._refused:
+                return
+            self._refused.add(found.who)
+        warnings.warn(
+            f"worker {found.who} is not used: {'; '.join(found.reasons)}",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+
+    def _send_again(self, ours: Future[Any], parcel: Parcel) -> None:
+        self._look()
+        if all(each in self._refused for each in self._there):
+            ours.set_exception(self._lost("none of its workers can be used"))
+        else:
+            self._send(ours, parcel)
+
+    def _look(self) -> bool:
+        """Look who is there; tell whether one of them can be used."""
+        try:
+            there = dict(self._client.nthreads())
+        except Exception:  # whatever Dask raises where the scheduler is gone
+            there = {}
+        with self._lock:
+            self._there = there
+            return bool(there.keys() - self._refused)
+
+    def _watch(self) -> None:
+        """Send again what only lost workers may do; give up where none is left."""
+        since = time.monotonic()
+        while not self._closed.wait(LOOK_AGAIN):
+            if self._look():
+                since = time.monotonic()
+                with self._lock:
+                    stuck = [
+                        (ours, parcel)
+                        for ours, (parcel, _, where) in self._sent.items()
+                        if where and not self._there.keys() & set(where)
+                    ]
+                    for ours, parcel in stuck:
+                        self._send(ours, parcel)
+            elif time.monotonic() - since > PATIENCE:
+                with self._lock:
+                    lost, self._sent = self._sent, {}
+                for ours in lost:
+                    why = f"it has had no worker for {PATIENCE:.0f} s"
+                    ours.set_exception(self._lost(why))
+
+    def _lost(self, why: str) -> LostError:
+        return LostError(
+            f"the cluster at {self.address}: {why}; `dask worker {self.address}` "
+            "starts a worker"
+        )
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Leave the cluster; what of ours still runs there is given up."""
+        self._closed.set()
+        with self._lock:
+            self._sent.clear()
+        self._client.close(timeout=CONNECT)
+
+
+def _on_worker(parcel: tuple[Any, ...]) -> Any:
+    """Carry out a parcel on a worker of a cluster."""
+    from distributed import get_worker
+
+    found = carried_out(Parcel(*parcel))
+    if isinstance(found, Otherwise):
+        return found._replace(who=get_worker().address)
+    return found

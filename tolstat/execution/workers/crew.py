@@ -1,0 +1,214 @@
+"""Blocks of trials on the workers of an executor."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    Executor,
+    Future,
+    wait,
+)
+from contextlib import AbstractContextManager
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.execution.workers.threads import Threads
+from tolstat.model.checked import simulate
+from tolstat.model.contract import Answers, Model
+from tolstat.study.given_points import Case
+
+Array = NDArray[np.float64]
+
+LOOK_AGAIN = 0.1  # s, between two looks at whether to stop
+GRACE = 1.0  # s, for running blocks to end; a compilation does not
+AHEAD = 2  # blocks for each worker, so that none waits for the writer
+LASTING = 0.5  # s, of a block: long ones keep lanes busy, short ones bring news
+FIRST_BLOCK = 32  # trials, while nothing is known of how long they take
+GROWTH = 8  # times the last block, at most
+LEAST = 8  # trials of a block, unless fewer are left
+
+
+class Interrupted(Exception):
+    """Who runs the study wants no more."""
+
+
+class Workers(AbstractContextManager["Workers"]):
+    """Threads, or any executor, that evaluate machines.
+
+    Parameters
+    ----------
+    number : int, optional
+        How many blocks run at once; as many as the executor has workers, or as there
+        are processors, if not given.
+    stopping : callable
+        Asked ten times a second; once true, no block begins any more.
+    executor : concurrent.futures.Executor, optional
+        Runs the blocks; threads of this process if not given: what is compiled
+        releases the GIL, so one process, one compilation. The results do not depend on
+        it. Who gives one dismisses it.
+    block : int, optional
+        Trials of every block; else blocks grow until they last about half a second.
+    """
+
+    def __init__(
+        self,
+        number: int | None = None,
+        stopping: Callable[[], bool] = lambda: False,
+        *,
+        executor: Executor | None = None,
+        block: int | None = None,
+    ) -> None:
+        self.stopping = stopping
+        self._given = number
+        self._own = None if executor else Threads(number or processors())
+        self._executor: Executor = executor or cast(Threads, self._own)
+        self._fixed = block
+
+    @property
+    def number(self) -> int:
+        """How many blocks run at once; a cluster grows and shrinks."""
+        return self._given or getattr(self._executor, "number", None) or processors()
+
+    def blocks(
+        self, model: Model, cases: Sequence[Case], deviations: Array
+    ) -> Iterator[list[tuple[int, Answers]]]:
+        """Evaluate trials in blocks and yield what is finished, as it comes.
+
+        Blocks of deviations[trial, contributor], SI, come with the number of their
+        first trial. Once stopping, running blocks are waited for, a second at most.
+        """
+        left = sum(case.stop - case.first for case in cases)
+        size = BlockSize(self.number, self._fixed)
+        todo = list(reversed(cases))
+        running: dict[Future[tuple[Answers, float]], int] = {}
+        patience = math.inf
+        try:
+            while True:
+                size.workers = self.number
+                while (
+                    todo and len(running) < AHEAD * self.number and not self.stopping()
+                ):
+                    case = todo.pop()
+                    stop = min(case.first + size.of(left), case.stop)
+                    if stop < case.stop:
+                        todo.append(case._replace(first=stop))
+                    left -= stop - case.first
+                    rows = deviations[case.first : stop]
+                    future = self._executor.submit(_timed, model, rows, case.settings)
+                    running[future] = case.first
+                if not running:
+                    return
+                done, _ = wait(running, LOOK_AGAIN, return_when=FIRST_COMPLETED)
+                finished = []
+                for future in done:
+                    outcome, seconds = future.result()
+                    size.learn(len(outcome.responses), seconds)
+                    finished.append((running.pop(future), outcome))
+                if finished:
+                    yield finished
+                if self.stopping():
+                    patience = min(patience, time.monotonic() + GRACE)
+                    for future in list(running):
+                        if future.cancel():
+                            del running[future]
+                if time.monotonic() > patience:
+                    return
+        finally:
+            for future in running:
+                future.cancel()
+
+    def simulate(self, model: Model, deviations: Array, settings: Any) -> Answers:
+        """Evaluate machines of the same settings, all of them.
+
+        At least one trial of deviations[trial, contributor], SI; `Interrupted` if they
+        were not to be finished.
+        """
+        return self.simulate_cases(
+            model, [Case(0, len(deviations), settings)], deviations
+        )
+
+    def simulate_cases(
+        self, model: Model, cases: Sequence[Case], deviations: Array
+    ) -> Answers:
+        """Evaluate machines, each with its case's settings; see `simulate`."""
+        found = [
+            each for some in self.blocks(model, cases, deviations) for each in some
+        ]
+        outcomes = [each for _, each in sorted(found, key=lambda block: block[0])]
+        if sum(len(each.responses) for each in outcomes) < len(deviations):
+            raise Interrupted
+        return Answers.joined(outcomes)
+
+    def map(self, function: Callable[[Any], Any], items: Sequence[Any]) -> list[Any]:
+        """Call a function on each item; `Interrupted` if not all are to be done."""
+        futures = [self._executor.submit(function, item) for item in items]
+        while not all(future.done() for future in futures):
+            wait([f for f in futures if not f.done()], LOOK_AGAIN)
+            if self.stopping():
+                for future in futures:
+                    future.cancel()
+                raise Interrupted
+        return [future.result() for future in futures]
+
+    def here(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Call a function of this process that may take long.
+
+        `Interrupted` once stopping: a thread, which keeps nobody waiting, is left with
+        it.
+        """
+        thread = Threads(1)
+        try:
+            future = thread.submit(function, *arguments)
+            while not future.done():
+                wait([future], LOOK_AGAIN)
+                if self.stopping():
+                    raise Interrupted
+            return future.result()
+        finally:
+            thread.shutdown(wait=False)
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Dismiss them; who stops does not wait for a compilation."""
+        if self._own:
+            wait = kind is None and not self.stopping()
+            self._own.shutdown(wait=wait, cancel_futures=True)
+
+
+class BlockSize:
+    """How many trials the next block has: as many as last half a second."""
+
+    def __init__(self, workers: int, fixed: int | None) -> None:
+        self.workers = workers
+        self._fixed = fixed
+        self._next = FIRST_BLOCK
+
+    def of(self, left: int) -> int:
+        """Return the size of the next block: all workers end at about the same time."""
+        if self._fixed:
+            return self._fixed
+        return min(self._next, max(FIRST_BLOCK, math.ceil(left / (2 * self.workers))))
+
+    def learn(self, trials: int, seconds: float) -> None:
+        """Take note of how long a block of so many trials lasted, s."""
+        wanted = trials * LASTING / max(seconds, 1e-6)
+        self._next = max(LEAST, int(min(wanted, GROWTH * max(trials, self._next))))
+
+
+def _timed(model: Model, deviations: Array, settings: Any) -> tuple[Answers, float]:
+    """Evaluate one block on a worker, and say how long it took, s."""
+    began = time.perf_counter()
+    return simulate(model, deviations, settings), time.perf_counter() - began
+
+
+def processors() -> int:
+    """Count the processors that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on every system
+        return os.cpu_count() or 1

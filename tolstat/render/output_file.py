@@ -1,0 +1,96 @@
+"""Files that answers go to: what may be replaced, and how, so that none is half."""
+
+from __future__ import annotations
+
+import os
+import re
+from contextlib import suppress
+from pathlib import Path
+
+from tolstat.errors import RunFileError
+from tolstat.store.seal import is_run
+from tolstat.store.temporary_files import aside_of
+
+KEPT = {".h5": "a run", ".toml": "a study"}  # by what its name ends in
+MOST = 1_000_000  # bytes of a study
+
+
+def check_folder(path: Path) -> None:
+    """Refuse a file whose folder does not exist, before anything is done for it.
+
+    Raises
+    ------
+    RunFileError
+        If there is no such folder.
+    """
+    if not path.parent.is_dir():
+        raise RunFileError(f"{path} cannot be written: there is no such folder")
+
+
+def check_output(path: Path) -> None:
+    """Refuse a file that no answer may replace, before anything is done for it.
+
+    Parameters
+    ----------
+    path : Path
+        Where a page, a picture or numbers are to go. What an earlier answer left there
+        is replaced.
+
+    Raises
+    ------
+    RunFileError
+        If there is no such folder; it ends as runs or studies do; or it is there, and
+        is a run or what a study reads.
+    """
+    check_folder(path)
+    for each in (path, path.resolve()):
+        if what := KEPT.get(each.suffix.lower()):
+            raise RunFileError(
+                f"{path} is not written: {each.suffix} is the ending of {what}; give "
+                "another name"
+            )
+    if not path.is_file():
+        return
+    if is_run(path):
+        raise RunFileError(f"{path} is a run and is not replaced; give another name")
+    if study := _reader(path.resolve()):
+        raise RunFileError(
+            f"{path} is named in {study} and is not replaced; give another name"
+        )
+
+
+def _reader(path: Path) -> Path | None:
+    """Return a study that names a file: studies read in their folder and below."""
+    named = re.compile(rb"""["'/]""" + re.escape(os.fsencode(path.name)) + rb"""["']""")
+    for folder in path.parents:
+        for study in sorted(folder.glob("*.toml")):
+            with suppress(OSError):
+                if study.stat().st_size <= MOST and named.search(study.read_bytes()):
+                    return study
+    return None
+
+
+def replace(path: Path, content: bytes) -> Path:
+    """Write a file aside and give it its name: what was there stays until it is whole.
+
+    Raises
+    ------
+    RunFileError
+        If it cannot be written.
+    """
+    try:
+        if path.exists() and not path.is_file():  # a pipe, a terminal
+            path.write_bytes(content)
+            return path
+        whole = path.resolve()  # a link stays one
+        aside = aside_of(whole)
+        try:
+            aside.write_bytes(content)
+            os.replace(aside, whole)
+        except OSError:
+            with suppress(OSError):
+                aside.unlink()
+            raise
+    except OSError as error:
+        raise RunFileError(f"{path} cannot be written: {error}") from error
+    return path

@@ -1,0 +1,267 @@
+"""Mean and standard deviation (sigma), with intervals that need no shape.
+
+No sample tells the mean of a response that may be anything: one machine in a thousand,
+far enough away, decides it, and mostly is not in the sample. A guard that looks at the
+sample for such machines opens exactly when they are missing. So each interval holds for
+any distribution between two ends: those that the response declares (a share: 0 to 1),
+and else twice the spread of trials and limit beyond these, which is said beside it.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import betaincinv
+
+from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.intervals.betting import mean_between
+from tolstat.statistics.reweighting.weights import Weights
+
+Array = NDArray[np.float64]
+Ends = tuple[float, float]
+OPEN: Ends = (-math.inf, math.inf)
+
+LEAST = 20  # trials from which an interval says more than the ends it lies between
+REACH = 2.0  # beyond trials and limit that is reckoned with, over their own spread
+LEAST_LEAVING = 20  # trials that leave an atom from which sigma has an interval
+MOST_ALIKE = 0.5  # share of the trials that is an atom of that kind
+MOST_KURTOSIS = 0.2  # excess kurtosis over the root of the number of trials
+PILOT = 10  # one trial in so many tells from where squares are counted
+SHARED = 0.8  # of the error of sigma that is the squares' own; the rest is the mean's
+
+
+class Moments(NamedTuple):
+    """Sample moments: mean, sigma (N - 1), skewness, excess kurtosis."""
+
+    n: int
+    mean: float
+    sigma: float
+    skewness: float
+    kurtosis: float
+
+
+def moments(values: Array) -> Moments:
+    """Return the sample moments of float64[n]; NaN where there are too few."""
+    n = len(values)
+    if n < 2:
+        mean = float(values[0]) if n else math.nan
+        return Moments(n, mean, math.nan, math.nan, math.nan)
+    mean, sigma = float(values.mean()), float(values.std(ddof=1))
+    # all alike but for the rounding of the mean
+    if sigma <= 1e-14 * abs(mean):
+        return Moments(n, mean, 0.0, 0.0, 0.0)
+    scores = (values - mean) / values.std()
+    # a power costs NumPy a hundred products
+    squares = scores * scores
+    skewness, kurtosis = np.mean(squares * scores), np.mean(squares * squares) - 3
+    return Moments(n, mean, sigma, float(skewness), float(kurtosis))
+
+
+def tails_are_light(m: Moments) -> bool:
+    """Tell whether a few extreme values do not decide what the variance is."""
+    return m.kurtosis <= MOST_KURTOSIS * math.sqrt(m.n)
+
+
+def unseen(trials: int, confidence: float = 0.95) -> float:
+    """Return the share of the machines that may lie beyond all trials.
+
+    Parameters
+    ----------
+    trials : int
+        Independent ones.
+    confidence : float
+        That no more lie below the least or above the largest of them.
+
+    References
+    ----------
+    S. S. Wilks, Ann. Math. Stat. 12 (1941) 91-96: the share between the extremes has a
+    beta distribution.
+    """
+    if trials < 2:
+        return 1.0
+    return float(1 - betaincinv(trials - 1, 2, 1 - confidence))
+
+
+class Reach(NamedTuple):
+    """Between which ends a response is taken to lie.
+
+    Attributes
+    ----------
+    declared : tuple of float, optional
+        Range that it cannot leave, whatever the machine; an open end is infinite.
+    limit : tuple of float, optional
+        Permitted values: they tell at which scale machines matter, seen or not.
+    """
+
+    declared: Ends | None = None
+    limit: Ends | None = None
+
+    def times(self, factor: float) -> Reach:
+        """Return it in another unit."""
+        declared, limit = (
+            None if ends is None else (factor * ends[0], factor * ends[1])
+            for ends in self
+        )
+        return Reach(declared, limit)
+
+    @property
+    def known(self) -> bool:
+        """Whether both ends are declared."""
+        return self.declared is not None and all(map(math.isfinite, self.declared))
+
+    def ends(self, values: Array) -> Ends:
+        """Return the ends that are reckoned with; equal where nothing tells them.
+
+        Parameters
+        ----------
+        values : float64[n]
+            The trials, none NaN.
+        """
+        seen = [float(values.min()), float(values.max())]
+        seen += [end for end in self.limit or () if math.isfinite(end)]
+        least, largest = min(seen), max(seen)
+        far = REACH * (largest - least)
+        lower, upper = self.declared or OPEN
+        return (
+            lower if math.isfinite(lower) else least - far,
+            upper if math.isfinite(upper) else largest + far,
+        )
+
+
+ANYWHERE = Reach()
+
+
+def mean_of(
+    values: Array,
+    reach: Reach = ANYWHERE,
+    confidence: float = 0.95,
+    weights: Weights | None = None,
+) -> Estimate:
+    """Estimate the mean of independent draws.
+
+    Parameters
+    ----------
+    values : float64[n]
+        Independent, none NaN, in any order.
+    reach : Reach
+        What is known of how far the response may lie out.
+    confidence : float
+        Of the interval.
+    weights : Weights, optional
+        Where the values stand for other machines than were drawn.
+
+    Returns
+    -------
+    Estimate
+        With an interval that holds for any distribution between the ends of the reach;
+        see `mean_between`. None where all trials are alike and nothing tells an end.
+    """
+    mean = _average(values, weights) if len(values) else math.nan
+    if reason := _missing(values, reach, weights):
+        return Estimate(mean, reason=reason)
+    order = order_of(len(values))
+    lower, upper = mean_between(
+        values[order], *reach.ends(values), confidence, weights and weights.part(order)
+    )
+    return Estimate(mean, min(lower, mean), max(upper, mean))
+
+
+def sigma_of(
+    values: Array,
+    reach: Reach = ANYWHERE,
+    confidence: float = 0.95,
+    weights: Weights | None = None,
+) -> Estimate:
+    """Estimate the standard deviation of independent draws.
+
+    Parameters
+    ----------
+    values, reach, confidence, weights
+        As of `mean_of`.
+
+    Returns
+    -------
+    Estimate
+        With an interval from that of the mean of squares. None where fewer than twenty
+        trials leave a value that half of them share: these decide it.
+    """
+    sigma = float(values.std(ddof=1)) if len(values) > 1 else math.nan
+    met = values
+    if weights and len(values):
+        squared = (values - _average(values, weights)) ** 2
+        sigma, met = math.sqrt(_average(squared, weights)), values[weights.values > 0]
+    if reason := _missing(values, reach, weights) or few_leave(met, reach):
+        return Estimate(sigma, reason=reason)
+    lower, upper = reach.ends(values)
+    order = order_of(len(values))
+    values, mixed = values[order], weights and weights.part(order)
+    # E(x - c)^2 = sigma^2 + (mean - c)^2, and a tenth of the trials tell a good c
+    pilot = max(len(values) // PILOT, 1)
+    first, rest = np.split(np.arange(len(values)), [pilot])
+    c = _average(values[:pilot], mixed and mixed.part(first))
+    largest = max((lower - c) ** 2, (upper - c) ** 2)
+    miss = 1 - confidence
+    squares = (values[pilot:] - c) ** 2
+    low, high = mean_between(
+        squares, 0.0, largest, 1 - SHARED * miss, mixed and mixed.part(rest)
+    )
+    left, right = mean_between(values, lower, upper, 1 - (1 - SHARED) * miss, mixed)
+    near = max(left - c, c - right, 0.0) ** 2
+    far = max((left - c) ** 2, (right - c) ** 2)
+    least, most = math.sqrt(max(low - far, 0.0)), math.sqrt(max(high - near, 0.0))
+    return Estimate(sigma, min(least, sigma), max(most, sigma))
+
+
+def few_leave(values: Array, reach: Reach = ANYWHERE) -> str:
+    """Say that few trials leave the value that half of them share; empty otherwise.
+
+    Parameters
+    ----------
+    values : float64[n]
+        None NaN.
+    reach : Reach
+        With a declared range the few decide nothing.
+    """
+    if not len(values) or reach.known:
+        return ""
+    ordered = np.sort(values)
+    middle = ordered[len(ordered) // 2]
+    first, after = np.searchsorted(ordered, [middle, np.nextafter(middle, math.inf)])
+    leaving = len(ordered) - int(after - first)
+    if leaving >= LEAST_LEAVING or leaving > (1 - MOST_ALIKE) * len(ordered):
+        return ""
+    few = "1 trial is" if leaving == 1 else f"{leaving} trials are"
+    return f"only {few} not alike"
+
+
+def _average(values: Array, weights: Weights | None) -> float:
+    """Return the mean of float64[n] trials, or of what they stand for."""
+    if weights is None or not weights.values.any():
+        return float(values.mean())
+    return float(np.average(values, weights=weights.values))
+
+
+def _missing(values: Array, reach: Reach, weights: Weights | None = None) -> str:
+    """Say why there is no interval; empty if there is one."""
+    if not len(values):
+        return NONE_DONE.reason
+    if weights and weights.too_few:
+        return weights.too_few
+    if len(values) < LEAST:
+        return f"needs {LEAST}"
+    lower, upper = reach.ends(values)
+    if lower == upper:
+        share = unseen(weights.number if weights else len(values))
+        return f"all alike: 1 in {math.floor(1 / share)} could be anything"
+    return ""
+
+
+@lru_cache(maxsize=8)
+def order_of(n: int) -> NDArray[np.int64]:
+    """Return the order in which n trials are bet on, which follows nothing of them."""
+    # an old generator, which is the same for ever
+    return np.random.RandomState(n).permutation(n)

@@ -1,0 +1,239 @@
+"""Intervals of samples whose trials depend on each other, from their replicates.
+
+The scatter between replicates tells how well the trials average what they have met. It
+does not tell of machines so rare that no replicate has met them: every interval reaches
+as far beyond it as these could move the number.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.intervals.moments import ANYWHERE, Reach, few_leave
+from tolstat.statistics.intervals.quantiles import median_unbiased
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+ALIKE = "all trials are alike"
+LEAST_IN_EACH = 16
+LEAST_BEYOND = 30  # trials beyond a quantile that are to be expected
+WIDER = 1.1  # than Student's interval: replicates of skewed statistics are not normal
+
+
+def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
+    """Return the share of the machines that all replicates may have missed.
+
+    Parameters
+    ----------
+    trials : int
+        Of all replicates.
+    replicates : int
+        Independent of each other.
+    confidence : float
+        Half the rest is the chance that a larger share is missed.
+
+    Returns
+    -------
+    float
+        By the one-sided inequality of Chebyshev for the number met in each replicate:
+        its variance is taken to be at most that of independent trials.
+
+    References
+    ----------
+    A. B. Owen, Monte Carlo variance of scrambled net quadrature, SIAM J. Numer. Anal.
+    34 (1997) 1884-1910: so it is, but for a factor n/(n - 1), of Latin hypercubes; of
+    scrambled nets a larger factor is possible. That the bound holds was measured.
+    """
+    met = ((1 - confidence) / 2) ** (-1 / replicates) - 1
+    return float(min(met * replicates / trials, 1.0))
+
+
+def mean_of_replicates(
+    values: Array,
+    replicate: Numbers,
+    reach: Reach = ANYWHERE,
+    confidence: float = 0.95,
+) -> Estimate:
+    """Estimate the mean of Latin hypercube or Sobol' trials.
+
+    Parameters
+    ----------
+    values : float64[trial]
+        The response, none NaN.
+    replicate : int64[trial]
+        Number of the independent randomisation that each trial belongs to.
+    reach : Reach
+        What is known of how far the response may lie out.
+    confidence : float
+        Of the interval.
+
+    Returns
+    -------
+    Estimate
+        With Student's interval of the replicates' means, a tenth wider, and what the
+        share that was never met could add at the ends of the reach.
+
+    References
+    ----------
+    A. B. Owen, Monte Carlo Theory, Methods and Examples, chapter 17: randomised
+    quasi-Monte Carlo, replicates.
+    """
+    if reason := missing(values, replicate):
+        value = float(values.mean()) if len(values) else math.nan
+        return Estimate(value, reason=reason)
+    value = float(values.mean())
+    lower, upper = reach.ends(values)
+    if lower == upper:
+        return Estimate(value, reason=ALIKE)
+    each = np.bincount(replicate, values) / np.bincount(replicate)
+    return _between(each, value, len(values), lower, upper, confidence)
+
+
+def _between(
+    each: Array,
+    value: float,
+    trials: int,
+    lower: float,
+    upper: float,
+    confidence: float,
+) -> Estimate:
+    """Give a mean its interval: from the replicates' means, and what they never met."""
+    half = half_width(each, confidence)
+    rare = never_met(trials, len(each), confidence)
+    low, high = value - half, value + half
+    # met too often or too seldom, by as much as what was never met
+    most = rare * max(low - lower, upper - high)
+    return Estimate(value, max(low - most, lower), min(high + most, upper))
+
+
+def sigma_of_replicates(
+    values: Array,
+    replicate: Numbers,
+    reach: Reach = ANYWHERE,
+    confidence: float = 0.95,
+) -> Estimate:
+    """Estimate the standard deviation of Latin hypercube or Sobol' trials.
+
+    Parameters
+    ----------
+    values, replicate, reach, confidence
+        As of `mean_of_replicates`.
+
+    Returns
+    -------
+    Estimate
+        With the interval of the mean of squares about the mean.
+    """
+    value = float(values.std(ddof=1)) if len(values) > 1 else math.nan
+    if reason := missing(values, replicate) or few_leave(values, reach):
+        return Estimate(value, reason=reason)
+    centre, (lower, upper) = float(values.mean()), reach.ends(values)
+    squares = Reach((0.0, max(upper - centre, centre - lower) ** 2))
+    found = mean_of_replicates((values - centre) ** 2, replicate, squares, confidence)
+    if found.reason:
+        return Estimate(value, reason=found.reason)
+    low, high = math.sqrt(max(found.lower, 0.0)), math.sqrt(found.upper)
+    return Estimate(value, min(low, value), max(high, value))
+
+
+def share_from_replicates(
+    machines: NDArray[np.bool_], replicate: Numbers, confidence: float = 0.95
+) -> Estimate:
+    """Estimate a share of Latin hypercube or Sobol' trials.
+
+    Parameters
+    ----------
+    machines : bool[trial]
+        Which of them have the property.
+    replicate, confidence
+        As of `mean_of_replicates`.
+
+    Returns
+    -------
+    Estimate
+        With an interval within 0 and 1; one that no trial has may be as large as what
+        was never met.
+    """
+    share = Reach((0.0, 1.0))
+    return mean_of_replicates(machines.astype(np.float64), replicate, share, confidence)
+
+
+def quantile_of_replicates(
+    values: Array, replicate: Numbers, share: float, confidence: float = 0.95
+) -> Estimate:
+    """Estimate a quantile of Latin hypercube or Sobol' trials.
+
+    Parameters
+    ----------
+    values : float64[trial]
+        None NaN; infinite where a failed trial stands.
+    replicate, confidence
+        As of `mean_of_replicates`.
+    share : float
+        Between 0 and 1.
+
+    Returns
+    -------
+    Estimate
+        The values that lie at the ends of the interval of the share below it; none
+        where fewer than thirty trials are to be expected beyond it.
+
+    References
+    ----------
+    R. S. Woodruff, Confidence intervals for medians and other position measures, J. Am.
+    Statist. Assoc. 47 (1952) 635-646.
+    """
+    ordered = np.sort(values)
+    value = median_unbiased(ordered, share) if len(values) else math.nan
+    if reason := missing(values, replicate):
+        return Estimate(value, reason=reason)
+    n, sizes = len(values), np.bincount(replicate)
+    needed = math.ceil(LEAST_BEYOND / min(share, 1 - share))
+    if n < needed:
+        return Estimate(value, reason=f"needs {needed}")
+    in_order = replicate[np.argsort(values)]
+
+    def share_of(stop: int) -> Estimate:
+        """Estimate the share of the machines that so many of the trials stand for."""
+        each = np.bincount(in_order[:stop], minlength=len(sizes)) / sizes
+        return _between(each, stop / n, n, 0.0, 1.0, confidence)
+
+    def from_below(k: int) -> bool:
+        return share_of(int(np.searchsorted(ordered, ordered[k]))).upper >= share
+
+    def from_above(k: int) -> bool:
+        stop = int(np.searchsorted(ordered, ordered[k], "right"))
+        return share_of(stop).lower >= share
+
+    low = bisect_left(range(n), True, key=from_below) - 1
+    high = min(bisect_left(range(n), True, key=from_above), n - 1)
+    lower, upper = float(ordered[low]), float(ordered[high])
+    if not math.isfinite(lower + upper):
+        return Estimate(
+            value if math.isfinite(value) else math.nan,
+            reason="failed trials reach there",
+        )
+    return Estimate(value, min(lower, value), max(upper, value))
+
+
+def missing(values: Array, replicate: Numbers) -> str:
+    """Say why replicates give no interval; empty if they do."""
+    if not len(values):
+        return NONE_DONE.reason
+    sizes = np.bincount(replicate)
+    if len(sizes) < 2 or sizes.min() < LEAST_IN_EACH:
+        return f"no replicates of {LEAST_IN_EACH} trials"
+    return ""
+
+
+def half_width(each: Array, confidence: float = 0.95) -> float:
+    """Return half of Student's interval of the replicates' means, a tenth wider."""
+    z = float(stdtrit(len(each) - 1, 0.5 + confidence / 2))
+    return WIDER * z * float(each.std(ddof=1)) / math.sqrt(len(each))

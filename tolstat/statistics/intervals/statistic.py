@@ -1,0 +1,171 @@
+"""Statistics of a response by name, each with the interval that its sampling allows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.intervals.moments import ANYWHERE, Reach, mean_of, sigma_of
+from tolstat.statistics.intervals.quantiles import median_unbiased, quantiles
+from tolstat.statistics.intervals.replicates import (
+    mean_of_replicates,
+    quantile_of_replicates,
+    sigma_of_replicates,
+)
+from tolstat.statistics.limits.limit import worst_side
+from tolstat.statistics.limits.yields import yield_of
+from tolstat.statistics.reweighting.weighted_estimates import weighted_quantile
+from tolstat.statistics.sample import Sample
+
+Array = NDArray[np.float64]
+
+SQUARED = 1e-100, 1e100  # between which sizes squares are numbers
+
+
+def mean(
+    values: Array,
+    sample: Sample,
+    reach: Reach = ANYWHERE,
+    confidence: float = 0.95,
+) -> Estimate:
+    """Estimate the mean over the trials that are done.
+
+    Parameters
+    ----------
+    values : float64[trial]
+        The response; NaN in trials that are not done.
+    sample : Sample
+        The trials.
+    reach : Reach
+        What is known of how far the response may lie out.
+    confidence : float
+        Of the interval.
+    """
+    done, replicate = values[sample.done], sample.replicate[sample.done]
+    if sample.replicates:
+        return mean_of_replicates(done, replicate, reach, confidence)
+    return mean_of(done, reach, confidence, sample.weights_of(sample.done))
+
+
+def sigma(
+    values: Array,
+    sample: Sample,
+    reach: Reach = ANYWHERE,
+    confidence: float = 0.95,
+) -> Estimate:
+    """Estimate the standard deviation over the trials that are done, as `mean` does."""
+    done, replicate = values[sample.done], sample.replicate[sample.done]
+    size = float(np.abs(done).max(initial=0.0))
+    if size > 0 and not SQUARED[0] < size < SQUARED[1]:
+        found = sigma(values / size, sample, reach.times(1 / size), confidence)
+        value, lower, upper = (size * each for each in found[:3])
+        return Estimate(value, lower, upper, found.reason)
+    if sample.replicates:
+        return sigma_of_replicates(done, replicate, reach, confidence)
+    return sigma_of(done, reach, confidence, sample.weights_of(sample.done))
+
+
+def quantiles_at(
+    values: Array,
+    sample: Sample,
+    shares: Iterable[float],
+    limit: tuple[float, float] | None = None,
+    confidence: float = 0.95,
+) -> dict[float, Estimate]:
+    """Estimate the values that shares of the machines stay below.
+
+    Parameters
+    ----------
+    values : float64[trial]
+        The response; NaN in trials that are not done.
+    sample : Sample
+        The trials.
+    shares : iterable of float
+        Between 0 and 1.
+    limit : tuple of float, optional
+        Permitted values. A failed trial stands beyond the end of a limit that has one;
+        else nobody knows where, and the interval holds wherever it is.
+    confidence : float
+        Of the intervals.
+    """
+    done = values[sample.done]
+    if not len(done):
+        return dict.fromkeys(shares, NONE_DONE)
+    worst = worst_side(limit)
+    if not sample.replicates and not sample.weights:
+        return quantiles(done, shares, confidence, sample.failed, worst)
+    replicate, weights = sample.replicate[sample.ran], sample.weights_of(sample.ran)
+
+    def of(share: float, side: float) -> Estimate:
+        """Estimate it with failed trials on one side of all others."""
+        placed = np.where(sample.done, values, side)[sample.ran]
+        if weights:
+            return weighted_quantile(placed, weights, share, confidence)
+        return quantile_of_replicates(placed, replicate, share, confidence)
+
+    if worst or not sample.failed:
+        return {share: of(share, math.inf * (worst or 1)) for share in shares}
+    found, ordered = {}, np.sort(done)
+    weights_done = sample.weights_of(sample.done)
+    for share in shares:
+        low, high = of(share, -math.inf), of(share, math.inf)
+        if weights_done:
+            value = weighted_quantile(done, weights_done, share, confidence).value
+        else:
+            value = median_unbiased(ordered, share)
+        reason = low.reason or high.reason
+        found[share] = Estimate(value, low.lower, high.upper, reason)
+        if reason:
+            found[share] = Estimate(value, reason=reason)
+    return found
+
+
+class Statistic(NamedTuple):
+    """Which number of which response.
+
+    Attributes
+    ----------
+    response : str
+        Name.
+    kind : str
+        "mean", "sigma", "quantile" or "beyond".
+    share : float
+        Of a quantile.
+    """
+
+    response: str
+    kind: str
+    share: float = math.nan
+
+    def of(
+        self,
+        values: Array,
+        sample: Sample,
+        limit: tuple[float, float] | None = None,
+        declared: tuple[float, float] | None = None,
+    ) -> Estimate:
+        """Estimate it.
+
+        Parameters
+        ----------
+        values : float64[trial]
+            The response; NaN in trials that are not done.
+        sample : Sample
+            The trials.
+        limit : tuple of float, optional
+            Least and greatest permitted value.
+        declared : tuple of float, optional
+            Declared range of the response.
+        """
+        if self.kind == "quantile":
+            return quantiles_at(values, sample, [self.share], limit)[self.share]
+        if self.kind == "beyond":
+            assert limit is not None  # checked with the study
+            return yield_of(values, sample, limit).beyond
+        of = mean if self.kind == "mean" else sigma
+        return of(values, sample, Reach(declared, limit))

@@ -1,0 +1,219 @@
+"""What two designs differ by: yields, quantiles and Ppk, paired or not."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.jackknife import HEAVY, PARTS, jackknifed
+from tolstat.statistics.intervals.moments import moments, tails_are_light
+from tolstat.statistics.intervals.proportions import proportion
+from tolstat.statistics.intervals.replicates import WIDER
+from tolstat.statistics.limits.capability import FAR, STILL
+from tolstat.statistics.limits.limit import Limit
+
+Array = NDArray[np.float64]
+Machines = NDArray[np.bool_]
+
+LEAST_OF_MOMENTS = 1000  # trials from which Ppk by moments is told apart
+MOST_TOGETHER = (
+    0.9  # closer, the ends of both are too ragged to be taken from each other
+)
+NONE_BEYOND = "none beyond in either"
+
+
+class Exchange(NamedTuple):
+    """Machines that change sides of a limit between two designs.
+
+    Attributes
+    ----------
+    worse, better : int
+        Within in the first and beyond in the second, and the other way round.
+    beyond : Estimate
+        Share beyond in the second less that in the first.
+    """
+
+    worse: int
+    better: int
+    beyond: Estimate
+
+
+def exchange(first: Machines, second: Machines, confidence: float = 0.95) -> Exchange:
+    """Compare which machines are within, trial by trial.
+
+    Parameters
+    ----------
+    first, second : bool[trial]
+        Whether each machine is within, in either design; trials independent.
+    confidence : float
+        Of the interval.
+
+    Returns
+    -------
+    Exchange
+        With an exact interval: the difference of yields is the share that changes
+        sides, times what is left when those for the better are taken from those for
+        the worse. Of both Clopper and Pearson know the ends, each with half the error;
+        the second given how many change sides, as in the test of McNemar.
+
+    References
+    ----------
+    Q. McNemar, Psychometrika 12 (1947) 153-157; C. J. Clopper, E. S. Pearson,
+    Biometrika 26 (1934) 404-413.
+    """
+    worse = int(np.count_nonzero(first & ~second))
+    better = int(np.count_nonzero(~first & second))
+    changed, half = worse + better, 1 - (1 - confidence) / 2
+    share = proportion(changed, len(first), half)
+    lean = (-1.0, 1.0)
+    if changed:
+        of_these = proportion(worse, changed, half)
+        lean = (2 * of_these.lower - 1, 2 * of_these.upper - 1)
+    ends = [s * by for s in (share.lower, share.upper) for by in lean]
+    value = (worse - better) / len(first)
+    return Exchange(worse, better, Estimate(value, min(ends), max(ends)))
+
+
+def difference(first: Estimate, second: Estimate, together: float = 0.0) -> Estimate:
+    """Take one number from another, with what is known of each.
+
+    Parameters
+    ----------
+    first, second : Estimate
+        The same number of two designs.
+    together : float
+        How far both err together: the correlation of what makes them err, 0 for trials
+        that know nothing of each other.
+
+    Returns
+    -------
+    Estimate
+        Second less first; its interval comes from both by squares, end by end. Where
+        one of them has no end, of ends alone: it holds however they err together.
+
+    References
+    ----------
+    G. Y. Zou, A. Donner, Statistics in Medicine 27 (2008) 1693-1702; for shares R. G.
+    Newcombe's, Statistics in Medicine 17 (1998) 873-890.
+    """
+    a, b = first, second
+    if not (a.sure and b.sure):
+        value = b.value - a.value if math.isfinite(a.value + b.value) else math.nan
+        return Estimate(value, reason=a.reason or b.reason)
+    if math.isinf(a.value) and math.isinf(b.value):
+        return Estimate(math.nan, reason=NONE_BEYOND)
+    if math.isinf(a.value + b.value):
+        return Estimate(b.value - a.value, b.lower - a.upper, b.upper - a.lower)
+    value = b.value - a.value
+
+    def half(x: float, y: float) -> float:
+        return math.sqrt(max(x**2 + y**2 - 2 * together * x * y, 0.0))
+
+    lower = value - half(b.value - b.lower, a.upper - a.value)
+    upper = value + half(b.upper - b.value, a.value - a.lower)
+    return Estimate(value, lower, upper)
+
+
+def going_together(first: Machines, second: Machines) -> float:
+    """Return how far two shares of the same trials err together.
+
+    Parameters
+    ----------
+    first, second : bool[trial]
+        Which machines have the property, in either design.
+
+    Returns
+    -------
+    float
+        Correlation of both, with two machines more that have it in one alone: how few
+        these are is never sure. At most 0.9.
+    """
+    n = len(first) + 2
+    both = np.count_nonzero(first & second)
+    one, other = np.count_nonzero(first) + 1, np.count_nonzero(second) + 1
+    spread = one * (n - one) * other * (n - other)
+    return min((n * both - one * other) / math.sqrt(spread), MOST_TOGETHER)
+
+
+def below_together(
+    first: Array, second: Array, quantiles: tuple[Estimate, Estimate]
+) -> float:
+    """Return how far a quantile of two designs errs together.
+
+    Parameters
+    ----------
+    first, second : float64[trial]
+        The response in either design, of the same trials in the same order.
+    quantiles : tuple of Estimate
+        Of either design.
+
+    Returns
+    -------
+    float
+        As of `going_together` of the machines below it; 0 where an end of an interval
+        is a value that several machines share, for then it is not as far as it errs.
+    """
+    a, b = quantiles
+    for values, each in ((first, a), (second, b)):
+        if any(np.count_nonzero(values == e) > 1 for e in (each.lower, each.upper)):
+            return 0.0
+    return going_together(first <= a.value, second <= b.value)
+
+
+def difference_of_ppk(
+    first: Array,
+    second: Array,
+    limits: tuple[Limit, Limit],
+    confidence: float = 0.95,
+) -> Estimate:
+    """Compare Ppk by moments, from mean and sigma.
+
+    Parameters
+    ----------
+    first, second : float64[trial]
+        The response in either design, of trials that are done: the same trials in the
+        same order, or trials that know nothing of each other.
+    limits : tuple of Limit
+        Of either design.
+    confidence : float
+        Of the interval.
+
+    Returns
+    -------
+    Estimate
+        Second less first, with the interval of a jackknife that leaves out a twentieth
+        of both at a time, a tenth wider; none where a few trials decide a variance.
+    """
+    few = min(len(first), len(second))
+    if few < LEAST_OF_MOMENTS:
+        return Estimate(math.nan, reason=f"needs {LEAST_OF_MOMENTS}")
+    known = [moments(values) for values in (first, second)]
+    if not all(each.sigma > 0 for each in known):
+        return STILL
+    trusted = all(tails_are_light(each) for each in known)
+    a, b = (_ppk(x, limit) for x, limit in zip((first, second), limits, strict=True))
+    if max(a[0], b[0]) > FAR:
+        return STILL
+    if not trusted:
+        return Estimate(float(b[0] - a[0]), reason=HEAVY)
+    whole, left_out = np.array([b[0] - a[0]]), (b[1:] - a[1:])[:, None]
+    (found,) = jackknifed(whole, left_out, confidence)
+    half = WIDER * (found.upper - found.value)  # Ppk of skewed responses is not normal
+    return Estimate(found.value, found.value - half, found.value + half)
+
+
+def _ppk(values: Array, limit: Limit) -> Array:
+    """Return Ppk by moments of all trials, and with each part of them left out."""
+    centre = float(values.mean())
+    x, part = values - centre, np.arange(len(values)) % PARTS
+    sums = (np.bincount(part, of) for of in (np.ones(len(x)), x, x**2))
+    n, first, second = (each.sum() - np.append(0.0, each) for each in sums)
+    mean = first / n
+    sigma = np.sqrt(np.maximum(second - n * mean**2, 0.0) / (n - 1))
+    near = np.minimum(limit.upper - centre - mean, centre + mean - limit.lower)
+    with np.errstate(divide="ignore", invalid="ignore"):  # one machine that differs
+        return np.asarray(near / (3 * sigma), np.float64)

@@ -1,0 +1,128 @@
+"""How many trials will tell whether as many machines are within as is demanded."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import bdtr, betaincinv, ndtr
+
+from tolstat.statistics.intervals.replicates import (
+    LEAST_IN_EACH,
+    half_width,
+    missing,
+    never_met,
+)
+from tolstat.statistics.limits.repeated_looks import PRIOR, against
+
+CHANCE = 0.8  # with which the trials that are said to be needed decide
+GROWTH = 1.25  # between numbers of trials that are tried
+MOST_TRIALS = 10**9
+POSTERIOR = 200  # shares that stand for what the trials leave open
+
+
+def trials_that_decide(count: int, trials: int, share: float, confidence: float) -> int:
+    """Return how many trials will tell whether the property is rarer than a share.
+
+    Parameters
+    ----------
+    count, trials, confidence
+        As of `followed`.
+    share : float
+        That is to be exceeded or not.
+
+    Returns
+    -------
+    int
+        The least number, of those about a quarter apart, that decides with a chance of
+        80 %, over what the trials so far leave open of the share (Jeffreys'
+        posterior), and at which it can be found rarer; 0 if that is beyond 1e9.
+    """
+    wanted = math.log(2 / (1 - confidence))
+    a, b = count + PRIOR, trials - count + PRIOR
+    possible = betaincinv(a, b, (np.arange(POSTERIOR) + 0.5) / POSTERIOR)
+
+    def decides(growth: int) -> bool:
+        n = grown(trials * GROWTH**growth)
+        fewest, most = _deciding(n, share, wanted)
+        if fewest < count:  # even with no more beyond it could not be met
+            return False
+        rarer = _at_most(fewest - count, n - trials, possible)
+        oftener = 1 - _at_most(most - count - 1, n - trials, possible)
+        return float(np.mean(rarer + oftener)) >= CHANCE
+
+    most = math.ceil(math.log(MOST_TRIALS / trials, GROWTH))
+    growth = 1 + bisect_left(range(1, most + 1), True, key=decides)
+    return grown(trials * GROWTH**growth) if growth <= most else 0
+
+
+def replicates_that_decide(
+    machines: NDArray[np.bool_], replicate: NDArray[np.int64], demanded: float
+) -> int:
+    """Return how many trials will tell whether a share is as large as is demanded.
+
+    Parameters
+    ----------
+    machines, replicate
+        As of `share_from_replicates`.
+    demanded : float
+        Between 0 and 1.
+
+    Returns
+    -------
+    int
+        The least number, of those a quarter apart, that decides with a chance of 80 %
+        if the replicates scatter less as the root of the trials grows; 0 if that is
+        beyond 1e9. Where replicates are too small, as many as make them large enough.
+    """
+    values = machines.astype(np.float64)
+    if missing(values, replicate):
+        return grown(LEAST_IN_EACH * max(int(replicate.max(initial=0)) + 1, 2))
+    share, n = float(values.mean()), len(values)
+    each = np.bincount(replicate, values) / np.bincount(replicate)
+    half = half_width(each)
+    error = float(each.std(ddof=1)) / math.sqrt(len(each))
+    rare = never_met(n, len(each))
+    trials = n
+    while (trials := math.ceil(GROWTH * trials)) <= MOST_TRIALS:
+        part = n / trials
+        wide, beyond = half * math.sqrt(part), rare * part
+        # what is estimated then differs from what is now, and from the truth
+        scatter = max(error * math.sqrt(1 + part), 1e-12)
+        met = ndtr((share - wide - beyond * share - demanded) / scatter)
+        missed = ndtr((demanded - share - wide - beyond * (1 - share)) / scatter)
+        if met + missed >= CHANCE:
+            return grown(trials)
+    return 0
+
+
+def grown(n: float) -> int:
+    """Round a number of trials up to two digits."""
+    unit: int = 10 ** max(math.floor(math.log10(n)) - 1, 0)
+    return unit * math.ceil(n / unit)
+
+
+def _deciding(trials: int, share: float, wanted: float) -> tuple[int, int]:
+    """Return the largest count that tells "rarer", and the least that tells "not"."""
+    middle = math.floor(share * trials) + 1
+
+    def rarer(count: int) -> bool:
+        return against(count, trials, share) >= wanted
+
+    def oftener(count: int) -> bool:
+        return against(trials - count, trials, 1 - share) >= wanted
+
+    to, beyond = range(middle), range(middle, trials + 1)
+    fewest = bisect_left(to, True, key=lambda count: not rarer(count)) - 1
+    return fewest, middle + bisect_left(beyond, True, key=oftener)
+
+
+def _at_most(
+    count: int, trials: int, shares: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the probability of at most so many."""
+    if count < 0:
+        return np.zeros_like(shares)
+    return np.asarray(bdtr(min(count, trials), trials, shares))

@@ -1,0 +1,1 @@
+"""Trials weighted to stand for other distributions."""

@@ -1,0 +1,1 @@
+"""Which contributors matter."""

@@ -1,0 +1,127 @@
+"""Shares of a variance from the trials nearest to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.statistics.intervals.jackknife import PARTS
+
+Array = NDArray[np.float64]
+
+
+class Row:
+    """Trials in ascending order of one deviation.
+
+    Parameters
+    ----------
+    order : int64[n]
+        Their numbers in that order.
+    """
+
+    def __init__(self, order: NDArray[np.int64]) -> None:
+        part = order % PARTS
+        self.order = order
+        # runs of one part, which go together
+        self.first = np.flatnonzero(np.append(True, part[1:] != part[:-1]))
+        self.last = np.append(self.first[1:], len(order)) - 1
+        self.part = part[self.first]
+
+    def differences(self, y: Array) -> tuple[float, Array]:
+        """Sum the squared differences of neighbours, and again without each part.
+
+        Parameters
+        ----------
+        y : float64[n]
+            Response.
+
+        Returns
+        -------
+        tuple of float, float64[part]
+            Of all, and where one part is left out and what stood beside it closes up.
+        """
+        y = y[self.order]
+        # up to each trial, with as much room at either end
+        upto = np.append(0.0, np.cumsum(np.diff(y) ** 2))
+        before, after = self.first - 1, self.last + 1
+        gone = upto[np.minimum(after, len(y) - 1)] - upto[np.maximum(before, 0)]
+        met = np.zeros(len(before))
+        met[1:-1] = (y[after[1:-1]] - y[before[1:-1]]) ** 2
+        return float(upto[-1]), upto[-1] + np.bincount(self.part, met - gone, PARTS)
+
+
+def first_orders(rows: Sequence[Row], y: Array) -> tuple[Array, Array]:
+    """Estimate first-order Sobol' indices from neighbours in rank.
+
+    What is left of the variance of y among trials of the same deviation is half the
+    mean square of its differences to the next larger one.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        The trials in ascending order of each deviation.
+    y : float64[n]
+        Response.
+
+    Returns
+    -------
+    tuple of float64[contributor], float64[part, contributor]
+        Of all trials, and with one part of them left out.
+    """
+    n = len(y)
+    centred = y - y.mean()
+    part = np.arange(n) % PARTS
+    sizes = n - np.bincount(part, minlength=PARTS)
+    sums = centred.sum() - np.bincount(part, centred, PARTS)
+    square = np.sum(centred**2)
+    squares = square - np.bincount(part, centred**2, PARTS) - sums**2 / sizes
+    whole, left_out = np.empty(len(rows)), np.empty((PARTS, len(rows)))
+    for column, row in enumerate(rows):
+        differences, without = row.differences(centred)
+        whole[column] = 1 - differences / (2 * square)
+        left_out[:, column] = 1 - without / (2 * squares)
+    return whole, left_out
+
+
+def nearest(X: Array) -> NDArray[np.int64]:
+    """Return the trial nearest to each, by the ranks of deviations[n, contributor]."""
+    from scipy.spatial import cKDTree  # slow to import
+
+    order = np.argsort(X, axis=0)
+    ranks = np.empty_like(order)
+    np.put_along_axis(ranks, order, np.arange(len(X))[:, None], axis=0)
+    tree = cKDTree(ranks)
+    # asked in the order of the tree, whose leaves are then at hand: three times faster
+    asked = tree.indices
+    _, near = tree.query(tree.data[asked], k=2)
+    found = np.empty(len(X), dtype=np.int64)
+    found[asked] = np.where(near[:, 0] == asked, near[:, 1], near[:, 0])
+    return found
+
+
+def joint(neighbours: Sequence[NDArray[np.int64]], y: Array) -> tuple[Array, Array]:
+    """Estimate the share owed to groups: covariance of neighbours over the variance.
+
+    Parameters
+    ----------
+    neighbours : sequence of int64[n]
+        For each group the trial nearest to each trial.
+    y : float64[n]
+        Response.
+
+    Returns
+    -------
+    tuple of float64[group], float64[part, group]
+        Of all trials, and with one part of them left out.
+    """
+    centred = y - y.mean()
+    products = np.array([centred * centred[near] for near in neighbours])
+    products = products.reshape(len(neighbours), len(y))
+    squares = centred**2
+    parts = np.array([products[:, p::PARTS].sum(axis=1) for p in range(PARTS)])
+    of_squares = np.array([squares[p::PARTS].sum() for p in range(PARTS)])
+    whole, all_squares = parts.sum(axis=0), of_squares.sum()
+    left_out = (whole - parts) / (all_squares - of_squares)[:, None]
+    return whole / all_squares, left_out

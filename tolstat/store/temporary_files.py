@@ -1,0 +1,88 @@
+"""Files beside a run: written aside and renamed, moved aside; and room for them."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import shutil
+from contextlib import suppress
+from itertools import count
+from pathlib import Path
+
+from tolstat.errors import BrokenError, RunFileError, TolstatError
+from tolstat.store.commands import to_resume
+from tolstat.store.lock import alive
+from tolstat.store.open_run import open as open_run
+from tolstat.store.seal import is_run
+
+_numbers = count()
+
+
+def aside_of(path: Path) -> Path:
+    """Name a file beside a path, of this process alone; remove those of dead ones."""
+    ours = re.compile(re.escape(path.name) + r"\.([0-9]{1,9})-[0-9]+\.part")
+    for left in path.parent.iterdir():
+        found = ours.fullmatch(left.name)
+        if found and not alive(int(found[1])):
+            with suppress(OSError):
+                left.unlink()
+    return path.with_name(f"{path.name}.{os.getpid()}-{next(_numbers)}.part")
+
+
+def free_name(path: Path, word: str, folder: Path | None = None) -> Path:
+    """Name a file that is not there yet: run.h5 becomes run.WORD.h5, run.WORD-2.h5."""
+    folder = folder or path.parent
+    for number in count(1):
+        ending = f"-{number}" if number > 1 else ""
+        found = folder / f"{path.stem}.{word}{ending}{path.suffix}"
+        if not os.path.lexists(found):
+            break
+    return found
+
+
+def check_replaceable(path: Path, *, force: bool) -> None:
+    """Refuse to write over what exists, unless that is a run."""
+    if not os.path.lexists(path):
+        return
+    if not path.is_file() or not is_run(path):
+        raise RunFileError(f"{path} exists and is no run; it is not replaced")
+    if not force:
+        raise RunFileError(
+            f"{path} exists already; give --force (force=True) to replace it, or -o "
+            f"(output=) for another name{_going_on(path)}"
+        )
+
+
+def _going_on(path: Path) -> str:
+    """Say what goes on with a run; nothing where none is to be gone on with."""
+    with suppress(TolstatError):  # of another format, or too damaged to be read
+        run = open_run(path, damaged=True)
+        if run.damage or not run.complete:
+            return f"; `{to_resume(path, run.machine)}` goes on with it"
+    return ""
+
+
+def check_room(path: Path, size: int) -> None:
+    """Refuse to begin a file that cannot be finished: its end is written beside it."""
+    try:
+        free = shutil.disk_usage(path.parent).free
+    except OSError as error:
+        raise BrokenError(f"{path} cannot be written: {error}") from error
+    most = math.inf
+    with suppress(ImportError):  # not on every system
+        import resource
+
+        limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
+        most = math.inf if limit == resource.RLIM_INFINITY else limit
+    if size > most:
+        raise BrokenError(
+            f"{path}: the run needs a file of {size / 1e6:.1f} MB, and "
+            f"{most / 1e6:.1f} MB are allowed (ulimit -f)"
+        )
+    if 2 * size > free:
+        raise BrokenError(
+            f"{path}: the run needs {2 * size / 1e6:.1f} MB, its file and a copy "
+            f"while its end is written, and {free / 1e6:.1f} MB are free; make room, "
+            "or write it elsewhere (-o)"
+        )

@@ -1,0 +1,213 @@
+"""The sections [deviations] and [correlation] of a study, read."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tolstat.deviations.dependence import (
+    Batch,
+    Dependence,
+    correlation_of_scores,
+    groups,
+)
+from tolstat.deviations.distributions import Distribution
+from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.names import expand
+from tolstat.deviations.prices import Priced
+from tolstat.errors import CostError, DependenceError, ModelError
+from tolstat.model.description import Contributor
+from tolstat.study.cost_entry import read_cost, with_tolerance
+from tolstat.study.distribution_entry import DEFAULT, read_distribution, written_unit
+from tolstat.study.measured_parts import read_parts
+from tolstat.study.problems import Problems
+
+
+class Deviations(NamedTuple):
+    """What deviates, and how it hangs together."""
+
+    distributions: dict[str, Distribution]  # by contributor, SI
+    dependence: Dependence  # batches and correlations
+    words: dict[str, str]  # how each is distributed, as the study says it
+    shown: dict[str, str]  # the unit in which each is written
+    notes: tuple[str, ...]  # what the summary of the run has to say of them
+    priced: tuple[Priced, ...] = ()  # lines that say what their parts cost by tolerance
+
+
+def read_deviations(
+    lines: Mapping[str, str | dict[str, Any]],
+    correlations: Mapping[str, Mapping[str, float]],
+    contributors: Sequence[Contributor],
+    folder: Path | None,
+    problems: Problems,
+    linked: Container[str] = (),
+) -> Deviations:
+    """Read the distributions of all deviations and what hangs together.
+
+    `linked` are those that stand in the section [links].
+    """
+    known = {each.name: each for each in contributors}
+    found: dict[str, Distribution] = {}
+    batches: dict[str, Batch] = {}
+    words: dict[str, str] = {}
+    shown: dict[str, str] = {}
+    notes: list[str] = []
+    priced: list[Priced] = []
+    for name, given in lines.items():
+        section = "links" if name in linked else "deviations"
+        with problems.noting(f"[{section}] {name}", given):
+            keys = {"tolerance": given} if isinstance(given, str) else dict(given)
+            members = expand(name, list(known))
+            cost = keys.pop("cost", None)
+            batch = _batch(name, keys.pop("common", None), members)
+            for member in members:
+                if member in found:
+                    raise ModelError(f"{member} stands there already; give it once")
+                fitted = ""
+                if "data" in keys:
+                    found[member], note, written, fitted = read_parts(
+                        keys, known[member], folder
+                    )
+                    notes.append(f"{member}: {note}")
+                else:
+                    found[member] = read_distribution(keys, known[member])
+                    written = written_unit(keys)
+                if written:
+                    shown[member] = written
+                if batch:
+                    batches[member] = batch
+                words[member] = _in_words(keys, fitted, batch)
+            if cost is not None:
+                priced.append(
+                    _priced(name, cost, keys, [known[m] for m in members], found)
+                )
+    pairs = _pairs(correlations, list(known), found, batches, problems)
+    return Deviations(
+        found, Dependence(batches, pairs), words, shown, tuple(notes), tuple(priced)
+    )
+
+
+def _priced(
+    name: str,
+    cost: Any,
+    keys: Mapping[str, Any],
+    members: Sequence[Contributor],
+    found: Mapping[str, Distribution],
+) -> Priced:
+    """Read what the parts of a line cost."""
+
+    def made(words: str) -> dict[str, Distribution]:
+        line = with_tolerance(keys, words)
+        return {each.name: read_distribution(line, each) for each in members}
+
+    if "data" in keys:
+        raise CostError("cost is by tolerance, and measured parts have none")
+    drawn = {each.name: found[each.name] for each in members}
+    graded = "iso1328" in keys
+    words = f"iso1328 = {keys['iso1328']}" if graded else str(keys.get("tolerance"))
+    unit = members[0].unit
+    return read_cost(name, cost, drawn, made, unit, written_unit(keys), words)
+
+
+def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:
+    """Say how a deviation is distributed: its kind, its keys as written, its fit."""
+    rest = dict(keys)
+    if "data" in rest:
+        kind = f"{rest.pop('fit')} fitted to" if "fit" in rest else "as measured in"
+        kind += f" {rest.pop('data')}"
+    else:
+        kind = str(rest.pop("distribution", DEFAULT)).replace("_", " ")
+    zone = [str(rest.pop("tolerance"))] if "tolerance" in rest else []
+    if kind == DEFAULT and not {"cp", "cpk"} & set(rest):
+        rest["cp"] = 1
+    words = [kind, *zone, *(f"{key} {value}" for key, value in rest.items())]
+    if fitted:
+        words.append(fitted)
+    if batch:
+        words.append(
+            "all parts alike"
+            if batch.share == 1
+            else f"{100 * batch.share:g} % of the variance common to all"
+        )
+    return ", ".join(words)
+
+
+def _batch(name: str, common: Any, members: list[str]) -> Batch | None:
+    """Read the key `common`."""
+    if common is None or common is False:
+        return None
+    if not isinstance(common, int | float) or not 0 < common <= 1:
+        raise DependenceError(
+            "common is true (all parts alike), or the share of the variance that the "
+            "parts of one batch have in common, above 0 and at most 1"
+        )
+    if len(members) < 2:
+        raise DependenceError(
+            f"common is for several parts of one name; {name} is a single one"
+        )
+    return Batch(name, float(common))
+
+
+def _pairs(
+    given: Mapping[str, Mapping[str, float]],
+    known: list[str],
+    found: Mapping[str, Distribution],
+    batches: Mapping[str, Batch],
+    problems: Problems,
+) -> dict[tuple[str, str], float]:
+    """Read the section [correlation]."""
+    pairs: dict[tuple[str, str], float] = {}
+    for name, partners in given.items():
+        with problems.noting(f"[correlation] {name}", partners):
+            for other, rank in partners.items():
+                _add_pairs(pairs, expand(name, known), expand(other, known), rank)
+            for member in expand(name, known):
+                _check_deviates(member, found, batches)
+            for other in partners:
+                for member in expand(other, known):
+                    _check_deviates(member, found, batches)
+    for group in groups(pairs):
+        with problems.noting("[correlation]", None):
+            correlation_of_scores(group, Dependence({}, pairs))
+    return pairs
+
+
+def _add_pairs(
+    pairs: dict[tuple[str, str], float],
+    firsts: list[str],
+    seconds: list[str],
+    rank: float,
+) -> None:
+    if not -1 < rank < 1:
+        raise DependenceError(
+            f"a rank correlation lies between -1 and 1, both excluded, not at {rank:g}"
+            "; parts that are all alike are given by common = true"
+        )
+    of_one_name = firsts == seconds and len(firsts) > 1
+    for first in firsts:
+        for second in seconds:
+            if first == second and of_one_name:
+                continue
+            if first == second:
+                raise DependenceError(f"{first} is correlated with itself")
+            if of_one_name and (second, first) in pairs:
+                continue
+            if (first, second) in pairs or (second, first) in pairs:
+                raise DependenceError(
+                    f"{first} with {second} stands there already; give it once"
+                )
+            pairs[first, second] = rank
+
+
+def _check_deviates(
+    name: str, found: Mapping[str, Distribution], batches: Mapping[str, Batch]
+) -> None:
+    if name not in found or isinstance(found[name], Constant):
+        raise DependenceError(
+            f"{name} does not deviate; give it a line in [deviations]"
+        )
+    if name in batches:
+        raise DependenceError(
+            f"{name} is of a batch already; give common or a correlation, not both"
+        )

@@ -1,0 +1,267 @@
+"""Machines that are given and not drawn: a grid of values, or a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.deviations.names import expand
+from tolstat.errors import DataError, ModelError, allowed_names
+from tolstat.model.checked import described
+from tolstat.model.contract import Model
+from tolstat.model.description import Description
+from tolstat.model.setting_kinds import Number
+from tolstat.model.settings import as_typed, setting_of, settings_of
+from tolstat.study.csv_table import read_csv
+from tolstat.study.memory_needed import too_large
+from tolstat.study.problems import Problems
+from tolstat.units.conversion import to_si
+from tolstat.units.grammar import quantity, unit_of
+
+MOST_TRIALS, MOST_CASES = 10_000_000, 10_000  # of a grid; cases: other settings
+DEVIATIONS = "deviations"  # in [grid]: the table of what is meant as a deviation
+TAKEN = "settings."  # before the column of a setting that bears a contributor's name
+EXAMPLE = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
+
+
+class Swept(NamedTuple):
+    """What one axis of a grid changes."""
+
+    name: str  # as the study has it
+    # the contributors that take its values, all alike; empty for a setting
+    members: tuple[str, ...]
+    values: list[Any]  # SI; for a setting as its dataclass wants it
+    # a setting's values as written, where they are no plain numbers
+    words: list[str] | None
+    unit: str  # SI unit, "1" where there is none
+    shown: str  # the unit in which it is written; empty where it has none
+
+
+class Case(NamedTuple):
+    """Trials from `first` to before `stop`, all with the same settings."""
+
+    first: int
+    stop: int
+    settings: Any
+
+
+def cases_among(cases: Sequence[Case], chosen: NDArray[np.int64]) -> list[Case]:
+    """Return the cases of chosen trials, ascending, numbered among these."""
+    found = []
+    for case in cases:
+        first, stop = np.searchsorted(chosen, (case.first, case.stop)).tolist()
+        if first < stop:
+            found.append(Case(first, stop, case.settings))
+    return found
+
+
+@dataclass(frozen=True)
+class Points:
+    """Machines as given."""
+
+    deviations: NDArray[np.float64]  # float64[trial, contributor], SI
+    cases: tuple[Case, ...]  # their settings, in the order of the trials
+    shown: Mapping[str, str]  # the unit in which each contributor or setting is written
+    # the axes of a grid, the slowest first; none for a table
+    swept: tuple[Swept, ...] = ()
+    # by swept setting, a value for each trial: SI, or a word
+    settings: Mapping[str, NDArray[Any]] | None = None
+    note: str = ""  # what they are, for the summary of the run
+
+
+def read_grid(
+    given: Mapping[str, Any],
+    model: Model,
+    settings: Any,
+    description: Description,
+    problems: Problems,
+) -> Points | None:
+    """Read the section [grid].
+
+    None if something is wrong. By contributor or setting: a list, or a table with from,
+    to and points. A swept setting takes the place of that of the study.
+    """
+    axes: list[Swept] = []
+    before = len(problems.found)
+    for name, values, deviation in _axes(given):
+        with problems.noting(f"[grid] {name}", values):
+            axes.append(_axis(name, values, deviation, model, description))
+            taken = [m for axis in axes[:-1] for m in axis.members]
+            if double := [m for m in axes[-1].members if m in taken]:
+                raise ModelError(f"{double[0]} stands there already; give it once")
+    if len(problems.found) > before:
+        return None
+    # settings outermost: trials of the same settings are integrated together
+    axes.sort(key=lambda axis: bool(axis.members))
+    trials = math.prod(len(axis.values) for axis in axes)
+    cases = math.prod(len(axis.values) for axis in axes if not axis.members)
+    wrong = too_large(trials, description)
+    if trials > MOST_TRIALS:
+        wrong = f"{trials} points are more than {MOST_TRIALS}"
+    if cases > MOST_CASES:
+        wrong = f"{cases} combinations of settings are more than {MOST_CASES}"
+    if wrong:
+        problems.add("[grid]", None, wrong)
+        return None
+    return _product(axes, trials, model, settings, description, problems)
+
+
+def _product(
+    axes: list[Swept],
+    trials: int,
+    model: Model,
+    settings: Any,
+    description: Description,
+    problems: Problems,
+) -> Points | None:
+    chosen = [axis for axis in axes if not axis.members]
+    names = [contributor.name for contributor in description.contributors]
+    shape = [len(axis.values) for axis in axes]
+    index = np.unravel_index(np.arange(trials), shape)
+    deviations = np.zeros((trials, len(names)))
+    columns: dict[str, NDArray[Any]] = {}
+    for axis, where in zip(axes, index, strict=True):
+        column = np.array(axis.words or axis.values)[where]
+        for member in axis.members:
+            deviations[:, names.index(member)] = column
+        if not axis.members:
+            columns[axis.name] = column
+    each = trials // math.prod(len(axis.values) for axis in chosen)
+    cases = []
+    for i, values in enumerate(product(*(axis.values for axis in chosen))):
+        moved = (setting_name(axis.name) for axis in chosen)
+        changes = dict(zip(moved, values, strict=True))
+        with problems.noting("[grid]", None):
+            case = Case(i * each, (i + 1) * each, replace(settings, **changes))
+            if _columns(described(model, case.settings)) != _columns(description):
+                raise ModelError(
+                    f"{', '.join(changes)}: these settings change which contributors "
+                    "or responses the model has; make a study of each"
+                )
+            cases.append(case)
+        if len(cases) == i:  # refused: the others would be for the same reason
+            return None
+    shown = {m: axis.shown for axis in axes for m in axis.members or (axis.name,)}
+    return Points(deviations, tuple(cases), shown, tuple(axes), columns)
+
+
+def _columns(description: Description) -> list[tuple[str, str]]:
+    """Return names and units: sizes and sentences may follow the settings."""
+    return [(each.name, each.unit) for some in description for each in some]
+
+
+def setting_name(column: str) -> str:
+    """Return the name of a swept setting, of the column that holds its values."""
+    return column.removeprefix(TAKEN)
+
+
+def _axes(given: Mapping[str, Any]) -> Iterator[tuple[str, Any, bool]]:
+    """Yield name and values of each axis, and whether it can only be a deviation."""
+    for name, values in given.items():
+        if name == DEVIATIONS and isinstance(values, dict) and "from" not in values:
+            for each, of_it in values.items():
+                yield each, of_it, True
+        else:
+            yield name, values, False
+
+
+def _axis(
+    name: str, given: Any, deviation: bool, model: Model, description: Description
+) -> Swept:
+    """Read the values of one setting or contributor; a setting goes first."""
+    units = {each.name: each.unit for each in description.contributors}
+    known = settings_of(model)
+    if name in known and not deviation:
+        return _setting_axis(name, given, model, taken=name in units)
+    try:
+        members = tuple(expand(name, list(units)))
+    except ModelError:
+        names = [*units, *(() if deviation else known)]
+        raise ModelError(
+            f"neither a contributor nor a setting; {allowed_names(name, names)}"
+        ) from None
+    unit = units[members[0]]
+    if isinstance(given, dict):
+        return Swept(name, members, _steps(given, unit), None, unit, _written(given))
+    values = [quantity(str(value), unit) for value in _listed(given)]
+    return Swept(name, members, values, None, unit, unit_of(str(given[0])))
+
+
+def _setting_axis(name: str, given: Any, model: Model, *, taken: bool) -> Swept:
+    """Read the values of one setting; its name may be that of a contributor."""
+    column, kind = TAKEN + name if taken else name, setting_of(model, name).kind
+    unit = (kind.unit if isinstance(kind, Number) else "") or "1"
+    if isinstance(given, dict):
+        if not isinstance(kind, Number):
+            raise ModelError(
+                f"a list of values is expected; it is no number: {EXAMPLE}"
+            )
+        values = [kind.checked(value) for value in _steps(given, unit)]
+        return Swept(column, (), values, None, unit, _written(given))
+    values = [kind.read(value) for value in _listed(given)]
+    if isinstance(kind, Number) and not any(each in kind.presets for each in given):
+        shown = unit_of(given[0]) if isinstance(given[0], str) else ""
+        return Swept(column, (), values, None, unit, shown)
+    return Swept(column, (), values, [as_typed(value) for value in given], unit, "")
+
+
+def _listed(given: Any) -> list[Any]:
+    if not isinstance(given, list) or not given:
+        raise ModelError(f"values are expected, such as {EXAMPLE}")
+    return given
+
+
+def _written(given: Mapping[str, Any]) -> str:
+    return unit_of(str(given["from"]))
+
+
+def _steps(given: dict[str, Any], unit: str) -> list[float]:
+    """Read from, to and points."""
+    if sorted(given) != ["from", "points", "to"]:
+        raise ModelError(f"from, to and points are expected: {EXAMPLE}")
+    points = given["points"]
+    if isinstance(points, bool) or not isinstance(points, int) or points < 2:
+        raise ModelError(f"points = {points}: a whole number from 2 is expected")
+    if points > MOST_TRIALS:
+        raise ModelError(f"points = {points}: at most {MOST_TRIALS} are expected")
+    first, last = (quantity(str(given[key]), unit) for key in ("from", "to"))
+    if first == last:
+        raise ModelError("from and to are the same")
+    steps: list[float] = np.linspace(first, last, points).tolist()
+    return steps
+
+
+def read_table(
+    folder: Path | None, name: str, settings: Any, description: Description
+) -> Points:
+    """Read the deviations of machines from a CSV file.
+
+    Heads are contributors with their unit, `rod_length_1 [mm]`; a row is a machine, and
+    a trial.
+    """
+    table = read_csv(folder, name)
+    path = table.path
+    units = {each.name: each.unit for each in description.contributors}
+    deviations = np.zeros((len(table.lines), len(units)))
+    names, shown = list(units), {}
+    for head, written in zip(table.heads, table.units, strict=True):
+        try:
+            members = expand(head, names)
+            factor = to_si(1.0, "" if written == "1" else written, units[members[0]])
+        except (ModelError, ValueError) as error:
+            raise DataError(f"{path}, column {head}: {error}") from None
+        for member in members:
+            if member in shown:
+                raise DataError(f"{path}: {member} stands there twice")
+            shown[member] = written
+            column = np.array(table.column(head)) * factor
+            deviations[:, names.index(member)] = column
+    note = f"{len(deviations)} machines of {path.name} (SHA-256 {table.digest[:12]})"
+    return Points(deviations, (Case(0, len(deviations), settings),), shown, note=note)

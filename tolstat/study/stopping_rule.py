@@ -1,0 +1,118 @@
+"""The key `trials`, when it says how precise a run is to be."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from tolstat.errors import StudyError, UnitError, allowed_names
+from tolstat.model.description import Description
+from tolstat.statistics.intervals.precision import Precision
+from tolstat.statistics.intervals.statistic import Statistic
+from tolstat.units.grammar import bare_number, quantity, unit_of
+
+EXAMPLE = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
+KINDS = ("mean", "sigma", "median", "beyond")
+
+
+class Until(NamedTuple):
+    """When a run has trials enough."""
+
+    precisions: tuple[Precision, ...]  # all of them are to be reached
+    at_most: int  # trials after which it ends whatever was reached
+    rules: tuple[str, ...]  # as they are written
+    shown: dict[str, str]  # the unit in which a rule gives its precision, by response
+
+
+def read_until(
+    given: Mapping[str, Any], description: Description, limited: Mapping[str, Any]
+) -> Until:
+    """Read a stopping rule.
+
+    Parameters
+    ----------
+    given : mapping
+        `until`, one rule or a list of them, and `at_most`.
+    description : Description
+        Of the model.
+    limited : mapping
+        Names of the responses with a limit are its keys.
+
+    Raises
+    ------
+    StudyError, UnitError
+        If a key, a name or a quantity is wrong.
+    """
+    for key in given:
+        if key not in ("until", "at_most"):
+            allowed = allowed_names(key, ("until", "at_most"))
+            raise StudyError(f"no key {key}; {allowed}")
+    at_most = given.get("at_most")
+    if isinstance(at_most, bool) or not isinstance(at_most, int) or at_most < 1:
+        raise StudyError(f"at_most, a whole number from 1, is expected: {EXAMPLE}")
+    rules = given.get("until")
+    rules = [rules] if isinstance(rules, str) else rules
+    if not isinstance(rules, list) or not rules:
+        raise StudyError(f"until, a rule or a list of them, is expected: {EXAMPLE}")
+    units = {each.name: each.unit for each in description.responses}
+    read = [_precision(str(rule), units, limited) for rule in rules]
+    shown = {each.statistic.response: unit for each, unit in read if unit}
+    precisions = tuple(each for each, _ in read)
+    return Until(precisions, at_most, tuple(map(str, rules)), shown)
+
+
+def _precision(
+    rule: str, units: Mapping[str, str], limited: Mapping[str, Any]
+) -> tuple[Precision, str]:
+    """Read one rule, and the unit in which it gives its precision."""
+    words = rule.replace("±", "+-").split(maxsplit=2)
+    if len(words) != 3 or not words[2].startswith("+-"):
+        raise StudyError(
+            f'"{rule}": a response, a statistic and a precision are expected, such as '
+            '"extra_loss p95 +-2 %"'
+        )
+    name, kind, precision = words
+    if name not in units:
+        raise StudyError(f"response {name}: {allowed_names(name, units)}")
+    statistic = _statistic(name, kind)
+    if kind == "beyond" and name not in limited:
+        raise StudyError(f"{name} beyond: the response has no limit")
+    within = precision.removeprefix("+-").strip()
+    value, relative = _within(within, kind, units[name])
+    if not value > 0:
+        raise UnitError(f'"{precision}": a precision above zero is expected')
+    of_the_response = not relative and kind != "beyond" and not within.endswith("pp")
+    return Precision(statistic, value, relative), (
+        unit_of(within) if of_the_response else ""
+    )
+
+
+def _within(words: str, kind: str, unit: str) -> tuple[float, bool]:
+    """Read a precision: a per cent is one of the number itself, whatever its unit."""
+    share = kind == "beyond"
+    if words.endswith("pp") and (share or unit == "1"):
+        return bare_number(words.removesuffix("pp").strip()) / 100, False
+    if share and words.endswith("%"):
+        raise UnitError(
+            f'"+-{words}" of a share could mean two things; write "+-0.1 pp" for '
+            'percentage points or "+-20 % of itself"'
+        )
+    words = words.removesuffix("of itself").strip()
+    if words.endswith("%"):
+        return bare_number(words.removesuffix("%").strip()) / 100, True
+    return quantity(words, "1" if share else unit), False
+
+
+def _statistic(name: str, kind: str) -> Statistic:
+    if found := re.fullmatch(r"p(\d+(?:\.\d+)?)", kind):
+        share = float(found[1]) / 100
+        if 0 < share < 1:
+            return Statistic(name, "quantile", share)
+    elif kind == "median":
+        return Statistic(name, "quantile", 0.5)
+    elif kind in KINDS:
+        return Statistic(name, kind)
+    raise StudyError(
+        f"statistic {kind}: {', '.join(KINDS)}, or a percentile such as p95 or p99.865"
+    )
