@@ -19,7 +19,7 @@ from tests.cli.test_batch import chain
 from tests.conftest import ROOT
 from tests.execution.test_cluster import same
 from tolstat.errors import BrokenError
-from tolstat.execution.workers.crew import remote_blocks as parcel
+from tolstat.execution.workers import remote_blocks as parcel
 from tolstat.execution.workers.remote import Elsewhere
 from tolstat.execution.workers.remote_blocks import Otherwise, carried_out, packed
 

@@ -111,7 +111,7 @@ def test_a_digest_of_its_own_source_and_of_no_other_machine(tmp_path):
     before = digests()
     assert before[0] != before[1]
     assert changed(other) == before
-    assert changed(tmp_path / "tolstat" / "reporting" / "page.py") == before
+    assert changed(tmp_path / "tolstat" / "render" / "picture.py") == before
     stand = changed(tmp_path / "tolstat" / "machines" / "stand" / "settings.py")
     assert stand[0] != before[0] and stand[1] == before[1]
     stack = changed(tmp_path / "stack.py")
