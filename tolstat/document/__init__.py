@@ -1,0 +1,1 @@
+"""What an answer says, as data: sentences, tables, figures; no medium, no question."""

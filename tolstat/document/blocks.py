@@ -1,0 +1,213 @@
+"""What a document consists of: headings, sentences, tables, figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from tolstat.document.inline import Inline, Name, Number, Parts, Typed, Word, text
+from tolstat.document.plot import Plot
+from tolstat.model.view import Chart
+
+
+class Cell(NamedTuple):
+    """What stands in a table: one number or words, and smaller what stands below."""
+
+    main: Parts
+    below: Parts = ()
+
+
+class Column(NamedTuple):
+    """A column of a table.
+
+    Attributes
+    ----------
+    head : str
+        What it holds, with its unit.
+    words : bool
+        Whether it holds sentences, which wrap.
+    page_only : bool
+        Whether a screen leaves it out.
+    """
+
+    head: str
+    words: bool = False
+    page_only: bool = False
+
+
+Given = Inline | Parts | Cell | None  # a cell as it is given
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of cells.
+
+    Attributes
+    ----------
+    columns : tuple of Column
+        From the left.
+    rows : tuple of tuple of Cell
+        As many cells as columns.
+    title, caption : str, Parts
+        Above it; below it.
+    keys : int
+        Columns that say what a row is.
+    look : str
+        "verdicts" or "dense".
+    page_only : bool
+        Whether a screen leaves it out.
+    """
+
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    title: str = ""
+    caption: Parts = ()
+    keys: int = 1
+    look: str = ""
+    page_only: bool = False
+    kind = "table"
+
+
+def table(
+    columns: Sequence[Column | str],
+    rows: Iterable[Sequence[Given]],
+    title: str = "",
+    *,
+    caption: Parts = (),
+    keys: int = 1,
+    look: str = "",
+    page_only: bool = False,
+) -> Table:
+    """Make a table; a text is a column, and None an empty cell."""
+    return Table(
+        tuple(Column(c) if isinstance(c, str) else c for c in columns),
+        tuple(tuple(map(_cell, row)) for row in rows),
+        title, caption, keys, look, page_only,
+    )  # fmt: skip
+
+
+def _cell(given: Given) -> Cell:
+    if isinstance(given, Cell):
+        return given
+    if isinstance(given, (Number, Name, Word, Typed)):
+        return Cell((given,))
+    return Cell(text(given))
+
+
+class Paragraph(NamedTuple):
+    """A sentence or a few; `role`: "lead" above all, "note" for what is smaller."""
+
+    parts: Parts
+    role: str = ""
+    kind = "paragraph"
+
+
+class Bullets(NamedTuple):
+    """Sentences, one below the other; numbered where one follows from the other."""
+
+    items: tuple[Parts, ...]
+    numbered: bool = False
+    kind = "bullets"
+
+
+class Facts(NamedTuple):
+    """Names and what they are; `role` "sheet": the title block that is signed."""
+
+    rows: tuple[tuple[str, Parts], ...]
+    role: str = ""
+    kind = "facts"
+
+
+class Verbatim(NamedTuple):
+    """A text as it was written."""
+
+    text: str
+    kind = "verbatim"
+
+
+class Figure(NamedTuple):
+    """A picture, as data; `alt` says what it shows to those who do not see it."""
+
+    alt: str
+    picture: Plot | Chart
+    caption: Parts = ()
+    wide: bool = False
+    kind = "figure"
+
+
+class Gallery(NamedTuple):
+    """Figures side by side."""
+
+    figures: tuple[Figure, ...]
+    kind = "gallery"
+
+
+class Beside(NamedTuple):
+    """Blocks with a figure beside them."""
+
+    blocks: tuple[Block, ...]
+    figure: Figure
+    kind = "beside"
+
+
+class Section(NamedTuple):
+    """Blocks under a heading.
+
+    Attributes
+    ----------
+    title : str
+        Its heading; empty for none.
+    blocks : tuple
+        In order.
+    anchor : str
+        Where links to it lead; the contents of a page name it.
+    level : int
+        2 below the title of the document, 3 below a section.
+    page_only : bool
+        Whether a screen leaves it out.
+    role : str
+        "first": a sheet of its own on paper.
+    """
+
+    title: str
+    blocks: tuple[Block, ...]
+    anchor: str = ""
+    level: int = 2
+    page_only: bool = False
+    role: str = ""
+    kind = "section"
+
+
+Block = (
+    Table | Paragraph | Bullets | Facts | Verbatim | Figure | Gallery | Beside | Section
+)
+
+
+@dataclass(frozen=True)
+class Document:
+    """What an answer says.
+
+    Attributes
+    ----------
+    title : str
+        Above all.
+    blocks : tuple
+        In order.
+    foot : tuple of str
+        At the foot of each printed sheet.
+    """
+
+    title: str
+    blocks: tuple[Block, ...]
+    foot: tuple[str, ...] = ()
+
+
+def note(*parts: Inline | Iterable[Inline] | None) -> Paragraph:
+    """Make a paragraph of what must be known to read the rest."""
+    return Paragraph(text(*parts), "note")
+
+
+def paragraph(*parts: Inline | Iterable[Inline] | None) -> Paragraph:
+    """Make a paragraph."""
+    return Paragraph(text(*parts))

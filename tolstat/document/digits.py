@@ -1,0 +1,99 @@
+"""Numbers written out: the digits of a number, its interval, and why it has none."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from tolstat.document.inline import Number
+from tolstat.statistics.estimate import Estimate
+from tolstat.units.scale import Scale
+
+
+class Digits(NamedTuple):
+    """A number as it is shown, and the number itself, SI."""
+
+    text: str
+    value: float
+
+
+Written = tuple[str | Digits, ...]
+
+
+def in_cell(number: Number) -> tuple[Written, Written]:
+    """Write a number for a table, whose head has the unit: it, and its interval below.
+
+    Below an estimate without interval stands the reason why.
+    """
+    found = number.value
+    if not isinstance(found, Estimate):
+        return (_digits(number, found),), ()
+    if math.isnan(found.value):
+        return (), (found.reason,) if found.reason else ()
+    if bound := _one_sided(number, found):
+        return bound, ()
+    if found.needs_more or math.isinf(found.value):
+        return (), (found.reason or "no interval",)
+    value, ends = _interval(number, found)
+    if not ends:
+        reason = "" if found.sure else found.reason or "no interval"
+        return (value,), (reason,) if reason else ()
+    return (value,), (ends[0], " to ", ends[1])
+
+
+def in_line(number: Number) -> Written:
+    """Write a number in a sentence, with its unit: 3.1 kN m (2.9 to 3.3)."""
+    found, mark = number.value, number.scale.mark
+    unit = (f" {mark}",) if mark else ()
+    if not isinstance(found, Estimate):
+        return (_digits(number, found), *unit)
+    if math.isnan(found.value):
+        return (found.reason or "none",)
+    if bound := _one_sided(number, found):
+        return (*bound, *unit)
+    value, ends = _interval(number, found)
+    if ends:
+        return (value, *unit, " (", ends[0], " to ", ends[1], ")")
+    said = (f" ({found.reason})",) if not found.sure and found.reason else ()
+    return (value, *unit, *said)
+
+
+def plain(written: Written) -> str:
+    """Return what is written as text."""
+    return "".join(each if isinstance(each, str) else each.text for each in written)
+
+
+def _digits(number: Number, value: float) -> Digits:
+    if isinstance(value, int):  # a truth value too
+        words = str(value)
+    elif math.isnan(value):
+        words = "none"
+    elif math.isinf(value):
+        words = "infinite" if value > 0 else "-infinite"
+    elif number.bound and isinstance(number.scale, Scale):
+        words = getattr(number.scale, number.bound)(value)
+    else:
+        words = number.scale.number(value)
+    return Digits(words, value)
+
+
+def _one_sided(number: Number, found: Estimate) -> Written:
+    """Write an interval that is open to one side."""
+    if not found.sure or not isinstance(number.scale, Scale):
+        return ()
+    _, lower, upper = number.scale.interval(*found[:3])
+    if math.isinf(found.upper):
+        return "at least ", Digits(lower, found.lower)
+    if math.isinf(found.lower):
+        return "at most ", Digits(upper, found.upper)
+    return ()
+
+
+def _interval(number: Number, found: Estimate) -> tuple[Digits, tuple[Digits, ...]]:
+    """Write an estimate and its ends; none where they are no width apart."""
+    assert isinstance(number.scale, Scale)
+    value, lower, upper = number.scale.interval(*found[:3])
+    at = Digits(value, found.value)
+    if not found.sure or (lower == upper and found.value):
+        return at, ()
+    return at, (Digits(lower, found.lower), Digits(upper, found.upper))

@@ -1,0 +1,90 @@
+"""What a sentence consists of: words, names, commands, and numbers with their scale.
+
+A sentence is worded once, with the numbers in it as numbers: a renderer writes each
+with its unit and its interval, in one form everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from tolstat.statistics.estimate import Estimate
+from tolstat.units.scale import AS_IS, Ratio, Scale
+
+
+class Number(NamedTuple):
+    """A number or an estimate, SI, and how it is shown.
+
+    Attributes
+    ----------
+    value : Estimate, float or int
+        SI; an integer is written whole.
+    scale : Scale or Ratio
+        Unit and figures.
+    bound : str
+        "at_least" or "at_most" of a bound: rounded to its safe side.
+    """
+
+    value: Estimate | float
+    scale: Scale | Ratio = AS_IS
+    bound: str = ""
+
+
+class Name(NamedTuple):
+    """The name of a contributor or a response, as somebody wrote it; `link`: anchor."""
+
+    text: str
+    link: str = ""
+
+
+class Word(NamedTuple):
+    """Words with a tone: "strong", or a verdict ("met", "not met", "undecided")."""
+
+    text: str
+    tone: str = "strong"
+
+
+class Typed(NamedTuple):
+    """What is to be typed: it never wraps."""
+
+    command: str
+
+
+Inline = str | Number | Name | Word | Typed
+Parts = tuple[Inline, ...]
+
+
+def text(*given: Inline | Iterable[Inline] | None) -> Parts:
+    """Return the parts of a sentence; None is left out."""
+    parts: list[Inline] = []
+    for each in given:
+        if each is None:
+            continue
+        if isinstance(each, (str, Number, Name, Word, Typed)):
+            parts.append(each)
+        else:
+            parts += each
+    return tuple(parts)
+
+
+def counted(count: int, noun: str, plural: str = "") -> Parts:
+    """Write a count with its noun: 1 trial, 2 trials."""
+    return (Number(count), f" {noun if count == 1 else plural or noun + 's'}")
+
+
+def listed(items: Sequence[Inline | Parts], joint: str = "and") -> Parts:
+    """List items: a; a and b; a, b and c. Without a joint by commas alone."""
+    found: list[Inline] = []
+    for i, item in enumerate(items):
+        if i:
+            last = joint and i == len(items) - 1
+            found.append(f" {joint} " if last else ", ")
+        found += text(item) if not isinstance(item, tuple) else _parts(item)
+    return tuple(found)
+
+
+def _parts(item: Inline | Parts) -> Parts:
+    if isinstance(item, (str, Number, Name, Word, Typed)):
+        return (item,)
+    return item

@@ -1,0 +1,138 @@
+"""A document as a page of HTML that needs nothing else."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.resources import files
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from tolstat.document.blocks import Block, Cell, Document, Figure, Section
+from tolstat.document.digits import Written, in_cell, in_line
+from tolstat.document.inline import Inline, Name, Number, Parts, Typed, Word
+from tolstat.literal import visible
+from tolstat.render.figures import as_svg
+
+
+def page(document: Document) -> str:
+    """Make the page of a document.
+
+    Parameters
+    ----------
+    document : Document
+        Of an answer.
+
+    Returns
+    -------
+    str
+        HTML: style and pictures are in it. Each number has its full value beside it,
+        SI, for programs (`data-value`).
+    """
+    made: str = (
+        environment()
+        .get_template("document.html")
+        .render(
+            document=document,
+            style=style(),
+            foot=_css_string(" · ".join(filter(None, document.foot))),
+            contents=list(_anchored(document.blocks)),
+        )
+    )
+    return made
+
+
+@cache  # templates are compiled once
+def environment() -> Environment:
+    """Return where pages are made: every text is escaped, every name must exist."""
+    made = Environment(
+        loader=PackageLoader("tolstat.render"),
+        autoescape=True,
+        finalize=lambda each: visible(each) if type(each) is str else each,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters["parts"] = _parts
+    made.filters["cell"] = _cell
+    made.filters["breaking"] = _breaking
+    made.filters["svg"] = _svg
+    return made
+
+
+def style() -> Markup:
+    """Return the style sheet that goes into a page."""
+    text = files("tolstat.render").joinpath("templates/page.css").read_text("utf-8")
+    return Markup(text)
+
+
+def _svg(figure: Figure) -> Markup:
+    return as_svg(figure.picture, figure.alt)
+
+
+def _anchored(blocks: tuple[Block, ...]) -> list[Section]:
+    return [b for b in blocks if isinstance(b, Section) and b.anchor and b.title]
+
+
+def _parts(parts: Parts) -> Markup:
+    """Write the parts of a sentence."""
+    return Markup("").join(map(_inline, parts))
+
+
+def _inline(part: Inline) -> Markup:
+    match part:
+        case Number():
+            return _written(in_line(part))
+        case Name(text, link):
+            name = Markup("<bdi>{}</bdi>").format(_breaking(text))
+            return Markup('<a href="#{}">{}</a>').format(link, name) if link else name
+        case Word(text, tone):
+            if tone == "strong":
+                return Markup("<strong>{}</strong>").format(visible(text))
+            name = tone.replace(" ", "-")
+            return Markup('<span class="verdict {}">{}</span>').format(name, text)
+        case Typed(command):
+            return Markup("<code>{}</code>").format(visible(command))
+        case _:
+            return escape(visible(part))
+
+
+def _written(written: Written) -> Markup:
+    """Write a number: its digits and its unit are never parted."""
+    made = Markup("").join(
+        escape(each)
+        if isinstance(each, str)
+        else Markup('<span data-value="{}">{}</span>').format(
+            repr(each.value), each.text
+        )
+        for each in written
+    )
+    return Markup('<span class="whole">{}</span>').format(made)
+
+
+def _cell(cell: Cell) -> Markup:
+    """Write a number over its interval, or words over smaller ones."""
+    below = Markup("")
+    if len(cell.main) == 1 and isinstance(cell.main[0], Number):
+        main, under = in_cell(cell.main[0])
+        made = _written(main) if main else Markup("")
+        if under:
+            below = Markup('<span class="range">{}</span>').format(
+                _written(under) if len(under) > 1 else visible(str(under[0]))
+            )
+    else:
+        made = _parts(cell.main)
+    if cell.below:
+        below += Markup('<span class="range">{}</span>').format(_parts(cell.below))
+    return made + below
+
+
+def _breaking(name: str) -> Markup:
+    """Let a long name end its line behind any _ of it."""
+    return Markup("_<wbr>").join(escape(visible(name)).split("_"))
+
+
+def _css_string(text: str) -> str:
+    """Write a text for a style sheet, where none of it is an instruction."""
+    plain = (c if c.isalnum() else f"\\{ord(c):x} " for c in visible(text))
+    return '"' + "".join(plain) + '"'
