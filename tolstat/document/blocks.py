@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from tolstat.document.inline import Inline, Name, Number, Parts, Typed, Word, text
+from tolstat.document.inline import Inline, Parts, text
 from tolstat.document.plot import Plot
 from tolstat.model.view import Chart
 
@@ -88,14 +88,11 @@ def table(
 
 
 def _cell(given: Given) -> Cell:
-    if isinstance(given, Cell):
-        return given
-    if isinstance(given, (Number, Name, Word, Typed)):
-        return Cell((given,))
-    return Cell(text(given))
+    return given if isinstance(given, Cell) else Cell(text(given))
 
 
-class Paragraph(NamedTuple):
+@dataclass(frozen=True)
+class Paragraph:
     """A sentence or a few; `role`: "lead" above all, "note" for what is smaller."""
 
     parts: Parts
@@ -103,7 +100,8 @@ class Paragraph(NamedTuple):
     kind = "paragraph"
 
 
-class Bullets(NamedTuple):
+@dataclass(frozen=True)
+class Bullets:
     """Sentences, one below the other; numbered where one follows from the other."""
 
     items: tuple[Parts, ...]
@@ -111,7 +109,8 @@ class Bullets(NamedTuple):
     kind = "bullets"
 
 
-class Facts(NamedTuple):
+@dataclass(frozen=True)
+class Facts:
     """Names and what they are; `role` "sheet": the title block that is signed."""
 
     rows: tuple[tuple[str, Parts], ...]
@@ -119,14 +118,16 @@ class Facts(NamedTuple):
     kind = "facts"
 
 
-class Verbatim(NamedTuple):
+@dataclass(frozen=True)
+class Verbatim:
     """A text as it was written."""
 
     text: str
     kind = "verbatim"
 
 
-class Figure(NamedTuple):
+@dataclass(frozen=True)
+class Figure:
     """A picture, as data; `alt` says what it shows to those who do not see it."""
 
     alt: str
@@ -136,14 +137,16 @@ class Figure(NamedTuple):
     kind = "figure"
 
 
-class Gallery(NamedTuple):
+@dataclass(frozen=True)
+class Gallery:
     """Figures side by side."""
 
     figures: tuple[Figure, ...]
     kind = "gallery"
 
 
-class Beside(NamedTuple):
+@dataclass(frozen=True)
+class Beside:
     """Blocks with a figure beside them."""
 
     blocks: tuple[Block, ...]
@@ -151,7 +154,8 @@ class Beside(NamedTuple):
     kind = "beside"
 
 
-class Section(NamedTuple):
+@dataclass(frozen=True)
+class Section:
     """Blocks under a heading.
 
     Attributes

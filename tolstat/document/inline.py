@@ -7,13 +7,14 @@ with its unit and its interval, in one form everywhere.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import AS_IS, Ratio, Scale
 
 
-class Number(NamedTuple):
+@dataclass(frozen=True)
+class Number:
     """A number or an estimate, SI, and how it is shown.
 
     Attributes
@@ -31,24 +32,27 @@ class Number(NamedTuple):
     bound: str = ""
 
 
-class Name(NamedTuple):
+@dataclass(frozen=True)
+class Name:
     """The name of a contributor or a response, as somebody wrote it; `link`: anchor."""
 
     text: str
     link: str = ""
 
 
-class Word(NamedTuple):
+@dataclass(frozen=True)
+class Word:
     """Words with a tone: "strong", or a verdict ("met", "not met", "undecided")."""
 
     text: str
     tone: str = "strong"
 
 
-class Typed(NamedTuple):
+@dataclass(frozen=True)
+class Typed:
     """What is to be typed: it never wraps."""
 
-    command: str
+    text: str
 
 
 Inline = str | Number | Name | Word | Typed
@@ -61,7 +65,7 @@ def text(*given: Inline | Iterable[Inline] | None) -> Parts:
     for each in given:
         if each is None:
             continue
-        if isinstance(each, (str, Number, Name, Word, Typed)):
+        if isinstance(each, str | Number | Name | Word | Typed):
             parts.append(each)
         else:
             parts += each
@@ -80,11 +84,5 @@ def listed(items: Sequence[Inline | Parts], joint: str = "and") -> Parts:
         if i:
             last = joint and i == len(items) - 1
             found.append(f" {joint} " if last else ", ")
-        found += text(item) if not isinstance(item, tuple) else _parts(item)
+        found += text(item)
     return tuple(found)
-
-
-def _parts(item: Inline | Parts) -> Parts:
-    if isinstance(item, (str, Number, Name, Word, Typed)):
-        return (item,)
-    return item

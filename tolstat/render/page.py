@@ -84,8 +84,8 @@ def _inline(part: Inline) -> Markup:
         case Number():
             return _written(in_line(part))
         case Name(text, link):
-            name = Markup("<bdi>{}</bdi>").format(_breaking(text))
-            return Markup('<a href="#{}">{}</a>').format(link, name) if link else name
+            shown = Markup("<bdi>{}</bdi>").format(_breaking(text))
+            return Markup('<a href="#{}">{}</a>').format(link, shown) if link else shown
         case Word(text, tone):
             if tone == "strong":
                 return Markup("<strong>{}</strong>").format(visible(text))
@@ -113,15 +113,15 @@ def _written(written: Written) -> Markup:
 def _cell(cell: Cell) -> Markup:
     """Write a number over its interval, or words over smaller ones."""
     below = Markup("")
+    made = Markup("")
     if len(cell.main) == 1 and isinstance(cell.main[0], Number):
         main, under = in_cell(cell.main[0])
-        made = _written(main) if main else Markup("")
+        made += _written(main) if main else ""
         if under:
-            below = Markup('<span class="range">{}</span>').format(
-                _written(under) if len(under) > 1 else visible(str(under[0]))
-            )
+            shown = _written(under) if len(under) > 1 else escape(visible(str(*under)))
+            below += Markup('<span class="range">{}</span>').format(shown)
     else:
-        made = _parts(cell.main)
+        made += _parts(cell.main)
     if cell.below:
         below += Markup('<span class="range">{}</span>').format(_parts(cell.below))
     return made + below

@@ -94,7 +94,7 @@ def as_text(parts: Parts) -> str:
         if isinstance(part, Number)
         else part
         if isinstance(part, str)
-        else part[0]
+        else part.text
         for part in parts
     )
 

@@ -232,6 +232,11 @@ class Ratio(NamedTuple):
         joined = any(sign in below for sign in "/* ")
         return f"{self.above.mark or 1}/{f'({below})' if joined else below}"
 
+    @property
+    def factor(self) -> float:
+        """What an SI number is multiplied with to be shown."""
+        return self.above.factor / self.below.factor
+
     def number(self, value: float) -> str:
         """Write an SI number in the units shown, without them: of four figures."""
         return figures(value * self.above.factor / self.below.factor)

@@ -1,0 +1,94 @@
+"""What every answer can do: be printed, saved, shown in a notebook."""
+
+from __future__ import annotations
+
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+from tolstat.document.blocks import Document
+from tolstat.errors import RunFileError
+from tolstat.render.json_schema import as_json
+from tolstat.render.output_file import check_output, replace
+from tolstat.render.tables import Row, rows_as_csv, rows_as_frame
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+ENDINGS = (".html", ".csv", ".json")
+
+
+class Answer(ABC):
+    """An answer: typed fields, one document, one wide table.
+
+    Attributes
+    ----------
+    answers : str
+        Its name in JSON.
+    index : str
+        Column of `rows` that names a row.
+    """
+
+    answers: ClassVar[str]
+    index: ClassVar[str] = "response"
+
+    @abstractmethod
+    def document(self) -> Document:
+        """Return what it says: headings, sentences, tables, figures."""
+
+    @abstractmethod
+    def rows(self) -> Sequence[Row]:
+        """Return its wide table: what CSV and `frame` hold."""
+
+    @property
+    @abstractmethod
+    def short(self) -> str:
+        """What it is, in a few words."""
+
+    def frame(self) -> pd.DataFrame:
+        """Return its wide table as a DataFrame, SI."""
+        return rows_as_frame(self.rows(), self.index)
+
+    def json(self) -> str:
+        """Return it as JSON, SI; `tolstat/answers/schemas` has the schema of each."""
+        return as_json(self, self.answers)
+
+    def csv(self) -> str:
+        """Return its wide table as CSV, in the units shown."""
+        return rows_as_csv(self.rows())
+
+    def html(self) -> str:
+        """Return it as a page that needs nothing else."""
+        from tolstat.render.page import page
+
+        return page(self.document())
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write it to a file: .html, .csv or .json, by its ending.
+
+        Raises
+        ------
+        RunFileError
+            If the ending is another, or the file cannot be written or replaced.
+        """
+        path = Path(path)
+        written = {".html": self.html, ".csv": self.csv, ".json": self.json}
+        if path.suffix.lower() not in written:
+            raise RunFileError(f"{path}: an answer ends in {', '.join(ENDINGS)}")
+        check_output(path)
+        return replace(path, written[path.suffix.lower()]().encode())
+
+    def __repr__(self) -> str:
+        """Say in a line what it is."""
+        return f"<tolstat {self.answers}: {self.short}>"
+
+    def _repr_html_(self) -> str:
+        """Show its page in a notebook, in a frame of its own."""
+        from html import escape
+
+        return (
+            f'<iframe srcdoc="{escape(self.html())}" width="100%" height="600" '
+            'style="border: 0"></iframe>'
+        )

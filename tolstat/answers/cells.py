@@ -1,0 +1,58 @@
+"""Cells that several answers have in common: limits, verdicts, estimates."""
+
+from __future__ import annotations
+
+import math
+
+from tolstat.document.blocks import Cell
+from tolstat.document.inline import Name, Number, Parts, Word, counted, text
+from tolstat.model.description import Response
+from tolstat.render.json_schema import share_words
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.yields import UNDECIDED, Yield
+from tolstat.units.scale import AS_IS, KNOWN, PPM
+
+
+def response_cell(response: Response, link: str = "") -> Cell:
+    """Name a response over what it is."""
+    return Cell((Name(response.name, link),), text(response.sentence))
+
+
+def limit_cell(limit: Limit) -> Cell:
+    """Write a limit over what is demanded of it."""
+    return Cell(text(limit.words), text(f"for {demand_words(limit)}"))
+
+
+def demand_words(limit: Limit) -> str:
+    """Say what a limit demands: 99.73 %, or a Ppk where one is typed."""
+    if limit.typed_ppk:
+        return f"Ppk {limit.typed_ppk:.{KNOWN}g}"
+    return share_words(limit.demanded)
+
+
+def verdict_cell(judged: Yield) -> Cell:
+    """Write a verdict, over the trials that would decide an undecided one."""
+    word = Word(judged.verdict, judged.verdict)
+    if judged.needed:
+        return Cell((word,), text("about ", counted(judged.needed, "trial"), " decide"))
+    if judged.verdict == UNDECIDED:
+        return Cell((word,), text("more than 1e9 trials may decide"))
+    return Cell((word,))
+
+
+def ppm(share: Estimate) -> Number:
+    """Write a fraction out of limit."""
+    return Number(share, PPM)
+
+
+def ppk_cell(found: Estimate) -> Cell:
+    """Write a Pp or Ppk; one without an interval no larger than the reason why."""
+    if found.sure or found.needs_more or not math.isfinite(found.value):
+        return Cell((Number(found, AS_IS),))
+    return Cell((), text(Number(found.value), f": {found.reason}"))
+
+
+def or_reason(found: Estimate, number: Number) -> Parts:
+    """Write a number, or why there is none."""
+    return text(found.reason) if math.isnan(found.value) else text(number)
