@@ -11,8 +11,6 @@ made the row: the suite refuses rows of other code.
 
 from __future__ import annotations
 
-import ast
-import hashlib
 import sys
 import zlib
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -29,6 +27,7 @@ from tests.coverage import (
     rare_problems,
     weighting_problems,
 )
+from tolstat.lanes import digest as code
 
 FAMILIES = (
     one_response,
@@ -38,10 +37,8 @@ FAMILIES = (
     rare_problems,
     weighting_problems,
 )
-ROOT = Path(__file__).parents[2]
 TABLE = Path(__file__).with_name("table.csv")
 PARTS = 4  # that the studies of a cell are measured in, side by side
-MEASURED = ("tests.coverage", "tolstat.statistics", "tolstat.deviations")
 CELL = ["problem", "trials", "statistic", "exact"]
 
 
@@ -77,48 +74,9 @@ def measure(name, size, studies, seed=75, of=one_response.intervals):
     return rates(counted(name, size, studies, seed, of))
 
 
-def sources(module):
-    """Return the files that a module of this project stands on, its own among them."""
-    found, wanted = {}, [module]
-    while wanted:
-        name = wanted.pop()
-        path = ROOT / f"{name.replace('.', '/')}.py"
-        if name in found or not path.is_file() or not name.startswith(MEASURED):
-            continue
-        found[name] = ast.parse(path.read_text())
-        for node in ast.walk(found[name]):
-            if isinstance(node, ast.ImportFrom) and node.module:
-                wanted += [
-                    node.module,
-                    *(f"{node.module}.{n.name}" for n in node.names),
-                ]
-    return found
-
-
-NOT_IN_ALL = ("type_params", "type_comment", "kind")  # versions of Python
-
-
-def _outline(node):
-    """Outline a syntax tree, alike in all versions of Python."""
-    if isinstance(node, ast.AST):
-        fields = [name for name in node._fields if name not in NOT_IN_ALL]
-        return [
-            type(node).__name__,
-            *(_outline(getattr(node, f, None)) for f in fields),
-        ]
-    return [*map(_outline, node)] if isinstance(node, list) else repr(node)
-
-
 def digest(family):
-    """Digest the code behind a family of problems, but for its words."""
-    hashed = hashlib.sha256()
-    for name, tree in sorted(sources(family.__name__).items()):
-        for node in ast.walk(tree):
-            match getattr(node, "body", None):
-                case [ast.Expr(ast.Constant()), *rest]:
-                    node.body = rest
-        hashed.update(f"{name} {_outline(tree)}".encode())
-    return hashed.hexdigest()[:12]
+    """Digest the code that measures a family of problems."""
+    return code.digest(code.Place(Path(family.__file__), "JOBS"))[:12]
 
 
 def main():

@@ -135,7 +135,7 @@ def test_a_cluster_on_the_command_line(ring, tmp_path, monkeypatch):
 
 def test_a_worker_that_would_come_to_other_bits_is_not_used(ring, tmp_path):
     study = chain(tmp_path, "chain")
-    code = "import tolstat.lanes.cache as c; c.ENGINE = ('lanes',)\n"
+    code = "import tolstat.lanes.digest as d; d.SKIPPED = {'ctx'}\n"
     (tmp_path / "other.py").write_text(code)
     other = [*ring.join, "--preload", str(tmp_path / "other.py")]
     with started("worker", *other, folder=tmp_path):

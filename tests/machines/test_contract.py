@@ -87,10 +87,10 @@ def test_a_digest_of_its_own_source_and_of_no_other_machine(tmp_path):
     code = (
         "import sys\n"
         "from tolstat import catalogue\n"
-        "from tolstat.lanes import cache\n"
+        "from tolstat.lanes import digest\n"
         "stand, stack = catalogue.find('stand'), catalogue.load('stack.py:Stack')\n"
         "for _ in sys.stdin:\n"
-        "    cache.source_digest.cache_clear()\n"  # as if started anew
+        "    digest.forget()\n"  # as if started anew
         "    print(stand.source_digest, stack.source_digest, flush=True)\n"
     )
     process = subprocess.Popen(
@@ -104,20 +104,28 @@ def test_a_digest_of_its_own_source_and_of_no_other_machine(tmp_path):
         process.stdin.flush()
         return process.stdout.readline().split()
 
-    def changed(path):
-        path.write_text(path.read_text() + "\n# a word\n")
+    def changed(path, before="\n\n\n", after="\n\n\n# a word\n"):
+        text = path.read_text()
+        assert before in text
+        path.write_text(text.replace(before, after))
         return digests()
 
     before = digests()
     assert before[0] != before[1]
-    assert changed(other) == before
-    assert changed(tmp_path / "tolstat" / "render" / "picture.py") == before
-    stand = changed(tmp_path / "tolstat" / "machines" / "stand" / "settings.py")
+    package = tmp_path / "tolstat"
+    assert changed(other, "", "x = 1\n") == before
+    assert changed(package / "render" / "picture.py") == before
+    assert changed(package / "integrator" / "step.py") == before
+    stand = changed(package / "machines" / "stand" / "settings.py", "7.5", "7.6")
     assert stand[0] != before[0] and stand[1] == before[1]
-    stack = changed(tmp_path / "stack.py")
+    stack = changed(tmp_path / "stack.py", "gap < 0", "gap <= 0")
     assert stack[0] == stand[0] and stack[1] != stand[1]
-    engine = changed(tmp_path / "tolstat" / "integrator" / "step.py")
-    assert engine[0] != stack[0] and engine[1] != stack[1]
+    integrator = changed(
+        package / "integrator" / "control.py", "SAFETY = ", "SAFETY = -"
+    )
+    assert integrator[0] != stack[0] and integrator[1] == stack[1]  # it does not move
+    engine = changed(package / "model" / "checked.py", "status == 0)", "status < 1)")
+    assert engine[0] != integrator[0] and engine[1] != integrator[1]
     process.communicate()
     assert process.returncode == 0
 

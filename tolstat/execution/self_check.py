@@ -69,7 +69,7 @@ def surroundings() -> dict[str, str]:
     found["platform"] = facts["platform"]
     found["processor"] = processor()
     found["cores"] = str(processors())
-    found["source"] = cache.source_digest()
+    found["source"] = load(STUDY).model.source_digest
     found["compiled code"] = kept_code()
     return found
 

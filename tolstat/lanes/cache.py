@@ -1,9 +1,10 @@
-"""Where compiled code is kept between sessions, and which source it is of.
+"""Where compiled code is kept between sessions.
 
-Numba's cache sees only the file of the outermost function: an edit elsewhere would
-give the old answer. So a folder is named by a digest of the source that decides the
-numbers of one machine: the engine, and the machine's own files, whatever other machines
-say of themselves. The folders of digests long unused are removed.
+Numba's cache sees only the file of the outermost function, whose bytes it compares: an
+edit elsewhere would give the old answer. So a folder is named by a digest of all that
+the file computes. Within a folder entries go by file and line, and hold for one state
+of the file: a moved line compiles again, and no two entries cross. The folders of
+digests long unused are removed.
 """
 
 from __future__ import annotations
@@ -18,51 +19,14 @@ from pathlib import Path
 
 import platformdirs
 
-PACKAGE = Path(__file__).parents[1]
-ENGINE = ("lanes", "integrator", "model")
+from tolstat.lanes.digest import Place, digest
+
+# what is compiled into every function: it may be reached by no name
+ENGINE = (
+    Place(Path(__file__).with_name("compiled.py"), "compiled"),
+    Place(Path(__file__).with_name("rows.py"), "rows"),
+)
 UNUSED_DAYS = 14.0
-
-
-@cache
-def source_digest(*sources: Path) -> str:
-    """Digest the source that decides the numbers of a machine's trials.
-
-    Parameters
-    ----------
-    *sources : Path
-        Files of the machine, or of a function that is compiled; the engine alone where
-        there is none.
-
-    Returns
-    -------
-    str
-        The same for the same source, whatever the computer; stored in every run. It is
-        of the engine and of the package of each file, or of the file where it lies in
-        no package.
-    """
-    digest = hashlib.sha256()
-    engine = [path for floor in ENGINE for path in (PACKAGE / floor).rglob("*.py")]
-    _add(digest, sorted([*engine, PACKAGE / "status.py"]), PACKAGE)
-    for source in sources:
-        _add(digest, _own(source), source.parent)
-    return digest.hexdigest()[:16]
-
-
-def _own(source: Path) -> list[Path]:
-    """List the files that belong to a machine, the engine's left out."""
-    if source.is_relative_to(PACKAGE) and not source.is_relative_to(
-        PACKAGE / "machines"
-    ):
-        return []
-    if (source.parent / "__init__.py").exists():
-        return sorted(source.parent.rglob("*.py"))
-    return [source]
-
-
-def _add(digest: hashlib._Hash, paths: list[Path], folder: Path) -> None:
-    for path in paths:
-        digest.update(path.relative_to(folder).as_posix().encode())
-        digest.update(path.read_bytes())
 
 
 @cache
@@ -85,7 +49,7 @@ def cache_folder(source: Path, module: str) -> str | None:
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     home = Path(chosen) if chosen else platformdirs.user_cache_path("tolstat")
-    folder = home / f"tolstat-{source_digest(source)}"
+    folder = home / f"tolstat-{digest(Place(source), *ENGINE)}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "used").touch()

@@ -12,12 +12,8 @@ import numba
 from numba import njit
 from numba.core.errors import NumbaError
 
-from tolstat.lanes.cache import (
-    PACKAGE,
-    cache_folder,
-    remove_damaged,
-    vouch_for,
-)
+from tolstat.lanes.cache import cache_folder, remove_damaged, vouch_for
+from tolstat.lanes.digest import PACKAGE
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

@@ -241,7 +241,7 @@ def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
     if not ruled_out.any():
         return _evaluated(model, rows, settings)
     status, possible = ruled_out.copy(), ruled_out == 0
-    responses = np.full((len(rows), len(described(model, settings).responses)), np.nan)
+    responses = np.full((len(rows), len(model.describe(settings).responses)), np.nan)
     steps = np.zeros(len(rows), np.int64) if model.integrates else None
     if possible.any():
         found = _evaluated(model, rows[possible], settings)

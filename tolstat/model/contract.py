@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError
-from tolstat.lanes.cache import source_digest
+from tolstat.lanes.digest import Place, digest
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer, View
 
@@ -196,15 +196,16 @@ class Model(ABC):
 
     @property
     def source_digest(self) -> str:
-        """Digest of the source that decides its numbers: the engine and its own."""
-        sources = []
+        """Digest of the code that decides the bits of its trials."""
+        roots = [Place(Path(__file__).with_name("checked.py"), "simulate")]
         for kind in type(self).__mro__:
             if kind is Model:
                 break
             with suppress(TypeError):  # typed in, not in a file
                 if found := inspect.getsourcefile(kind):
-                    sources.append(Path(found))
-        return source_digest(*sources)
+                    name, _, _ = kind.__qualname__.partition(".")
+                    roots.append(Place(Path(found), name))
+        return digest(*roots, f"statuses: {[*self.failures]}")
 
     @property
     def moves(self) -> bool:

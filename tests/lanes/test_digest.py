@@ -1,0 +1,308 @@
+"""What identifies a computation: code counts, words and places do not."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import shutil
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import ROOT
+from tolstat import catalogue
+from tolstat.lanes import cache, digest
+
+OWN = '''"""A model of one's own, in two files."""
+
+import numpy as np
+from far import shift
+from tolstat import Contributor, Description, Model, Outcome, Response
+
+NAMES = ("x", "y")
+
+
+class Own(Model):
+    """A sum."""
+
+    name = "own"
+    title = "a sum"
+    failures = ("too long",)
+    conditions = {"too long": "x is short"}
+
+    def describe(self, settings):
+        parts = tuple(Contributor(n, "m", n, f"length of {n}") for n in NAMES)
+        return Description(parts, (Response("gap", "m", sentence="the gap"),))
+
+    def impossible(self, deviations, settings):
+        return {"too long": deviations[:, 0] > 1.0}
+
+    def evaluate(self, deviations, settings):
+        if len(deviations) > 1000:
+            raise ValueError("too many")
+        return Outcome(shift(deviations[:, :1] + np.sin(deviations[:, 1:])))
+
+    def numbers(self, settings, spreads, *, independent=True):
+        return ()
+'''
+FAR = '''"""Beside it."""
+
+LONG = 2.0
+
+
+def shift(x: float) -> float:
+    """Shift."""
+    return x - LONG
+
+
+def unused(x):
+    return x + 5.0
+'''
+
+
+@pytest.fixture(scope="module")
+def copied(tmp_path_factory):
+    """A copy of the package, of the coverage's problems and of a model of one's own."""
+    tmp_path = tmp_path_factory.mktemp("digest")
+    shutil.copytree(ROOT / "tolstat", tmp_path / "tolstat")
+    shutil.copytree(ROOT / "tests/coverage", tmp_path / "tests/coverage")
+    (tmp_path / "tests/__init__.py").touch()
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own/own.py").write_text(OWN)
+    (tmp_path / "own/far.py").write_text(FAR)
+    return tmp_path
+
+
+@pytest.fixture
+def tree(copied, monkeypatch):
+    """Where the package is looked for."""
+    monkeypatch.setattr(digest, "PACKAGE", copied / "tolstat")
+    yield copied
+    digest.forget()
+
+
+@pytest.fixture(scope="module")
+def known(copied):
+    """The digests before anything is edited."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(digest, "PACKAGE", copied / "tolstat")
+        return digests(copied)
+
+
+def digests(tree):
+    """Digest models, the integrator as it is compiled, and what measures intervals."""
+    digest.forget()
+    evaluating = digest.Place(tree / "tolstat/model/checked.py", "simulate")
+    found = {}
+    for name, (module, kind) in MODELS.items():
+        file = tree / f"{module.replace('.', '/')}.py"
+        found[name] = digest.digest(evaluating, digest.Place(file, kind))
+    engine = [digest.Place(tree / "tolstat/lanes" / p.path.name, p.name)
+              for p in cache.ENGINE]  # fmt: skip
+    for name in ("integrator/march.py", "machines/stand/compiled.py"):
+        if (file := tree / "tolstat" / name).exists():
+            found[name] = digest.digest(digest.Place(file), *engine)
+    for name in ("one_response", "halving_problems"):
+        file = tree / f"tests/coverage/{name}.py"
+        found[name] = digest.digest(digest.Place(file, "JOBS"))
+    return found
+
+
+@contextmanager
+def edited(file, before, after):
+    text = file.read_text()
+    assert before in text
+    file.write_text(text.replace(before, after))
+    yield
+    file.write_text(text)
+
+
+MODELS = {**catalogue.MACHINES, "own": ("own.own", "Own")}
+for slow in ("elastic_machine", "rolling_block"):  # as the stand and the ring
+    del MODELS[slow]
+MOVING = {"stand", "ring"}
+COMPILED = {"integrator/march.py", "machines/stand/compiled.py"}
+STAND = "tolstat/machines/stand"
+
+# file, before, after: nothing that is computed changes
+WORDS = [
+    pytest.param("tolstat/integrator/step.py", "\nfrom ", "\n# a word\n\nfrom ", id="comment"),
+    pytest.param("tolstat/lanes/sine.py", "Return the sine;", "The sine;", id="docstring"),
+    pytest.param("tolstat/integrator/march.py", '"""Integrate every', '"""March every', id="docstring of compiled code"),
+    pytest.param(f"{STAND}/parts.py", "deviations: Mapping[str, Array]", "deviations: dict[str, Array]", id="annotation"),
+    pytest.param(f"{STAND}/parts.py", ") -> Parts:", "):", id="annotation that goes"),
+    pytest.param(f"{STAND}/nominal.py", '"""The nominal', '"""A nominal', id="docstring of a file"),
+    pytest.param(f"{STAND}/declarations.py", "length of rod 3", "length of the first rod", id="sentence"),
+    pytest.param(f"{STAND}/declarations.py", '"dl1"', '"d_1"', id="symbol"),
+    pytest.param(f"{STAND}/settings.py", "start-up", "starting", id="sentence of a setting"),
+    pytest.param(f"{STAND}/parts.py", "each rod is longer", "rods are longer", id="condition"),
+    pytest.param(f"{STAND}/machine.py", "Parts are rigid", "All parts are rigid", id="assumption"),
+    pytest.param(f"{STAND}/machine.py", "KhPT-75 cold", "a cold", id="title"),
+    pytest.param(f"{STAND}/history.py", "Panel(", "Panel(*(), ", id="history"),
+    pytest.param("tolstat/machines/ring/views.py", "np.", "1.0 * np.", id="view"),
+    pytest.param("tolstat/machines/planetary/declarations.py", "axial force left", "axial force", id="sentence of a response"),
+    pytest.param("tolstat/model/checked.py", "says whether it does", "says it", id="error"),
+    pytest.param("tolstat/lanes/compiled.py", "is damaged (", "is broken (", id="warning"),
+    pytest.param("tolstat/lanes/cache.py", "UNUSED_DAYS = 14.0", "UNUSED_DAYS = 15.0", id="what keeps code"),
+    pytest.param("tolstat/model/setting_kinds.py", "MOST_WHOLE = ", "MOST_WHOLE = 1 + ", id="what no trial needs"),
+    pytest.param("own/own.py", '"a sum"', '"two parts"', id="own title"),
+    pytest.param("own/own.py", "length of {n}", "{n}", id="own sentence"),
+    pytest.param("own/own.py", '"too many"', '"far too many"', id="own error"),
+    pytest.param("own/own.py", "return ()", "return (), ()", id="own numbers"),
+    pytest.param("own/far.py", "x + 5.0", "x + 6.0", id="own, not used"),
+    pytest.param("own/far.py", "(x: float) -> float:", "(x):", id="own annotation"),
+    pytest.param("tests/coverage/problems.py", "rods of +-0.9 mm, of", "rods, of", id="docstring of a problem"),
+    pytest.param("tolstat/statistics/intervals/betting.py", '"""Bound the mean', '"""Bind the mean', id="docstring of an interval"),
+]  # fmt: skip
+
+# file, before, after, and whose digest changes
+CODE = [
+    pytest.param(f"{STAND}/motion.py", "p.k1 * ", "-p.k1 * ", {"stand", "machines/stand/compiled.py"}, id="sign in an equation"),
+    pytest.param(f"{STAND}/parts.py", "N.l + dl", "N.l - dl", {"stand"}, id="operator in a model"),
+    pytest.param(f"{STAND}/nominal.py", "=", "= 1 *", {"stand", "machines/stand/compiled.py"}, id="nominal"),
+    pytest.param(f"{STAND}/declarations.py", '_C("rod_length_1"', '_C("rod_length_0"', {"stand"}, id="name of a contributor"),
+    pytest.param(f"{STAND}/declarations.py", "SHARE = (0.0, 1.0)", "SHARE = (0.0, 2.0)", {"stand"}, id="range"),
+    pytest.param(f"{STAND}/settings.py", "1e-", "2e-", {"stand"}, id="default"),
+    pytest.param(f"{STAND}/machine.py", "closer(settings)", "closer(settings, times=10)", {"stand"}, id="tighter settings"),
+    pytest.param("tolstat/machines/dimension_chain/formula.py", 'ast.Sub: "-"', 'ast.Sub: "+"', {"dimension_chain"}, id="operator of a formula"),
+    pytest.param("tolstat/integrator/tableau.py", "19372", "19373", MOVING | {"integrator/march.py"}, id="constant of the integrator"),
+    pytest.param("tolstat/integrator/march.py", "h * factor", "h / factor", MOVING | {"integrator/march.py"}, id="operator of the integrator"),
+    pytest.param("tolstat/integrator/control.py", "SAFETY = ", "SAFETY = -", MOVING | {"integrator/march.py"}, id="sign in the step control"),
+    pytest.param("tolstat/lanes/sine.py", "-0.5, 1.0", "-0.5, 1.1", MOVING | COMPILED, id="constant of a lane function"),
+    pytest.param("tolstat/lanes/sine.py", "r * r", "r + r", MOVING | COMPILED, id="operator of a lane function"),
+    pytest.param("tolstat/lanes/arithmetic.py", '"fsub"', '"fadd"', MOVING | COMPILED, id="what is taught to Numba"),
+    pytest.param("tolstat/lanes/arithmetic.py", "builder.fneg(args[0])", "args[0]", MOVING | COMPILED, id="a decorated function"),
+    pytest.param("tolstat/lanes/compiled.py", '"contract", ', "", MOVING | COMPILED, id="option of the compiler"),
+    pytest.param("tolstat/model/checked.py", "status == 0)", "status >= 0)", set(MODELS), id="what evaluates"),
+    pytest.param("own/own.py", "np.sin", "np.cos", {"own"}, id="function of a model of one's own"),
+    pytest.param("own/own.py", "> 1.0", "> 2.0", {"own"}, id="what cannot be built"),
+    pytest.param("own/own.py", '("x", "y")', '("y", "x")', {"own"}, id="order of contributors"),
+    pytest.param("own/far.py", "x - LONG", "x + LONG", {"own"}, id="operator in a file beside"),
+    pytest.param("own/far.py", "LONG = 2.0", "LONG = 2.5", {"own"}, id="constant in a file beside"),
+    pytest.param("own/own.py", "from far import shift", "from far import unused as shift", {"own"}, id="import"),
+    pytest.param("tolstat/deviations/samplers/sobol.py", "* 2.0**BITS", "* 2.5**BITS", {"one_response"}, id="sampler"),
+    pytest.param("tolstat/deviations/distributions/weibull.py", "-np.log", "np.log", {"halving_problems"}, id="distribution"),
+    pytest.param("tolstat/statistics/intervals/betting.py", "MOST_STAKED = 0.75", "MOST_STAKED = 0.76", {"one_response"}, id="interval"),
+    pytest.param("tests/coverage/problems.py", "SIZES = (50,", "SIZES = (51,", {"one_response", "halving_problems"}, id="problem"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("file", "before", "after"), WORDS)
+def test_words_change_nothing(tree, known, file, before, after):
+    with edited(tree / file, before, after):
+        now = digests(tree)
+    assert now == known
+
+
+@pytest.mark.parametrize(("file", "before", "after", "whose"), CODE)
+def test_code_changes_the_digest_of_what_computes_with_it(
+    tree, known, file, before, after, whose
+):
+    with edited(tree / file, before, after):
+        now = digests(tree)
+    assert {name for name in known if known[name] != now[name]} == whose
+
+
+def test_files_may_be_moved_and_renamed(tmp_path, monkeypatch, copied, known):
+    tree = tmp_path / "tree"
+    shutil.copytree(copied, tree)
+    monkeypatch.setattr(digest, "PACKAGE", tree / "tolstat")
+    for was, now in (
+        ("tolstat/integrator/step.py", "tolstat/integrator/stepping.py"),
+        ("tolstat/integrator/control.py", "tolstat/lanes/control.py"),
+        ("tolstat/lanes/sine.py", "tolstat/lanes/trigonometry.py"),
+        ("tolstat/lanes/arithmetic.py", "tolstat/lanes/operators.py"),
+        ("tolstat/machines/stand/motion.py", "tolstat/machines/stand/equations.py"),
+        ("tolstat/statistics/intervals/betting.py", "tolstat/statistics/bets.py"),
+        ("tests/coverage/problems.py", "tests/coverage/densities.py"),
+        ("own/far.py", "own/near.py"),
+    ):
+        (tree / now).parent.mkdir(exist_ok=True)
+        (tree / was).rename(tree / now)
+        old, new = (
+            Path(name.removeprefix("own/")).with_suffix("").as_posix().split("/")
+            for name in (was, now)
+        )
+        for file in tree.rglob("*.py"):
+            text = file.read_text()
+            text = text.replace(f"from {'.'.join(old)} ", f"from {'.'.join(new)} ")
+            for names in ("import ", "import arctan, power, "):
+                text = text.replace(
+                    f"from {'.'.join(old[:-1])} {names}{old[-1]} ",
+                    f"from {'.'.join(new[:-1])} {names}{new[-1]} ",
+                )
+            file.write_text(text)
+        assert digests(tree) == known, now
+
+
+def test_a_function_may_be_renamed_and_moved_to_another_file(tree, known):
+    text = FAR.replace("shift", "pushed").replace("LONG", "FAR")
+    one_file = OWN.replace("from far import shift\n", "").replace("shift(", "pushed(")
+    one_file = one_file.replace("class Own", f"{text}\n\nclass Own")
+    with (
+        edited(tree / "own/far.py", FAR, ""),
+        edited(tree / "own/own.py", OWN, one_file),
+    ):
+        now = digests(tree)
+    assert now == known
+
+
+FIRST = """from numba import types
+from part import of
+from tolstat.lanes.compiled import compiled
+
+
+@compiled(types.float64(types.float64))
+def add(a):
+    return of(a) + 1.0
+"""
+PART = """from tolstat.moving import compiled
+
+
+@compiled(within=True)
+def of(a):
+    return a * 2.0
+"""
+
+
+def test_compiled_code_is_never_stale(tmp_path, monkeypatch):
+    """Whatever Numba's cache goes by: files, lines, times of files."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def answered(first, part):
+        for name, text in (("first", first), ("part", part)):
+            path = tmp_path / f"{name}.py"
+            path.write_text(text)
+            os.utime(path, (1e9, 1e9))
+            sys.modules.pop(name, None)
+        digest.forget()
+        cache.cache_folder.cache_clear()
+        importlib.invalidate_caches()
+        monkeypatch.setattr(sys, "dont_write_bytecode", True)
+        module = importlib.import_module("first")
+        hits = sum(module.add.stats.cache_hits.values())
+        folders = len([*(tmp_path / "cache").glob("tolstat-*")])
+        return module.add(3.0), hits, folders
+
+    two = PART.replace("a * 2.0", "a * 3.0")
+    assert answered(FIRST, PART) == (7.0, 0, 1)
+    assert answered(FIRST, PART) == (7.0, 1, 1)
+    # words and lines of either: the same folder, and what is called is not seen
+    assert answered(FIRST, "# a word\n" + PART) == (7.0, 1, 1)
+    assert answered("# a word\n" + FIRST, PART) == (7.0, 0, 1)
+    # what is called: as many bytes, as old
+    assert answered(FIRST, two) == (10.0, 0, 2)
+    assert answered("# a word\n" + FIRST, two) == (10.0, 0, 2)
+    assert answered(FIRST.replace("+ 1.0", "- 1.0"), PART) == (5.0, 0, 3)
+    # another function in the line where the first one stood, then of its name too
+    head, _, body = FIRST.partition("\n\n\n")
+    nine, other = body.replace("1.0", "9.0"), body.replace("def add", "def sub")
+    assert answered("\n\n\n".join((head, other, nine)), PART)[::2] == (15.0, 4)
+    assert answered("\n\n\n".join((head, nine, other)), PART)[::2] == (15.0, 5)
+    # both renamed: the same is computed, and each name is found with its own code
+    nine = nine.replace("add", "sub")
+    assert answered("\n\n\n".join((head, nine, body)), PART)[::2] == (7.0, 5)
+    assert answered(FIRST, PART)[::2] == (7.0, 5)
