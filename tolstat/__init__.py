@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tolstat.answers.allocate.allocate_tolerances import allocate
-    from tolstat.answers.pages import compare, report
+    from tolstat.answers.pages import compare
     from tolstat.answers.relimit import limited
+    from tolstat.answers.report.ask import report, summary
     from tolstat.answers.views.evaluate import evaluate
     from tolstat.answers.views.machine_view import view
     from tolstat.answers.views.replay import replay
@@ -78,10 +79,11 @@ _HOMES = {
     "models": "tolstat.catalogue",
     "open": "tolstat.store.open_run",
     "replay": "tolstat.answers.views.replay",
-    "report": "tolstat.answers.pages",
+    "report": "tolstat.answers.report.ask",
     "resume": "tolstat.execution.continuation",
     "run": "tolstat.execution.execute",
     "setting": "tolstat.model.settings",
+    "summary": "tolstat.answers.report.ask",
     "trajectory": "tolstat.answers.views.trajectory",
     "verify": "tolstat.execution.verification",
     "view": "tolstat.answers.views.machine_view",
@@ -94,8 +96,8 @@ __all__ = [
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
     "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "closer",
     "column", "compare", "evaluate", "extend", "identify_drive", "limited", "models",
-    "open", "replay", "report", "resume", "run", "setting", "trajectory", "verify",
-    "view", "what_if",
+    "open", "replay", "report", "resume", "run", "setting", "summary", "trajectory",
+    "verify", "view", "what_if",
 ]  # fmt: skip
 
 

@@ -9,59 +9,10 @@ from pathlib import Path
 from tolstat.errors import PictureError
 from tolstat.model.view import Listing, View
 from tolstat.render.output_file import check_output, replace
-from tolstat.store.commands import to_replay
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 
 PICTURES = (".png", ".svg", ".pdf")
-
-
-def report(
-    run: Run | str | os.PathLike[str],
-    output: str | os.PathLike[str] | None = None,
-    responses: Sequence[str] = (),
-) -> Path:
-    """Write the statistical tolerance report of a run: one page of HTML.
-
-    Parameters
-    ----------
-    run : Run or path
-        Whose machines were drawn. The page is made of its file alone: nothing is
-        simulated, and the machine need not be at hand.
-    output : path, optional
-        The page; beside the run, ending in .html, if not given.
-    responses : sequence of str
-        What is looked at closely; what has a limit if none are given.
-
-    Returns
-    -------
-    Path
-        Of the page.
-
-    Raises
-    ------
-    PictureError
-        If the run has no statistics, or no such response.
-    RunFileError
-        If the run cannot be read, or the page cannot be written.
-    """
-    from tolstat.answers.report.gather import findings_of
-    from tolstat.answers.report.template_page import make_page, page_of, pictures_of
-
-    of = run if isinstance(run, Run) else open_run(run)
-    path = Path(output) if output is not None else of.path.with_suffix(".html")
-    check_output(path)
-    if of.rare:
-        from tolstat.answers.rare.rare_answer import STAGES, UNMET, rare_findings
-
-        rare = rare_findings(of, responses)
-        page = page_of(
-            "rare.html", rare, title=rare.title, unmet=UNMET, stages=STAGES,
-            again=lambda trial: to_replay(of.path, trial, of.machine),
-        )  # fmt: skip
-        return write(path, page)
-    found = findings_of(of, responses)
-    return write(path, make_page(of, found, pictures_of(of, found)))
 
 
 def compare(

@@ -21,6 +21,7 @@ from tolstat.answers.index.run_entries import (
     index_csv,
     index_page,
 )
+from tolstat.answers.report.ask import report
 from tolstat.cli.interrupting import INTERRUPTED, LIMITS_NOT_MET, stop_on_interrupt
 from tolstat.cli.listing import FIRST, row_of, runs_table
 from tolstat.cli.power import Power
@@ -138,7 +139,7 @@ def _report(run: Run) -> Path | None:
         if page.stat().st_mtime >= run.path.stat().st_mtime:
             return page
     try:
-        return making.report(run, page)
+        return report(run).save(page)
     except PictureError:  # machines that were chosen and not drawn
         return None
 

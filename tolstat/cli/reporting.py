@@ -12,9 +12,7 @@ from typing import Any, TypeVar
 import click
 
 from tolstat.answers import pages as making
-from tolstat.answers.rare.rare_answer import rare_findings
-from tolstat.answers.report.gather import findings_of
-from tolstat.answers.report.report_csv import rare_csv, report_csv
+from tolstat.answers.report.ask import report
 from tolstat.errors import StudyError
 from tolstat.literal import visible
 from tolstat.render.output_file import check_output
@@ -46,14 +44,14 @@ def report_run(
         from tolstat.answers.relimit import limited
 
         run = limited(run, limits_in(limits))
+    found = report(run, responses)
     if form == "html":
-        made = making.report(run, output, responses)
-        click.echo(f"report in {visible(str(made))}")
+        path = found.save(output or run.path.with_suffix(".html"))
+        click.echo(f"report in {visible(str(path))}")
+    elif output:
+        making.write(output, found.json() if form == "json" else found.csv())
     else:
-        if run.rare:
-            deliver(rare_findings(run, responses), output, form, rare_csv)
-        else:
-            deliver(findings_of(run, responses), output, form, report_csv)
+        click.echo(found.json() if form == "json" else found.csv(), nl=False)
 
 
 def limits_in(texts: Sequence[str]) -> dict[str, Any]:

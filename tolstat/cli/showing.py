@@ -12,9 +12,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from tolstat.answers.report.summary_table import Cell, SummaryTable, summary_table
+from tolstat.answers.report.ask import summary
+from tolstat.answers.report.summary_table import Cell
 from tolstat.answers.sweep.curves import comparisons
 from tolstat.literal import visible
+from tolstat.render.screen import show
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 
@@ -47,27 +49,10 @@ def screen(least: int = 0) -> Screen:
 
 
 def print_summary(run: Run) -> bool:
-    """Print the summary tables of a run; false if a limit is not met."""
-    console = screen()
-    summary = _summary(run)
-    parts = [(summary.title, summary.heads, summary.rows)]
-    if summary.limit_rows:
-        parts.append(("limits", summary.limit_heads, summary.limit_rows))
-    for title, heads, rows in parts:
-        print_table(title, heads, rows, wide=console.width >= WIDE)
-    for note in summary.notes:
-        console.print(note)
-    return not summary.not_met
-
-
-def _summary(run: Run) -> SummaryTable:
-    if not run.rare:
-        return summary_table(run)
-    from tolstat.answers.rare.rare_answer import (
-        rare_table,  # what it needs, others do not
-    )
-
-    return rare_table(run)
+    """Print the summary of a run; false if a limit is not met."""
+    found = summary(run)
+    show(found.document())
+    return not found.not_met
 
 
 def print_table(

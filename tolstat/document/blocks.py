@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from tolstat.document.inline import Inline, Parts, text
+from tolstat.document.inline import Inline, Parts, Said, text
 from tolstat.document.plot import Plot
 from tolstat.model.view import Chart
 
@@ -18,7 +18,8 @@ class Cell(NamedTuple):
     below: Parts = ()
 
 
-class Column(NamedTuple):
+@dataclass(frozen=True)
+class Column:
     """A column of a table.
 
     Attributes
@@ -207,11 +208,11 @@ class Document:
     foot: tuple[str, ...] = ()
 
 
-def note(*parts: Inline | Iterable[Inline] | None) -> Paragraph:
+def note(*parts: Said) -> Paragraph:
     """Make a paragraph of what must be known to read the rest."""
     return Paragraph(text(*parts), "note")
 
 
-def paragraph(*parts: Inline | Iterable[Inline] | None) -> Paragraph:
+def paragraph(*parts: Said) -> Paragraph:
     """Make a paragraph."""
     return Paragraph(text(*parts))

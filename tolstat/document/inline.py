@@ -57,18 +57,17 @@ class Typed:
 
 Inline = str | Number | Name | Word | Typed
 Parts = tuple[Inline, ...]
+Said = Inline | Iterable["Said"] | None  # as a sentence is given
 
 
-def text(*given: Inline | Iterable[Inline] | None) -> Parts:
-    """Return the parts of a sentence; None is left out."""
+def text(*given: Said) -> Parts:
+    """Return the parts of a sentence; None is left out, what is nested is flattened."""
     parts: list[Inline] = []
     for each in given:
-        if each is None:
-            continue
         if isinstance(each, str | Number | Name | Word | Typed):
             parts.append(each)
-        else:
-            parts += each
+        elif each is not None:
+            parts += text(*each)
     return tuple(parts)
 
 
@@ -77,7 +76,7 @@ def counted(count: int, noun: str, plural: str = "") -> Parts:
     return (Number(count), f" {noun if count == 1 else plural or noun + 's'}")
 
 
-def listed(items: Sequence[Inline | Parts], joint: str = "and") -> Parts:
+def listed(items: Sequence[Said], joint: str = "and") -> Parts:
     """List items: a; a and b; a, b and c. Without a joint by commas alone."""
     found: list[Inline] = []
     for i, item in enumerate(items):

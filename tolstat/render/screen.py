@@ -150,7 +150,9 @@ def _made(given: Table, chosen: Sequence[int]) -> RichTable:
             overflow="fold",
         )
     for row in given.rows:
-        made.add_row(*(_in_lines(row[i]) for i in chosen))
+        # what explains the name of a row is for pages
+        shown = (Cell(row[i].main) if i < given.keys else row[i] for i in chosen)
+        made.add_row(*map(_in_lines, shown))
     return made
 
 

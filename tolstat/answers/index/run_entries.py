@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from tolstat.answers.rare.rare_answer import rare_findings
+from tolstat.answers.rare.rare_answer import rare_summary
 from tolstat.answers.report.template_page import environment, style
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.errors import DamagedError, RunFileError, TolstatError
@@ -108,7 +108,7 @@ def verdicts_of(run: Run) -> dict[str, list[str]]:
         not drawn by how many of them are beyond.
     """
     if run.rare:
-        return {rare_findings(run).verdict: [run.rare]} if run.ended else {}
+        return {rare_summary(run).verdict: [run.rare]} if run.ended else {}
     found: dict[str, list[str]] = {}
     drawn = drawn_trials(run)
     for name, limit in run.limits.items() if run.ended else ():

@@ -1,4 +1,4 @@
-"""The likeliest machines beyond a limit, and which of their parts lie far out."""
+"""The most probable failure points, and which of their parts lie far out."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ from scipy.special import ndtr, ndtri
 from tolstat.store.layout import DISTANCE
 from tolstat.store.plan import SCORES, Assumed
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import AS_IS, PART
 
-LIKELIEST = 10  # machines beyond that are named
+MOST_POINTS = 10  # machines beyond that are named
 LEADING = 0.5  # as far out as the contributor that is farthest: named too
 NORMAL = 0.01  # between its sigmas and its normal score: normal, for all that is seen
 
 
-class LikelyFindings(NamedTuple):
+class FailurePoint(NamedTuple):
     """A machine beyond the limit, of those that are most likely.
 
     Attributes
@@ -64,14 +63,8 @@ class LikelyFindings(NamedTuple):
         """Tell whether a deviation is as unlikely as its sigmas say."""
         return abs(self.off[name] - self.scores[name]) < NORMAL
 
-    def how_far(self, name: str) -> str:
-        """Say how far out a part lies: of a normal one in sigmas."""
-        if self.normal(name):
-            return f"{'+' * (self.off[name] > 0)}{AS_IS.number(self.off[name])} sigmas"
-        return f"{PART.number(self.farther[name])} % of such parts lie farther out"
 
-
-def likeliest_of(run: Run, beyond: NDArray[np.bool_]) -> tuple[LikelyFindings, ...]:
+def failure_points(run: Run, beyond: NDArray[np.bool_]) -> tuple[FailurePoint, ...]:
     """Name the machines beyond a limit that are nearest to the middle one.
 
     Parameters
@@ -82,7 +75,7 @@ def likeliest_of(run: Run, beyond: NDArray[np.bool_]) -> tuple[LikelyFindings, .
         Its machines beyond the limit.
     """
     distance = np.where(beyond, run.column(DISTANCE), np.inf)
-    order = np.argsort(distance, kind="stable")[:LIKELIEST]
+    order = np.argsort(distance, kind="stable")[:MOST_POINTS]
     return tuple(
         _likely(run, trial, float(distance[trial]))
         for trial in order.tolist()
@@ -90,7 +83,7 @@ def likeliest_of(run: Run, beyond: NDArray[np.bool_]) -> tuple[LikelyFindings, .
     )
 
 
-def _likely(run: Run, trial: int, distance: float) -> LikelyFindings:
+def _likely(run: Run, trial: int, distance: float) -> FailurePoint:
     deviations = {name: float(run.column(name)[trial]) for name in run.assumed}
     off = {
         name: (deviations[name] - each.mean) / each.sigma
@@ -103,7 +96,7 @@ def _likely(run: Run, trial: int, distance: float) -> LikelyFindings:
     }
     farther = {name: float(ndtr(-abs(score))) for name, score in scores.items()}
     value = float(run.column(run.rare)[trial])
-    return LikelyFindings(trial, value, distance, deviations, off, scores, farther)
+    return FailurePoint(trial, value, distance, deviations, off, scores, farther)
 
 
 def normal_score(deviation: float, assumed: Assumed, unknown: float) -> float:

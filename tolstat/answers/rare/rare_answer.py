@@ -1,32 +1,29 @@
-"""What a rare run says: the share beyond, and the machines that lead there."""
+"""What a rare run says: the fraction out of one limit, and the trials there. SI."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from tolstat.answers.rare.failure_points import LikelyFindings, likeliest_of
-from tolstat.answers.report.findings import (
-    Assumptions,
-    DocumentFindings,
-    TrialsFindings,
+from tolstat.answers.answer import Answer
+from tolstat.answers.rare.failure_points import FailurePoint, failure_points
+from tolstat.answers.report.gather import (
+    assumptions_of,
+    provenance_of,
+    title_block_of,
 )
-from tolstat.answers.report.gather import assumptions_of, document_of, provenance_of
-from tolstat.answers.report.summary_table import (
-    Cell,
-    SummaryTable,
-    estimate_in_words,
-    notes_of,
-    reading_of,
-)
+from tolstat.answers.report.report_answer import Assumptions, TitleBlock, TrialCounts
+from tolstat.answers.report.run_notes import notes_of
+from tolstat.document.blocks import Document
+from tolstat.document.inline import Number
 from tolstat.errors import PictureError, allowed_names
-from tolstat.render.plain import demand_words
+from tolstat.render.tables import Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.capability import by_share
 from tolstat.statistics.limits.limit import Limit, within
@@ -34,98 +31,87 @@ from tolstat.statistics.limits.rare_share import ENOUGH, plain_trials, rare_shar
 from tolstat.statistics.limits.yields import NOT_MET, verdict
 from tolstat.statistics.reweighting.weights import effective_number
 from tolstat.status import Status
-from tolstat.store.fresh_run_advice import AT_RANDOM, own_run
 from tolstat.store.layout import SPREAD, STAGE, WEIGHT
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import AS_IS, PPM, Scale
-
-UNMET = (
-    "Interval and verdict leave out machines beyond of a kind that the last stage "
-    "never met: there may be up to {} per million of these"
-)
-STAGES = (
-    "Stage 0 is drawn wide; the stages right after it, at 1 times the spread, go to "
-    "the limit step by step where the response leads (subset simulation); all others "
-    "are drawn where machines beyond were found, or those nearest to the limit while "
-    "hardly any were, and the last one tells the share"
-)
+from tolstat.units.scale import AS_IS, PER_CENT, PPM, Scale
 
 
-class StageFindings(NamedTuple):
-    """Trials that were drawn at once.
+class Stage(NamedTuple):
+    """Trials that were sampled at once.
 
     Attributes
     ----------
-    trials, beyond, failed : int
-        How many have run; of these, beyond the limit, failed ones among them.
+    trials, out_of_limit, failed : int
+        How many have run; of these, out of limit, failed ones among them.
     least, largest : float
         Times the spread of the study that they aimed at.
     """
 
     trials: int
-    beyond: int
+    out_of_limit: int
     failed: int
     least: float
     largest: float
 
 
-@dataclass(frozen=True)
-class RareFindings:
-    """What a rare run says of its limit. SI.
+@dataclass(frozen=True, repr=False)
+class RareSummary(Answer):
+    """What a rare run says of its limit.
 
     Attributes
     ----------
-    title, run, model, machine : str
+    title, run, model : str
         What it is of.
-    document : DocumentFindings
-        The title block.
-    trials : TrialsFindings
-        What became of them, in all stages; those of the last are counted, and tell what
-        share failed. Unseen is the share of a kind of machine beyond which the
-        last stage has not met, at most (97.5 %).
+    title_block : TitleBlock
+        What it is part of, and who answers for it.
+    trials : TrialCounts
+        What became of them, in all stages; those of the last are counted, and tell
+        which fraction failed. Unseen is the fraction of a kind of out-of-limit trial
+        that the last stage has not met, at most (97.5 %).
     met : int
-        Machines beyond in the last stage.
+        Out-of-limit trials in the last stage.
     response, sentence : str
         What is limited.
     scale : Scale
         How it is shown.
     nominal : float
-        Of the nominal machine; NaN if that failed.
+        Of the nominal trial; NaN if that failed.
     limit : Limit
-        What is permitted, and of how many machines it is asked.
+        What is permitted, and what is demanded.
     demanded_ppk : float
         What is demanded, as the Ppk of a normal response.
-    beyond, within : Estimate
-        Shares of the machines; failed ones are beyond.
+    fraction_out_of_limit, within : Estimate
+        Fractions of production; failed trials are out of limit.
     verdict : str
-        As of a plain run; of the interval at one look.
-    equivalent : Estimate
-        Ppk of a normal response with as many beyond.
+        As of a plain run, for one number of trials.
+    equivalent_ppk : Estimate
+        Of a normal response with the same fraction out of limit.
     plain_trials : float
-        Trials of a plain run that would have as narrow an interval; NaN where none.
+        Trials of a plain run with as narrow an interval; NaN where none.
     first_order : float
-        Share beyond at this end of a limit that is straight, as far from the middle
-        machine as the nearest beyond that was met; NaN where none was.
-    stages : tuple of StageFindings
-        In order; the last one tells the share.
-    likeliest : tuple of LikelyFindings
-        The most likely machines beyond that were met, the nearest first.
+        Fraction out of limit at this end of a limit that is straight, as far from the
+        median trial as the most probable failure point; NaN where none was met.
+    stages : tuple of Stage
+        In order; the last one tells the fraction.
+    failure_points : tuple of FailurePoint
+        The most probable out-of-limit trials that were met, the nearest first.
     precise, changed : int
-        Trials evaluated again more precisely, and those of them that change sides.
+        Trials evaluated again more precisely; those of them that change sides.
     assumptions : Assumptions
-        What the numbers hang on.
+        What the numbers rest on.
     scales : dict of str to Scale
         How each contributor that deviates is shown.
     provenance : dict
         Versions, times, processor; the study as it was written.
+    of : Run
+        The run itself; no part of the JSON.
     """
 
     title: str
     run: str
     model: str
-    machine: str
-    document: DocumentFindings
-    trials: TrialsFindings
+    title_block: TitleBlock
+    trials: TrialCounts
     met: int
     response: str
     sentence: str
@@ -133,32 +119,66 @@ class RareFindings:
     nominal: float
     limit: Limit
     demanded_ppk: float
-    beyond: Estimate
+    fraction_out_of_limit: Estimate
     within: Estimate
     verdict: str
-    equivalent: Estimate
+    equivalent_ppk: Estimate
     plain_trials: float
     first_order: float
-    stages: tuple[StageFindings, ...]
-    likeliest: tuple[LikelyFindings, ...]
+    stages: tuple[Stage, ...]
+    failure_points: tuple[FailurePoint, ...]
     precise: int
     changed: int
     assumptions: Assumptions
     scales: Mapping[str, Scale]
     provenance: Mapping[str, object]
+    of: Run = field(metadata={"json": False})
+    answers: ClassVar[str] = "rare"
+
+    @property
+    def not_met(self) -> tuple[str, ...]:
+        """The response, if its limit is not met."""
+        return (self.response,) if self.verdict == NOT_MET else ()
+
+    @property
+    def short(self) -> str:
+        """What it is, in a few words."""
+        value = PPM.interval(*self.fraction_out_of_limit[:3])[0]
+        return f"{self.run}, {self.response} {self.verdict}, {value} ppm"
+
+    def document(self) -> Document:
+        """Return verdict, failure points, stages, assumptions."""
+        from tolstat.answers.rare.rare_document import rare_document
+
+        return rare_document(self)
+
+    def rows(self) -> Sequence[Row]:
+        """Return the one response in a row."""
+        lower, upper = (
+            end if math.isfinite(end) else math.nan for end in self.limit.permitted
+        )
+        return [
+            {
+                "title": self.title,
+                "response": self.response,
+                "unit": self.scale.shown,
+                "nominal [unit]": Number(self.nominal, self.scale),
+                "lower limit [unit]": Number(lower, self.scale),
+                "upper limit [unit]": Number(upper, self.scale),
+                "demanded [%]": Number(self.limit.demanded, PER_CENT),
+                "verdict": self.verdict,
+                "yield [%]": Number(self.within, PER_CENT),
+                "fraction out of limit [ppm]": Number(self.fraction_out_of_limit, PPM),
+                "equivalent Ppk": Number(self.equivalent_ppk, AS_IS),
+                "failed [ppm]": Number(self.trials.failures, PPM),
+                "trials run": self.trials.ran,
+                "trials counted": self.trials.counted,
+                "of these out of limit": self.met,
+            }
+        ]
 
 
-def _telling_of(name: str, run: Run) -> tuple[str, str]:
-    """Say what is changed in a study to tell of another response; name the copy."""
-    names = [each.name for each in run.responses]
-    if name not in names:
-        raise PictureError(f"response {name}: unknown; {allowed_names(name, names)}")
-    if name in run.limits:
-        return f'write there `sampling = {{ rare = "{name}" }}`', name
-    return AT_RANDOM, "random"
-
-
-def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
+def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     """Gather what a rare run says; of its file alone.
 
     Parameters
@@ -171,37 +191,36 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
     Raises
     ------
     PictureError
-        If no trial has run, or another response is asked for.
+        If no trial has run, or another response is requested.
     """
     name, limit = run.rare, run.limits[run.rare]
+    names = [each.name for each in run.responses]
     if others := [each for each in chosen if each != name]:
-        own = own_run(run, *_telling_of(others[0], run))
+        if others[0] not in names:
+            unknown = allowed_names(others[0], names)
+            raise PictureError(f"response {others[0]}: unknown; {unknown}")
         raise PictureError(
             f'response {others[0]}: {run.path} has sampling = "rare" and tells of '
-            f"{name} alone; {own}"
+            f"{name} alone"
         )
     if not run.ended:
         raise PictureError(f"{run.path}: no trial has run; there is nothing to report")
     ran = run.status != Status.NOT_RUN
-    beyond, stage = run.beyond(name), run.column(STAGE)
-    weights = run.column(WEIGHT)
+    out, stage, weights = run.beyond(name), run.column(STAGE), run.column(WEIGHT)
     last = ran & ~np.isnan(weights)
-    share = rare_share(beyond[last], weights[last])
+    share = rare_share(out[last], weights[last])
     failures = rare_share(run.status[last] > Status.DONE, weights[last])
-    if failures.value > 0:  # those that fail are beyond: no more than are beyond
+    if failures.value > 0:  # failed trials are out of limit: no more than these
         failures = failures._replace(upper=min(failures.upper, share.upper))
     good = share.complement
-    likeliest = likeliest_of(run, beyond)
-    response = next(each for each in run.responses if each.name == name)
-    sampled = run.sampled
-    assert sampled
-    return RareFindings(
-        run.title,
-        run.path.name,
-        run.model,
-        run.machine,
-        document_of(run),
-        TrialsFindings(
+    points = failure_points(run, out)
+    assert run.sampled
+    return RareSummary(
+        title=run.title,
+        run=run.path.name,
+        model=run.model,
+        title_block=title_block_of(run),
+        trials=TrialCounts(
             run.trials,
             run.ended,
             run.ended - run.failed,
@@ -211,167 +230,79 @@ def rare_findings(run: Run, chosen: Sequence[str] = ()) -> RareFindings:
             failures,
             unmet(weights[last]) if last.any() else math.nan,
             run.sampling,
-            sampled.promise,
+            run.sampled.promise,
             (
-                *_worth(weights[last & beyond]),
-                *_failing(run, failures),
+                *_too_few(weights[last & out]),
+                _failing(run, failures),
                 *notes_of(run, None),
             ),
         ),
-        int(np.count_nonzero(beyond[last])),
-        name,
-        response.sentence,
-        run.scales[name],
-        run.nominal_values[name],
-        limit,
-        limit.ppk,
-        share,
-        good,
-        verdict(good, limit.demanded),
-        by_share(share, limit),
-        plain_trials(share),
-        float(ndtr(-likeliest[0].distance)) if likeliest else math.nan,
-        tuple(
-            _stage(run, ran & (stage == each), beyond) for each in np.unique(stage[ran])
+        met=int(np.count_nonzero(out[last])),
+        response=name,
+        sentence=next(each.sentence for each in run.responses if each.name == name),
+        scale=run.scales[name],
+        nominal=run.nominal_values[name],
+        limit=limit,
+        demanded_ppk=limit.ppk,
+        fraction_out_of_limit=share,
+        within=good,
+        verdict=verdict(good, limit.demanded),
+        equivalent_ppk=by_share(share, limit),
+        plain_trials=plain_trials(share),
+        first_order=float(ndtr(-points[0].distance)) if points else math.nan,
+        stages=tuple(
+            _stage(run, ran & (stage == n), out) for n in np.unique(stage[ran])
         ),
-        likeliest,
-        *_changed(run),
-        assumptions_of(run),
-        {each: run.scales[each] for each in run.assumed},
-        provenance_of(run, sampled),
+        failure_points=points,
+        **_changed(run),
+        assumptions=assumptions_of(run),
+        scales={each: run.scales[each] for each in run.assumed},
+        provenance=provenance_of(run),
+        of=run,
     )
 
 
-def _worth(weights: NDArray[np.float64]) -> list[str]:
-    """Say why an interval is so wide, of the weights of the machines beyond."""
-    worth = effective_number(weights)
-    if not 0 < worth < ENOUGH:
+def _too_few(weights: NDArray[np.float64]) -> list[str]:
+    """Say why an interval is so wide, of the weights of out-of-limit trials."""
+    size = effective_number(weights)
+    if not 0 < size < ENOUGH:
         return []
     return [
-        f"the machines beyond are worth only {worth} independent ones, fewer than "
-        f"{ENOUGH}: the search did not come to its end, and the interval is as wide as "
-        "that of a few hundred plain trials; more trials, or another seed, may end it"
+        f"the out-of-limit trials have an effective sample size of {size}; {ENOUGH} "
+        "are needed for a narrow interval: run more trials, or another seed"
     ]
 
 
-def _failing(run: Run, share: Estimate) -> list[str]:
-    """Say how many machines fail, and that failed trials are no share of any."""
+def _failing(run: Run, share: Estimate) -> str:
+    """Say which fraction fails; failed trials of a search are no fraction of any."""
     if not run.failed:
-        return ["no machine failed in any stage"]
+        return "no trial failed in any stage"
     words = ", ".join(f"{count} {word}" for word, count in run.failures.items())
     if share.sure:
         value, *ends = PPM.interval(*share[:3])
-        said = (
-            f"{value} ({ends[0]}..{ends[1]}) of a million machines fail, and count as"
-        )
-        said += " beyond"
+        said = f"{value} ppm ({ends[0]} to {ends[1]}) fail, and count as out of limit"
     else:
-        said = f"what share of the machines fails is not known: {share.reason}"
-    return [f"{said}; of the trials, sought where machines are beyond: {words}"]
+        said = f"the fraction that fails is not known: {share.reason}"
+    return f"{said}; of the trials sampled near the limit: {words}"
 
 
-def _stage(
-    run: Run, trials: NDArray[np.bool_], beyond: NDArray[np.bool_]
-) -> StageFindings:
+def _stage(run: Run, trials: NDArray[np.bool_], out: NDArray[np.bool_]) -> Stage:
     spread = run.column(SPREAD)[trials]
-    return StageFindings(
+    return Stage(
         int(np.count_nonzero(trials)),
-        int(np.count_nonzero(trials & beyond)),
+        int(np.count_nonzero(trials & out)),
         int(np.count_nonzero(run.status[trials] > Status.DONE)),
         float(spread.min()),
         float(spread.max()),
     )
 
 
-def _changed(run: Run) -> tuple[int, int]:
+def _changed(run: Run) -> dict[str, int]:
     """Count the trials evaluated again, and those that change sides of the limit."""
     if run.audited is None:
-        return 0, 0
+        return {"precise": 0, "changed": 0}
     permitted = run.limits[run.rare].permitted
-    sides = [
-        within(values, permitted)
-        for values in (
-            run.column(run.rare)[run.audited.trials],
-            run.audited.responses[run.rare],
-        )
-    ]
-    return len(run.audited.trials), int(np.count_nonzero(sides[0] != sides[1]))
-
-
-def rare_table(run: Run) -> SummaryTable:
-    """Summarize a rare run for the screen: its stages, its limit.
-
-    Parameters
-    ----------
-    run : Run
-        Complete or not.
-    """
-    title = f"{run.title}: {run.trials} trials of {run.model}, sought in stages"
-    if not run.ended:
-        return SummaryTable(title, ["stage"], [], [], [], notes_of(run, None))
-    found = rare_findings(run)
-    rows: list[list[Cell]] = [
-        [str(number), _spread(each), str(each.trials), str(each.beyond)]
-        for number, each in enumerate(found.stages)
-    ]
-    limits: list[list[Cell]] = [
-        [
-            found.response,
-            found.limit.words,
-            demand_words(found.limit),
-            found.verdict,
-            _cell(found.beyond, PPM),
-            _cell(found.equivalent, AS_IS),
-        ]
-    ]
-    return SummaryTable(
-        title,
-        ["stage", "times the spread", "trials", "beyond"],
-        rows,
-        ["response", "limit", "demanded", "verdict", "beyond, ppm", "as Ppk"],
-        limits,
-        [*_said(run, found), *found.trials.notes, *reading_of(run, None)],
-        (found.response,) if found.verdict == NOT_MET else (),
-    )
-
-
-def _cell(estimate: Estimate, scale: Scale) -> Cell:
-    return estimate.reason or estimate_in_words(estimate, scale)
-
-
-def _spread(stage: StageFindings) -> str:
-    if stage.least == stage.largest:
-        return AS_IS.number(stage.least)
-    return f"{AS_IS.number(stage.least)}..{AS_IS.number(stage.largest)}"
-
-
-def _said(run: Run, found: RareFindings) -> list[str]:
-    """Say what the numbers of a rare run mean."""
-    said = [STAGES]
-    if found.likeliest and (first := found.likeliest[0]).leading:
-        parts = ", ".join(
-            f"{name} {found.scales[name].words(first.deviations[name])} "
-            f"({first.how_far(name)})"
-            for name in first.leading
-        )
-        if len(first.leading) < len(first.scores):
-            parts += ", others less than half as far out"
-        said.append(
-            f"likeliest machine beyond that was met: {parts}: trial {first.trial}, "
-            f"{AS_IS.number(first.distance)} sigmas from the middle machine"
-        )
-    if not math.isnan(found.plain_trials):
-        said.append(
-            f"a plain run would need about {AS_IS.number(found.plain_trials)} trials "
-            "for as narrow an interval"
-        )
-    if found.trials.counted:
-        said.append(UNMET.format(PPM.at_most(found.trials.unseen)))
-    if others := [name for name in run.limits if name != run.rare]:
-        said.append(f"not asked: {', '.join(others)}; that takes a run of its own")
-    if found.changed:
-        said.append(
-            f"of {found.precise} trials evaluated again more precisely {found.changed} "
-            "change sides of the limit"
-        )
-    return said
+    before = within(run.column(run.rare)[run.audited.trials], permitted)
+    after = within(run.audited.responses[run.rare], permitted)
+    changed = int(np.count_nonzero(before != after))
+    return {"precise": len(run.audited.trials), "changed": changed}

@@ -1,49 +1,47 @@
-"""Findings gathered from a run."""
+"""The summary and the report of a run, gathered from its file alone."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tolstat.answers.report.classical import classical_of
-from tolstat.answers.report.findings import (
-    Assumptions,
-    DeviationFindings,
-    DistributionFindings,
-    DocumentFindings,
-    Findings,
-    JointFindings,
-    NumberFindings,
-    ResponseFindings,
-    TrialsFindings,
-)
+from tolstat.answers.report.classical import scatter_of_run, worst_trials
 from tolstat.answers.report.integration import integration_of
-from tolstat.answers.report.main_causes import culprits_of
-from tolstat.answers.report.summary_table import joint_of, notes_of, summaries_of
+from tolstat.answers.report.main_causes import main_causes
+from tolstat.answers.report.report_answer import (
+    AllLimits,
+    Assumptions,
+    NumberOfStudy,
+    Report,
+    ReportedResponse,
+    ResponseSummary,
+    RunSummary,
+    SampledDeviation,
+    TitleBlock,
+    TrialCounts,
+)
+from tolstat.answers.report.run_notes import notes_of
 from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.errors import PictureError, allowed_names
-from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.intervals.moments import unseen
 from tolstat.statistics.intervals.replicates import never_met
-from tolstat.statistics.limits.yields import CONFIDENCE
+from tolstat.statistics.limits.yields import CONFIDENCE, joint_yield
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.shapes import NAMES, Shape, atom_of, best_shape
-from tolstat.store.plan import Sampled
+from tolstat.statistics.sensitivity.linear import departures, root_sum_square
+from tolstat.statistics.shapes import Atom, atom_of
+from tolstat.statistics.summary import Summary, summarize
 from tolstat.store.stored_run import Run
 
-Array = NDArray[np.float64]
-
-MOST_DRAWN = 8  # responses, where no limit says which ones matter
+MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
 
 
-def responses_of_interest(run: Run, chosen: Sequence[str] = ()) -> list[str]:
-    """Choose what is looked at closely.
+def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
+    """Choose the responses in focus.
 
     Parameters
     ----------
@@ -62,119 +60,152 @@ def responses_of_interest(run: Run, chosen: Sequence[str] = ()) -> list[str]:
     for name in chosen:
         if name not in known:
             raise PictureError(f"response {name}: {allowed_names(name, known)}")
-    return list(dict.fromkeys(chosen)) or list(run.limits) or known[:MOST_DRAWN]
+    return list(dict.fromkeys(chosen)) or list(run.limits) or known[:MOST_IN_FOCUS]
 
 
 def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
-    """Return what a report rests on, and which responses it looks at closely.
+    """Return what a report rests on, and its responses in focus.
 
     Raises
     ------
     PictureError
-        If the machines were not drawn, no trial is done, or a response is unknown.
+        If the trials were not sampled, none has run, or a response is unknown.
     """
     drawn = drawn_trials(run)
     if drawn is None:
         raise PictureError(no_sample(run))
     if not np.any(drawn.sample.ran):
         raise PictureError(f"{run.path}: no trial has run; there is nothing to report")
-    return drawn, responses_of_interest(run, chosen)
+    return drawn, responses_in_focus(run, chosen)
 
 
-def findings_of(run: Run, chosen: Sequence[str] = ()) -> Findings:
-    """Gather what a report says of a run; of its file alone, nothing is simulated.
+def summaries_of(drawn: Drawn) -> dict[str, Summary]:
+    """Summarize every response of a run whose trials were sampled."""
+    limits = drawn.run.limits
+    return {
+        each.name: summarize(
+            drawn.values(each.name), drawn.sample, limits.get(each.name), each.range
+        )
+        for each in drawn.run.responses
+    }
+
+
+def summary_of(drawn: Drawn) -> RunSummary:
+    """Summarize a run: its limits, their main causes, its responses."""
+    run, summaries, causes = drawn.run, summaries_of(drawn), main_causes(drawn)
+    responses = {
+        each.name: ResponseSummary(
+            **vars(summaries[each.name]),
+            nominal=run.nominal_values[each.name],
+            sentence=each.sentence,
+            scale=run.scales[each.name],
+            causes=causes.get(each.name),
+        )
+        for each in run.responses
+    }
+    return RunSummary(**_known(drawn), responses=responses)
+
+
+def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
+    """Gather the report of a run; of its file alone, nothing is simulated.
 
     Parameters
     ----------
     run : Run
-        Whose machines were drawn.
+        Whose trials were sampled.
     chosen : sequence of str
-        Responses to be looked at closely; see `responses_of_interest`.
+        Responses in focus; see `responses_in_focus`.
 
     Raises
     ------
     PictureError
-        If the machines were not drawn, no trial is done, or a response is unknown.
+        If the trials were not sampled, none has run, or a response is unknown.
     """
-    drawn, interest = reportable(run, chosen)
+    drawn, focus = reportable(run, chosen)
     with ThreadPoolExecutor(1) as other:
         # they take longest: beside all the rest, for NumPy keeps no other waiting
-        shares = other.submit(contributions_of, drawn, interest)
-        summaries = summaries_of(drawn)
+        shares = other.submit(contributions_of, drawn, focus)
+        summary = summary_of(drawn)
         errors = {
-            name: integration_of(drawn, name, summaries[name]) for name in summaries
+            name: integration_of(drawn, name, each)
+            for name, each in summary.responses.items()
         }
-        shapes = {name: _distribution(name, drawn) for name in interest}
         contributions, members = shares.result()
-    culprits = culprits_of(drawn)
-    classical = classical_of(drawn, summaries, contributions, culprits)
+    scatter, evidence = scatter_of_run(drawn), run.evidence
     responses = {}
     for response in run.responses:
         name = response.name
-        found = ResponseFindings(
-            **vars(summaries[name]),
-            nominal=run.nominal_values[name],
+        each, slopes = summary.responses[name], evidence.slopes.get(name, {})
+        linear = scatter and root_sum_square(each.nominal, slopes, scatter)
+        found = ReportedResponse(
+            **vars(each),
             symbol=response.symbol,
-            sentence=response.sentence,
             source=response.source,
-            scale=run.scales[name],
-            integration_error=errors[name],
-            slopes=run.evidence.slopes.get(name, {}),
-            linear=classical[name].linear,
-            departures=classical[name].departures,
-            worst_cases=run.evidence.worst_cases.get(name, {}),
-            worst_trials=classical[name].worst_trials,
-            culprits=culprits.get(name),
+            integration_errors=errors[name],
+            slopes=slopes,
+            linear=linear,
+            departures=tuple(departures(linear, each.quantiles)) if linear else (),
+            worst_cases=evidence.worst_cases.get(name, {}),
+            worst_trials=(),
+            contributions=contributions.get(name),
         )
-        if name in interest:
+        found = replace(found, worst_trials=worst_trials(drawn, name, found.leading))
+        if name in focus:
             found = replace(
                 found,
-                distribution=shapes[name],
-                contributions=contributions.get(name),
+                point_mass=_point_mass(name, drawn),
                 members=members,
                 indices=indices_of(drawn, name) if drawn.grouped else None,
             )
         responses[name] = found
-    return Findings(
-        document_of(run),
-        run.title,
-        run.path.name,
-        run.model,
-        run.machine,
-        _trials(drawn),
-        joint_findings(drawn),
-        tuple(interest),
-        responses,
-        {
-            each.name: NumberFindings(
+    return Report(
+        **{**_known(drawn), "trials": summary.trials, "all_limits": summary.all_limits},
+        responses=responses,
+        focus=tuple(focus),
+        assumptions=assumptions_of(run),
+        provenance=provenance_of(run),
+    )
+
+
+def _known(drawn: Drawn) -> dict[str, Any]:
+    """Return what a summary and a report say of the run as a whole."""
+    run = drawn.run
+    return {
+        "title_block": title_block_of(run),
+        "title": run.title,
+        "run": run.path.name,
+        "model": run.model,
+        "trials": _trials(drawn),
+        "all_limits": all_limits(drawn),
+        "numbers": {
+            each.name: NumberOfStudy(
                 each.value, run.scale_of(each), each.sentence, each.caveat
             )
             for each in run.numbers
         },
-        assumptions_of(run),
-        provenance_of(run, drawn.sampled),
-    )
+        "of": run,
+    }
 
 
-def _trials(drawn: Drawn) -> TrialsFindings:
-    run = drawn.run
-    return TrialsFindings(
+def _trials(drawn: Drawn) -> TrialCounts:
+    run, sample = drawn.run, drawn.sample
+    return TrialCounts(
         run.trials,
         run.ended,
-        int(np.count_nonzero(drawn.sample.done)),
-        drawn.sample.failed,
+        int(np.count_nonzero(sample.done)),
+        sample.failed,
         len(drawn.trials),
         run.counts,
-        drawn.sample.failures,
-        _unseen(drawn.sample),
+        sample.failures,
+        _unseen(sample),
         run.sampling,
         drawn.sampled.promise,
-        tuple(notes_of(run, drawn.sample)),
+        tuple(notes_of(run, sample)),
     )
 
 
 def _unseen(sample: Sample) -> float:
-    """Return the share of the machines that may lie beyond all trials."""
+    """Return the fraction of production that may lie outside all trials."""
     done = int(np.count_nonzero(sample.done))
     if sample.replicates:
         # at either end, which the trials choose themselves
@@ -182,58 +213,49 @@ def _unseen(sample: Sample) -> float:
     return unseen(done)
 
 
-def joint_findings(drawn: Drawn) -> JointFindings | None:
-    """Say how many machines are within all limits at once."""
-    within, limits = joint_of(drawn), len(drawn.run.limits)
-    if within is None:
+def all_limits(drawn: Drawn) -> AllLimits | None:
+    """Estimate the yield of all limits at once; None without any."""
+    limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
+    if not limits or not drawn.sample.ran.any():
         return None
-    return JointFindings(limits, within, min(limits * (1 - CONFIDENCE) / 2, 1.0))
+    values = {name: drawn.values(name) for name in limits}
+    within = joint_yield(values, drawn.sample, limits)
+    n = len(limits)
+    return AllLimits(n, within, min(n * (1 - CONFIDENCE) / 2, 1.0))
 
 
-def document_of(run: Run) -> DocumentFindings:
+def _point_mass(name: str, drawn: Drawn) -> Atom | None:
+    """Return the value that many trials share."""
+    sample = drawn.sample
+    replicate = sample.replicate[sample.done] if sample.replicates else None
+    return atom_of(drawn.done(name), replicate)
+
+
+def title_block_of(run: Run) -> TitleBlock:
     """Return what the study says of its sheet."""
     given = run.study.table.get("document", {})
-    names = DocumentFindings._fields
-    return DocumentFindings(*(str(given.get(name, "")).strip() for name in names))
+    return TitleBlock(*(str(given.get(n, "")).strip() for n in TitleBlock._fields))
 
 
-def _distribution(name: str, drawn: Drawn) -> DistributionFindings:
-    """Say what a response looks like: an atom, and the shape of the rest."""
-    sample, done = drawn.sample, drawn.done(name)
-    replicate = sample.replicate[sample.done] if sample.replicates else None
-    atom = atom_of(done, replicate)
-    rest = atom.without(done) if atom else done
-    shape = Shape(NAMES[0], {}, refused=RANDOM_ONLY)
-    if not sample.replicates:
-        shape = best_shape(rest)
-    beyond, limit = math.nan, drawn.run.limits.get(name)
-    if limit and not shape.rejected:
-        lower, upper = limit.permitted
-        least, most = shape.below(np.array([lower, upper]))
-        beyond = float(least + 1 - most) * len(rest) / len(done)
-        if atom and not lower <= atom.value <= upper:
-            beyond += atom.share.value
-    return DistributionFindings(atom, len(rest), shape, beyond)
-
-
-def provenance_of(run: Run, sampled: Sampled) -> dict[str, object]:
+def provenance_of(run: Run) -> dict[str, object]:
     """Say how a run came to be: versions, times, seed, the study as it was written."""
+    assert run.sampled is not None
     return {
         **run.provenance,
         "source_digest": run.source_digest,
-        "seed": sampled.seed,
+        "seed": run.sampled.seed,
         "study": run.study.text,
     }
 
 
 def assumptions_of(run: Run) -> Assumptions:
-    """Say what the numbers hang on."""
+    """Say what the numbers rest on."""
     correlation: Mapping[str, Mapping[str, float]] = run.study.table.get(
         "correlation", {}
     )
     return Assumptions(
         {
-            each.name: DeviationFindings(
+            each.name: SampledDeviation(
                 run.assumed[each.name].words,
                 *run.assumed[each.name].tolerance,
                 run.scales[each.name],
@@ -247,3 +269,7 @@ def assumptions_of(run: Run) -> Assumptions:
         run.assumptions,
         run.evidence.missing,
     )
+
+
+# old names, until what-if, compare and sweep have moved
+responses_of_interest, joint_findings = responses_in_focus, all_limits

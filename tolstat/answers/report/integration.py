@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.answers.report.findings import AuditedFindings, IntegrationFindings, Moves
+from tolstat.answers.report.report_answer import Effect, IntegrationErrors, LargestError
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.statistics.integration_error import (
     IntegrationError,
@@ -24,7 +24,7 @@ from tolstat.store.audited import Reason
 Array = NDArray[np.float64]
 
 
-def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationFindings | None:
+def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | None:
     """Say what integration errors a response has, and how far they move its numbers.
 
     Parameters
@@ -38,7 +38,7 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationFindings 
 
     Returns
     -------
-    IntegrationFindings or None
+    IntegrationErrors or None
         None where nothing was evaluated again.
     """
     run, audited = drawn.run, drawn.run.audited
@@ -59,12 +59,12 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationFindings 
         some = audited.trials[(reasons & reason) > 0]
         if len(some):
             chosen[str(reason.name).lower()] = _largest(error.of(some))
-    moves = sides = None
+    effect = sides = None
     if len(error.trials):
-        moves = _moves(drawn, error.removed(values)[drawn.trials], of)
+        effect = _effect(drawn, error.removed(values)[drawn.trials], of)
     if of.limited:
         sides = _sides(drawn, error, values, of.limited.limit.permitted)
-    return IntegrationFindings(
+    return IntegrationErrors(
         len(audited.trials),
         error.failed,
         audited.settings,
@@ -72,23 +72,23 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationFindings 
         at_random,
         math.nan if drawn.sample.replicates else share_above_largest(at_random.trials),
         chosen,
-        moves,
+        effect,
         sides,
     )
 
 
-def _largest(error: IntegrationError) -> AuditedFindings:
-    return AuditedFindings(len(error.trials), error.largest)
+def _largest(error: IntegrationError) -> LargestError:
+    return LargestError(len(error.trials), error.largest)
 
 
-def _moves(drawn: Drawn, better: Array, of: Summary) -> Moves:
+def _effect(drawn: Drawn, better: Array, of: Summary) -> Effect:
     sample = drawn.sample
     done = better[sample.done]
     sigma = float(done.std(ddof=1)) if len(done) > 1 else math.nan
     limit = of.limited.limit.permitted if of.limited else None
     quantiles = quantiles_at(better, sample, of.quantiles, limit)
     again = yield_of(better, sample, limit).beyond if limit else None
-    return Moves(
+    return Effect(
         of.mean.value - float(done.mean()),
         of.sigma.value - sigma,
         {share: of.quantiles[share].value - q.value for share, q in quantiles.items()},

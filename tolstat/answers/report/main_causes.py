@@ -1,4 +1,4 @@
-"""Who drives the machines beyond each limit."""
+"""Main causes of the out-of-limit trials of each limit."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.answers.report.findings import Culprit, Culprits, PairCulprit
+from tolstat.answers.report.report_answer import Cause, Causes, PairCause
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.model.kinds import kinds_of_part
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
@@ -25,11 +25,11 @@ from tolstat.store.stored_run import Run
 
 Array = NDArray[np.float64]
 
-NONE, FEW = "none beyond", "too few beyond to tell"
+NONE, FEW = "no trial out of limit", "too few to tell"
 
 
-def culprits_of(drawn: Drawn) -> dict[str, Culprits]:
-    """Compare the machines beyond each limit with the others.
+def main_causes(drawn: Drawn) -> dict[str, Causes]:
+    """Compare the out-of-limit trials of each limit with the others.
 
     Parameters
     ----------
@@ -38,14 +38,14 @@ def culprits_of(drawn: Drawn) -> dict[str, Culprits]:
 
     Returns
     -------
-    dict of str to Culprits
-        By limited response; failed trials count as beyond.
+    dict of str to Causes
+        By limited response; failed trials count as out of limit.
     """
     run, ran = drawn.run, drawn.sample.ran
     beyond = {name: run.beyond(name)[drawn.trials][ran] for name in run.limits}
     if drawn.sample.replicates:
         return {
-            name: Culprits(int(each.sum()), RANDOM_ONLY, (), {}, {})
+            name: Causes(int(each.sum()), RANDOM_ONLY, (), {}, {})
             for name, each in beyond.items()
         }
     deviations = _deviating(drawn)
@@ -53,7 +53,7 @@ def culprits_of(drawn: Drawn) -> dict[str, Culprits]:
     paired = _paired(run, deviations, beyond)
     differing = differences(deviations, beyond)
     return {
-        name: _culprits(int(each.sum()), differing[name], list(deviations), members,
+        name: _causes(int(each.sum()), differing[name], list(deviations), members,
                         run.evidence.halved.get(name, {}), run)._replace(
                             pairs=paired[name])
         for name, each in beyond.items()
@@ -62,13 +62,13 @@ def culprits_of(drawn: Drawn) -> dict[str, Culprits]:
 
 def _paired(
     run: Run, deviations: Mapping[str, Array], beyond: Mapping[str, NDArray[np.bool_]]
-) -> dict[str, tuple[PairCulprit, ...]]:
-    """Name the pairs that explain the machines beyond each limit."""
+) -> dict[str, tuple[PairCause, ...]]:
+    """Name the pairs that explain the out-of-limit trials of each limit."""
     found, unknown = {}, _unknown(run)
     for name, together in pairs(deviations, beyond).items():
         halved = run.evidence.halved.get(name, {})
         found[name] = tuple(
-            PairCulprit(_in_words(each), each, *halved.get(each.members, unknown))
+            PairCause(_in_words(each), each, *halved.get(each.members, unknown))
             for each in together
         )
     return found
@@ -87,34 +87,34 @@ def _unknown(run: Run) -> Halved:
 
 
 def _in_words(found: Together) -> str:
-    """Say what two contributors do in the machines beyond."""
+    """Say what two contributors do in out-of-limit trials."""
     (a, b), way = found.members, found.way
     if found.how == BOTH_FAR:
-        return f"{a} and {b} both far off"
+        return f"{a} and {b} both in the outer 5 %"
     if found.how == SUM:
-        sides = {1: "both high", -1: "both low", 0: "both high or both low"}
-        return f"{a} and {b} {sides[way]}"
-    if way < 0:
-        a, b = b, a
-    return f"{a} high with {b} low" + ("" if way else ", or the other way round")
+        sides = {1: "high", -1: "low", 0: "high, or both low"}
+        return f"{a} and {b} both {sides[way]}"
+    if not way:
+        return f"{a} and {b} differ: one high, one low"
+    return f"{a} high with {b} low" if way > 0 else f"{b} high with {a} low"
 
 
-def _culprits(
+def _causes(
     count: int,
     differing: Mapping[str, Difference],
     names: Sequence[str],
     members: Mapping[str, Sequence[str]],
     halved: Mapping[Members, Halved],
     run: Run,
-) -> Culprits:
+) -> Causes:
     """Put together what is known of each contributor and each kind of part."""
     unknown = _unknown(run)
     contributors = {}
     for name in names:
         difference = differing.get(name, _NO_DIFFERENCE)
-        contributors[name] = Culprit(*difference, *halved.get((name,), unknown))
+        contributors[name] = Cause(*difference, *halved.get((name,), unknown))
     kinds = {
-        kind: Culprit(math.nan, math.nan, of_kind(parts, differing),
+        kind: Cause(math.nan, math.nan, of_kind(parts, differing),
                       *halved.get(tuple(parts), unknown))
         for kind, parts in members.items()
     }  # fmt: skip
@@ -125,9 +125,9 @@ def _culprits(
         reason = FEW
     grouped = {part for parts in members.values() for part in parts}
     told = {n: each for n, each in contributors.items() if n not in grouped} | kinds
-    clear = [name for name, each in told.items() if each.clear]
-    driving = sorted(clear, key=lambda name: told[name].level)
-    return Culprits(count, reason, tuple(driving), contributors, kinds)
+    clear = [name for name, each in told.items() if each.significant]
+    leading = sorted(clear, key=lambda name: told[name].level)
+    return Causes(count, reason, tuple(leading), contributors, kinds)
 
 
 _NO_DIFFERENCE = Difference(math.nan, math.nan, 1.0)

@@ -14,8 +14,6 @@ from tolstat.units.scale import Scale
 
 if TYPE_CHECKING:
     from tolstat.answers.compare.comparison import Comparisons, ResponseCompared
-    from tolstat.answers.rare.rare_answer import RareFindings
-    from tolstat.answers.report.findings import Findings
     from tolstat.answers.what_if.what_if_answer import WhatIf
 
 FIGURES = 12  # what is left when units are converted
@@ -24,35 +22,6 @@ NONE = Estimate(math.nan)
 TIMES = {PER_CENT: 100.0, PPM: 1e6, PLAIN: 1.0}
 
 Cells = Iterator[tuple[str, Any]]  # heads, and what stands under them
-
-
-def report_csv(found: Findings) -> str:
-    """Write what a report says of each response as a table.
-
-    Parameters
-    ----------
-    found : Findings
-        Of a run.
-
-    Returns
-    -------
-    str
-        CSV. The column "unit" says what [unit] in the heads is; other units stand
-        there. Each estimate is followed by the ends of its 95 % interval. A cell is
-        empty where there is no such number.
-    """
-    return _table(
-        {
-            "title": found.title,
-            **_known(name, each.scale),
-            **dict(_nominal(each.nominal, each.scale)),
-            **dict(_numbers(each, each.scale)),
-            **dict(_against(each.limited, each.scale)),
-            "trials done": found.trials.done,
-            "trials failed": found.trials.failed,
-        }
-        for name, each in found.responses.items()
-    )
 
 
 def what_if_csv(found: WhatIf) -> str:
@@ -98,27 +67,6 @@ def comparison_csv(found: Comparisons) -> str:
         }
         for one in found.comparisons
         for name, each in one.responses.items()
-    )
-
-
-def rare_csv(found: RareFindings) -> str:
-    """Write what a rare run says of its limit as one row; as `report_csv`."""
-    return _table(
-        [
-            {
-                "title": found.title,
-                **_known(found.response, found.scale),
-                **dict(_nominal(found.nominal, found.scale)),
-                **dict(_limit(found.limit, found.verdict, found.scale)),
-                **dict(_estimate("within", found.within, PER_CENT)),
-                **dict(_estimate("beyond", found.beyond, PPM)),
-                **dict(_estimate("as Ppk", found.equivalent, PLAIN)),
-                **dict(_estimate("failed", found.trials.failures, PPM)),
-                "trials run": found.trials.ran,
-                "trials counted": found.trials.counted,
-                "of these beyond": found.met,
-            }
-        ]
     )
 
 

@@ -11,29 +11,9 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from tolstat.answers.report import distribution_pictures as distributions
-from tolstat.answers.report import response_pictures as pictures
-from tolstat.answers.report.findings import (
-    Culprit,
-    Findings,
-    ResponseFindings,
-    leading_of,
-)
-from tolstat.answers.report.sketch import sketch
-from tolstat.answers.report.verdict_sentences import (
-    sentences_of,
-    told_apart,
-    worst_first,
-)
-from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.literal import visible
 from tolstat.render.plain import key_words, share_words
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.moments import Reach
-from tolstat.statistics.sensitivity.contributions import Contributions
-from tolstat.statistics.summary import QUANTILES
-from tolstat.store.commands import to_replay
-from tolstat.store.stored_run import Run
 from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM, Ratio, Scale
 
 NAMED = 3  # contributors beside a worst trial
@@ -41,7 +21,6 @@ LONGEST = 60  # characters of a title at the foot of a sheet
 WORDS = {
     "%": PER_CENT,
     "ppm": PPM,
-    "fitted": distributions.FITTED,
     "plain": AS_IS,
     "part": PART,
     "level": PER_CENT.beside(1.0),  # that of chance: no test is better than that
@@ -190,161 +169,3 @@ def page_of(template: str, found: Any, **context: Any) -> str:
         )
     )
     return page
-
-
-Pictures = Mapping[str, Mapping[str, Markup | None]]
-
-
-def make_page(run: Run, found: Findings, drawn: Pictures) -> str:
-    """Make the report of a run.
-
-    Parameters
-    ----------
-    run : Run
-        Whose machines were drawn.
-    found : Findings
-        Every number on the page is one of these.
-    drawn : mapping
-        Of `pictures_of`.
-
-    Returns
-    -------
-    str
-        HTML.
-    """
-    return page_of(
-        "report.html",
-        found,
-        title=found.title,
-        limited=[name for name, each in found.responses.items() if each.limited],
-        sentences=sentences_of(found),
-        told_apart=told_apart,
-        leading=leading_response(found),
-        sheet=_css_string(" · ".join(filter(None, _sheet(found)))),
-        shares=QUANTILES,
-        ranged=[r.name for r in run.responses if Reach(r.range).known],
-        one_in=lambda share: math.floor(1 / share),
-        share_words=share_words,
-        thousands=lambda number: f"{number:,}".replace(",", " "),
-        by_share={
-            n: leading_of(r.contributions, r.culprits)
-            for n, r in found.responses.items()
-        },
-        every=_contributors,
-        by_level=_clearest_first,
-        by_group=_largest_first,
-        ratio=Ratio,
-        parameter_scale=_parameter_scale,
-        parameter_suffix=_parameter_suffix,
-        named=NAMED,
-        exact=run.sampled is not None and not run.sampled.replicates,
-        scales=run.scales,
-        pictures=drawn,
-        sketches=_sketches(run, found),
-        again=lambda trial: to_replay(run.path, trial, run.machine),
-    )
-
-
-def pictures_of(run: Run, found: Findings) -> Pictures:
-    """Draw what a page shows of a run.
-
-    Parameters
-    ----------
-    run : Run
-        Whose machines were drawn.
-    found : Findings
-        Of `findings_of`.
-
-    Returns
-    -------
-    dict
-        By response and kind of picture.
-    """
-    drawn = drawn_trials(run)
-    assert drawn is not None  # there are no findings otherwise
-    if not drawn.sample.done.any():
-        return {name: {} for name in found.interest}  # nothing to be drawn
-    return {
-        name: {
-            "histogram": distributions.histogram(drawn, name, each),
-            "distribution": distributions.distribution(drawn, name, each),
-            "pareto": pictures.pareto(each.contributions),
-            "indices": pictures.pareto(each.indices) if each.indices else None,
-            "convergence": pictures.convergence(drawn, name, each),
-            "scatter": pictures.scatter(drawn, name, each),
-        }
-        for name, each in ((n, found.responses[n]) for n in found.interest)
-    }
-
-
-def leading_response(found: Findings) -> str:
-    """Name the response that the first page shows: the worst of those limited."""
-    shown = [name for name in worst_first(found.responses) if name in found.interest]
-    return [*shown, *found.interest][0]
-
-
-def _sheet(found: Findings) -> tuple[str, ...]:
-    """Say what stands at the foot of each printed sheet."""
-    document = found.document
-    title = found.title[:LONGEST] + "..." * (len(found.title) > LONGEST)
-    return document.drawing, document.revision, title, found.run
-
-
-def _css_string(text: str) -> str:
-    """Write a text for a style sheet, where none of it is an instruction."""
-    plain = (c if c.isalnum() else f"\\{ord(c):x} " for c in visible(text))
-    return '"' + "".join(plain) + '"'
-
-
-def _sketches(run: Run, found: Findings) -> dict[tuple[str, int], Markup]:
-    """Draw the worst trials of what is looked at closely."""
-    return {
-        (name, worst.trial): sketch(worst.sketch, worst.trial)
-        for name in found.interest
-        for worst in run.evidence.worst.get(name, ())
-        if worst.sketch
-    }
-
-
-def _contributors(each: ResponseFindings) -> list[str]:
-    """Name all contributors of which something is known, what matters first."""
-    known = [*leading_of(each.contributions, each.culprits), *each.slopes]
-    for case in each.worst_cases.values():
-        known += [name for name, off in case.deviations.items() if off]
-    return list(dict.fromkeys(known))
-
-
-def _largest_first(contributions: Contributions) -> list[str]:
-    def share(group: str) -> float:
-        for shares in (contributions.together, contributions.groups):
-            if not math.isnan(shares[group].value) and shares[group].value:
-                return shares[group].value
-        return 0.0
-
-    return sorted(contributions.groups, key=lambda group: -share(group))
-
-
-def _clearest_first(found: Mapping[str, Culprit]) -> list[str]:
-    """Sort by how clearly it differs, then by what halving leaves beyond."""
-
-    def place(name: str) -> tuple[float, float]:
-        left = found[name].halved.value
-        return found[name].level, math.inf if math.isnan(left) else left
-
-    return sorted(found, key=place)
-
-
-def _parameter_scale(each: ResponseFindings, key: str) -> Scale:
-    """Tell how a parameter of a named distribution is shown."""
-    assert each.distribution
-    logarithmic = each.distribution.shape.name == "lognormal" or key == "shape"
-    return AS_IS if logarithmic else each.scale
-
-
-def _parameter_suffix(each: ResponseFindings, key: str) -> str:
-    assert each.distribution
-    if each.distribution.shape.name == "lognormal":
-        unit = each.scale.unit
-        of = "" if unit == "1" else f" of the number in {unit}"
-        return f" (natural logarithm{of})"
-    return "" if key == "shape" else f" {each.scale.mark}"

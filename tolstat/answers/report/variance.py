@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tolstat.answers.report.findings import IndicesFindings
+from tolstat.answers.report.report_answer import SobolIndices
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.model.kinds import kinds_of_part
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
@@ -98,7 +98,7 @@ def _of_each(
     )
 
 
-def indices_of(drawn: Drawn, name: str) -> IndicesFindings:
+def indices_of(drawn: Drawn, name: str) -> SobolIndices:
     """Estimate Sobol' indices of a run that was made for them.
 
     Parameters
@@ -110,12 +110,12 @@ def indices_of(drawn: Drawn, name: str) -> IndicesFindings:
 
     Returns
     -------
-    IndicesFindings
+    SobolIndices
         Groups with a failed trial are left out and counted.
     """
     groups, broken = drawn.groups(name)
     found = sobol_indices(groups, list(drawn.sampled.factors))
-    return IndicesFindings(
+    return SobolIndices(
         len(groups),
         broken,
         {factor: at_most_all(each.first) for factor, each in found.items()},

@@ -17,21 +17,24 @@ from scipy import stats
 import tolstat
 from tests.conftest import Toy
 from tolstat.answers.report import variance as contributing
-from tolstat.answers.report.gather import findings_of
-from tolstat.answers.report.report_csv import report_csv
+from tolstat.answers.report.gather import report_of
 from tolstat.answers.report.variance import at_most_all
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.cli.main import main
 from tolstat.errors import PictureError
-from tolstat.render.plain import as_json, plain
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sensitivity.contributions import contributions
 from tolstat.statistics.sensitivity.sobol_indices import Indices, sobol_indices
 
 
+def said(run):
+    """Return what the JSON of a report says."""
+    return json.loads(report_of(run).json())
+
+
 @pytest.fixture(scope="module")
 def found(mill):
-    return plain(findings_of(mill))
+    return said(mill)
 
 
 @pytest.fixture(scope="module")
@@ -114,10 +117,10 @@ def test_machines_within_all_limits_are_counted(mill, found, columns):
     within = np.ones(mill.trials, bool)
     for name, (lower, upper, *_) in mill.limits.items():
         within &= (columns[name] >= lower) & (columns[name] <= upper)
-    joint = found["joint"]
+    joint = found["all_limits"]
     assert joint["within"]["value"] == within.mean() and joint["limits"] == 5
     assert joint["within"]["lower"] < within.mean() < joint["within"]["upper"]
-    assert joint["wrongly"] == pytest.approx(5 * 0.025)
+    assert joint["wrongly_met"] == pytest.approx(5 * 0.025)
 
 
 def test_contributions_are_those_of_the_stored_columns(mill, found, columns):
@@ -126,33 +129,31 @@ def test_contributions_are_those_of_the_stored_columns(mill, found, columns):
     }
     name = "shaft_9_moment"
     known = contributions(deviating, {name: columns[name]})[name]
-    said = found["responses"][name]["contributions"]
+    shares = found["responses"][name]["contributions"]
     for part, estimate in known.first_order.items():
-        assert said["first_order"][part]["value"] == pytest.approx(estimate.value)
-        assert said["first_order"][part]["upper"] == pytest.approx(estimate.upper)
-    assert said["unexplained"]["value"] == pytest.approx(known.unexplained.value)
+        assert shares["first_order"][part]["value"] == pytest.approx(estimate.value)
+        assert shares["first_order"][part]["upper"] == pytest.approx(estimate.upper)
+    assert shares["unexplained"]["value"] == pytest.approx(known.unexplained.value)
 
 
 def test_jamming_is_told_apart(found):
     """Most machines never jam: the distribution is said of those that do."""
-    shape = found["responses"]["extra_loss"]["distribution"]
-    assert 0.9 < shape["atom"]["share"]["value"] < 0.99
-    assert shape["atom"]["largest"] < 1e-5 and shape["rest"] < 220
-    jam = found["responses"]["jam_share"]["distribution"]
-    assert jam["atom"]["value"] == 0.0 and jam["atom"]["largest"] == 0.0
+    mass = found["responses"]["extra_loss"]["point_mass"]
+    assert 0.9 < mass["share"]["value"] < 0.99
+    assert mass["largest"] < 1e-5
+    jam = found["responses"]["jam_share"]["point_mass"]
+    assert jam["value"] == 0.0 and jam["largest"] == 0.0
 
 
-def test_json_says_the_same(found):
-    again = json.loads(as_json(found))
+def test_json_says_the_same(mill, found):
+    again = json.loads(report_of(mill).json())
     assert again["responses"]["yaw"]["mean"] == found["responses"]["yaw"]["mean"]
 
 
 def test_the_table_for_spreadsheets_holds_the_findings_in_the_units_it_names(
     mill, found, columns
 ):
-    table = pd.read_csv(io.StringIO(report_csv(findings_of(mill)))).set_index(
-        "response"
-    )
+    table = pd.read_csv(io.StringIO(report_of(mill).csv())).set_index("response")
     assert list(table.index) == list(found["responses"])
     times = {"%": 100, "kN": 1e-3, "kJ": 1e-3, "J": 1, "kN m": 1e-3, "mrad": 1e3}
     for name, row in table.iterrows():
@@ -168,9 +169,11 @@ def test_the_table_for_spreadsheets_holds_the_findings_in_the_units_it_names(
             assert row.loc["lower limit [unit]":"Ppk by percentiles upper"].isna().all()
             continue
         beyond = limited["yields"]["beyond"]
-        assert row["beyond lower [ppm]"] == pytest.approx(1e6 * beyond["lower"])
+        assert row["fraction out of limit lower [ppm]"] == pytest.approx(
+            1e6 * beyond["lower"]
+        )
         assert row["verdict"] == limited["yields"]["verdict"]
-        assert row["within [%]"] == pytest.approx(100 * (1 - beyond["value"]))
+        assert row["yield [%]"] == pytest.approx(100 * (1 - beyond["value"]))
         assert np.isnan(row["lower limit [unit]"])  # open
         assert row["upper limit [unit]"] == pytest.approx(
             shown * mill.limits[name].permitted[1]
@@ -179,38 +182,17 @@ def test_the_table_for_spreadsheets_holds_the_findings_in_the_units_it_names(
     assert (table["trials done"] == 2200).all() and (table["trials failed"] == 0).all()
 
 
-def test_a_fit_that_is_accepted_says_what_it_has_beyond(mill, found, columns):
-    """By SciPy's own distributions, fitted anew to what is no atom."""
-    told = 0
-    for name in found["interest"]:
-        of = found["responses"][name]["distribution"]
-        if of["shape"]["refused"] or of["shape"]["level"] < 0.05:
-            assert of["beyond"] is None
-            continue
-        told += 1
-        x, atom = columns[name], of["atom"]
-        if atom:
-            x = x[(x < atom["least"]) | (x > atom["largest"])]
-        assert len(x) == of["rest"] and of["shape"]["name"] == "lognormal"
-        sigma = np.log(x).std(ddof=1)
-        fitted = stats.lognorm(sigma, scale=np.exp(np.log(x).mean()))
-        limit = mill.limits[name].permitted[1]
-        share = fitted.sf(limit) * len(x) / len(columns[name])
-        assert of["beyond"] == pytest.approx(share, rel=1e-6)
-    assert told
-
-
 def test_what_is_infinite_stays_json(tmp_path, toy_study):
     toy_study.write_text(toy_study.read_text().replace('part = "+-1 mm"\n', ""))
     run = tolstat.run(toy_study, model=Toy())
-    text = as_json(findings_of(run))
+    text = report_of(run).json()
     json.loads(text, parse_constant=lambda word: pytest.fail(word))
     assert '"inf"' in text
 
 
 def test_failed_trials_turn_no_number_better(toy, toy_study):
     run = tolstat.run(toy_study, model=toy)
-    found = plain(findings_of(run))
+    found = said(run)
     failed = found["trials"]["failed"]
     assert failed == run.counts["not finite"] > 0
     limit = found["responses"]["gap"]["limited"]
@@ -228,7 +210,7 @@ def test_indices_of_a_run_made_for_them(toy, toy_study, monkeypatch):
         'sampling = "saltelli"\n' + text.replace('"+-1 mm"', '"+-0.5 mm"')
     )
     run = tolstat.run(toy_study, model=toy)
-    found = plain(findings_of(run))
+    found = said(run)
     assert found["trials"]["counted"] == 2000  # A and B of groups of five
     x = run.column("gap").reshape(-1, 5)
     quantile = found["responses"]["gap"]["quantiles"]["95 %"]["value"]
@@ -262,7 +244,7 @@ def test_trials_that_depend_on_each_other_have_other_intervals(
     toy_study.write_text(
         f'sampling = "{sampling}"\n' + text.replace("+-1 mm", "+-.5 mm")
     )
-    found = plain(findings_of(tolstat.run(toy_study, model=toy)))["responses"]["gap"]
+    found = said(tolstat.run(toy_study, model=toy))["responses"]["gap"]
     median = found["quantiles"]["50 %"]
     assert median["lower"] < 0 < median["upper"]  # from replicates
     for each in (
@@ -270,14 +252,13 @@ def test_trials_that_depend_on_each_other_have_other_intervals(
         found["contributions"]["rank_regression"]["part_1"],
     ):
         assert each["lower"] is None and each["reason"] == "for random trials only"
-    assert found["distribution"]["shape"]["refused"] == "for random trials only"
 
 
 def test_groups_with_a_failed_trial_are_left_out_and_counted(toy, toy_study):
     text = toy_study.read_text().replace("trials = 1000", "trials = 5000")
     toy_study.write_text('sampling = "saltelli"\n' + text)
     run = tolstat.run(toy_study, model=toy)
-    indices = plain(findings_of(run))["responses"]["gap"]["indices"]
+    indices = said(run)["responses"]["gap"]["indices"]
     broken = np.any(run.status.reshape(-1, 5) != 1, axis=1).sum()
     assert indices["broken"] == broken > 0
     assert indices["groups"] == 1000 - broken
@@ -289,11 +270,11 @@ def test_what_cannot_be_reported_is_refused(tmp_path, toy, toy_study, mill):
         'model = "toy"\nsampling = "grid"\n[grid]\npart_1 = ["0 mm", "1 mm"]\n'
     )
     with pytest.raises(PictureError, match="chosen and not drawn"):
-        findings_of(tolstat.run(grid, model=toy))
+        report_of(tolstat.run(grid, model=toy))
     with pytest.raises(PictureError, match="did you mean 'yaw'"):
-        findings_of(mill, ["jaw"])
+        report_of(mill, ["jaw"])
     toy_study.write_text(toy_study.read_text().replace('"+-1 mm"', '"1..2 mm"'))
-    none_done = findings_of(tolstat.run(toy_study, model=toy)).trials
+    none_done = report_of(tolstat.run(toy_study, model=toy)).trials
     assert none_done.done == 0 and none_done.failed == none_done.ran > 0
 
 
@@ -314,14 +295,14 @@ def test_no_share_is_more_than_all(toy, toy_study, monkeypatch):
 
     monkeypatch.setattr(contributing, "contributions", more)
     run = tolstat.run(toy_study, model=toy)
-    said = plain(findings_of(run))["responses"]["gap"]["contributions"]
-    every = [said["unexplained"], said["explained"]]
+    shares = said(run)["responses"]["gap"]["contributions"]
+    every = [shares["unexplained"], shares["explained"]]
     for kind in ("first_order", "groups", "together"):
-        every += said[kind].values()
+        every += shares[kind].values()
     assert len(every) >= 5
     for each in every:
         assert not any((each[key] or 0) > 1 for key in ("value", "lower", "upper"))
-    assert said["unexplained"]["lower"] == 0.9
+    assert shares["unexplained"]["lower"] == 0.9
     assert at_most_all(Estimate(1.2, 1.1, 1.3)).value == 1
     assert not at_most_all(Estimate(1.2, 1.1, 1.3)).sure
     assert at_most_all(Estimate(0.4, -0.1, 0.9)) == Estimate(0.4, -0.1, 0.9)
@@ -356,9 +337,9 @@ def test_what_is_small_beside_its_size_is_told_apart(tmp_path):
     assert value == f"{float(largest):.{len(value) - 5}f}" and len(value) >= 8
     nominal = call(["trial", str(path), "--nominal"]).output
     assert "2416.67 mm" in nominal
-    assert f">{value}</span>" in tolstat.report(run).read_text()
+    assert f">{value}</span>" in tolstat.report(run).html()
     # a limit of one's own has places of its own
     page = tmp_path / "own.html"
     call(["report", str(run.path), "--limit", "gap <= 2416.60012 mm", "-o", str(page)])
-    nominal = re.search(r'responses/gap/nominal">(.*?)<', page.read_text())
+    nominal = re.search(r"nominal (2416.67) mm", page.read_text())
     assert nominal.group(1) == "2416.67"

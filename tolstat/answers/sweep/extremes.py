@@ -1,0 +1,179 @@
+"""What a run of chosen trials says: extremes, and how many are out of limit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from tolstat.answers.answer import Answer
+from tolstat.answers.report.run_notes import notes_of
+from tolstat.document.blocks import Block, Document, Given, note, table
+from tolstat.document.inline import Name, Number, text
+from tolstat.render.tables import Row
+from tolstat.statistics.limits.limit import Limit
+from tolstat.status import Status
+from tolstat.store.stored_run import ROUNDING, Run
+from tolstat.units.scale import Scale
+
+
+class Extreme(NamedTuple):
+    """A value, SI, and its trial; None where all trials have the same value."""
+
+    value: float
+    trial: int | None
+
+
+class ResponseExtremes(NamedTuple):
+    """A response over the trials that are done.
+
+    Attributes
+    ----------
+    nominal : float
+        Of the nominal trial; NaN if that failed.
+    scale : Scale
+        How it is shown.
+    least, largest : Extreme or None
+        None where no trial is done.
+    limit : Limit or None
+        What is permitted.
+    out_of_limit : int
+        Trials, failed ones among them; 0 without a limit.
+    """
+
+    nominal: float
+    scale: Scale
+    least: Extreme | None
+    largest: Extreme | None
+    limit: Limit | None
+    out_of_limit: int
+
+
+@dataclass(frozen=True, repr=False)
+class Extremes(Answer):
+    """What a run of a grid or a table says: its trials are no sample of production.
+
+    Attributes
+    ----------
+    title, run, model, sampling : str
+        What it is of.
+    trials, ran, failed : int
+        How many.
+    responses : dict of str to ResponseExtremes
+        All of them.
+    notes : tuple of str
+        What must be known to read the numbers.
+    """
+
+    title: str
+    run: str
+    model: str
+    sampling: str
+    trials: int
+    ran: int
+    failed: int
+    responses: Mapping[str, ResponseExtremes]
+    notes: tuple[str, ...]
+    answers: ClassVar[str] = "extremes"
+    not_met: ClassVar[tuple[str, ...]] = ()  # no limit is judged
+
+    @property
+    def short(self) -> str:
+        """What it is, in a few words."""
+        return f"{self.run}, {self.ran} trials of a {self.sampling}"
+
+    def document(self) -> Document:
+        """Return the table of responses, and that of limits."""
+        blocks: list[Block] = [_responses(self)]
+        limits: list[list[Given]] = [
+            [Name(name), each.limit.words, text(f"{each.out_of_limit} of {self.ran}")]
+            for name, each in self.responses.items()
+            if each.limit
+        ]
+        if limits:
+            heads = ["response", "limit", "trials out of limit"]
+            blocks.append(table(heads, limits, "Limits"))
+        notes = (note(each) for each in self.notes)
+        title = f"{self.title}: {self.trials} trials of {self.model}"
+        return Document(title, (*blocks, *notes))
+
+    def rows(self) -> Sequence[Row]:
+        """Return a row for each response."""
+        return [
+            {
+                "title": self.title,
+                "response": name,
+                "unit": each.scale.shown,
+                "nominal [unit]": Number(each.nominal, each.scale),
+                "least [unit]": _value(each.least, each.scale),
+                "largest [unit]": _value(each.largest, each.scale),
+                "trials out of limit": each.out_of_limit,
+            }
+            for name, each in self.responses.items()
+        ]
+
+
+def _value(extreme: Extreme | None, scale: Scale) -> Number:
+    return Number(extreme.value if extreme else float("nan"), scale)
+
+
+def _responses(found: Extremes) -> Block:
+    rows: list[list[Given]] = []
+    for name, each in found.responses.items():
+        row: list[Given] = [Name(name), each.scale.mark]
+        row.append(Number(each.nominal, each.scale))
+        for extreme in (each.least, each.largest):
+            if extreme is None:
+                row += ["failed", None]
+            else:
+                trial = "all" if extreme.trial is None else Number(extreme.trial)
+                row += [Number(extreme.value, each.scale), trial]
+        rows.append(row)
+    heads = ["response", "unit", "nominal", "least", "in trial", "largest", "in trial"]
+    return table(heads, rows, "Responses", keys=2)
+
+
+def extremes_of(run: Run) -> Extremes:
+    """Say what a run says whose trials were chosen and not sampled."""
+    done = np.flatnonzero(run.status == Status.DONE)
+    responses = {}
+    for name in (each.name for each in run.responses):
+        limit = run.limits.get(name)
+        out = int(np.count_nonzero(run.beyond(name))) if limit else 0
+        responses[name] = ResponseExtremes(
+            run.nominal_values[name],
+            run.scales[name],
+            *_ends(run, name, done),
+            limit,
+            out,
+        )
+    return Extremes(
+        run.title,
+        run.path.name,
+        run.model,
+        run.sampling,
+        run.trials,
+        run.ended,
+        run.failed,
+        responses,
+        tuple(notes_of(run, None)),
+    )
+
+
+def _ends(
+    run: Run, name: str, done: np.ndarray[tuple[int], np.dtype[np.int64]]
+) -> tuple[Extreme | None, Extreme | None]:
+    """Return the least and the largest value, each with its trial."""
+    if not len(done):
+        return None, None
+    values = run.column(name)[done]
+    if np.ptp(values) <= ROUNDING * np.abs(values).max():
+        same = Extreme(float(values[0]), None)
+        return same, same
+    least, largest = (
+        Extreme(float(values[at]), int(done[at]))
+        for at in (values.argmin(), values.argmax())
+    )
+    return least, largest
