@@ -12,16 +12,16 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tolstat.integrator.integrate import System, integrate
+    from tolstat.integrator.integrate import integrate
+    from tolstat.integrator.problem import Accuracy, Solution, System
     from tolstat.integrator.signatures import rates_signature
-    from tolstat.integrator.trials import Accuracy, Solution
     from tolstat.lanes.compiled import compiled
     from tolstat.lanes.rows import named, rows, write
 
 _HOMES = {
-    "Accuracy": "tolstat.integrator.trials",
-    "Solution": "tolstat.integrator.trials",
-    "System": "tolstat.integrator.integrate",
+    "Accuracy": "tolstat.integrator.problem",
+    "Solution": "tolstat.integrator.problem",
+    "System": "tolstat.integrator.problem",
     "compiled": "tolstat.lanes.compiled",
     "integrate": "tolstat.integrator.integrate",
     "named": "tolstat.lanes.rows",

@@ -54,15 +54,9 @@ def rates(moment, y, p, out):
     write(out, 0, (v, (push - b * v - c * x) / m, b * v * v, x))
 
 
-@compiled(rates_signature)
-def watch(moment, y, p, out):
-    """Fill what has a peak: x."""
-    write(out, 0, (rows(y)[0],))
-
-
 NOT_BUILT = "cannot be built"
 CONDITIONS = {NOT_BUILT: "mass and stiffness are above 0, damping not below"}
-SYSTEM = System(rates, watch, np.array([1e-3, 0.1]), n_quadratures=1, n_extremes=1)
+SYSTEM = System(rates, np.array([1e-3, 0.1]), n_quadratures=1, n_extremes=1)
 
 
 @dataclass(frozen=True)

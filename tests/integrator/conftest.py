@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tolstat.integrator.integrate import System
+from tolstat.integrator.problem import System
 from tolstat.integrator.signatures import rates_signature
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows, write
@@ -54,15 +54,15 @@ def kick(moment, y, p, out):
 
 @pytest.fixture
 def kick_system():
-    return System(kick, kick, np.array([1.0]), n_quadratures=1)
+    return System(kick, np.array([1.0]), n_quadratures=1)
 
 
 @pytest.fixture
 def oscillator_system():
     return System(
         oscillator,
-        oscillator_watch,
         np.array([1.0, 1.0]),
+        oscillator_watch,
         n_quadratures=1,
         n_extremes=1,
         n_above=1,
@@ -71,7 +71,7 @@ def oscillator_system():
 
 @pytest.fixture
 def blow_up_system():
-    return System(blow_up, blow_up, np.array([1.0]))
+    return System(blow_up, np.array([1.0]))
 
 
 def rubbing_rates(t, y, p):
@@ -93,9 +93,9 @@ def rubbing(moment, y, p, out):
 
 @pytest.fixture
 def damped_system():
-    return System(rubbing, rubbing, np.array([1.0, 1.0]), damped=(1,))
+    return System(rubbing, np.array([1.0, 1.0]), damped=(1,))
 
 
 @pytest.fixture
 def undamped_system():
-    return System(rubbing, rubbing, np.array([1.0, 1.0]), n_quadratures=1)
+    return System(rubbing, np.array([1.0, 1.0]), n_quadratures=1)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tolstat.errors import ModelError
-from tolstat.integrator.integrate import System, integrate
+from tolstat.integrator.integrate import integrate
+from tolstat.integrator.problem import Accuracy, System
 from tolstat.integrator.signatures import rates_signature
-from tolstat.integrator.trials import Accuracy
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows, write
 from tolstat.status import Status
@@ -49,9 +49,9 @@ def switched_watch(moment, y, p, out):
 
 
 BALL = System(
-    bouncing, bouncing_watch, np.ones(2), n_extremes=1, n_above=1, crossings=(1,)
+    bouncing, np.ones(2), bouncing_watch, n_extremes=1, n_above=1, crossings=(1,)
 )
-SWITCH = System(switched, switched_watch, np.ones(2), n_above=2, crossings=(0, 1))
+SWITCH = System(switched, np.ones(2), switched_watch, n_above=2, crossings=(0, 1))
 
 
 def bounces(k, end):
@@ -201,4 +201,4 @@ def test_what_is_not_watched_cannot_cross(crossings):
     with pytest.raises(ModelError, match="crossings"):
         replace(BALL, crossings=crossings)
     with pytest.raises(ModelError, match="there are none"):
-        System(bouncing, bouncing_watch, np.ones(2), crossings=(0,))
+        System(bouncing, np.ones(2), bouncing_watch, crossings=(0,))

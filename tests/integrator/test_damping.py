@@ -13,10 +13,10 @@ from scipy.integrate import solve_ivp
 from tests.integrator.conftest import rubbing, rubbing_rates
 from tolstat.errors import ModelError
 from tolstat.integrator import tableau
-from tolstat.integrator.integrate import System, integrate
+from tolstat.integrator.integrate import integrate
+from tolstat.integrator.problem import Accuracy, Damping, Step, System
 from tolstat.integrator.signatures import rates_signature, rates_type, step_type, table
 from tolstat.integrator.step import advance, error_of
-from tolstat.integrator.trials import Accuracy, Damping, Step
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows, write
 from tolstat.lanes.vector import WIDTH
@@ -102,7 +102,7 @@ def test_the_compiled_step_is_that_of_the_constants():
     k[0] = -z, z, -z
     damping = Damping(np.array([0]), np.zeros((1, WIDTH)), np.zeros((1, WIDTH)))
     now, end, crossings = np.zeros((2, WIDTH)), np.zeros((1, WIDTH)), damping.states[:0]
-    step = Step(now, k, none, end, none, none, crossings, damping)
+    step = Step(now, k, none, end, *(none,) * 4, crossings, damping)
     error = np.zeros((1, WIDTH))
     one_step(decay, one, one.copy(), np.stack([z, 0 * z]), step, error)
     stages, expected = stages_of(-z)
@@ -114,7 +114,7 @@ def test_the_compiled_step_is_that_of_the_constants():
 
 @pytest.mark.parametrize("stiffness", [2.0, 50.0, 1e4])
 def test_a_rate_that_jumps_at_a_mark(stiffness):
-    system = System(decay, decay, np.array([1.0]), damped=(0,))
+    system = System(decay, np.array([1.0]), damped=(0,))
     marks, push = np.array([[0.0, 0.5, 1.2]]), 3.0
     p = np.array([[stiffness, push]])
     found = integrate(system, np.array([[1.0]]), p, marks, Accuracy(1e-8, 0.1))
@@ -207,7 +207,7 @@ def test_lanes_never_mix(damped_system):
 @pytest.mark.parametrize("damped", [(2,), (-1,), (0, 0), (0.5,), 1, ("v",)])
 def test_what_is_damped_is_a_state_and_stands_once(damped):
     with pytest.raises(ModelError, match="0 to 1, each once"):
-        System(rubbing, rubbing, np.array([1.0, 1.0]), damped=damped)
+        System(rubbing, np.array([1.0, 1.0]), damped=damped)
 
 
 @pytest.mark.parametrize(
@@ -219,6 +219,6 @@ def test_what_is_damped_is_a_state_and_stands_once(damped):
 )
 def test_rows_that_are_not_declared_are_refused(counts, words):
     """They would be written beside the stages."""
-    system = System(rubbing, rubbing, np.array([1.0, 1.0]), **counts)
+    system = System(rubbing, np.array([1.0, 1.0]), **counts)
     with pytest.raises(ModelError, match=words):
         moved(system, np.array([[0.3, 20.0, 1.0]]), Accuracy(1e-3, 0.1))

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from tolstat.integrator.integrate import System, integrate
+from tolstat.integrator.integrate import integrate
+from tolstat.integrator.problem import Accuracy, System
 from tolstat.integrator.signatures import rates_signature
-from tolstat.integrator.trials import Accuracy
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 
@@ -118,7 +118,7 @@ def solve(case, rtol, answers_at):
     )
     scale = np.array([0.1] * n + [3.0] * n)
     return integrate(
-        System(chain, chain, scale),
+        System(chain, scale),
         np.zeros((1, 2 * n)),
         parameters[None],
         np.array([[*times, max(answers_at)]], float),

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.integrator.conftest import pendulum
-from tolstat.integrator.integrate import System, integrate
-from tolstat.integrator.trials import Accuracy
+from tolstat.integrator.integrate import integrate
+from tolstat.integrator.problem import Accuracy, System
 from tolstat.status import Status
 
 OMEGA2 = np.linspace(1.0, 4.0, 37)
@@ -173,7 +173,7 @@ def test_samples_do_not_change_the_march(oscillator_system):
 @pytest.mark.parametrize("trials", [1, 3, 8])
 def test_lanes_without_a_trial_leave_no_trace(trials):
     """The rates of this system are numbers even where there is no machine."""
-    system = System(pendulum, pendulum, np.array([1.0, 1.0]))
+    system = System(pendulum, np.array([1.0, 1.0]))
     start, p = np.tile([0.4, 0.0], (trials, 1)), np.ones((trials, 3))
     marks, time = np.tile([0.0, 0.8], (trials, 1)), np.linspace(0.0, 0.8, 5)
     found = integrate(system, start, p, marks, Accuracy(1e-6, 0.04), samples=time)
@@ -186,7 +186,7 @@ def test_time_dependence_enters_at_the_right_times():
 
     from tests.integrator.conftest import pendulum_rates
 
-    system = System(pendulum, pendulum, np.array([1.0, 1.0]))
+    system = System(pendulum, np.array([1.0, 1.0]))
     p = np.array([1.3, 0.2, 0.9])
     found = integrate(
         system,

@@ -8,9 +8,9 @@ from scipy.integrate import RK45
 from scipy.integrate._ivp.rk import RkDenseOutput, rk_step
 
 from tests.integrator.conftest import pendulum, pendulum_rates
+from tolstat.integrator.problem import Damping, Step
 from tolstat.integrator.signatures import rates_type, table, tables
 from tolstat.integrator.step import advance, error_of, halfway, interpolate
-from tolstat.integrator.trials import Damping, Step
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 from tolstat.lanes.vector import WIDTH
@@ -25,7 +25,8 @@ def one_step(rates, moment, h, t_new, y, p, k, y_new, error, middle):
     none = np.zeros((0, WIDTH))
     damping = Damping(np.zeros(0, np.int64), none, none)
     t, h, t_new = rows(moment)[0], rows(h)[0], rows(t_new)[0]
-    step = Step(moment, k, middle, y_new, none, none, damping.states, damping)
+    watched = none, none, none, none
+    step = Step(moment, k, middle, y_new, *watched, damping.states, damping)
     advance(rates, t, h, t_new, y, p, step)
     for i in range(len(y)):
         rows(error)[i] = error_of(h, k, i)

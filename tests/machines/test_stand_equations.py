@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 
 from tolstat.deviations.draw import draw
 from tolstat.integrator.integrate import integrate
-from tolstat.integrator.trials import Accuracy
+from tolstat.integrator.problem import Accuracy
 from tolstat.lanes.vector import WIDTH
 from tolstat.machines.stand import parameters
 from tolstat.machines.stand.carriage import friction_arm

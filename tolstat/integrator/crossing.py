@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.integrator.clock import AFTER, SMALLEST, STEP, TARGET, TIME
-from tolstat.integrator.watching import look, vertex_of
+from tolstat.integrator.lane_clock import AFTER, SMALLEST, STEP, TARGET, TIME
+from tolstat.integrator.peaks import look, vertex_of
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 
@@ -39,7 +39,7 @@ def _first_of(watch, t, h, permitted, number, lanes, step):
     Parameters
     ----------
     watch
-        See `integrate.System`.
+        See `problem.System`.
     t, h : vector
         Start of the step and its length, s.
     permitted : mask

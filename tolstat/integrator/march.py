@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.integrator.clock import (
+from tolstat.integrator.control import aim, step_factor
+from tolstat.integrator.crossing import aim_at_crossing, first_crossing, go_on
+from tolstat.integrator.lane_clock import (
     ACCEPTED,
     COUNT,
     ERROR,
@@ -24,9 +26,8 @@ from tolstat.integrator.clock import (
     TIME,
     TRIED,
 )
-from tolstat.integrator.control import aim, step_factor
-from tolstat.integrator.crossing import aim_at_crossing, first_crossing, go_on
-from tolstat.integrator.occupancy import sort_out
+from tolstat.integrator.lane_refill import sort_out
+from tolstat.integrator.peaks import follow
 from tolstat.integrator.signatures import march_signature
 from tolstat.integrator.step import (
     advance,
@@ -35,7 +36,6 @@ from tolstat.integrator.step import (
     quadrature_of,
     worst_error,
 )
-from tolstat.integrator.watching import follow
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 from tolstat.lanes.vector import WIDTH
@@ -99,7 +99,7 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
     Parameters
     ----------
     rates, watch
-        The equations; see `integrate.System`.
+        The equations; see `problem.System`.
     per_scale : float64[state]
         Reciprocals of the states' scales.
     lanes : Lanes
@@ -136,7 +136,7 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
         if len(step.watched_middle) > 0 and (crossing or np.any(taking)):
             halfway(h, lanes.y, step.k, step.middle)
             now[TIME] = t + 0.5 * h
-            watch(step.moment, step.middle, lanes.p, step.watched_middle)
+            watch(step.moment, step.middle, lanes.p, step.filled_middle)
             if crossing:
                 first = first_crossing(watch, t, h, accepted, lanes, step)
                 accepted = accepted & (first > 1.0)

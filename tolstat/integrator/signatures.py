@@ -10,7 +10,7 @@ from typing import Any
 
 from numba import types
 
-from tolstat.integrator.trials import Accuracy, Block, Damping, Lanes, Solution, Step
+from tolstat.integrator.problem import Accuracy, Block, Damping, Lanes, Solution, Step
 
 numbers = types.float64[::1]
 table = types.float64[:, ::1]
@@ -23,7 +23,7 @@ def _tuple_type(fields: tuple[Any, ...]) -> Any:
     return types.BaseTuple.from_types(fields, type(fields))
 
 
-# (moment, y, p, out); see `integrate.System`
+# (moment, y, p, out); see `problem.System`
 rates_signature = types.void(table, table, table, table)
 rates_type = types.FunctionType(rates_signature)
 
@@ -72,6 +72,8 @@ step_type = _tuple_type(
         k=tables,
         middle=table,
         end=table,
+        filled_middle=table,
+        filled_inside=table,
         watched_middle=table,
         watched_inside=table,
         crossings=integers,

@@ -15,8 +15,8 @@ from fractions import Fraction
 import numpy as np
 
 from tolstat.integrator import tableau
-from tolstat.integrator.clock import TIME
 from tolstat.integrator.damping import begin_damping, damp
+from tolstat.integrator.lane_clock import TIME
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 

@@ -7,6 +7,7 @@ arrays of any number of lanes, compiled on arrays of WIDTH lanes in registers.
 from __future__ import annotations
 
 import operator
+from collections.abc import Iterator
 from typing import Any, TypeVar
 
 import numpy as np
@@ -215,19 +216,33 @@ def write(array: NDArray[np.float64], first: int, values: tuple[Any, ...]) -> No
         Where to.
     first : int
         The row that takes the first value.
-    values : tuple of float64[lanes]
-        What.
+    values : tuple of float64[lanes], or of such tuples
+        What, in order.
     """
-    for i, value in enumerate(values):
+    for i, value in enumerate(_leaves(values)):
         array[first + i] = value
+
+
+def _leaves(values: tuple[Any, ...]) -> Iterator[Any]:
+    for value in values:
+        yield from _leaves(value) if isinstance(value, tuple) else (value,)
+
+
+def _flat(builder, values, kind):
+    """Yield what a tuple and those in it hold, with its types."""
+    for i, each in enumerate(kind):
+        value = builder.extract_value(values, i)
+        if isinstance(each, types.BaseTuple):
+            yield from _flat(builder, value, each)
+        else:
+            yield value, each
 
 
 @intrinsic
 def _write(typingctx, array, first, values):
     def codegen(context, builder, sig, args):
         plain = context.make_array(sig.args[0])(context, builder, args[0])
-        for i, fromty in enumerate(sig.args[2]):
-            value = builder.extract_value(args[2], i)
+        for i, (value, fromty) in enumerate(_flat(builder, args[2], sig.args[2])):
             value = context.cast(builder, value, fromty, vector)
             index = builder.add(args[1], ir.Constant(args[1].type, i))
             _store(builder, plain.data, index, value)

@@ -77,7 +77,7 @@ def simulated(
     machines = rows_of(chains, events, settings)
     n = len(settings.inertia)
     solution = integrate(
-        System(rates, watch, scale_of(settings), n_extremes=3 * n),
+        System(rates, scale_of(settings), watch, n_extremes=3 * n),
         np.zeros((len(machines), 2 * n)),
         machines,
         events.marks,

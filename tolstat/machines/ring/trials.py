@@ -64,7 +64,7 @@ def simulated(
     machines = rows_of(rings, settings)
     scale = scale_of(settings)
     solution = integrate(
-        System(rates, watch, scale, n_extremes=2, n_above=1, crossings=(OUT,)),
+        System(rates, scale, watch, n_extremes=2, n_above=1, crossings=(OUT,)),
         np.zeros((len(machines), len(scale))),
         machines,
         np.tile([0.0, settings.duration], (len(machines), 1)),

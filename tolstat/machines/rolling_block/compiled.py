@@ -10,7 +10,7 @@ from tolstat.moving import System, compiled, named, rates_signature, rows, write
 
 motion = compiled(within=True)(equations.motion)
 
-N_STATES, N_LINKS = len(State._fields), len(Links._fields)
+N_LINKS = len(Links._fields)
 DAMPING = len(Machine._fields)  # the parameters behind: the damping matrix, by rows
 
 
@@ -45,8 +45,7 @@ def moved(moment, y, p):
 def rates(moment, y, p, out):
     """Fill derivatives and the elastic moments."""
     at = moved(moment, y, p)
-    write(out, 0, at.derivative)
-    write(out, N_STATES, at.elastic)
+    write(out, 0, (at.derivative, at.elastic))
 
 
 @compiled(rates_signature)
@@ -56,4 +55,4 @@ def watch(moment, y, p, out):
 
 
 # each block says by what the errors of its states are measured
-SYSTEM = System(rates, watch, scale=np.ones(N_STATES), n_extremes=N_LINKS)
+SYSTEM = System(rates, np.ones(len(State._fields)), watch, n_extremes=N_LINKS)

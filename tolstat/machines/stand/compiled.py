@@ -11,38 +11,27 @@ from tolstat.moving import System, compiled, named, rates_signature, write
 
 motion = compiled(within=True)(equations.motion)
 
-N_STATES, N_POWERS, N_LOADS = (
-    len(State._fields),
-    len(Powers._fields),
-    len(Loads._fields),
-)
-
 
 @compiled(rates_signature)
 def rates(moment, y, p, out):
     """Fill derivatives, powers, loads, and the yaw's relaxation."""
     at = motion(named(Moment, moment), named(State, y), named(Parameters, p))
-    write(out, 0, at.derivative)
-    write(out, N_STATES, at.powers)
-    write(out, N_STATES + N_POWERS, at.loads)
-    write(out, N_STATES + N_POWERS + N_LOADS, at.jam)
-    write(out, N_STATES + N_POWERS + N_LOADS + 1, at.relaxation)
+    write(out, 0, (at.derivative, at.powers, at.loads, at.jam, at.relaxation))
 
 
 @compiled(rates_signature)
 def watch(moment, y, p, out):
     """Fill the loads alone; the compiler drops the rest of the equations."""
     at = motion(named(Moment, moment), named(State, y), named(Parameters, p))
-    write(out, 0, at.loads)
-    write(out, N_LOADS, at.jam)
+    write(out, 0, (at.loads, at.jam))
 
 
 SYSTEM = System(
     rates,
+    np.array(SCALE),
     watch,
-    scale=np.array(SCALE),
-    n_quadratures=N_POWERS,
-    n_extremes=N_LOADS,
+    n_quadratures=len(Powers._fields),
+    n_extremes=len(Loads._fields),
     n_above=1,
     damped=(State._fields.index("alpha_"),),
 )

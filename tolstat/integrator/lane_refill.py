@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.integrator.clock import (
+from tolstat.integrator.control import FIRST_STEP
+from tolstat.integrator.lane_clock import (
     AFTER,
     COUNT,
     ERROR,
@@ -22,7 +23,6 @@ from tolstat.integrator.clock import (
     TARGET,
     TIME,
 )
-from tolstat.integrator.control import FIRST_STEP
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.vector import WIDTH
 from tolstat.status import Status

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.integrator.clock import TIME
+from tolstat.integrator.lane_clock import TIME
 from tolstat.integrator.step import inside
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
@@ -37,7 +37,7 @@ def look(watch, t, h, theta, number, lanes, step):
     """Return a watched quantity at the fraction theta of the step, by dense output."""
     inside(h, theta, lanes.y, step.k, step.middle)
     rows(step.moment)[TIME] = t + theta * h
-    watch(step.moment, step.middle, lanes.p, step.watched_inside)
+    watch(step.moment, step.middle, lanes.p, step.filled_inside)
     return rows(step.watched_inside)[number]
 
 
@@ -109,7 +109,7 @@ def follow(watch, taking, t, h, lanes, step):
     Parameters
     ----------
     watch
-        See `integrate.System`.
+        See `problem.System`.
     taking : mask
         The lanes that are to be followed.
     t, h : vector

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from tolstat.errors import ModelError
-from tolstat.integrator.clock import CLOCK_ROWS, MOMENT_ROWS, PHASE
-from tolstat.integrator.trials import Array, Block, Damping, Lanes, Solution, Step
+from tolstat.integrator.lane_clock import CLOCK_ROWS, MOMENT_ROWS, PHASE
+from tolstat.integrator.problem import (
+    Array,
+    Block,
+    Damping,
+    Lanes,
+    Solution,
+    Step,
+    System,
+)
 from tolstat.lanes.vector import WIDTH
 
 UNWRITTEN = -8.765e300  # no equation says this
 SPARE = 64  # rows behind those that are declared
-
-if TYPE_CHECKING:
-    from tolstat.integrator.integrate import System
 
 
 def unsolved(system: System, block: Block) -> Solution:
@@ -52,25 +55,27 @@ def idle_lanes(block: Block, solution: Solution) -> Lanes:
     )
 
 
-def room_for_steps(
-    lanes: Lanes, damped: tuple[int, ...], crossings: tuple[int, ...]
-) -> Step:
-    """Make room for the steps of some lanes.
-
-    Of their states some are damped, of what is watched some are kinks where they cross.
-    """
-    n_states, n_damped = len(lanes.y), len(damped)
-    n_watched = len(lanes.greatest) + len(lanes.above)
+def room_for_steps(system: System, lanes: Lanes) -> Step:
+    """Make room for the steps of some lanes."""
+    n_states, n_damped = len(lanes.y), len(system.damped)
+    n_rates = n_states + system.n_quadratures
+    # where there is no `watch`, what is watched is among the rates
+    first = 0 if system.watch else n_rates
+    watched = slice(first, first + system.n_watched)
+    spare = 0 if system.watch else n_damped
+    middle, inside = (_lanes(watched.stop + spare) for _ in range(2))
     return Step(
         moment=_lanes(MOMENT_ROWS),
-        k=_lanes(7, n_states + len(lanes.quadratures) + n_watched + 2 * n_damped),
+        k=_lanes(7, n_rates + system.n_watched + 2 * n_damped),
         middle=_lanes(n_states),
         end=_lanes(n_states),
-        watched_middle=_lanes(n_watched),
-        watched_inside=_lanes(n_watched),
-        crossings=np.array(crossings, np.int64),
+        filled_middle=middle,
+        filled_inside=inside,
+        watched_middle=middle[watched],
+        watched_inside=inside[watched],
+        crossings=np.array(system.crossings, np.int64),
         damping=Damping(
-            states=np.array(damped, np.int64),
+            states=np.array(system.damped, np.int64),
             lambda_h=_lanes(n_damped),
             share=_lanes(n_damped),
         ),
@@ -89,9 +94,9 @@ def check_rows(system: System, lanes: Lanes, step: Step) -> None:
         "above": system.n_above,
         "damped": len(system.damped),
     }
-    watched = {name: counts[name] for name in ("extremes", "above")}
     asked = [("rates", system.rates, counts)]
-    if any(watched.values()):
+    if system.watch and system.n_watched:
+        watched = {name: counts[name] for name in ("extremes", "above")}
         asked.append(("watch", system.watch, watched))
     for name, function, declared in asked:
         rows = sum(declared.values())

@@ -1,0 +1,162 @@
+"""What the integrator is given, what it holds, what it finds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.errors import ModelError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class System:
+    """Equations of motion, compiled.
+
+    Attributes
+    ----------
+    rates : callable
+        Compiled with `signatures.rates_signature`: (moment, y, p, out) -> None, each
+        float64[row, lane]. `moment` has the rows time (s) and phase (number of the
+        last mark passed, from 0). All rows of `out` are filled: the derivatives of
+        the states, the rates of the quadratures, the quantities whose peaks are
+        watched, those whose time above zero is, the lambda (1/s) of each damped state.
+    scale : float64[state]
+        The size that each state's error is measured by.
+    watch : callable, optional
+        Fills the watched quantities alone, from row 0: the same numbers, sooner.
+        Without it `rates` is evaluated.
+    n_quadratures, n_extremes, n_above : int
+        Numbers of those rows.
+    damped : tuple of int
+        The states that relax so fast that they alone would shorten the step: they are
+        damped in it. lambda is minus the derivative of a state's rate by the state
+        itself; one that is ten times too great gives wrong answers, see `damping`.
+    crossings : tuple of int
+        Which of the watched quantities, extremes first, are kinks of the rates where
+        they change their sign: a step ends there, see `crossing`.
+
+    Raises
+    ------
+    ModelError
+        If what is damped is no state, what crosses is not watched, or either is named
+        twice. `integrate` raises it where the equations fill other rows than are
+        declared here.
+    """
+
+    rates: Callable[..., None]
+    scale: Array
+    watch: Callable[..., None] | None = None
+    n_quadratures: int = 0
+    n_extremes: int = 0
+    n_above: int = 0
+    damped: tuple[int, ...] = ()
+    crossings: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what would be read beside the states, or beside what is watched."""
+        for name, given, n, words in (
+            ("damped", self.damped, len(self.scale), "states"),
+            ("crossings", self.crossings, self.n_watched, "watched quantities"),
+        ):
+            numbers = given if isinstance(given, tuple) else ("",)
+            if len(set(numbers) & set(range(n))) < len(numbers):
+                allowed = f"0 to {n - 1}, each once" if n else "of which there are none"
+                raise ModelError(
+                    f"System({name}={given!r}): a tuple of numbers of {words}, "
+                    f"{allowed}"
+                )
+
+    @property
+    def n_watched(self) -> int:
+        """Number of the watched quantities."""
+        return self.n_extremes + self.n_above
+
+
+class Accuracy(NamedTuple):
+    """How well to integrate.
+
+    Attributes
+    ----------
+    rtol : float
+        A step is accepted when no state's error estimate exceeds rtol times its scale.
+    max_step : float
+        The longest step, s.
+    max_steps : int
+        A trial that needs more steps, rejected ones included, is given up.
+    """
+
+    rtol: float
+    max_step: float
+    max_steps: int = 20_000_000
+
+
+class Block(NamedTuple):
+    """What is asked: trials with their starts, parameters and marks."""
+
+    start: Array  # [trial, state]
+    parameters: Array  # [trial, parameter]
+    marks: Array  # [trial, mark], s, ascending: start, switching times, ..., end
+    samples: Array  # [sample], s, ascending
+    watch_from: int  # phase from which peaks and times above zero are taken
+    accuracy: Accuracy
+
+
+class Solution(NamedTuple):
+    """What comes out, by trial; NaN where a trial did not get."""
+
+    states: Array  # [trial, mark, state]
+    quadratures: Array  # [trial, mark, quadrature]
+    greatest: Array  # [trial, extreme]
+    least: Array  # [trial, extreme]
+    above: Array  # [trial, quantity above zero], s
+    history: Array  # [trial, sample, state]
+    status: NDArray[np.int64]  # [trial], of `tolstat.status.Status`
+    steps: NDArray[np.int64]  # [trial]
+
+    @property
+    def peak(self) -> Array:
+        """The largest size of each extreme, float64[trial, extreme]."""
+        return np.maximum(self.greatest, -self.least)
+
+
+class Lanes(NamedTuple):
+    """The trials under way, one in each lane."""
+
+    clock: Array  # [row of `lane_clock`, lane]
+    y: Array  # [state, lane]
+    p: Array  # [parameter, lane]
+    quadratures: Array  # [quadrature, lane]
+    greatest: Array  # [extreme, lane]
+    least: Array  # [extreme, lane]
+    above: Array  # [quantity above zero, lane], s
+    trial: NDArray[np.int64]  # [lane]; -1: idle
+    sample: NDArray[np.int64]  # [lane]: next sample to take
+
+
+class Damping(NamedTuple):
+    """What the damping of all stages of a step has in common."""
+
+    states: NDArray[np.int64]  # [damped]
+    lambda_h: Array  # [damped, lane], lambda times the step
+    share: Array  # [damped, lane], 1/(1 + g h lambda)
+
+
+class Step(NamedTuple):
+    """The step that is tried, in all lanes at once."""
+
+    moment: Array  # [row of `lane_clock`, lane], which the rates are asked for
+    k: Array  # [stage, rate, lane]; last the rates that the damped states had undamped
+    middle: Array  # [state, lane]
+    end: Array  # [state, lane]
+    filled_middle: Array  # [row, lane], what `watch` fills there
+    filled_inside: Array  # [row, lane], likewise where a crossing is looked for
+    watched_middle: Array  # [watched, lane], of these rows
+    watched_inside: Array  # [watched, lane]
+    crossings: NDArray[np.int64]  # [crossing], which of the watched quantities
+    damping: Damping
