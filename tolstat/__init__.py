@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from tolstat.execution.continuation import extend, resume
     from tolstat.execution.execute import run
     from tolstat.execution.verification import verify
-    from tolstat.machines.rolling_block.identification import identify_drive
-    from tolstat.model.contract import History, Model, Outcome, closer
+    from tolstat.model.contract import History, Model, Outcome
     from tolstat.model.description import (
         Contributor,
         Description,
@@ -59,7 +58,6 @@ _HOMES = {
     "Region": "tolstat.model.view",
     "Span": "tolstat.model.view",
     "allocate": "tolstat.answers.allocate.allocate_tolerances",
-    "closer": "tolstat.model.contract",
     "Contributor": "tolstat.model.description",
     "Description": "tolstat.model.description",
     "History": "tolstat.model.contract",
@@ -74,7 +72,6 @@ _HOMES = {
     "compare": "tolstat.answers.pages",
     "evaluate": "tolstat.answers.views.evaluate",
     "extend": "tolstat.execution.continuation",
-    "identify_drive": "tolstat.machines.rolling_block.identification",
     "limited": "tolstat.answers.relimit",
     "models": "tolstat.catalogue",
     "open": "tolstat.store.open_run",
@@ -94,10 +91,9 @@ _ELSEWHERE = {"models": "names"}
 __all__ = [
     "Axis", "Band", "Chart", "Contributor", "Curve", "Description", "History",
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
-    "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "closer",
-    "column", "compare", "evaluate", "extend", "identify_drive", "limited", "models",
-    "open", "replay", "report", "resume", "run", "setting", "summary", "trajectory",
-    "verify", "view", "what_if",
+    "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "column",
+    "compare", "evaluate", "extend", "limited", "models", "open", "replay", "report",
+    "resume", "run", "setting", "summary", "trajectory", "verify", "view", "what_if",
 ]  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
@@ -30,12 +30,12 @@ class Status(IntEnum):
 FIRST_OWN = 100  # what a machine names itself is numbered from here, up to 255
 
 
-def words_of(failures: Sequence[str] = ()) -> dict[int, str]:
+def words_of(failures: Iterable[str] = ()) -> dict[int, str]:
     """Return the word of each status that a trial of a machine can have.
 
     Parameters
     ----------
-    failures : sequence of str
+    failures : iterable of str
         Why a trial may have no answer, in the machine's own words.
 
     Returns

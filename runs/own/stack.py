@@ -17,7 +17,7 @@ class Stack(Model):
     name = "stack"
     title = "gap between a housing and the three parts in it"
     settings = Settings
-    failures = ("cannot be mounted",)  # in this machine's own words
+    failures = {"cannot be mounted": "the parts leave a gap"}
 
     def describe(self, settings):
         housing = Contributor("housing", "m", "H", "depth of the housing", size=0.100)

@@ -22,9 +22,9 @@ from scipy.integrate import solve_ivp
 
 from tests.benchmarks.accuracy import ENERGIES, Responses
 from tolstat.machines.stand import motion as equations
-from tolstat.machines.stand.machine import END, WINDOW, machines_of, marks_of, start_of
 from tolstat.machines.stand.motion import SCALE, Moment, State
 from tolstat.machines.stand.parameters import Parameters
+from tolstat.machines.stand.trials import END, WINDOW, machines_of, marks_of, start_of
 from tolstat.study.study import Study
 
 Array = NDArray[np.float64]

@@ -35,7 +35,7 @@ mode = ["plain", "odd"]
 class Formula(Toy):
     """A machine whose words a spreadsheet would calculate."""
 
-    failures = ("=1+1",)
+    failures = {"=1+1": "2"}
 
     def evaluate(self, deviations, settings):
         found = super().evaluate(deviations, settings)

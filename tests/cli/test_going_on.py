@@ -22,7 +22,7 @@ from tolstat import Contributor, Description, Model, Outcome, Response
 
 class Never(Model):
     name = "never"
-    failures = ("cannot be mounted",)
+    failures = {"cannot be mounted": "the parts leave a gap"}
 
     def describe(self, settings):
         return Description(

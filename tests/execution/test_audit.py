@@ -16,7 +16,6 @@ from tolstat.execution.diagnostics.trial_selection import next_to, spread
 from tolstat.execution.execute import execute
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
-from tolstat.model.contract import closer
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
 from tolstat.store.audited import Reason
@@ -44,9 +43,6 @@ class Cliff(Model):
         other = 1e3 * deviations[:, 1] + error
         status = np.where(deviations[:, 1] > 2.9e-3, 4, 1)
         return Outcome(np.stack([force + error, other], axis=1), status)
-
-    def tightened(self, settings):
-        return closer(settings)
 
 
 class Wavy(Cliff):

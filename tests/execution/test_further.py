@@ -21,7 +21,6 @@ from tolstat.execution.diagnostics.slopes_and_corners import (
 from tolstat.execution.diagnostics.trial_selection import worst_trials
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import Workers
-from tolstat.model.contract import closer
 from tolstat.status import Status
 from tolstat.study.study import load
 
@@ -48,9 +47,6 @@ class Rough(Model):
         gap = 1e-3 + deviations @ [3.0, -1.0]
         status = np.where(np.abs(deviations[:, 0]) > 0.29e-3, 4, 1)
         return Outcome((gap * (1 + settings.rtol / 10))[:, None], status)
-
-    def tightened(self, settings):
-        return closer(settings)
 
 
 STUDY = """\

@@ -67,7 +67,7 @@ def test_what_cannot_be_built(name, deviations, word):
     assert words_of(machine.failures)[int(answers.status[0])] == word
     assert np.isnan(answers.responses).all()
     assert answers.steps is None or answers.steps[0] == 0
-    assert word in machine.conditions
+    assert word in machine.failures
 
 
 @pytest.mark.parametrize(("name", "deviations"), CAN_BE)
@@ -79,10 +79,10 @@ def test_what_can_be_built_is_not_ruled_out(name, deviations):
 @pytest.mark.parametrize("name", catalogue.names())
 def test_every_machine_says_what_it_can_be_built_from(name):
     machine = catalogue.find(name)
-    assert machine.conditions
+    assert machine.failures
     shown = CliRunner().invoke(main, ["show", name]).output.replace("\n", " ")
-    for word in machine.conditions:
-        assert f"a trial may end as: {word} (what can be built: " in shown
+    for word in machine.failures:
+        assert f"a trial may end as: {word} (required: " in shown
 
 
 def test_a_chain_that_does_not_close():
@@ -165,8 +165,7 @@ def test_a_history_that_nobody_looks_at():
 class Nominal(Toy):
     """A machine that cannot be built without deviations."""
 
-    failures = ("too short",)
-    conditions = {"too short": "its parts are longer than 0.1 mm together"}  # noqa: RUF012
+    failures = {"too short": "its parts are longer than 0.1 mm together"}
 
     def impossible(self, deviations, settings):
         return {"too short": deviations[:, :2].sum(axis=1) < 1e-4}
@@ -191,18 +190,20 @@ def test_what_cannot_be_built_is_never_evaluated():
     assert rows["gap"].tolist()[1] == 1e-3 and rows["gap"].isna().tolist()[0]
 
 
-def test_conditions_are_sentences_for_failures():
+@pytest.mark.parametrize("failures", [{"too long": ""}, {"too long": None}, ("x",)])
+def test_each_failure_has_a_sentence(failures):
     class Wrong(Toy):
-        conditions = {"too long": "no word of its failures"}  # noqa: RUF012
+        pass
 
-    with pytest.raises(
-        ModelError, match="conditions are sentences, each for one of its"
-    ):
+    Wrong.failures = failures
+    with pytest.raises(ModelError, match="to the sentence that has to hold"):
         check_model(Wrong())
 
+
+def test_what_is_impossible_is_named_as_a_failure():
     class Unknown(Nominal):
         def impossible(self, deviations, settings):
             return {"too long": deviations[:, 0] > 0}
 
-    with pytest.raises(ModelError, match="'too long' is none of its conditions"):
+    with pytest.raises(ModelError, match="'too long' is none of its failures"):
         tolstat.evaluate(Unknown(), {"part_1": 1e-3})

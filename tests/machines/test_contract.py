@@ -160,7 +160,7 @@ LIES = [
     (lambda n: Outcome(np.zeros((n, 2)), np.ones(3)), "status of 18 numbers"),
     (lambda n: Outcome(np.zeros((n, 2)), np.full(n, 7)), r"status \[7\] is none"),
     (lambda n: Outcome(np.zeros((n, 2)), np.zeros(n)), "0, not run"),
-    (lambda n: Outcome(np.zeros((n, 2)), np.ones(n), np.ones(n)), "counts steps; `integ"),
+    (lambda n: Outcome(np.zeros((n, 2)), np.ones(n), np.ones(n)), "counts steps; one that integrates has a setting rtol"),
     (lambda n: Outcome(np.zeros((n, 2)), failed={"tired": np.ones(n)}), "'tired' is none of"),
 ]  # fmt: skip
 
@@ -183,8 +183,8 @@ def test_a_machine_that_lies_is_named_with_its_fault(answer, words, tmp_path):
         (("trial",), "called trial"),
         (("status", "y"), "called status"),
         (("evidence",), "called evidence"),
-        (("y", "y"), "y stands twice"),
-        (("x",), "x stands twice"),
+        (("y", "y"), "y is given twice"),
+        (("x",), "x is given twice"),
         ((), "no response"),
     ],
 )
@@ -242,10 +242,10 @@ def test_a_declared_range_is_kept():
 @pytest.mark.parametrize(
     ("thing", "words"),
     [
-        (object(), "no machine: a class that inherits from tolstat.Model"),
+        (object(), "no model: a class that inherits from tolstat.Model"),
         (type("Half", (Model,), {"name": "half"}), "describe|evaluate"),
         (type("Nameless", (Toy,), {"name": ""}), "needs a name"),
-        (type("Done", (Toy,), {"failures": ("done",)}), "no new word"),
+        (type("Done", (Toy,), {"failures": {"done": "always"}}), "no new word"),
     ],
 )
 def test_what_is_no_machine_is_refused(thing, words):

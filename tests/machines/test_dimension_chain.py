@@ -262,7 +262,7 @@ WRONG = (
     ({"links": {"e": {**E, "tolerances": "+-1 mm"}}}, r"\[links\] e.*no key toleranc"),
     ({"links": {"e": "2 ells"}}, "unknown unit 'ells'"),
     ({"links": {"e": True}}, "a link is expected"),
-    ({"links": {"e": E, "gap": "2 mm"}}, "gap stands twice"),
+    ({"links": {"e": E, "gap": "2 mm"}}, "gap is given twice"),
     (
         {"links": {"e": E}, "deviations": {"e": "+-1 mm"}},
         r"\[links\] e.*\[deviations\]",
@@ -343,7 +343,7 @@ def test_links_that_hang_together_have_no_root_sum_square_of_their_own(ran):
     study = wave_gear(correlation={"R_out": {"R_in": 0.9}})
     run = ran(study)
     assert [n.name for n in run.numbers] == ["worst_min", "worst_max", "rss_mean"]
-    assert "whatever it hangs together with" in run.numbers[0].caveat
+    assert "whatever it is correlated with" in run.numbers[0].caveat
 
 
 def test_a_link_that_the_formula_forgets_is_named(ran):

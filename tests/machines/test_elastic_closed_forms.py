@@ -15,7 +15,7 @@ from tests.machines.elastic import (
     random_machine,
     solved,
 )
-from tolstat.machines.elastic_machine.closed_forms import (
+from tests.machines.elastic_closed_forms import (
     modal_sum,
     one_mass,
     step_response,

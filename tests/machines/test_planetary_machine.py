@@ -16,8 +16,7 @@ from tolstat.machines.planetary import designs
 from tolstat.machines.planetary.design import EXAMPLES, design_of
 from tolstat.machines.planetary.machine import Planetary
 from tolstat.machines.planetary.settings import Settings
-from tolstat.machines.planetary.sharing import shared
-from tolstat.machines.planetary.tolerances import felt_in_mesh
+from tolstat.machines.planetary.trials import felt_in_mesh, shared
 
 F, C = 3e4, 4e8
 UM = 1e-6

@@ -21,7 +21,7 @@ from tolstat.machines.ring.linear import (
     static_depth,
 )
 from tolstat.machines.ring.machine import Ring
-from tolstat.machines.ring.ring import build
+from tolstat.machines.ring.parameters import build
 from tolstat.model.settings import make
 
 FIGURES = {"thickness": 0.05, "support_angle": 40 * DEG, "ring_damping": 0.0}

@@ -13,15 +13,20 @@ import tolstat
 from tests.machines import rolling_block_reference as known
 from tolstat.errors import ModelError
 from tolstat.machines.rolling_block import gearbox
-from tolstat.machines.rolling_block.antiphase import antiphase
-from tolstat.machines.rolling_block.damping import damping_matrix
-from tolstat.machines.rolling_block.drive import drives, nominal
 from tolstat.machines.rolling_block.frequency_response import (
     contributions,
     poles_and_zeros,
     response,
 )
-from tolstat.machines.rolling_block.modes import mac, modes_of, tracked, unit_shapes
+from tolstat.machines.rolling_block.loading import damping_matrix
+from tolstat.machines.rolling_block.modes import (
+    antiphase,
+    mac,
+    modes_of,
+    tracked,
+    unit_shapes,
+)
+from tolstat.machines.rolling_block.parameters import drives, nominal
 from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.speeds import (
     forbidden,
@@ -159,7 +164,7 @@ def test_likeness_to_a_reference_of_each_drives_own():
     """As one by one; nothing is like a shape of which only zeros are known."""
     phi = np.random.default_rng(3).standard_normal((2, 9, 8))
     reference = phi[:, :, ::-1] + 0.1
-    reference[1, 2:, 4], reference[1, :2, 4] = np.nan, 0.0
+    reference[1, :, 4] = 0.0
     together = mac(phi, reference)
     for one in range(2):
         np.testing.assert_array_equal(together[one], mac(phi[one], reference[one]))

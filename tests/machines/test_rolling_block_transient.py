@@ -10,11 +10,15 @@ from scipy.optimize import minimize_scalar
 import tolstat
 from tests.machines import rolling_block_reference as known
 from tests.machines.test_rolling_block_modes import B, scattered, solved
-from tolstat.machines.rolling_block.damping import damping_matrix
-from tolstat.machines.rolling_block.drive import drives, nominal
 from tolstat.machines.rolling_block.frequency_response import contributions
-from tolstat.machines.rolling_block.loading import followed, load_steps, pulse
+from tolstat.machines.rolling_block.loading import (
+    damping_matrix,
+    followed,
+    load_steps,
+    pulse,
+)
 from tolstat.machines.rolling_block.modes import modes_of
+from tolstat.machines.rolling_block.parameters import drives, nominal
 from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.transient import moments
 

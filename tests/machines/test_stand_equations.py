@@ -12,21 +12,20 @@ from tolstat.integrator.integrate import integrate
 from tolstat.integrator.problem import Accuracy
 from tolstat.lanes.vector import WIDTH
 from tolstat.machines.stand import parameters
-from tolstat.machines.stand.carriage import friction_arm
 from tolstat.machines.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES
-from tolstat.machines.stand.gears import gear_deformations
-from tolstat.machines.stand.machine import (
+from tolstat.machines.stand.machine import Stand
+from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
+from tolstat.machines.stand.nominal import NOMINAL
+from tolstat.machines.stand.parameters import friction_arm, gear_deformations
+from tolstat.machines.stand.settings import Settings
+from tolstat.machines.stand.trials import (
     END,
     WINDOW,
-    Stand,
     marks_of,
     responses_of,
     simulated,
     start_of,
 )
-from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
-from tolstat.machines.stand.nominal import NOMINAL
-from tolstat.machines.stand.settings import Settings
 from tolstat.study.study import load
 
 NAMES = [contributor.name for contributor in CONTRIBUTORS]

@@ -78,7 +78,10 @@ class Rich(Model):
     name = "rich"
     title = "everything [bold] at once"
     settings = RichSettings
-    failures = ("cannot be mounted", "cuts air")
+    failures = {
+        "cannot be mounted": "the first link is not too short",
+        "cuts air": "the links are not too long together",
+    }
     views = (
         Offer("spectrum", "amplitude over frequency", machines=20),
         Offer("designs", "wheels that fit"),

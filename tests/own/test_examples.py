@@ -129,7 +129,7 @@ def test_a_file_without_such_a_machine_says_what_it_has(own, tmp_path):
         ("stack.py", "FILE.py:NAME is expected"),
         ("stock.py:Stack", "stock.py: there is no such file"),
         ("stack.toml:Stack", "is no Python file"),
-        ("stack.py:Settings", "is no machine"),
+        ("stack.py:Settings", "is no model"),
     ):
         assert words in call(own, "run", "stack.toml", "--machine", place, code=2)
     (tmp_path / "broken.py").write_text("import nonsense\n")

@@ -146,10 +146,6 @@ class Writing(Toy):
         return super().evaluate(deviations, settings)
 
 
-class Twice(Toy):
-    failures = ("x", "x")
-
-
 class Bare(Toy):
     failures = "broken"
 
@@ -162,8 +158,7 @@ class Sighing(Toy):
     ("machine", "words"),
     [
         (Writing, "evaluate fails: ValueError: .*read-only"),
-        (Twice, "failures names something twice"),
-        (Bare, "failures is a tuple of texts"),
+        (Bare, "failures is a mapping of a word"),
         (Sighing, "assumptions is a tuple of texts"),
     ],
 )

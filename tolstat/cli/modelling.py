@@ -37,10 +37,8 @@ def show_model(name: str) -> None:
         for offer in offers(model).values():
             table.add_row(offer.name, offer.sentence)
         print_words(table)
-    for word in model.failures:
-        sentence = model.conditions.get(word)
-        why = f" (what can be built: {sentence})" if sentence else ""
-        console.print(f"a trial may end as: {word}{why}")
+    for word, required in model.failures.items():
+        console.print(f"a trial may end as: {word} (required: {required})")
 
 
 def _print_contributors(contributors: tuple[Contributor, ...]) -> None:

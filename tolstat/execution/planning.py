@@ -90,7 +90,7 @@ def cannot_be_built(study: Study, deviations: NDArray[np.float64]) -> str:
     words, trials = words_of(model.failures), len(deviations)
     codes, counts = np.unique(status[status > 0], return_counts=True)
     why = "; ".join(
-        f"{words[code]} ({model.conditions[words[code]]}): {count}"
+        f"{words[code]} ({model.failures[words[code]]}): {count}"
         for code, count in zip(codes.tolist(), counts.tolist(), strict=True)
     )
     failing = int(counts.sum())

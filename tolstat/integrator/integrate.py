@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.integrator.problem import Accuracy, Array, Block, Solution, System
+from tolstat.arrays import Array
+from tolstat.integrator.problem import Accuracy, Block, Solution, System
 
 
 def integrate(

@@ -9,9 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.errors import ModelError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

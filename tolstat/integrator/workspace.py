@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.integrator.lane_clock import CLOCK_ROWS, MOMENT_ROWS, PHASE
 from tolstat.integrator.problem import (
-    Array,
     Block,
     Damping,
     Lanes,

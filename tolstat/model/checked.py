@@ -1,4 +1,4 @@
-"""The contract checked: what a machine says and answers, before anybody builds on."""
+"""The contract checked: what a model says and answers, before anything builds on it."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tolstat.arrays import Array
 from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError, TolstatError, UnitError
 from tolstat.model.contract import Answers, Model, Outcome
@@ -19,8 +20,6 @@ from tolstat.model.description import Contributor, Description, Response, StudyN
 from tolstat.model.view import Chart, Listing, Offer, View
 from tolstat.status import FIRST_OWN, Status, words_of
 from tolstat.units.conversion import check_si, to_si
-
-Array = NDArray[np.float64]
 
 # what a run file and a frame call by these names
 RESERVED = (
@@ -31,12 +30,12 @@ MOST_FAILURES = 256 - FIRST_OWN
 
 
 def check_model(model: object) -> Model:
-    """Return a machine, if it is one.
+    """Return a model, if it is one.
 
     Raises
     ------
     ModelError
-        If it is something else, or lacks a part that every machine has.
+        If it is something else, or lacks a part that every model has.
     """
     if isinstance(model, type) and issubclass(model, Model):
         try:
@@ -45,43 +44,38 @@ def check_model(model: object) -> Model:
             raise ModelError(f"{error}") from None
     if not isinstance(model, Model):
         raise ModelError(
-            f"{model!r} is no machine: a class that inherits from tolstat.Model, or an "
+            f"{model!r} is no model: a class that inherits from tolstat.Model, or an "
             "object of one, is expected"
         )
     if not isinstance(getattr(model, "name", None), str) or not model.name:
-        raise ModelError(f"{type(model).__name__}: a machine needs a name")
-    _check_words(model)
-    for word in model.failures:
+        raise ModelError(f"{type(model).__name__}: a model needs a name")
+    failures, assumptions = model.failures, model.assumptions
+    if not isinstance(failures, Mapping) or not all(
+        map(_printable, (*failures, *failures.values()))
+    ):
+        raise _wrong(
+            model,
+            "failures is a mapping of a word to the sentence that has to hold, such as "
+            f'{{"cuts air": "the tool stays in the cut"}}, not {failures!r}',
+        )
+    for word in failures:
         if word in words_of().values():
-            raise ModelError(
-                f"model '{model.name}': the failure {word!r} is no new word"
-            )
-    for word, sentence in dict(model.conditions).items():
-        if word not in model.failures or not _printable(sentence):
-            raise ModelError(
-                f"model '{model.name}': conditions are sentences, each for one of its "
-                f"failures, not {word!r}: {sentence!r}"
-            )
-    if len(model.failures) > MOST_FAILURES:
-        raise ModelError(f"model '{model.name}': at most {MOST_FAILURES} failures")
+            raise _wrong(model, f"the failure {word!r} is no new word")
+    if len(failures) > MOST_FAILURES:
+        raise _wrong(model, f"at most {MOST_FAILURES} failures")
+    if not isinstance(assumptions, tuple | list) or not all(
+        map(_printable, assumptions)
+    ):
+        raise _wrong(model, f"assumptions is a tuple of texts, not {assumptions!r}")
+    for offer in model.views:
+        if not isinstance(offer, Offer) or not _printable(offer.name):
+            raise _wrong(model, f"views is a tuple of Offer, not {offer!r}")
     return model
 
 
-def _check_words(model: Model) -> None:
-    """Refuse sentences and failures that are no lists of texts."""
-    where = f"model '{model.name}'"
-    for what in ("failures", "assumptions"):
-        words = getattr(model, what)
-        if not isinstance(words, tuple | list) or not all(map(_printable, words)):
-            raise ModelError(
-                f'{where}: {what} is a tuple of texts, such as ("cuts air",), not '
-                f"{words!r}"
-            )
-        if len(set(words)) < len(words):
-            raise ModelError(f"{where}: {what} names something twice")
-    for offer in model.views:
-        if not isinstance(offer, Offer) or not _printable(offer.name):
-            raise ModelError(f"{where}: views is a tuple of Offer, not {offer!r}")
+def _wrong(model: Model, what: str) -> ModelError:
+    """Name the model, and what is wrong with it."""
+    return ModelError(f"model '{model.name}': {what}")
 
 
 def _printable(text: object) -> bool:
@@ -91,16 +85,17 @@ def _printable(text: object) -> bool:
 
 @contextmanager
 def _asking(model: Model, what: str) -> Iterator[None]:
-    """Name the machine, the fault and its line, where the machine's own code fails."""
+    """Name the model, the fault and its line, where the model's own code fails."""
     try:
         yield
     except TolstatError:
         raise
     except Exception as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
-        raise ModelError(
-            f"model '{model.name}': {what} fails: {type(error).__name__}: {error} "
-            f"({Path(last.filename).name}, line {last.lineno})"
+        raise _wrong(
+            model,
+            f"{what} fails: {type(error).__name__}: {error} "
+            f"({Path(last.filename).name}, line {last.lineno})",
         ) from error
 
 
@@ -110,59 +105,68 @@ def described(model: Model, settings: Any) -> Description:
     Parameters
     ----------
     model : Model
-        The machine.
+        The model.
     settings : object
         Of it; they may decide what there is.
 
     Raises
     ------
     ModelError
-        If a name cannot be typed, stands twice or is taken, a unit is unknown, a range
-        is none, or there is no response; naming the machine and the fault.
+        If a name cannot be typed, is given twice or taken, a unit is unknown, a range
+        is none, or there is no response; naming the model and the fault.
     """
-    where = f"model '{model.name}'"
     with _asking(model, "describe"):
         contributors, responses = model.describe(settings)
         found = Description(tuple(contributors), tuple(responses))
     if not found.responses:
-        raise ModelError(f"{where} has no response")
+        raise _wrong(model, "there is no response")
     names: set[str] = set()
     for what in (*found.contributors, *found.responses):
-        kind = "contributor" if isinstance(what, Contributor) else "response"
         if not isinstance(what, Contributor | Response):
-            raise ModelError(f"{where}: {what!r} is neither contributor nor response")
+            raise _wrong(model, f"{what!r} is neither contributor nor response")
+        kind = "contributor" if isinstance(what, Contributor) else "response"
         for text in (what.symbol, what.sentence, what.source, what.unit, what.shown):
             if text != "" and not _printable(text):
-                raise ModelError(f"{where}: {what.name}: {text!r} is no text to print")
+                raise _wrong(model, f"{what.name}: {text!r} is no text to print")
         if not isinstance(what.name, str) or not what.name.isidentifier():
-            raise ModelError(
-                f"{where}: the {kind} {what.name!r} cannot be typed; letters, digits "
-                "and _ are allowed, a letter first"
+            raise _wrong(
+                model,
+                f"the {kind} {what.name!r} cannot be typed; letters, digits and _ are "
+                "allowed, a letter first",
             )
         if what.name in RESERVED:
-            raise ModelError(
-                f"{where}: no {kind} can be called {what.name}; that is a column of "
-                f"every run ({', '.join(RESERVED)})"
+            raise _wrong(
+                model,
+                f"no {kind} can be called {what.name}; that is a column of every run "
+                f"({', '.join(RESERVED)})",
             )
         if what.name in names:
-            raise ModelError(f"{where}: {what.name} stands twice")
+            raise _wrong(model, f"{what.name} is given twice")
         names.add(what.name)
-        try:
-            check_si(what.unit)
-            to_si(1.0, what.shown or what.unit, what.unit)
-        except UnitError as error:
-            raise ModelError(f"{where}: {kind} {what.name}: {error}") from None
+        _check_units(model, kind, what)
         if isinstance(what, Response) and what.range is not None:
             try:
                 lower, upper = map(float, what.range)
             except (TypeError, ValueError):
                 lower = upper = math.nan
             if not lower < upper:
-                raise ModelError(
-                    f"{where}: {what.name}: its range {what.range!r} is none; two "
-                    "numbers, the lower first"
+                raise _wrong(
+                    model,
+                    f"{what.name}: its range {what.range!r} is none; two numbers, the "
+                    "lower first",
                 )
     return found
+
+
+def _check_units(
+    model: Model, kind: str, what: Contributor | Response | StudyNumber
+) -> None:
+    """Refuse units that are not known, or of another kind than what is shown."""
+    try:
+        check_si(what.unit)
+        to_si(1.0, what.shown or what.unit, what.unit)
+    except UnitError as error:
+        raise _wrong(model, f"{kind} {what.name}: {error}") from None
 
 
 def numbers_of(
@@ -172,58 +176,30 @@ def numbers_of(
     *,
     independent: bool = True,
 ) -> tuple[StudyNumber, ...]:
-    """Return the numbers of a study, their names and units checked.
-
-    Parameters
-    ----------
-    model : Model
-        The machine.
-    settings : object
-        Of it.
-    spreads : mapping of str to Spread
-        By contributor that deviates.
-    independent : bool
-        Whether these deviate independently of each other.
-    """
-    where = f"model '{model.name}'"
+    """Return the numbers of a study, their names and units checked; see the model's."""
     units = {each.name: each.unit for each in described(model, settings).responses}
     with _asking(model, "numbers"):
         found = tuple(model.numbers(settings, spreads, independent=independent))
         names = [number.name for number in found]
     for number in found:
+        name = f"number {number.name}"
         if not str(number.name).isidentifier() or names.count(number.name) > 1:
-            raise ModelError(f"{where}: number {number.name!r} has no name of its own")
+            raise _wrong(model, f"number {number.name!r} has no name of its own")
         texts = (number.sentence, number.shown, number.of, number.caveat)
         if not all(text == "" or _printable(text) for text in texts):
-            raise ModelError(f"{where}: number {number.name}: {texts!r} are no texts")
+            raise _wrong(model, f"{name}: {texts!r} are no texts")
         if isinstance(number.value, bool) or not isinstance(number.value, int | float):
-            raise ModelError(
-                f"{where}: number {number.name}: {number.value!r} is no number"
-            )
-        try:
-            check_si(number.unit)
-            to_si(1.0, number.shown or number.unit, number.unit)
-        except UnitError as error:
-            raise ModelError(f"{where}: number {number.name}: {error}") from None
+            raise _wrong(model, f"{name}: {number.value!r} is no number")
+        _check_units(model, "number", number)
         if number.of and units.get(number.of) != number.unit:
-            raise ModelError(
-                f"{where}: number {number.name}: no response {number.of} has its unit, "
-                f"{number.unit}"
+            raise _wrong(
+                model, f"{name}: no response {number.of} has its unit, {number.unit}"
             )
     return found
 
 
 def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
-    """Evaluate a machine, and check its answer.
-
-    Parameters
-    ----------
-    model : Model
-        The machine.
-    deviations : float64[trial, contributor]
-        SI.
-    settings : object
-        Of it.
+    """Evaluate trials of deviations[trial, contributor], SI, and check the answer.
 
     Returns
     -------
@@ -252,117 +228,111 @@ def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
 
 
 def _evaluated(model: Model, rows: Array, settings: Any) -> Answers:
-    """Evaluate machines that can be built."""
+    """Evaluate trials that can be built."""
     with _asking(model, "evaluate"):
         outcome = model.evaluate(rows, settings)
     return complete(model, outcome, len(rows), settings)
 
 
 def impossible(model: Model, deviations: Array, settings: Any) -> NDArray[np.int64]:
-    """Tell which machines cannot be built, and why.
-
-    Parameters
-    ----------
-    model : Model
-        The machine.
-    deviations : float64[trial, contributor]
-        SI.
-    settings : object
-        Of it.
+    """Tell which trials of deviations[trial, contributor], SI, cannot be built.
 
     Returns
     -------
     int64[trial]
-        0 where a machine can be built, else the status that its trial ends with.
+        0 where one can be built, else the status that its trial ends with.
     """
-    where = f"model '{model.name}'"
     with _asking(model, "impossible"):
         told = {**model.impossible(deviations, settings)}
     status = np.zeros(len(deviations), np.int64)
-    for word, ruled_out in told.items():
-        if word not in model.conditions:
-            raise ModelError(f"{where}: '{word}' is none of its conditions")
-        shape = (len(deviations),)
-        those = _shaped(where, f"impossible '{word}'", ruled_out, shape) != 0
-        status[those & (status == 0)] = FIRST_OWN + model.failures.index(word)
+    for code, those in _failing(model, "impossible", told, len(deviations)):
+        status[those & (status == 0)] = code
     return status
+
+
+def _failing(
+    model: Model, where: str, told: Mapping[str, ArrayLike], trials: int
+) -> Iterator[tuple[int, NDArray[np.bool_]]]:
+    """Yield the status of each word, and the trials that end with it."""
+    codes = {word: code for code, word in words_of(model.failures).items()}
+    for word, those in told.items():
+        if word not in model.failures:
+            words = ", ".join(model.failures) or "there are none"
+            raise _wrong(model, f"'{word}' is none of its failures ({words})")
+        yield codes[word], _shaped(model, f"{where} '{word}'", those, (trials,)) != 0
 
 
 def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answers:
     """Check an outcome of so many trials, and complete it; see `simulate`."""
-    where = f"model '{model.name}'"
     with _asking(model, "describe"):
         _, described_now = model.describe(settings)
         names = [each.name for each in described_now]
     if not isinstance(outcome, Outcome):
-        raise ModelError(
-            f"{where}: evaluate returns {type(outcome).__name__}, no Outcome"
-        )
-    responses = _shaped(where, "responses", outcome.responses, (trials, len(names)))
-    status = np.where(
-        np.isfinite(responses).all(axis=1), Status.DONE, Status.NOT_FINITE
-    )
+        raise _wrong(model, f"evaluate returns {type(outcome).__name__}, no Outcome")
+    responses = _shaped(model, "responses", outcome.responses, (trials, len(names)))
+    finite = np.isfinite(responses)
+    status = np.where(finite.all(axis=1), Status.DONE, Status.NOT_FINITE)
     if outcome.status is not None:
-        status = _whole(where, "status", outcome.status, trials)
-    steps = outcome.steps
-    if model.integrates != (steps is not None):
-        said = "counts no steps, but integrates" if model.integrates else "counts steps"
-        raise ModelError(f"{where} {said}; `integrates` says whether it does")
-    if steps is not None:
-        steps = _whole(where, "steps", steps, trials)
-    for word, failed in outcome.failed.items():
-        if word not in model.failures:
-            raise ModelError(
-                f"{where}: '{word}' is none of its failures {model.failures}"
-            )
-        failing = _shaped(where, f"failed '{word}'", failed, (trials,)).astype(bool)
-        code = FIRST_OWN + model.failures.index(word)
+        status = _whole(model, "status", outcome.status, trials)
+    steps = np.zeros(trials, np.int64) if model.integrates else None
+    if outcome.steps is not None:
+        if steps is None:
+            raise _wrong(model, "counts steps; one that integrates has a setting rtol")
+        steps = _whole(model, "steps", outcome.steps, trials)
+    for code, failing in _failing(model, "failed", outcome.failed, trials):
         status = np.where(failing & (status != Status.NOT_RUN), code, status)
     unknown = set(np.unique(status).tolist()) - set(words_of(model.failures))
     if unknown or np.any(status == Status.NOT_RUN):
         wrong = sorted(unknown) or "0, not run"
-        raise ModelError(f"{where}: status {wrong} is none that a trial ends with")
+        raise _wrong(model, f"status {wrong} is none that a trial ends with")
     done = status == Status.DONE
-    if not np.isfinite(responses[done]).all():
-        trial, response = np.argwhere(done[:, None] & ~np.isfinite(responses))[0]
-        raise ModelError(
-            f"{where}: {names[response]} is {responses[trial, response]} in a trial "
-            f"whose status is done ({trial} of the block of {trials})"
+    if not finite[done].all():
+        trial, response = np.argwhere(done[:, None] & ~finite)[0]
+        raise _wrong(
+            model,
+            f"{names[response]} is {responses[trial, response]} in a trial whose "
+            f"status is done ({trial} of the block of {trials})",
         )
     for column, each in enumerate(described_now):
         lower, upper = each.range or (-math.inf, math.inf)
         values = responses[done, column]
         beyond = values[(values < lower) | (values > upper)]
         if len(beyond):
-            raise ModelError(
-                f"{where}: {each.name} is {beyond[0]:.17g} in {len(beyond)} of "
-                f"{trials} trials of a block, and its range is declared as {lower:g} "
-                f".. {upper:g}; where rounding does that, clip it where it is made"
+            raise _wrong(
+                model,
+                f"{each.name} is {beyond[0]:.17g} in {len(beyond)} of {trials} trials "
+                f"of a block, and its range is declared as {lower:g} .. {upper:g}; "
+                "where rounding does that, clip it where it is made",
             )
     return Answers(np.where(done[:, None], responses, np.nan), status, steps)
 
 
-def _whole(where: str, what: str, values: ArrayLike, trials: int) -> NDArray[np.int64]:
-    found = _shaped(where, what, values, (trials,))
+def _whole(
+    model: Model, what: str, values: ArrayLike, trials: int
+) -> NDArray[np.int64]:
+    found = _shaped(model, what, values, (trials,))
     if not (np.isfinite(found) & (found >= 0) & (found == np.round(found))).all():
-        raise ModelError(f"{where}: {what} are whole numbers from 0")
+        raise _wrong(model, f"{what} are whole numbers from 0")
     return found.astype(np.int64)
 
 
-def _shaped(where: str, what: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
+def _shaped(
+    model: Model, what: str, values: ArrayLike, shape: tuple[int, ...]
+) -> Array:
     try:
         given = np.asarray(values)
         if given.dtype.kind not in "biuf":
             raise TypeError
         found = given.astype(np.float64)
     except (TypeError, ValueError):
-        raise ModelError(f"{where}: {what} are no real numbers") from None
+        raise _wrong(model, f"{what} are no real numbers") from None
     if found.shape != shape:
         hint = "; write y[:, None]" if found.shape == shape[:1] else ""
         wanted, there = (" x ".join(map(str, s)) or "one" for s in (shape, found.shape))
-        raise ModelError(
-            f"{where}: {what} of {wanted} numbers are expected, a row for each trial; "
-            f"these are {there}" + hint
+        raise _wrong(
+            model,
+            f"{what} of {wanted} numbers are expected, a row for each trial; these are "
+            f"{there}{hint}",
         )
     return found
 
@@ -372,32 +342,19 @@ def tightened(model: Model, settings: Any) -> Any | None:
     with _asking(model, "tightened"):
         tight = model.tightened(settings)
     if tight is not None and (type(tight) is not type(settings) or tight == settings):
-        raise ModelError(
-            f"model '{model.name}': tightened returns other settings of its own kind"
-        )
+        raise _wrong(model, "tightened returns other settings of its own kind")
     return tight
 
 
 def history_of(
     model: Model, deviations: Array, settings: Any, step: float
 ) -> tuple[Chart, Answers]:
-    """Tell how one machine of deviations[contributor] moved, and check its outcome.
-
-    Parameters
-    ----------
-    model : Model
-        The machine.
-    deviations : float64[contributor]
-        SI.
-    settings : object
-        Of it.
-    step : float
-        Time between two points, s.
+    """Tell how one trial of deviations[contributor], SI, moved; check its outcome.
 
     Raises
     ------
     ModelError
-        If the machine does not move, or the step is no time above zero.
+        If the model does not move, or the step, s, is no time above zero.
     """
     if not 0 < step < np.inf:
         raise ModelError(f"step = {step:g}: a time above 0 s is expected")
@@ -410,7 +367,7 @@ def history_of(
 
 
 def offers(model: Model) -> dict[str, Offer]:
-    """Return what a machine can show, by name."""
+    """Return what a model can show, by name."""
     moving = (
         [Offer("history", "how the machine moves, over time")] if model.moves else []
     )
@@ -427,48 +384,46 @@ def shown(model: Model, name: str, deviations: Array, settings: Any) -> View:
 
 def _check_view(model: Model, view: object) -> None:
     if not isinstance(view, Chart | Listing):
-        raise ModelError(
-            f"model '{model.name}': a view is a Chart or a Listing, not "
-            f"{type(view).__name__}"
-        )
-    where = f"model '{model.name}'"
+        kind = type(view).__name__
+        raise _wrong(model, f"a view is a Chart or a Listing, not {kind}")
     try:
         parts = list(view.parts())
     except ValueError as error:
-        raise ModelError(f"{where}: heads and columns of a view: {error}") from None
+        raise _wrong(model, f"heads and columns of a view: {error}") from None
+    names = [name for name, _, _ in parts]
     for name, at, values in parts:
         for each in (at, values):
             if not isinstance(each, np.ndarray) or each.ndim != 1:
-                raise ModelError(f"{where}: {name} is no array of one dimension")
+                raise _wrong(model, f"{name} is no array of one dimension")
             if each.dtype.kind not in "iufU":
-                raise ModelError(f"{where}: {name} holds neither numbers nor texts")
+                raise _wrong(model, f"{name} holds neither numbers nor texts")
         if len(at) != len(values):
-            raise ModelError(
-                f"{where}: {name} has {len(values)} values over {len(at)} points"
+            raise _wrong(
+                model, f"{name} has {len(values)} values over {len(at)} points"
             )
-    names = [name for name, _, _ in parts]
-    if twice := {name for name in names if names.count(name) > 1}:
-        raise ModelError(f"{where}: a view has {min(twice)} twice")
+        if names.count(name) > 1:
+            raise _wrong(model, f"a view has {name} twice")
     if isinstance(view, Chart):
-        curves = {curve.name for curve in view.curves}
-        asked = [(f"panel '{p.title}'", n) for p in view.panels for n in p.every]
-        asked += [("a mark", mark.curve) for mark in view.marks]
-        known = {*curves, *(b.name for b in view.bands)}
-        known |= {region.name for region in view.regions}
-        units = {c.name: c.unit for c in view.curves}
-        units |= {b.name: b.unit for b in view.bands}
-        units |= {r.name: r.unit for r in view.regions}
-        for panel in view.panels:
-            for side in (panel.names, panel.right):
-                if len({units.get(name) for name in side} - {None}) > 1:
-                    raise ModelError(
-                        f"{where}: panel '{panel.title}' mixes units on one axis: "
-                        f"{', '.join(side)}; put one of them to the right"
-                    )
-        for what, name in asked:
-            if name not in (curves if what == "a mark" else known):
-                raise ModelError(
-                    f"{where}: {what} shows {name}, which the view does not have"
-                )
+        _check_panels(model, view)
     if not parts:
-        raise ModelError(f"{where}: a view shows nothing")
+        raise _wrong(model, "a view shows nothing")
+
+
+def _check_panels(model: Model, chart: Chart) -> None:
+    """Refuse panels and marks of what is not there, and axes of two units."""
+    curves = {each.name: each.unit for each in chart.curves}
+    drawn = curves | {each.name: each.unit for each in chart.bands}
+    drawn |= {each.name: each.unit for each in chart.regions}
+    shown = [(f"panel '{p.title}'", n, drawn) for p in chart.panels for n in p.every]
+    shown += [("a mark", mark.curve, curves) for mark in chart.marks]
+    for what, name, known in shown:
+        if name not in known:
+            raise _wrong(model, f"{what} shows {name}, which the view does not have")
+    for panel in chart.panels:
+        for side in (panel.names, panel.right):
+            if len({drawn[name] for name in side}) > 1:
+                raise _wrong(
+                    model,
+                    f"panel '{panel.title}' mixes units on one axis: "
+                    f"{', '.join(side)}; put one of them to the right",
+                )

@@ -1,4 +1,4 @@
-"""The contract: what a machine must say and may say."""
+"""The contract: what a model must say and may say."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError
 from tolstat.lanes.digest import Place, digest
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer, View
 
-Array = NDArray[np.float64]
-Truths = NDArray[np.bool_]
 MOST_SAMPLES = 2_000_000  # of a history
+TIGHTER, LEAST_RTOL = 1000.0, 1e-12  # of an audit: below, rounding decides
 NOTHING_FAILED: Mapping[str, Truths] = {}
 
 
@@ -38,7 +38,7 @@ class Outcome(NamedTuple):
     steps : int64[trial] or None
         Integration steps; None where nothing is integrated.
     failed : mapping of str to bool[trial]
-        Trials without an answer, by the machine's own word: one of its `failures`.
+        Trials without an answer, by a word of `Model.failures`.
     """
 
     responses: Array
@@ -57,7 +57,7 @@ class Answers(NamedTuple):
     status : int64[trial]
         How each ended: one of `tolstat.status.words_of`.
     steps : int64[trial] or None
-        None where nothing is integrated.
+        None where nothing is integrated, 0 where steps are not counted.
     """
 
     responses: Array
@@ -76,7 +76,7 @@ class Answers(NamedTuple):
 
 
 class History(NamedTuple):
-    """How one machine moved, and what it answered.
+    """How one trial moved, and what it answered.
 
     Attributes
     ----------
@@ -93,14 +93,15 @@ class History(NamedTuple):
 
 @dataclass(frozen=True)
 class NoSettings:
-    """Settings of a machine that has none."""
+    """Settings of a model that has none."""
 
 
 class Model(ABC):
-    """A machine: what it may be given, what it answers, what it can show.
+    """A model: what deviates, what is answered, what can be shown.
 
-    A machine of one's own inherits from this class and has to have a name, `describe`
-    and `evaluate`; everything else is optional.
+    A custom model inherits from this class and has a name, `describe` and `evaluate`;
+    the rest is optional. One that integrates has a setting `rtol`, its tolerance: steps
+    are stored, and some trials are audited with a thousandth of it.
 
     Attributes
     ----------
@@ -110,24 +111,18 @@ class Model(ABC):
         A frozen dataclass whose fields are declared with `tolstat.setting`.
     assumptions : tuple of str
         Sentences on what its answers rest on, for reports.
-    failures : tuple of str
-        Why a trial may have no answer, in its own words, beside the integrator's.
-    conditions : mapping of str to str
-        What a machine can be built from, a sentence for each of `failures` that says
-        that it cannot.
-    integrates : bool
-        Whether its outcomes count integration steps.
+    failures : mapping of str to str
+        Why a trial may have no answer, beside the integrator's reasons: a word for the
+        status, and the sentence that has to hold.
     views : tuple of Offer
-        What it can show; a machine with a `history` also has a view of that name.
+        What it can show; a model with a `history` also has a view of that name.
     """
 
     name: ClassVar[str]
     title: ClassVar[str] = ""
     settings: ClassVar[type] = NoSettings
     assumptions: ClassVar[tuple[str, ...]] = ()
-    failures: ClassVar[tuple[str, ...]] = ()
-    conditions: ClassVar[Mapping[str, str]] = {}
-    integrates: ClassVar[bool] = False
+    failures: ClassVar[Mapping[str, str]] = {}
     views: ClassVar[tuple[Offer, ...]] = ()
 
     @abstractmethod
@@ -139,30 +134,32 @@ class Model(ABC):
         """Answer one trial for each row of deviations[trial, contributor], SI."""
 
     def impossible(self, deviations: Array, settings: Any) -> Mapping[str, Truths]:
-        """Tell which machines of deviations[trial, contributor] cannot be built.
+        """Tell which trials of deviations[trial, contributor] cannot be built, SI.
 
         They are not evaluated: a trial ends with the first word that holds for it.
 
         Returns
         -------
         mapping of str to bool[trial]
-            By a word of `conditions`.
+            By a word of `failures`.
         """
         return NOTHING_FAILED
 
     def tightened(self, settings: Any) -> Any | None:
-        """Return settings that integrate much more precisely; None without any."""
-        return None
+        """Return settings that integrate more precisely, for audits; None without."""
+        if not self.integrates:
+            return None
+        return replace(settings, rtol=max(settings.rtol / TIGHTER, LEAST_RTOL))
 
     def numbers(
         self, settings: Any, spreads: Mapping[str, Spread], *, independent: bool = True
     ) -> tuple[StudyNumber, ...]:
-        """Return numbers of the study, shown beside those of its machines.
+        """Return numbers of the study, shown beside those of its trials.
 
         Parameters
         ----------
         settings : object
-            Of all machines.
+            Of all trials.
         spreads : mapping of str to Spread
             Tolerance, mean and sigma by contributor that deviates, SI.
         independent : bool
@@ -171,7 +168,7 @@ class Model(ABC):
         return ()
 
     def history(self, deviations: Array, settings: Any, step: float) -> History:
-        """Tell how the machine of deviations[contributor] moved, seen every `step` s.
+        """Tell how the trial of deviations[contributor] moved, seen every `step` s.
 
         Raises
         ------
@@ -187,8 +184,8 @@ class Model(ABC):
         ----------
         name : str
             Of the view.
-        deviations : float64[machine, contributor]
-            SI: the machine that is shown, then as many others as its offer wants.
+        deviations : float64[trial, contributor]
+            SI: the unit that is shown, then as many others as its offer wants.
         settings : object
             Of all of them.
         """
@@ -212,6 +209,11 @@ class Model(ABC):
         """Whether it has histories."""
         return type(self).history is not Model.history
 
+    @property
+    def integrates(self) -> bool:
+        """Whether it has an integration tolerance, the setting `rtol`."""
+        return "rtol" in getattr(self.settings, "__dataclass_fields__", {})
+
 
 def sample_times(horizon: float, step: float) -> Array:
     """Return the times at which a history is seen, for `Model.history`.
@@ -234,18 +236,3 @@ def sample_times(horizon: float, step: float) -> Array:
             f"{MOST_SAMPLES} points; give a longer step"
         )
     return np.linspace(0.0, horizon, 1 + round(horizon / step))
-
-
-def closer(settings: Any, *, times: float = 1000.0, least: float = 1e-12) -> Any:
-    """Return settings with a smaller rtol, for `Model.tightened`.
-
-    Parameters
-    ----------
-    settings : dataclass instance
-        With a field rtol.
-    times : float
-        How many times smaller.
-    least : float
-        Below which rounding decides.
-    """
-    return replace(settings, rtol=max(settings.rtol / times, least))

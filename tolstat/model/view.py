@@ -5,17 +5,19 @@ All numbers are SI; what draws or prints them chooses the units.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array
+
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
+    from tolstat.model.description import Response
 
 
 class Offer(NamedTuple):
@@ -85,6 +87,13 @@ class Curve(NamedTuple):
     shown: str = ""
     points: bool = False
 
+    @classmethod
+    def of(cls, response: Response, values: Array) -> Curve:
+        """Return the quantity whose peak a response is, called as the response."""
+        words = response.sentence.removeprefix("peak of ").removeprefix("peak ")
+        symbol, shown = response.symbol.strip("|"), response.shown
+        return cls(response.name, response.unit, symbol, words, values, shown=shown)
+
 
 class Band(NamedTuple):
     """What a curve spreads over: between two values at each of the chart's points.
@@ -109,6 +118,18 @@ class Band(NamedTuple):
     of: str = ""
 
 
+def bands_of(name: str, unit: str, values: Array) -> tuple[Band, ...]:
+    """Return the band of a curve that float64[trial, point] open; none without trials.
+
+    It lies between their 5 % and 95 % quantiles.
+    """
+    if not len(values):
+        return ()
+    with np.errstate(invalid="ignore"):
+        lower, upper = np.quantile(values, (0.05, 0.95), axis=0)
+    return (Band(f"{name}, 5..95 %", unit, lower, upper, of=name),)
+
+
 class Mark(NamedTuple):
     """A point worth a dot: on the curve of that name.
 
@@ -126,6 +147,32 @@ class Mark(NamedTuple):
     at: float
     value: float
     words: str = ""
+
+
+def peaks_of(
+    curves: Sequence[Curve], at: Array, *, least: float = -np.inf, words: str = "peak"
+) -> tuple[Mark, ...]:
+    """Mark where curves are greatest to either side; none where they end in a failure.
+
+    Parameters
+    ----------
+    curves : sequence of Curve
+        Over the points `at`; NaN after a failure.
+    at : float64[point]
+        Where on the axis, SI.
+    least : float
+        From where on it peaks count.
+    words : str
+        For the legend.
+    """
+    found = []
+    for curve in curves:
+        counts = np.isfinite(curve.values) & (at >= least)
+        top = int(np.where(counts, np.abs(curve.values), -1.0).argmax())
+        if np.isfinite(curve.values[-1]) and counts[top]:
+            value = float(curve.values[top])
+            found.append(Mark(curve.name, float(at[top]), value, words))
+    return tuple(found)
 
 
 class Region(NamedTuple):

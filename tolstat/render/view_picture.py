@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from tolstat.arrays import Array
 from tolstat.errors import PictureError
-from tolstat.model.view import Array, Band, Chart, Curve, Listing, Panel, Region, View
+from tolstat.model.view import Band, Chart, Curve, Listing, Panel, Region, View
 from tolstat.render.picture import COLOURS, logarithmic, mark_level, styled
 from tolstat.render.view_table import view_rows, view_scale
 from tolstat.units.scale import Scale

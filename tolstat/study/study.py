@@ -273,7 +273,7 @@ def _check_nominal(
             word = words_of(model.failures)[status]
             raise ModelError(
                 f"the machine without deviations cannot be built: {word} "
-                f"({model.conditions[word]})"
+                f"({model.failures[word]})"
             )
     problems.raise_if_any()
 

@@ -8,13 +8,11 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.deviations.spread import Spread
 from tolstat.machines.dimension_chain.formula import Formula
 from tolstat.machines.dimension_chain.slopes import Slopes
-
-Array = NDArray[np.float64]
 
 ALL_CORNERS = 10  # links up to which every corner is looked at
 INSIDE = 10  # binary logarithm of how many points inside the tolerances are, besides
@@ -52,15 +50,6 @@ def answers(
     formula: Formula, nominal: Mapping[str, float], spreads: Mapping[str, Spread]
 ) -> Answers:
     """Answer a dimension chain as it is done by hand.
-
-    Parameters
-    ----------
-    formula : Formula
-        Of the closing link.
-    nominal : mapping of str to float
-        Every link, SI.
-    spreads : mapping of str to Spread
-        Those that deviate.
 
     Returns
     -------

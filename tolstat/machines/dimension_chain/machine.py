@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import Spread
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.settings import Settings
@@ -16,13 +16,9 @@ from tolstat.model.contract import Model, Outcome
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.units.scale import scale_of
 
-Array = NDArray[np.float64]
-
 GAP = "gap"
 NO_VALUE = "the formula has no value"
-CONDITIONS = {
-    NO_VALUE: "the links close: no root of less than nothing, no division by 0"
-}
+FAILURES = {NO_VALUE: "the links close: no root of less than nothing, no division by 0"}
 
 
 class DimensionChain(Model):
@@ -31,8 +27,7 @@ class DimensionChain(Model):
     name = "dimension_chain"
     title = "a dimension chain: links in the study file, the gap as a formula of them"
     settings = Settings
-    failures = (NO_VALUE,)
-    conditions = CONDITIONS
+    failures = FAILURES
     assumptions = (
         "Parts are rigid and have the form that the formula gives them.",
         "Root sum square: slopes at the middle of the tolerances, links independent of "
@@ -40,13 +35,6 @@ class DimensionChain(Model):
     )
 
     def describe(self, settings: Settings) -> Description:
-        """List the links as contributors, and the gap.
-
-        Parameters
-        ----------
-        settings : Settings
-            Links and formula: they decide names and units.
-        """
         links = []
         for name, each in settings.links.items():
             size, unit, written = each["nominal"]
@@ -64,30 +52,10 @@ class DimensionChain(Model):
         )
         return Description(tuple(links), (gap,))
 
-    def impossible(
-        self, deviations: Array, settings: Settings
-    ) -> dict[str, NDArray[np.bool_]]:
-        """Tell which chains do not close.
-
-        Parameters
-        ----------
-        deviations : float64[trial, link]
-            SI.
-        settings : Settings
-            Nominals and formula.
-        """
+    def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:
         return {NO_VALUE: ~np.isfinite(_gap(deviations, settings))}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
-        """Close the chain of each machine.
-
-        Parameters
-        ----------
-        deviations : float64[trial, link]
-            SI.
-        settings : Settings
-            Nominals and formula.
-        """
         return Outcome(_gap(deviations, settings)[:, None])
 
     def numbers(
@@ -97,18 +65,6 @@ class DimensionChain(Model):
         *,
         independent: bool = True,
     ) -> tuple[StudyNumber, ...]:
-        """Return worst case, root sum square, and the share of each link.
-
-        Parameters
-        ----------
-        settings : Settings
-            Nominals and formula.
-        spreads : mapping of str to Spread
-            Of the links that deviate, SI.
-        independent : bool
-            Whether they deviate independently of each other: else there is no sigma
-            here, and no share.
-        """
         found = answers(settings.formula, settings.nominal, spreads)
         unit, formula = settings.unit, settings.formula
         idle = [name for name in spreads if name not in formula.used]
@@ -116,7 +72,7 @@ class DimensionChain(Model):
         of_worst = [f"{', '.join(idle)} not in the formula"] if idle else []
         of_rss = list(of_worst)
         if not independent:
-            of_worst.append("each link by itself, whatever it hangs together with")
+            of_worst.append("each link by itself, whatever it is correlated with")
         if turns:
             of_worst.append(f"found by a search: it rises and falls with {turns}")
             of_rss.append(f"slopes say little: the gap rises and falls with {turns}")
@@ -130,7 +86,7 @@ class DimensionChain(Model):
             ("worst_max", unit, found.worst_max, f"largest {worst}", of_worst),
             ("rss_mean", unit, found.rss_mean, "mean of the linear chain", of_rss),
         ]
-        if independent:  # else covariances decide: the page has them, as drawn
+        if independent:  # else covariances decide: no sigma, no shares
             sigma = "its sigma, by root sum square"
             numbers.append(("rss_sigma", unit, found.rss_sigma, sigma, of_rss))
             numbers += [

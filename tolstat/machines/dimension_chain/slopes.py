@@ -7,11 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.machines.dimension_chain.values import Values
-
-Array = NDArray[np.float64]
 
 
 class Slope(NamedTuple):

@@ -8,9 +8,6 @@ from functools import reduce
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 OF_ONE = {
     "sqrt": np.sqrt, "abs": np.abs, "exp": np.exp, "log": np.log,

@@ -20,11 +20,6 @@ def description_of(settings: Settings) -> Description:
     """List contributors and responses: so many of each as there are masses and steps.
 
     A mass that nothing deflects when the start-up ends has no dynamic factor.
-
-    Parameters
-    ----------
-    settings : Settings
-        The chain and its load.
     """
     masses = range(1, len(settings.inertia) + 1)
     deflected = deflected_at_start_up(settings)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.machines.elastic_machine import motion
 from tolstat.machines.elastic_machine.declarations import description_of
 from tolstat.machines.elastic_machine.motion import HEAD, Chain, StartUp
 from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.machines.elastic_machine.start_up import LAWS
-from tolstat.model.view import Axis, Chart, Curve, Mark, Panel, Span
-
-Array = NDArray[np.float64]
+from tolstat.model.view import Axis, Chart, Curve, Panel, Span, peaks_of
 
 WATCHED = ("error", "residual", "torque_peak")  # as `motion.loads` fills them
 MOST_SHOWN = 4  # masses in one picture; all are in the data
@@ -22,19 +20,6 @@ def chart_of(
     time: Array, states: Array, marks: Array, machine: Array, settings: Settings
 ) -> Chart:
     """Chart a motion.
-
-    Parameters
-    ----------
-    time : float64[time]
-        s.
-    states : float64[time, state]
-        theta of each mass, then theta'.
-    marks : float64[mark]
-        Start, events, horizon, s.
-    machine : float64[parameter]
-        As the equations of motion read it.
-    settings : Settings
-        Of the machine.
 
     Returns
     -------
@@ -55,7 +40,8 @@ def chart_of(
     f = LAWS[settings.start_up_law].shape(time * start_up.per_t0)
     phi0__ = motion.acceleration(f, phase, start_up)
 
-    watched = curves_of(found, settings)
+    responses = description_of(settings).responses
+    watched = tuple(map(Curve.of, responses, found))
     programmed = Curve(
         "acceleration", "rad/s^2", "phi0''", "of the programmed shaft", phi0__
     )  # fmt: skip
@@ -63,38 +49,10 @@ def chart_of(
         Axis("time", "s", "s"),
         time,
         (*watched, programmed),
-        marks=peaks_of(watched, time),
+        marks=peaks_of(watched, time, words=""),
         spans=(Span(0.0, ended, "start-up"),),
         panels=panels(n),
     )
-
-
-def curves_of(found: Array, settings: Settings) -> tuple[Curve, ...]:
-    """Name float64[3 masses, time], what has peaks, as the responses are."""
-    responses = description_of(settings).responses
-    return tuple(
-        Curve(
-            response.name,
-            response.unit,
-            response.symbol.strip("|"),
-            response.sentence.removeprefix("peak of ").removeprefix("peak "),
-            values,
-            shown=response.shown,
-        )
-        for response, values in zip(responses, found, strict=False)
-    )
-
-
-def peaks_of(curves: tuple[Curve, ...], time: Array) -> tuple[Mark, ...]:
-    """Find where each curve is greatest, to either side."""
-    found = []
-    for curve in curves:
-        size = np.where(np.isfinite(curve.values), np.abs(curve.values), -1.0)
-        at = int(size.argmax())
-        if size[at] >= 0.0:
-            where, value = float(time[at]), float(curve.values[at])
-            found.append(Mark(curve.name, where, value))
-    return tuple(found)
 
 
 def panels(n: int) -> tuple[Panel, ...]:

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Mapping
 
+from tolstat.arrays import Array, Truths
 from tolstat.machines.elastic_machine import views
 from tolstat.machines.elastic_machine.declarations import description_of
 from tolstat.machines.elastic_machine.history import chart_of
 from tolstat.machines.elastic_machine.parameters import build
 from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.machines.elastic_machine.trials import (
-    CONDITIONS,
     FAILURES,
     IMPOSSIBLE,
     outcome_of,
     simulated,
 )
-from tolstat.model.contract import History, Model, Outcome, closer, sample_times
+from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
 from tolstat.model.view import View
-
-Array = NDArray[np.float64]
 
 
 class ElasticMachine(Model):
@@ -30,9 +27,7 @@ class ElasticMachine(Model):
     name = "elastic_machine"
     title = "elastic transmission: a chain of masses started by a programmed motion"
     settings = Settings
-    integrates = True
     failures = FAILURES
-    conditions = CONDITIONS
     views = views.OFFERS
     assumptions = (
         "Dormand-Prince 5(4), with a step of its own for each machine, restarted "
@@ -47,58 +42,15 @@ class ElasticMachine(Model):
     )
 
     def describe(self, settings: Settings) -> Description:
-        """List contributors and responses: so many as there are masses and steps.
-
-        Parameters
-        ----------
-        settings : Settings
-            The chain and its load.
-        """
         return description_of(settings)
 
-    def impossible(
-        self, deviations: Array, settings: Settings
-    ) -> dict[str, NDArray[np.bool_]]:
-        """Tell which machines cannot be built.
-
-        Parameters
-        ----------
-        deviations : float64[trial, contributor]
-            SI, relative ones as fractions, in the order of `describe`.
-        settings : Settings
-            The nominal machine.
-        """
+    def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
         return {IMPOSSIBLE: ~build(deviations, settings).exists}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
-        """Simulate one machine for each row of deviations.
-
-        Parameters
-        ----------
-        deviations : float64[trial, contributor]
-            SI, relative ones as fractions, in the order of `describe`.
-        settings : Settings
-            The nominal machine, its start-up and load, horizon and accuracy.
-
-        Returns
-        -------
-        Outcome
-            The responses; which trials failed, and why; status and steps.
-        """
         return outcome_of(simulated(deviations, settings), settings)
 
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
-        """Simulate one machine and tell how it moved.
-
-        Parameters
-        ----------
-        deviations : float64[contributor]
-            SI, in the order of `describe`.
-        settings : Settings
-            The nominal machine, its start-up and load, horizon and accuracy.
-        step : float
-            Time between two samples, s.
-        """
         time = sample_times(settings.horizon, step)
         trials = simulated(deviations[None, :], settings, time)
         chart = chart_of(
@@ -110,29 +62,7 @@ class ElasticMachine(Model):
         )
         return History(chart, outcome_of(trials, settings))
 
-    def tightened(self, settings: Settings) -> Settings:
-        """Return settings whose rtol is a thousand times smaller.
-
-        Parameters
-        ----------
-        settings : Settings
-            Not changed.
-        """
-        tight: Settings = closer(settings)
-        return tight
-
     def view(self, name: str, deviations: Array, settings: Settings) -> View:
-        """Show spectrum, residual vibration or modes.
-
-        Parameters
-        ----------
-        name : str
-            One of `views`.
-        deviations : float64[machine, contributor]
-            SI: the machine that is shown, then others for the band.
-        settings : Settings
-            Of all of them.
-        """
         if name == "spectrum":
             return views.spectrum(deviations, settings)
         if name == "residual":

@@ -11,11 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.machines.elastic_machine.start_up import Law
-
-Array = NDArray[np.float64]
 
 
 class Modes(NamedTuple):
@@ -65,12 +63,7 @@ def of_springs(values: Array) -> Array:
 
 
 def natural_frequencies(J: Array, c: Array) -> Array:
-    """Return k_m without damping, ascending, rad/s.
-
-    Parameters
-    ----------
-    J, c : float64[..., mass]
-        Moments of inertia, kg m2; stiffness of the spring before each mass, N m/rad.
+    """Return k_m of float64[..., mass] J, c without damping, ascending, rad/s.
 
     Returns
     -------
@@ -96,13 +89,7 @@ def _root(J: Array, c: Array) -> Array:
 
 
 def modes_of(J: Array, c: Array, b: Array) -> Modes:
-    """Return the modes of chains.
-
-    Parameters
-    ----------
-    J, c, b : float64[..., mass]
-        Moments of inertia; stiffness and damping of the spring before each mass; SI.
-    """
+    """Return the modes of chains, of float64[..., mass] J, c, b each, SI."""
     vectors, descending, _ = np.linalg.svd(_root(J, c))
     k = descending[..., ::-1]
     h = np.swapaxes(vectors, -1, -2)[..., ::-1, :] / np.sqrt(J)[..., None, :]

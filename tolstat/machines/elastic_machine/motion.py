@@ -20,10 +20,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Truths = NDArray[np.bool_]
+from tolstat.arrays import Array, Truths
 
 
 class Moment(NamedTuple):

@@ -5,14 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.machines.elastic_machine.modes import natural_frequencies
 from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.machines.elastic_machine.start_up import LAWS
-
-Array = NDArray[np.float64]
-Truths = NDArray[np.bool_]
 
 BALANCED = 1e-12  # of a deflection: what rounding leaves where torques balance
 
@@ -30,15 +27,7 @@ class Chains(NamedTuple):
 
 
 def build(deviations: Array, settings: Settings) -> Chains:
-    """Build machines from the deviations of their parts.
-
-    Parameters
-    ----------
-    deviations : float64[trial, contributor]
-        SI, relative ones as fractions, in the order of `description_of`.
-    settings : Settings
-        The nominal machine.
-    """
+    """Build machines from the deviations of their parts."""
     n = len(settings.inertia)
     J = np.array(settings.inertia) * (1.0 + deviations[:, :n])
     c = np.array(settings.stiffness) * (1.0 + deviations[:, n : 2 * n])
@@ -63,13 +52,7 @@ def build(deviations: Array, settings: Settings) -> Chains:
 
 
 def static_deflection(c: Array, M: Array) -> Array:
-    """Return C^-1 M: each spring carries all torques from its mass outwards.
-
-    Parameters
-    ----------
-    c, M : float64[trial, mass]
-        Stiffness of the spring before each mass, torque on each mass; SI.
-    """
+    """Return C^-1 M, [trial, mass]: a spring carries all torques from its mass on."""
     carried = np.cumsum(M[:, ::-1], axis=1)[:, ::-1]
     return np.cumsum(carried / c, axis=1)
 

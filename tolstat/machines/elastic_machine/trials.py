@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.machines.elastic_machine.modes import natural_frequencies
 from tolstat.machines.elastic_machine.parameters import (
     Chains,
@@ -22,53 +22,30 @@ from tolstat.model.contract import Outcome
 from tolstat.moving import Accuracy, Solution, System, integrate
 from tolstat.status import Status
 
-Array = NDArray[np.float64]
-
 IMPOSSIBLE = "cannot exist"
 TOO_LONG = "still starting at the horizon"
 NO_REFERENCE = "no static error"
-FAILURES = (IMPOSSIBLE, TOO_LONG, NO_REFERENCE)
-CONDITIONS = {
+FAILURES = {
     IMPOSSIBLE: "inertias, stiffnesses and the start-up time are above 0, damping not "
-    "below"
+    "below",
+    TOO_LONG: "the start-up time deviates to less than the horizon",
+    NO_REFERENCE: "acceleration and load do not balance at the end of the start-up",
 }
 
 
 class Trials(NamedTuple):
-    """A block of machines, and how they moved.
-
-    Attributes
-    ----------
-    chains : Chains
-        The machines.
-    machines : float64[trial, parameter]
-        As the equations of motion read them.
-    marks : float64[trial, mark]
-        Start, events, horizon, s.
-    solution : Solution
-        As the integrator found it.
-    """
+    """A block of machines, and how they moved."""
 
     chains: Chains
-    machines: Array
-    marks: Array
+    machines: Array  # [trial, parameter], as the equations of motion read them
+    marks: Array  # [trial, mark], s: start, events, horizon
     solution: Solution
 
 
 def simulated(
     deviations: Array, settings: Settings, samples: Array | None = None
 ) -> Trials:
-    """Integrate machines over the horizon, with their states at the sample times.
-
-    Parameters
-    ----------
-    deviations : float64[trial, contributor]
-        SI, in the order of `description_of`.
-    settings : Settings
-        The nominal machine, its start-up and load, horizon and accuracy.
-    samples : float64[sample], optional
-        Ascending times, s.
-    """
+    """Integrate machines over the horizon, with their states at the sample times."""
     # only a machine that is simulated needs the compiler
     from tolstat.machines.elastic_machine.compiled import rates, watch
 
@@ -90,20 +67,14 @@ def simulated(
 def outcome_of(trials: Trials, settings: Settings) -> Outcome:
     """Arrange the responses as `description_of` lists them, and say which failed."""
     chains, solution = trials.chains, trials.solution
-    peak = np.maximum(solution.greatest, -solution.least)  # error, residual, torque
+    peak = solution.peak  # error, residual, torque
     deflected = [s - 1 for s in deflected_at_start_up(settings)]
     reference = np.abs(deflection_at_start_up(chains, settings)[:, deflected])
     with np.errstate(divide="ignore", invalid="ignore"):
         factor = peak[:, deflected] / reference
     frequency = natural_frequencies(chains.J, chains.c) / (2.0 * np.pi)
     responses = np.hstack([peak, factor, frequency])
-    failed = solution.status != Status.DONE
-    return Outcome(
-        np.where(failed[:, None], np.nan, responses),
-        solution.status,
-        solution.steps,
-        {
-            NO_REFERENCE: ~failed & (reference == 0.0).any(axis=1),
-            TOO_LONG: ~chains.ends,
-        },
-    )
+    done = solution.status == Status.DONE
+    no_reference = done & (reference == 0.0).any(axis=1)
+    failed = {NO_REFERENCE: no_reference, TOO_LONG: ~chains.ends}
+    return Outcome(responses, solution.status, solution.steps, failed)

@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.machines.elastic_machine.modes import Modes, left_by_start_up, modes_of
 from tolstat.machines.elastic_machine.parameters import Chains, build
 from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.machines.elastic_machine.start_up import LAWS, Law
-from tolstat.machines.elastic_machine.trials import CONDITIONS, IMPOSSIBLE, simulated
+from tolstat.machines.elastic_machine.trials import FAILURES, IMPOSSIBLE, simulated
 from tolstat.model.view import (
     Axis,
-    Band,
     Chart,
     Curve,
     Listing,
@@ -23,14 +22,12 @@ from tolstat.model.view import (
     Offer,
     Panel,
     Span,
+    bands_of,
 )
-
-Array = NDArray[np.float64]
 
 MACHINES = 100  # with deviations, for bands
 RULE = 5.0, 10.0  # periods of the first mode that the paper asks for
 LONGEST = 200.0  # periods in the start-up that a spectrum is drawn to
-BAND = 0.05, 0.95  # of the machines, between which bands lie
 LOOKED = 3.0  # periods after the longest start-up
 POINTS = 40  # start-ups integrated, beside the closed form
 
@@ -46,16 +43,10 @@ OFFERS = (
 
 
 def existing(deviations: Array, settings: Settings) -> Chains:
-    """Build machines for a view, of which the first is shown.
-
-    Raises
-    ------
-    ModelError
-        If that one cannot exist.
-    """
+    """Build machines for a view; the first is shown and has to exist."""
     chains = build(deviations, settings)
     if not chains.exists[0]:
-        raise ModelError(f"this machine {IMPOSSIBLE}: {CONDITIONS[IMPOSSIBLE]}")
+        raise ModelError(f"this machine {IMPOSSIBLE}: {FAILURES[IMPOSSIBLE]}")
     return chains
 
 
@@ -73,15 +64,7 @@ def off_zeros(longest: float) -> Array:
 
 
 def spectrum(deviations: Array, settings: Settings) -> Chart:
-    """Show lambda(rho), rho the periods in the start-up, and the modes on it.
-
-    Parameters
-    ----------
-    deviations : float64[machine, contributor]
-        SI; the first is shown.
-    settings : Settings
-        Of the machine.
-    """
+    """Show lambda(rho), rho the periods in the start-up, and the modes on it."""
     chains, n = existing(deviations, settings), len(settings.inertia)
     law, printed = LAWS[settings.start_up_law], LAWS["constant"]
     own = modes_of(*chains[:3]).k[0] * chains.t0[0] / (2.0 * np.pi)
@@ -121,13 +104,6 @@ def spectrum(deviations: Array, settings: Settings) -> Chart:
 def residual(deviations: Array, settings: Settings) -> Chart:
     """Show the vibration of the last mass after start-ups of any length.
 
-    Parameters
-    ----------
-    deviations : float64[machine, contributor]
-        SI; the first is shown, the others open the band.
-    settings : Settings
-        Of the machines.
-
     Returns
     -------
     Chart
@@ -163,10 +139,8 @@ def residual(deviations: Array, settings: Settings) -> Chart:
     if t0[0] <= (own := chains.t0[0]) <= t0[-1]:
         here = float(left(0, np.array([own]))[0])
         marks = (Mark("undamped", float(own), here, "as set"),)
-    bands: tuple[Band, ...] = ()
-    if others := [left(i, t0) for i in np.flatnonzero(chains.exists)[1:]]:
-        lower, upper = np.quantile(others, BAND, axis=0)
-        bands = (Band("5..95 %", "rad", lower, upper, of="undamped"),)
+    others = [left(i, t0) for i in np.flatnonzero(chains.exists)[1:]]
+    bands = bands_of("undamped", "rad", np.array(others))
     of_many = f"{len(others)} machines" if others else ""
     above_zero = ("undamped", "integrated", *(band.name for band in bands))
     names = (*above_zero, *(each.name for each in curves[2:]))
@@ -187,13 +161,7 @@ def residual(deviations: Array, settings: Settings) -> Chart:
 def residual_integrated(
     machine: Array, settings: Settings, T_1: float
 ) -> tuple[Array, Array]:
-    """Integrate one machine with start-ups of many lengths, without load.
-
-    Returns
-    -------
-    tuple of float64[point]
-        Start-up times, s, and the residual of the last mass, rad.
-    """
+    """Return start-up times, s, and what they leave of the last mass, rad, no load."""
     n = len(settings.inertia)
     t0 = T_1 * np.linspace(0.25, RULE[1], POINTS)
     alone = replace(
@@ -204,21 +172,11 @@ def residual_integrated(
     )
     deviations = np.tile(machine[: 3 * n + 1], (POINTS, 1))
     deviations[:, 3 * n] = t0 - T_1
-    solution = simulated(deviations, alone).solution
-    last = 2 * n - 1
-    return t0, np.maximum(solution.greatest[:, last], -solution.least[:, last])
+    return t0, simulated(deviations, alone).solution.peak[:, 2 * n - 1]
 
 
 def listed(deviations: Array, settings: Settings) -> Listing:
-    """List the modes of a machine.
-
-    Parameters
-    ----------
-    deviations : float64[machine, contributor]
-        SI; the first is shown.
-    settings : Settings
-        Of the machine.
-    """
+    """List the modes of a machine."""
     chains = existing(deviations, settings)
     modes = modes_of(chains.J[0], chains.c[0], chains.b[0])
     law, n = LAWS[settings.start_up_law], len(modes.k)

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.machines.planetary.design import Design
 from tolstat.machines.planetary.settings import Settings
-
-Array = NDArray[np.float64]
-Truths = NDArray[np.bool_]
 
 NO_TOOTH = "no tooth left"
 NO_MESH = "does not mesh"
 DEPTH = 2.0  # modules, of a tooth
-CONDITIONS = {
+FAILURES = {
     NO_TOOTH: "the thickness of a tooth deviates by less than half a pitch",
     NO_MESH: "helix angles are below 90 deg, the centre distance deviates by less than "
     "the depth of a tooth, the position of a satellite by less than half a pitch",
@@ -29,23 +26,7 @@ def faults(
     design: Design,
     settings: Settings,
 ) -> dict[str, Truths]:
-    """Tell which gears cannot be built, by the words of `CONDITIONS`.
-
-    Parameters
-    ----------
-    db : tuple of float64[trial]
-        Deviations of the helix angles of wheels 2 and 3, rad.
-    e : float64[trial, satellite]
-        Positions of the satellites along mesh 1-2, m.
-    da : float64[trial]
-        Deviation of the centre distance, m.
-    E : tuple of float64[trial]
-        Of the tooth thicknesses of wheels 1, 2, 3, 4, m.
-    design : Design
-        The gear without deviations.
-    settings : Settings
-        Its teeth and modules.
-    """
+    """Tell which gears cannot be built, by the words of `FAILURES`."""
     of = design
     steep = np.maximum(np.abs(of.b2 + db[0]), np.abs(of.b3 + db[1]))
     diameters = of.dw1, of.dw2, of.dw3, of.dw4

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.machines.planetary.scheme import Scheme, Teeth
 
-Array = NDArray[np.float64]
 SPUR = 1e-12  # kap is 1 but for rounding
 
 

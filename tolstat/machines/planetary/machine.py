@@ -5,25 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import Spread
-from tolstat.machines.planetary.buildable import CONDITIONS, faults
+from tolstat.machines.planetary.buildable import FAILURES, faults
 from tolstat.machines.planetary.declarations import description_of
-from tolstat.machines.planetary.design import Design, design_of
+from tolstat.machines.planetary.design import design_of
 from tolstat.machines.planetary.settings import Settings
-from tolstat.machines.planetary.sharing import shared
-from tolstat.machines.planetary.tolerances import (
+from tolstat.machines.planetary.trials import (
     backlash,
-    felt_in_mesh,
+    parted,
     residual_axial_force,
+    shared,
 )
 from tolstat.machines.planetary.views import OFFERS, designs_listing, existence_chart
 from tolstat.model.contract import Model, Outcome
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import View
-
-Array = NDArray[np.float64]
 
 
 class Planetary(Model):
@@ -32,8 +30,7 @@ class Planetary(Model):
     name = "planetary"
     title = "planetary gear AA, II or AI with helical wheels, axial forces balanced"
     settings = Settings
-    failures = tuple(CONDITIONS)
-    conditions = CONDITIONS
+    failures = FAILURES
     views = OFFERS
     assumptions = (
         "Satellites are equal springs that push and cannot pull; all other members are "
@@ -48,47 +45,15 @@ class Planetary(Model):
     )
 
     def describe(self, settings: Settings) -> Description:
-        """List contributors and responses: each satellite has a position error.
-
-        Parameters
-        ----------
-        settings : Settings
-            How many satellites there are, sizes that grades refer to.
-        """
         return description_of(settings, design_of(settings))
 
-    def impossible(
-        self, deviations: Array, settings: Settings
-    ) -> dict[str, NDArray[np.bool_]]:
-        """Tell which gears cannot be built.
-
-        Parameters
-        ----------
-        deviations : float64[trial, contributor]
-            SI, in the order of `describe`.
-        settings : Settings
-            The gear.
-        """
+    def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
         design = design_of(settings)
-        return faults(*_parted(deviations, design, settings), design, settings)
+        return faults(*parted(deviations, design, settings), design, settings)
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
-        """Answer one gear for each row of deviations.
-
-        Parameters
-        ----------
-        deviations : float64[trial, contributor]
-            SI, in the order of `describe`.
-        settings : Settings
-            The gear and its load.
-
-        Returns
-        -------
-        Outcome
-            All responses.
-        """
         design, k = design_of(settings), settings.satellites
-        (db2, db3), e, da, E = _parted(deviations, design, settings)
+        (db2, db3), e, da, E = parted(deviations, design, settings)
         F = design.F
         K, forces = shared(e, F, settings.mesh_stiffness)
         responses = (
@@ -107,17 +72,6 @@ class Planetary(Model):
         *,
         independent: bool = True,
     ) -> tuple[StudyNumber, ...]:
-        """Return what the gear is as designed.
-
-        Parameters
-        ----------
-        settings : Settings
-            The gear and its load.
-        spreads : mapping of str to Spread
-            Not used: tolerances do not change it.
-        independent : bool
-            Not used either.
-        """
         design = design_of(settings)
         F = design.F / settings.satellites
         return (
@@ -130,40 +84,7 @@ class Planetary(Model):
         )
 
     def view(self, name: str, deviations: Array, settings: Settings) -> View:
-        """Show gears of the kind, or where they exist.
-
-        Parameters
-        ----------
-        name : str
-            designs or existence.
-        deviations : float64[machine, contributor]
-            Not used: both are of gears as designed.
-        settings : Settings
-            Scheme, satellites, and what is wanted of the gears.
-        """
-        own = design_of(settings)
+        own = design_of(settings)  # as designed, whatever deviates
         if name == "designs":
             return designs_listing(settings, own)
         return existence_chart(settings, own)
-
-
-def _parted(
-    deviations: Array, design: Design, settings: Settings
-) -> tuple[tuple[Array, Array], Array, Array, tuple[Array, ...]]:
-    """Part deviations: helix angles, positions as mesh 1-2 feels them, distance, teeth.
-
-    Parameters
-    ----------
-    deviations : float64[trial, contributor]
-        SI, in the order of `describe`.
-    design : Design
-        The gear without deviations.
-    settings : Settings
-        How many satellites it has, and where their positions are told.
-    """
-    k = settings.satellites
-    e = deviations[:, 2 : 2 + k]
-    if settings.position_at == "pin":
-        e = felt_in_mesh(design) * e
-    da, *E = deviations[:, 2 + k :].T
-    return (deviations[:, 0], deviations[:, 1]), e, da, tuple(E)

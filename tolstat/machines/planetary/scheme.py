@@ -20,11 +20,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tolstat.arrays import Array
 from tolstat.errors import ModelError, allowed_names
 
-Array = NDArray[np.float64]
 # of a number of teeth: a whole number, or whole numbers in an array
 Teeth = Any
 

@@ -37,15 +37,7 @@ MOST_DESIGNS = 2_000_000
 
 
 class Found(NamedTuple):
-    """What was found.
-
-    Attributes
-    ----------
-    columns : dict of str to array[design]
-        By teeth.
-    left : dict of str to int
-        Sets of teeth that were left after each condition, in words.
-    """
+    """Gears by teeth, and how many sets of teeth each condition left, in words."""
 
     columns: Columns
     left: dict[str, int]

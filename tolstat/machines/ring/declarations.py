@@ -12,70 +12,20 @@ POSITIVE = (0.0, math.inf)
 _RING = (
     Contributor("radius", "m", "r", "radius of the middle line", "(5)", part="ring"),
     Contributor("width", "m", "w", "width of the ring", "F in (5)", part="ring"),
-    Contributor(
-        "thickness", "m", "h", "thickness of the ring", "F, J in (5)", part="ring"
-    ),
-    Contributor(
-        "youngs_modulus",
-        "1",
-        "E",
-        "Young's modulus of the ring",
-        "mu in (5)",
-        part="ring",
-    ),
-    Contributor(
-        "density", "1", "rho", "density of the ring", "chi in (5)", part="ring"
-    ),
-    Contributor(
-        "ring_damping",
-        "1",
-        "K_T",
-        "internal friction of the ring",
-        "(6), (7)",
-        part="ring",
-    ),
-)
+    Contributor("thickness", "m", "h", "thickness of the ring", "F, J in (5)", part="ring"),
+    Contributor("youngs_modulus", "1", "E", "Young's modulus of the ring", "mu in (5)", part="ring"),
+    Contributor("density", "1", "rho", "density of the ring", "chi in (5)", part="ring"),
+    Contributor("ring_damping", "1", "K_T", "internal friction of the ring", "(6), (7)", part="ring"),
+)  # fmt: skip
 _SET_UP = (
-    Contributor(
-        "support_angle",
-        "rad",
-        "2 alpha",
-        "angle between the supports",
-        "(3), (4)",
-        shown="deg",
-        part="set-up",
-    ),
-    Contributor(
-        "tool_angle",
-        "rad",
-        "theta_R",
-        "where the tool stands",
-        "(8), (9)",
-        shown="deg",
-        part="set-up",
-    ),
-)
+    Contributor("support_angle", "rad", "2 alpha", "angle between the supports", "(3), (4)", shown="deg", part="set-up"),
+    Contributor("tool_angle", "rad", "theta_R", "where the tool stands", "(8), (9)", shown="deg", part="set-up"),
+)  # fmt: skip
 _TOOL = (
-    Contributor(
-        "tool_stiffness",
-        "1",
-        "K_C",
-        "stiffness of the tool module",
-        "tool equation",
-        part="tool",
-    ),
-    Contributor(
-        "tool_mass", "1", "m_c", "mass of the tool module", "tool equation", part="tool"
-    ),
-    Contributor(
-        "tool_damping",
-        "1",
-        "c_c",
-        "damping of the tool module",
-        "tool equation",
-        part="tool",
-    ),
-)
+    Contributor("tool_stiffness", "1", "K_C", "stiffness of the tool module", "tool equation", part="tool"),
+    Contributor("tool_mass", "1", "m_c", "mass of the tool module", "tool equation", part="tool"),
+    Contributor("tool_damping", "1", "c_c", "damping of the tool module", "tool equation", part="tool"),
+)  # fmt: skip
 _CUT = (
     Contributor("depth", "m", "t_R0", "depth of cut as set", "t_R in (10)", part="cut"),
     Contributor("feed", "1", "S", "feed", "(10)", part="cut"),
@@ -118,11 +68,6 @@ def description_of(settings: Asked) -> Description:
 
     Near the speed at which its lowest frequency is zero the ring does not rest, so it has
     no static depth, and nothing grows from there.
-
-    Parameters
-    ----------
-    settings : Settings
-        Whether the tension is counted, which lobes may be.
     """
     lobes = [
         each

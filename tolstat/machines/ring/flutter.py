@@ -1,6 +1,6 @@
 """The speed from which the ring alone flutters, without friction and hoop tension.
 
-In units of sqrt nu it hangs on the support angle and N alone. Up to 2 sqrt nu the ring
+In units of sqrt nu only support angle and N decide it. Up to 2 sqrt nu the ring
 is stable, because every M_j is positive; at 2 its lowest frequency is zero; beyond, it
 is held by gyroscopic forces until two frequencies meet: from there on they are complex.
 With p = -lambda^2 the equations are those of harmonic 1 alone, F(p, Omega) = 0 below;
@@ -14,8 +14,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.machines.ring.harmonics import (
-    Array,
     Supported,
     harmonics,
     supported,
@@ -74,10 +74,10 @@ def squares(Omega: Array, on: Supported) -> NDArray[np.complex128]:
     return np.linalg.eigvals(H).astype(complex)
 
 
-def flutters(Omega: Array, on: Supported) -> NDArray[np.bool_]:
+def flutters(Omega: Array, on: Supported) -> Truths:
     """Tell whether any motion grows, bool[trial]; Omega and growth of sqrt nu."""
     growth = np.sqrt(-squares(Omega, on)).real.max(axis=1)
-    found: NDArray[np.bool_] = growth > NOTICED
+    found: Truths = growth > NOTICED
     return found
 
 

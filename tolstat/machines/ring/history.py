@@ -4,24 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.machines.ring.harmonics import Array
-from tolstat.machines.ring.ring import Rings, force, out_of_roundness
+from tolstat.arrays import Array
+from tolstat.machines.ring.parameters import Rings, force, out_of_roundness
 from tolstat.model.view import Axis, Chart, Curve, Level, Mark, Panel
 
 
 def chart_of(time: Array, states: Array, rings: Rings, static: float) -> Chart:
     """Chart a motion.
-
-    Parameters
-    ----------
-    time : float64[time]
-        s.
-    states : float64[time, state]
-        a, b, a', b' of harmonics 2 to N, X, X'.
-    rings : Rings
-        The machine alone.
-    static : float
-        Its static depth, m; NaN where it has none.
 
     Returns
     -------

@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.machines.ring.harmonics import Array, harmonics, total
-from tolstat.machines.ring.ring import Rings, force
+from tolstat.arrays import Array
+from tolstat.machines.ring.harmonics import harmonics, total
+from tolstat.machines.ring.parameters import Rings, force
 
 DOUBLED = 10  # times the set depth is, where forces pull the tool in
 HALVED = 60  # times the bracket of the static depth is: to its last digit
@@ -30,17 +31,10 @@ class Terms(NamedTuple):
 
 
 def terms_of(rings: Rings, Omega: Array, hoop: bool) -> Terms:
-    """Return the coefficients at a speed.
+    """Return the coefficients at speeds Omega, rad/s, float64[trial].
 
-    Parameters
-    ----------
-    rings : Rings
-        Machines.
-    Omega : float64[trial]
-        rad/s.
-    hoop : bool
-        Whether the tension of the spinning ring is counted: to second order its energy
-        cancels -l_j^2 Omega^2 of M_j.
+    With `hoop` the tension of the spinning ring is counted: to second order its energy
+    cancels -l_j^2 Omega^2 of M_j.
     """
     k = harmonics(rings.on.s.shape[1] + 1)
     nu, K_T, speed = rings.nu[:, None], rings.K_T[:, None], Omega[:, None]
@@ -115,16 +109,7 @@ def _inverse(s: Array, C: Array) -> Array:
 
 
 def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
-    """Return A, y' = A y with y = (a, b, a', b'), of the ring alone.
-
-    Parameters
-    ----------
-    rings : Rings
-        Machines.
-    Omega : float64[trial]
-        rad/s.
-    hoop : bool
-        Whether the tension is counted.
+    """Return A, y' = A y with y = (a, b, a', b'), of the ring alone at Omega, rad/s.
 
     Returns
     -------
@@ -150,14 +135,7 @@ def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
 def cutting_matrix(rings: Rings, depth: Array, hoop: bool) -> Array:
     """Return A of ring and tool about a depth of cut, y = (a, b, a', b', X, X').
 
-    Parameters
-    ----------
-    rings : Rings
-        Machines, at their speed.
-    depth : float64[trial]
-        m; below zero nothing couples them.
-    hoop : bool
-        Whether the tension is counted.
+    At a depth below zero, m, nothing couples them.
     """
     C, at = harmonics(rings.on.s.shape[1] + 1).C, rings.at
     n = len(C)
@@ -188,14 +166,7 @@ def cutting_matrix(rings: Rings, depth: Array, hoop: bool) -> Array:
 def growth_rate(rings: Rings, depth: Array, hoop: bool) -> Array:
     """Return the largest real part of the eigenvalues of ring and tool, 1/s.
 
-    Parameters
-    ----------
-    rings : Rings
-        Machines.
-    depth : float64[trial]
-        Static depth, m; NaN gives NaN.
-    hoop : bool
-        Whether the tension is counted.
+    A static depth, m, that is NaN gives NaN.
     """
     known = np.isfinite(depth)
     A = cutting_matrix(rings, np.where(known, depth, 0.0), hoop)
@@ -205,15 +176,6 @@ def growth_rate(rings: Rings, depth: Array, hoop: bool) -> Array:
 
 def ring_eigenvalues(rings: Rings, Omega: Array, hoop: bool) -> NDArray[np.complex128]:
     """Return all eigenvalues of the ring alone at a speed, by their |Im|, then Re.
-
-    Parameters
-    ----------
-    rings : Rings
-        Machines.
-    Omega : float64[trial]
-        rad/s.
-    hoop : bool
-        Whether the tension is counted.
 
     Returns
     -------

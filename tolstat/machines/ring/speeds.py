@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.machines.ring.declarations import description_of
-from tolstat.machines.ring.harmonics import Array
 from tolstat.machines.ring.linear import ring_eigenvalues
-from tolstat.machines.ring.ring import build
+from tolstat.machines.ring.parameters import build
 
 FASTEST = 1e6  # rad/s
 

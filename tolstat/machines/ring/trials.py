@@ -6,10 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tolstat.arrays import Array
+from tolstat.machines.ring.declarations import description_of
 from tolstat.machines.ring.flutter import flutter_speed
-from tolstat.machines.ring.harmonics import Array, harmonics, total
+from tolstat.machines.ring.harmonics import harmonics, total
 from tolstat.machines.ring.linear import growth_rate, static_depth, terms_of
-from tolstat.machines.ring.ring import Rings, build, force, out_of_roundness
+from tolstat.machines.ring.parameters import Rings, build, force, out_of_roundness
 from tolstat.machines.ring.settings import Asked
 from tolstat.model.contract import Outcome
 from tolstat.moving import Accuracy, Solution, System, integrate
@@ -17,11 +19,11 @@ from tolstat.status import Status
 
 IMPOSSIBLE = "cannot exist"
 NO_REST = "no static depth"
-FAILURES = (IMPOSSIBLE, NO_REST)
-CONDITIONS = {
+FAILURES = {
     IMPOSSIBLE: "sizes, masses, stiffnesses, feed and speed are above 0, the thickness "
     "below the diameter, the support angle between 0 and 180 deg, damping and force "
-    "not below 0"
+    "not below 0",
+    NO_REST: "ring and tool rest at some depth of cut",
 }
 
 DEPTH, TRAVEL = range(2)  # what has extremes
@@ -29,34 +31,16 @@ OUT = 2  # what is timed above zero, and has a kink of the forces at it: -t_R
 
 
 class Trials(NamedTuple):
-    """A block of machines, and how they moved.
-
-    Attributes
-    ----------
-    rings : Rings
-        The machines.
-    solution : Solution
-        As the integrator found it; states are a, b, a', b' of harmonics 2 to N, X, X'.
-    """
+    """A block of machines, and how they moved."""
 
     rings: Rings
-    solution: Solution
+    solution: Solution  # states are a, b, a', b' of harmonics 2 to N, X, X'
 
 
 def simulated(
     deviations: Array, settings: Asked, samples: Array | None = None
 ) -> Trials:
-    """Integrate machines from the engagement on, with their states at the sample times.
-
-    Parameters
-    ----------
-    deviations : float64[trial, contributor]
-        SI, in the order of `description_of`.
-    settings : Settings
-        The nominal machine, duration and accuracy.
-    samples : float64[sample], optional
-        Ascending times, s.
-    """
+    """Integrate machines from the engagement on; states at the sample times, s."""
     # only a machine that is simulated needs the compiler
     from tolstat.machines.ring.compiled import rates, watch
 
@@ -102,7 +86,7 @@ def rows_of(rings: Rings, settings: Asked) -> Array:
     blank = [
         part
         for i, lobe in enumerate(rings.lobes)
-        # one that is round adds zeros, bit for bit: nobody's answer hangs on it
+        # one that is round adds zeros, bit for bit: no answer depends on it
         if (rings.e_cos[:, i] != 0.0).any() or (rings.e_sin[:, i] != 0.0).any()
         for part in (lobe * one, rings.e_cos[:, i], rings.e_sin[:, i])
     ]
@@ -117,18 +101,13 @@ def scale_of(settings: Asked) -> Array:
     nominal tool, or of the harmonic alone where it is faster.
     """
     n = settings.harmonics - 1
-    nominal = build(np.zeros((1, _contributors(settings))), settings)
+    n_deviations = len(description_of(settings).contributors)
+    nominal = build(np.zeros((1, n_deviations)), settings)
     k = harmonics(settings.harmonics)
     omega_c = np.sqrt(settings.tool_stiffness / settings.tool_mass)
     omega = np.maximum(omega_c, np.sqrt(nominal.nu[0] / k.C) * k.n)
     unit = np.concatenate([np.ones(2 * n), omega, omega, [1.0, omega_c]])
     return settings.depth * unit
-
-
-def _contributors(settings: Asked) -> int:
-    from tolstat.machines.ring.declarations import description_of
-
-    return len(description_of(settings).contributors)
 
 
 def depth_of_cut(rings: Rings, states: Array, time: float) -> Array:
@@ -142,7 +121,6 @@ def outcome_of(trials: Trials, settings: Asked) -> Outcome:
     """Arrange the responses as `description_of` lists them, and say which failed."""
     rings, found = trials.rings, trials.solution
     least, greatest = found.least[:, DEPTH], found.greatest[:, DEPTH]
-    travel = np.maximum(found.greatest[:, TRAVEL], -found.least[:, TRAVEL])
     rest = static_depth(rings, settings.hoop)
     columns = [
         least,
@@ -152,7 +130,7 @@ def outcome_of(trials: Trials, settings: Asked) -> Outcome:
         rings.t_R0 - least,
         # a sum of steps may exceed the duration by a rounding
         np.minimum(found.above[:, 0] / settings.duration, 1.0),
-        travel,
+        found.peak[:, TRAVEL],
         # the forces rise with the depth
         force(rings.c_R, rings.x_R, greatest),
         force(rings.c_T, rings.x_T, greatest),
@@ -163,10 +141,6 @@ def outcome_of(trials: Trials, settings: Asked) -> Outcome:
         columns += [2.0 * root, onset * root]
     if settings.rests:
         columns.append(growth_rate(rings, rest, settings.hoop))
-    failed = found.status != Status.DONE
-    return Outcome(
-        np.where(failed[:, None], np.nan, np.stack(columns, axis=1)),
-        found.status,
-        found.steps,
-        {NO_REST: ~failed & np.isnan(rest) & settings.rests},
-    )
+    no_rest = (found.status == Status.DONE) & np.isnan(rest) & settings.rests
+    responses = np.stack(columns, axis=1)
+    return Outcome(responses, found.status, found.steps, {NO_REST: no_rest})

@@ -8,20 +8,28 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.machines.ring.flutter import flutter_speed
-from tolstat.machines.ring.harmonics import Array
 from tolstat.machines.ring.linear import growth_rate, ring_eigenvalues, static_depth
-from tolstat.machines.ring.ring import Rings, build
+from tolstat.machines.ring.parameters import Rings, build
 from tolstat.machines.ring.settings import Asked
-from tolstat.machines.ring.trials import CONDITIONS, IMPOSSIBLE
-from tolstat.model.view import Axis, Band, Chart, Curve, Level, Offer, Panel, Span
+from tolstat.machines.ring.trials import FAILURES, IMPOSSIBLE
+from tolstat.model.view import (
+    Axis,
+    Band,
+    Chart,
+    Curve,
+    Level,
+    Offer,
+    Panel,
+    Span,
+    bands_of,
+)
 
 MACHINES = 40  # with deviations, for bands
 POINTS = 241  # of the range of speeds
 SHOWN = 4  # frequencies, from the lowest on
-BAND = 0.05, 0.95  # of the machines
-BAND_WORDS = "5..95 %"
 GROWS = Level(0.0, "grows above")
 
 OFFERS = (
@@ -45,7 +53,7 @@ def own_and_others(
     """
     exists = build(deviations, settings).exists
     if not exists[0]:
-        raise ModelError(f"this ring cannot exist: {CONDITIONS[IMPOSSIBLE]}")
+        raise ModelError(f"this ring cannot exist: {FAILURES[IMPOSSIBLE]}")
     own, *others = (
         found(build(np.repeat(row[None], len(speeds), axis=0), settings), speeds)
         for row in deviations[exists]
@@ -54,18 +62,10 @@ def own_and_others(
 
 
 class Varied(NamedTuple):
-    """What is varied.
-
-    Attributes
-    ----------
-    settings : dict of str to Settings
-        By words for the value.
-    title : str
-        For its panels; it names values that no ring can have.
-    """
+    """What is varied: settings by words for the value, and a title for its panels."""
 
     settings: dict[str, Asked]
-    title: str
+    title: str  # it names values that no ring can have
 
 
 def varied(settings: Asked) -> Varied:
@@ -93,15 +93,6 @@ def varied(settings: Asked) -> Varied:
     return Varied(found, f"{', '.join(cannot)} cannot be" if cannot else "varied")
 
 
-def bands(name: str, unit: str, values: Array) -> tuple[Band, ...]:
-    """Return the band of float64[machine, speed]; none where there are no machines."""
-    if not len(values):
-        return ()
-    with np.errstate(invalid="ignore"):
-        lower, upper = np.quantile(values, BAND, axis=0)
-    return (Band(f"{name}, {BAND_WORDS}", unit, lower, upper, of=name),)
-
-
 def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
     """Return the shown speeds at which the first machine flutters."""
     if settings.hoop:
@@ -116,13 +107,6 @@ def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
 
 def spectrum(deviations: Array, settings: Asked) -> Chart:
     """Show frequencies and growth of the ring alone over the speed, Figs. 3 and 4.
-
-    Parameters
-    ----------
-    deviations : float64[machine, contributor]
-        SI; the first is shown, the others open the bands.
-    settings : Settings
-        Of the machines.
 
     Returns
     -------
@@ -147,8 +131,8 @@ def spectrum(deviations: Array, settings: Asked) -> Chart:
         for i, name in enumerate(names)
     ]
     growth = Curve("growth", "1/s", "tau_1", "of the ring alone", own[:, -1])
-    lowest_band = bands(names[0], "rad/s", others[:, :, 0])
-    grown = bands("growth", "1/s", others[:, :, -1])
+    lowest_band = bands_of(names[0], "rad/s", others[:, :, 0])
+    grown = bands_of("growth", "1/s", others[:, :, -1])
     lowest, growths = [], []
     others_than = varied(settings)
     for value, other in others_than.settings.items():
@@ -180,13 +164,6 @@ def spectrum(deviations: Array, settings: Asked) -> Chart:
 
 def stability(deviations: Array, settings: Asked) -> Chart:
     """Show the growth of ring and tool, and of the ring alone, over the speed.
-
-    Parameters
-    ----------
-    deviations : float64[machine, contributor]
-        SI; the first is shown, the others open the bands.
-    settings : Settings
-        Of the machines.
 
     Returns
     -------
@@ -225,7 +202,7 @@ def stability(deviations: Array, settings: Asked) -> Chart:
 
     for i, name in enumerate(("ring and tool", "ring alone")):
         set_ = curve(name, "as set", own[:, i])
-        opened = bands(name, "1/s", others[:, :, i])
+        opened = bands_of(name, "1/s", others[:, :, i])
         each = [
             curve(value if i == 0 else f"{value}, alone", "varied", column[:, i])
             for value, column in values.items()

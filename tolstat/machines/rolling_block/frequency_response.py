@@ -15,10 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.machines.rolling_block.modes import Modes
 from tolstat.machines.rolling_block.topology import load_vector
-
-Array = NDArray[np.float64]
 
 NO_PART = 1e-9  # of all modes' contributions: a mode that has no part in a response
 
@@ -26,14 +25,7 @@ NO_PART = 1e-9  # of all modes' contributions: a mode that has no part in a resp
 def contributions(modes: Modes, C: Array, loads: dict[int, float]) -> Array:
     """Return the static modal contributions a_r to the moments of all links.
 
-    Parameters
-    ----------
-    modes : Modes
-        Of the drives.
-    C : float64[trial, link]
-        Stiffnesses, N m/rad.
-    loads : dict of int to float
-        N m: 1 is the motor's M1, which drives, 31 to 34 are stands, which brake.
+    Loads are N m by place: 1 is the motor's M1, which drives; 31 to 34, which brake.
 
     Returns
     -------
@@ -53,18 +45,7 @@ def contributions(modes: Modes, C: Array, loads: dict[int, float]) -> Array:
 def response(
     frequency: Array, modes: Modes, a: Array, zeta: Array
 ) -> NDArray[np.complex128]:
-    """Return G over the frequency.
-
-    Parameters
-    ----------
-    frequency : float64[frequency]
-        Hz.
-    modes : Modes
-        Of the drives.
-    a : float64[trial, mode]
-        Contributions to the moment of one link, N m.
-    zeta : float64[trial]
-        Damping ratio of every mode.
+    """Return G over the frequency, Hz, from contributions a[trial, mode], N m.
 
     Returns
     -------

@@ -17,9 +17,9 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from tolstat.arrays import Array
+
 Combination = tuple[int, int, int, int]
 
 ENTRY = (0.1572, 1.2173)  # motor speed over roll speed, stands 31 and 32
@@ -44,13 +44,7 @@ class Ratios(NamedTuple):
 
 
 def ratios(combination: Combination) -> Ratios:
-    """Return the ratios of a combination (a, b, c, d).
-
-    Parameters
-    ----------
-    combination : tuple of int
-        Positions of the stages A, B, C, D, numbered from 0.
-    """
+    """Return the ratios of a combination (a, b, c, d)."""
     a, b, c, d = combination
     return Ratios(
         A=q ** (16 * a),
@@ -65,11 +59,6 @@ def reduction(combination: Combination) -> tuple[Array, Array]:
 
     Q_red = Q/i^2, C_red = C/i^2, so a ratio that differs from the one of Table 1 gives
     a factor (i_Table1/i)^2.
-
-    Parameters
-    ----------
-    combination : tuple of int
-        Positions of the stages.
 
     Returns
     -------
@@ -87,12 +76,6 @@ def reduction(combination: Combination) -> tuple[Array, Array]:
 
 
 def excitation_orders(combination: Combination) -> dict[str, float]:
-    """Return turns per turn of the motor: of the motor, of the rolls.
-
-    Parameters
-    ----------
-    combination : tuple of int
-        Positions of the stages.
-    """
+    """Return turns per turn of the motor: of the motor, of the rolls."""
     now = ratios(combination)
     return {"motor": 1.0, "rolls_31": 1.0 / now.i31, "rolls_34": 1.0 / now.i34}

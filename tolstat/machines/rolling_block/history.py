@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import RESPONSES
 from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.topology import LINK_NAMES, STANDS
-from tolstat.model.view import Axis, Chart, Curve, Mark, Panel, Span
-
-Array = NDArray[np.float64]
+from tolstat.model.view import Axis, Chart, Curve, Panel, Span, peaks_of
 
 KINDS = ("moment_peak", "pulse_peak")
 PAIRS = ("Motor side", "To C and D", "Spindles of C", "Spindles of D")
 
 
 def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> Chart:
-    """Chart the moments of a drive.
-
-    Parameters
-    ----------
-    time : float64[time]
-        s.
-    loaded, pulsed : float64[time, link]
-        N m: while the loads step, and after the pulse.
-    settings : Settings
-        When loads step, and where the pulse acts.
+    """Chart the moments, N m, [time, link]: loads stepping, and after the pulse.
 
     Returns
     -------
@@ -34,20 +21,11 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
         Curves have the names of the responses that are their peaks.
     """
     words = {response.name: response for response in RESPONSES}
-    curves, marks = [], []
-    for kind, moments in zip(KINDS, (loaded, pulsed), strict=True):
-        for ij, moment in zip(LINK_NAMES, moments.T, strict=True):
-            said = words[f"{kind}_{ij}"]
-            sentence = said.sentence.removeprefix("peak ")
-            curves.append(
-                Curve(
-                    said.name, said.unit, f"M{ij}", sentence, moment, shown=said.shown
-                )
-            )
-            if np.isfinite(moment).all():
-                top = int(np.abs(moment).argmax())
-                at, value = float(time[top]), float(moment[top])
-                marks.append(Mark(said.name, at, value, "peak"))
+    curves = [
+        Curve.of(words[f"{kind}_{ij}"], moment)
+        for kind, moments in zip(KINDS, (loaded, pulsed), strict=True)
+        for ij, moment in zip(LINK_NAMES, moments.T, strict=True)
+    ]
     ends = settings.entries[-1], min(settings.pulse_length, settings.horizon)
     stands = ", ".join(map(str, STANDS))
     shaded = (
@@ -68,6 +46,6 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
         Axis("time", "s", "s"),
         time,
         tuple(curves),
-        marks=tuple(marks),
+        marks=peaks_of(curves, time),
         panels=tuple(panels),
     )

@@ -10,17 +10,14 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tolstat.machines.rolling_block.damping import damping_matrix
-from tolstat.machines.rolling_block.drive import Drive, nominal
+from tolstat.arrays import Array
 from tolstat.machines.rolling_block.modes import Modes, modes_of
 from tolstat.machines.rolling_block.motion import Machine
+from tolstat.machines.rolling_block.parameters import Drive, nominal
 from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.topology import STANDS
 from tolstat.moving import Accuracy, Solution, integrate
-
-Array = NDArray[np.float64]
 
 # In each period of the highest mode at least so many steps: its swings are not missed
 # where the tolerance would permit to step over them.
@@ -39,13 +36,7 @@ class Loading(NamedTuple):
 
 
 def load_steps(settings: Settings) -> Loading:
-    """Return the steps of the stands, one after the other, 1 N m in all.
-
-    Parameters
-    ----------
-    settings : Settings
-        Delays, horizon, motor.
-    """
+    """Return the steps of the stands, one after the other, 1 N m in all."""
     times = sorted(set(settings.entries))
     share = 1.0 / len(STANDS)
     return Loading(
@@ -58,13 +49,7 @@ def load_steps(settings: Settings) -> Loading:
 
 
 def pulse(settings: Settings) -> Loading:
-    """Return the rectangular pulse of 1 N m on one stand; the motor's moment stays.
-
-    Parameters
-    ----------
-    settings : Settings
-        Stand, length, horizon.
-    """
+    """Return the rectangular pulse of 1 N m on one stand; the motor's moment stays."""
     outlasts = settings.pulse_length >= settings.horizon
     ends = () if outlasts else (settings.pulse_length,)
     on_stand = (float(stand == settings.pulse_stand) for stand in STANDS)
@@ -77,6 +62,33 @@ def pulse(settings: Settings) -> Loading:
     )
 
 
+def damping_matrix(modes: Modes, C: Array, zeta: Array) -> Array:
+    """Return what the rate of each twist adds to the moment in each link, N m s/rad.
+
+    The paper prints no damping: every elastic mode has the damping ratio zeta, the
+    rigid one none. With phi^T M phi = 1 that is
+
+        D = M Phi diag(2 zeta omega) Phi^T M,
+
+    and since M phi_r = K phi_r / omega_r^2, D = B^T H B with the twists B phi and
+
+        H_ef = 2 zeta sum over r of M_er M_fr / omega_r^3,   M_er = C_e phi_e,r.
+
+    Returns
+    -------
+    H : float64[trial, link, link]
+        For stiffnesses C, N m/rad, [trial, link], and zeta, [trial].
+    """
+    omega, _, phi_ij = modes
+    moments = C[:, :, None] * phi_ij
+    H = np.zeros((len(C), C.shape[1], C.shape[1]))
+    for r in range(omega.shape[1]):  # one by one: the sum is the same in any block
+        w, M = omega[:, r, None, None], moments[:, :, r]
+        H = H + M[:, :, None] * M[:, None, :] / (w * w * w)
+    damping: Array = 2.0 * zeta[:, None, None] * H
+    return damping
+
+
 def followed(
     drive: Drive,
     modes: Modes,
@@ -84,18 +96,7 @@ def followed(
     settings: Settings,
     samples: Array | None = None,
 ) -> Solution:
-    """Integrate drives under a loading, from rest.
-
-    Parameters
-    ----------
-    drive, modes : Drive, Modes
-        The drives.
-    loading : Loading
-        Of all of them.
-    settings : Settings
-        Tolerance, and the nominal drive, whose static twists errors are measured by.
-    samples : float64[sample], optional
-        Times at which the twists are stored, s.
+    """Integrate drives under a loading, from rest; errors are measured by the nominal.
 
     Returns
     -------

@@ -15,9 +15,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from tolstat.arrays import Array
 
 
 class Moment(NamedTuple):
@@ -106,24 +105,7 @@ class Motion(NamedTuple):
 
 
 def motion(moment: Moment, y: State, p: Machine, viscous: Links) -> Motion:
-    """Evaluate the equations of motion (2).
-
-    Parameters
-    ----------
-    moment : Moment
-        Each field float64[lanes].
-    y : State
-        Twists and rates, each float64[lanes].
-    p : Machine
-        The drive and its loads, each float64[lanes].
-    viscous : Links
-        What damping adds to the moment in each link, each float64[lanes], N m.
-
-    Returns
-    -------
-    Motion
-        Derivatives and elastic moments, each float64[lanes].
-    """
+    """Evaluate the equations of motion (2)."""
     k = moment.phase
     M6 = np.where((k >= p.on6) & (k < p.off6), p.M6, 0.0)
     M7 = np.where((k >= p.on7) & (k < p.off7), p.M7, 0.0)

@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.machines.rolling_block.gearbox import excitation_orders
 from tolstat.machines.rolling_block.settings import Settings
 from tolstat.units.grammar import Range
 
-Array = NDArray[np.float64]
-
 
 def named_orders(settings: Settings) -> dict[str, float]:
-    """Return what excites the drive, in words, and how often per turn of the motor.
-
-    Parameters
-    ----------
-    settings : Settings
-        Orders as typed, rolls, meshes; the combination decides the speed of the rolls.
-    """
+    """Return what excites the drive, in words, and how often per turn of the motor."""
     turns = excitation_orders(settings.combination)
     found = {f"order {_written(order)}": order for order in settings.orders}
     if settings.rolls:
@@ -85,14 +77,7 @@ def free_gaps(lower: Array, upper: Array, within: Range) -> tuple[Array, Array]:
 
 
 def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:
-    """Measure the speeds without resonance.
-
-    Parameters
-    ----------
-    omega : float64[trial, mode]
-        Natural frequencies, rad/s.
-    settings : Settings
-        Orders, band, range of speeds.
+    """Measure the speeds without resonance, of omega[trial, mode], rad/s.
 
     Returns
     -------
@@ -111,14 +96,7 @@ def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:
 
 
 def speed_margin(omega: Array, settings: Settings) -> Array:
-    """Return how far the working speed is from the nearest resonance.
-
-    Parameters
-    ----------
-    omega : float64[trial, mode]
-        Natural frequencies, rad/s.
-    settings : Settings
-        Orders and working speed.
+    """Return how far the working speed is from the nearest of omega[trial, mode].
 
     Returns
     -------

@@ -9,9 +9,8 @@ wire-rod rolling block (2010, in Russian); Fig. 3 and the equations (1) are the 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from tolstat.arrays import Array
 
 MASSES = (
     "motor",

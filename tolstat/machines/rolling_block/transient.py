@@ -7,11 +7,9 @@ and what the view of pulses draws.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.machines.rolling_block.modes import Modes
-
-Array = NDArray[np.float64]
 
 
 def step(time: Array, omega: Array, zeta: Array) -> Array:

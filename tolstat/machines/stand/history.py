@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from tolstat.arrays import Array
 from tolstat.machines.stand.declarations import RESPONSES
 from tolstat.machines.stand.motion import Motion, State
-from tolstat.model.view import Axis, Chart, Curve, Level, Mark, Panel, Span
-
-Array = NDArray[np.float64]
+from tolstat.model.view import Axis, Chart, Curve, Level, Panel, Span, peaks_of
 
 # the load by the response that is its peak
 LOADS = {
@@ -39,19 +35,6 @@ def chart_of(
 ) -> Chart:
     """Chart a motion.
 
-    Parameters
-    ----------
-    time : float64[time]
-        s.
-    states : float64[time, state]
-        Coordinates and speeds.
-    moved : Motion
-        What the equations say about them, each field float64[time].
-    window : tuple of float
-        Start and end of the time over which responses are taken, s.
-    delta : float
-        Yaw at which the carriage touches its guides, rad.
-
     Returns
     -------
     Chart
@@ -62,7 +45,9 @@ def chart_of(
         Axis("time", "s", "s"),
         time,
         curves,
-        marks=peaks_of(curves, time, time >= window[0]),
+        marks=peaks_of(
+            [curve for curve in curves if curve.name in LOADS], time, least=window[0]
+        ),
         spans=(Span(*window, "over which responses are taken"),),
         panels=panels(delta),
     )
@@ -70,13 +55,6 @@ def chart_of(
 
 def curves_of(states: Array, moved: Motion) -> tuple[Curve, ...]:
     """Name the quantities of a motion.
-
-    Parameters
-    ----------
-    states : float64[time, state]
-        Coordinates and speeds.
-    moved : Motion
-        What the equations say about them, each field float64[time].
 
     Returns
     -------
@@ -86,13 +64,7 @@ def curves_of(states: Array, moved: Motion) -> tuple[Curve, ...]:
     y = State(*states.T)
     words = {response.name: response for response in RESPONSES}
     loads = [
-        Curve(
-            name,
-            words[name].unit,
-            words[name].symbol.strip("|"),
-            words[name].sentence.removeprefix("peak "),
-            getattr(moved.loads, load),
-        )
+        Curve.of(words[name], getattr(moved.loads, load))
         for name, load in LOADS.items()
     ]
     powers = [
@@ -109,28 +81,8 @@ def curves_of(states: Array, moved: Motion) -> tuple[Curve, ...]:
     )
 
 
-def peaks_of(
-    curves: tuple[Curve, ...], time: Array, window: NDArray[np.bool_]
-) -> tuple[Mark, ...]:
-    """Find where the loads are greatest, to either side, inside the window."""
-    found = []
-    for curve in curves:
-        inside = np.where(window, np.abs(curve.values), -1.0)
-        if curve.name in LOADS and np.isfinite(curve.values).all():
-            at = int(inside.argmax())
-            where, value = float(time[at]), float(curve.values[at])
-            found.append(Mark(curve.name, where, value, "peak"))
-    return tuple(found)
-
-
 def panels(delta: float) -> tuple[Panel, ...]:
-    """List the pictures; the paper's Figs. 2 and 3 are the first two.
-
-    Parameters
-    ----------
-    delta : float
-        Yaw at which the carriage touches its guides, rad.
-    """
+    """List the pictures; the paper's Figs. 2 and 3 are the first two."""
     guides = (Level(delta, "guides touched"), Level(-delta, ""))
     return (
         Panel("Moment of shaft 9", ("shaft_9_moment",)),

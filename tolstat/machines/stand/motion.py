@@ -18,12 +18,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.machines.stand.nominal import NOMINAL
 from tolstat.machines.stand.parameters import Parameters
-
-Array = NDArray[np.float64]
 
 I_s, dl_s, dh = NOMINAL.I_s, NOMINAL.dl_s, NOMINAL.dh
 h, r2, r3, g = NOMINAL.h, NOMINAL.r2, NOMINAL.r3, NOMINAL.g
@@ -100,22 +98,7 @@ class Motion(NamedTuple):
 
 
 def motion(moment: Moment, y: State, p: Parameters) -> Motion:
-    """Evaluate the equations of motion (1) to (9).
-
-    Parameters
-    ----------
-    moment : Moment
-        Time; each field float64[lanes].
-    y : State
-        Coordinates and speeds, each float64[lanes], SI.
-    p : Parameters
-        The machine, each float64[lanes], SI.
-
-    Returns
-    -------
-    Motion
-        Derivatives, powers, loads and the stored energy, each float64[lanes], SI.
-    """
+    """Evaluate the equations of motion (1) to (9)."""
     phi31, phi32, x, alpha, phi31_, phi32_, x_, alpha_ = y
 
     # drive law (1): the turn of gear 13

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import asinh, hypot
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tolstat.machines.stand.carriage import friction_arm, initial_position
-from tolstat.machines.stand.gears import gear_deformations
+from tolstat.arrays import Array
 from tolstat.machines.stand.nominal import NOMINAL
-from tolstat.machines.stand.parts import faults, parts_of
+from tolstat.machines.stand.parts import faults, initial_position, parts_of
 from tolstat.machines.stand.settings import Settings
-
-Array = NDArray[np.float64]
 
 
 class Parameters(NamedTuple):
@@ -85,15 +82,55 @@ class Parameters(NamedTuple):
     F0: Array
 
 
-def build(deviations: Mapping[str, Array], settings: Settings) -> Parameters:
-    """Build machines from the deviations of their parts.
+def gear_deformations(
+    k30: Array, k31: Array, k32: Array, c2: Array, balanced: bool
+) -> Array:
+    """Condense the massless pinions 10, 11 out of the second loop.
+
+    phi21, phi22 minimise the elastic energy of meshes 0, 1, 2 and shaft 12 for given
+    (phi1, a_1, a_2).
 
     Parameters
     ----------
-    deviations : mapping of str to float64[n]
-        By contributor name, SI, every contributor of the stand.
-    settings : Settings
-        Variant, drive, speed.
+    k30, k31, k32, c2 : float64[n]
+        Stiffness of the meshes, N/m, and of shaft 12, N m/rad.
+    balanced : bool
+        Whether a differential splits the torque of gear 13 between the pinions.
+
+    Returns
+    -------
+    float64[n, 4, 3]
+        B: deformations of meshes 0, 1, 2 (m) and of shaft 12 (rad) for
+        (phi1, a_1, a_2), rad.
+    """
+    r1, r2, r3 = NOMINAL.r1, NOMINAL.r2, NOMINAL.r3
+    # mesh 0 feels pinion 10, or with the differential the mean of both pinions
+    on_10, on_11 = (r2 / 2, r2 / 2) if balanced else (r2, 0.0)
+    driven = np.array([[r1, 0, 0], [0, r3, 0], [0, 0, r3], [0, 0, 0]])
+    pinions = np.array([[on_10, on_11], [r2, 0], [0, r2], [-1, 1]])
+    K = np.stack(np.broadcast_arrays(k30, k31, k32, c2), axis=-1)[:, :, None]
+    T = -np.linalg.solve(pinions.T @ (K * pinions), pinions.T @ (K * driven))
+    B: Array = driven + pinions @ T
+    return B
+
+
+def friction_arm() -> float:
+    """Return mu_rot/mu of (8), m: mean distance of the feet from the yaw axis.
+
+    The integral of hypot over a rectangle from the origin in closed form.
+    """
+    dh, dl_s, foot = float(NOMINAL.dh), float(NOMINAL.dl_s), float(NOMINAL.foot)
+
+    def integral(a: float, b: float) -> float:
+        return (2 * a * b * hypot(a, b) + a**3 * asinh(b / a) + b**3 * asinh(a / b)) / 6
+
+    S = 2 * dh * foot
+    quarter = integral(dh / 2, dl_s / 2) - integral(dh / 2, dl_s / 2 - foot)
+    return 4 * quarter / S
+
+
+def build(deviations: Mapping[str, Array], settings: Settings) -> Parameters:
+    """Build machines from the deviations of their parts.
 
     Returns
     -------

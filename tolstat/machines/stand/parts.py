@@ -1,4 +1,10 @@
-"""The parts as built, and what of them no stand can be built from."""
+"""The parts as built, and what of them no stand can be built from.
+
+References
+----------
+E. Ya. Antonyuk, A. G. Zabuga, On the dynamic loading of machines with parallel
+statically indeterminate kinematic chains (2012); equation numbers are the paper's.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +12,16 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tolstat.machines.stand.carriage import initial_position
+from tolstat.arrays import Array, Truths
 from tolstat.machines.stand.nominal import NOMINAL
 from tolstat.machines.stand.settings import Settings
-
-Array = NDArray[np.float64]
-Truths = NDArray[np.bool_]
 
 NOTHING = "no part left"
 NO_REACH = "rod too short"
 NO_FIT = "does not fit"
 OFF_CENTRE = "off its axis"
-CONDITIONS = {
+FAULTS = {
     NOTHING: "rods, cranks, clearance, stiffnesses, inertias and masses are above 0, "
     "shaft 12, friction and rolling force not below",
     NO_REACH: f"each rod is longer than its crank by more than {NOMINAL.h:g} m, the "
@@ -53,15 +55,7 @@ class Parts(NamedTuple):
 
 
 def parts_of(deviations: Mapping[str, Array], settings: Settings) -> Parts:
-    """Return the parts of machines.
-
-    Parameters
-    ----------
-    deviations : mapping of str to float64[n]
-        By contributor name, SI, every contributor of the stand.
-    settings : Settings
-        Drive, and where guides are touched.
-    """
+    """Return the parts of machines."""
     d, N = deviations, NOMINAL
     dl, dr = d["rod_difference"], d["crank_difference"]
     k30, k31, k32 = (N.k3 * (1 + d[f"mesh_stiffness_{i}"]) for i in range(3))
@@ -89,16 +83,31 @@ def parts_of(deviations: Mapping[str, Array], settings: Settings) -> Parts:
     )  # fmt: skip
 
 
-def faults(parts: Parts, deviations: Mapping[str, Array]) -> dict[str, Truths]:
-    """Tell which machines cannot be built, by the words of `CONDITIONS`.
+def initial_position(
+    l1: Array, l2: Array, r_1: Array, r_2: Array
+) -> tuple[Array, Array, Array]:
+    """Place the carriage in its leftmost position, (10), (11).
 
     Parameters
     ----------
-    parts : Parts
-        Of the machines.
-    deviations : mapping of str to float64[n]
-        Of which they are made.
+    l1, l2, r_1, r_2 : float64[n]
+        Rods and cranks, m.
+
+    Returns
+    -------
+    tuple of float64[n]
+        phi31 = phi32 (rad), x (m), sin alpha; NaN where the parts cannot be mounted.
     """
+    h, dl_s = NOMINAL.h, NOMINAL.dl_s
+    with np.errstate(invalid="ignore", divide="ignore"):
+        phi = -(np.arcsin(h / (l1 - r_1)) + np.arcsin(h / (l2 - r_2))) / 2
+        xa = np.sqrt((l1 - r_1) ** 2 - h**2)
+        xb = np.sqrt((l2 - r_2) ** 2 - h**2)
+    return phi, (xa + xb) / 2, (xa - xb) / dl_s
+
+
+def faults(parts: Parts, deviations: Mapping[str, Array]) -> dict[str, Truths]:
+    """Tell which machines cannot be built, by the words of `FAULTS`."""
     p, N = parts, NOMINAL
     # c2 may be zero by a sum of deviations or by the balanced drive, never negative
     positive = np.minimum.reduce(

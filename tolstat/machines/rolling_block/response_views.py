@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.machines.rolling_block.frequency_response import (
     contributions,
     poles_and_zeros,
     response,
 )
+from tolstat.machines.rolling_block.seen import Seen
 from tolstat.machines.rolling_block.topology import LINK_NAMES
-from tolstat.machines.rolling_block.views.seen import Seen, bands
-from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel
-
-Array = NDArray[np.float64]
+from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, bands_of
 
 POINTS = 1200
 BELOW, BEYOND = 0.2, 1.3  # of the lowest and the highest natural frequency: the axis
@@ -38,13 +36,7 @@ def _channels(seen: Seen) -> dict[str, Array]:
 
 
 def frequency_response(seen: Seen) -> Chart:
-    """Chart amplitude and phase of the moment in the link per moment of the load.
-
-    Parameters
-    ----------
-    seen : Seen
-        Bands are of the amplitude when all loads act at once.
-    """
+    """Chart amplitude and phase of the moment in the link per moment of the load."""
     omega = seen.modes.omega[0] / (2 * np.pi)
     even = np.geomspace(BELOW * omega[0], BEYOND * omega[-1], POINTS)
     # the peaks themselves among the points, where they are finite
@@ -61,7 +53,7 @@ def frequency_response(seen: Seen) -> Chart:
         phases.append(
             Curve(f"phase, {words}", "rad", "arg G", "", np.angle(G[0]), shown="deg")
         )
-        spreads = bands(words, "1", np.abs(G[seen.others]))  # the last: all at once
+        spreads = bands_of(words, "1", np.abs(G[seen.others]))  # the last: all at once
     loads = "motor" if seen.settings.response_loads == (1,) else "loads"
     return Chart(
         Axis("frequency", "Hz", "Hz", logarithmic=True),
@@ -80,13 +72,7 @@ def frequency_response(seen: Seen) -> Chart:
 
 
 def poles(seen: Seen) -> Listing:
-    """List poles, zeros and modes that do not reach the link, without damping.
-
-    Parameters
-    ----------
-    seen : Seen
-        The first drive counts.
-    """
+    """List poles, zeros and modes that do not reach the link, without damping."""
     omega = seen.modes.omega[0]
     rows: list[tuple[str, str, float, float]] = []
     for words, a in _channels(seen).items():

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.machines.rolling_block.frequency_response import contributions
 from tolstat.machines.rolling_block.modes import Modes
+from tolstat.machines.rolling_block.seen import Seen
 from tolstat.machines.rolling_block.topology import LINK_NAMES
 from tolstat.machines.rolling_block.transient import moments
-from tolstat.machines.rolling_block.views.seen import Seen, bands
-from tolstat.model.view import Axis, Chart, Curve, Panel, Span
-
-Array = NDArray[np.float64]
+from tolstat.model.view import Axis, Chart, Curve, Panel, Span, bands_of
 
 POINTS = 2001
 PERIODS = 6  # of the lowest mode are drawn, where the horizon is not shorter
@@ -20,13 +18,7 @@ LENGTHS = (1e-3, 5e-3, 10e-3)  # s, the paper's range; and a step, which never e
 
 
 def pulses(seen: Seen) -> Chart:
-    """Chart the moments of all links after the pulse, and of one link after others.
-
-    Parameters
-    ----------
-    seen : Seen
-        Bands are of the link of the setting response_link.
-    """
+    """Chart the moments of all links after the pulse, and of one link after others."""
     settings, drive = seen.settings, seen.drive
     shown = settings.response_link
     length = settings.pulse_length
@@ -60,7 +52,7 @@ def pulses(seen: Seen) -> Chart:
 
     spread = Modes(*(each[seen.others] for each in seen.modes))
     of_others = a[seen.others, one : one + 1]
-    opened = bands(
+    opened = bands_of(
         f"M{shown}",
         "N m",
         moments(

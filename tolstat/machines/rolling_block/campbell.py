@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from tolstat.machines.rolling_block.seen import Seen
 from tolstat.machines.rolling_block.speeds import forbidden, free_gaps, named_orders
-from tolstat.machines.rolling_block.views.seen import Seen, bands
-from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span
+from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span, bands_of
 from tolstat.statistics.intervals.proportions import proportion
 
 POINTS = 851  # of a range of speeds: one each rpm of the paper's
@@ -15,13 +15,7 @@ NEAR = 0.85  # modes that an excitation misses by less are drawn with it
 
 
 def campbell(seen: Seen) -> Chart:
-    """Chart frequencies, excitations and the share of machines that resonate.
-
-    Parameters
-    ----------
-    seen : Seen
-        Without others it is the drive alone that resonates or does not.
-    """
+    """Chart frequencies, excitations and the share of machines that resonate."""
     settings, omega = seen.settings, seen.modes.omega
     n = np.linspace(*settings.speed_range, POINTS)
     orders = named_orders(settings)
@@ -40,7 +34,7 @@ def campbell(seen: Seen) -> Chart:
     spreads = [
         band
         for r, mode in enumerate(modes)
-        for band in bands(
+        for band in bands_of(
             mode.name, "Hz", np.repeat(hz[seen.others, r, None], POINTS, axis=1)
         )
     ]
@@ -106,10 +100,7 @@ def _frequency_panels(
 def resonances(seen: Seen) -> Listing:
     """List where excitations meet natural frequencies, within the speeds of the motor.
 
-    Parameters
-    ----------
-    seen : Seen
-        The last column is the share of the others, or whether the drive alone does.
+    The last column is the share of the others, or whether the drive alone does.
     """
     settings, omega = seen.settings, seen.modes.omega
     orders = named_orders(settings)

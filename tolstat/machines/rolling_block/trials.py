@@ -1,31 +1,27 @@
-"""The responses of a block of drives, from their modes and what was integrated."""
+"""Trials: drives integrated under both loadings, and what they answer."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import NamedTuple
 
-from tolstat.machines.rolling_block.antiphase import antiphase
-from tolstat.machines.rolling_block.drive import Drive, nominal
+import numpy as np
+
+from tolstat.arrays import Array
+from tolstat.machines.rolling_block.declarations import RESPONSES
 from tolstat.machines.rolling_block.frequency_response import NO_PART, contributions
-from tolstat.machines.rolling_block.modes import Modes, modes_of
+from tolstat.machines.rolling_block.loading import followed, load_steps, pulse
+from tolstat.machines.rolling_block.modes import Modes, antiphase, modes_of
+from tolstat.machines.rolling_block.parameters import Drive, nominal
 from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.speeds import free_speeds, speed_margin
 from tolstat.machines.rolling_block.topology import LINK_NAMES, STATIC_SHARES
-
-Array = NDArray[np.float64]
+from tolstat.model.contract import Outcome
+from tolstat.moving import Solution
+from tolstat.status import Status
 
 
 def modal_answers(drive: Drive, modes: Modes, settings: Settings) -> dict[str, Array]:
-    """Return what follows from frequencies and shapes, by name.
-
-    Parameters
-    ----------
-    drive, modes : Drive, Modes
-        Of each trial.
-    settings : Settings
-        Speeds, orders, and the nominal drive, whose antiphase pattern is the measure.
-    """
+    """Return what follows from frequencies and shapes, by name."""
     a = contributions(modes, drive.C, {32: 1.0, 33: 1.0})[:, 0]
     main = np.abs(a[:, 0])
     local = np.maximum(np.abs(a[:, 2]), np.abs(a[:, 3]))
@@ -65,3 +61,33 @@ def moment_answers(
         found[f"moment_peak_{ij}"] = peak * settings.total_load
         found[f"pulse_peak_{ij}"] = pulsed[:, link] * settings.pulse_moment
     return found
+
+
+class Moved(NamedTuple):
+    """What was integrated."""
+
+    loaded: Solution  # the loads of the stands stepping
+    pulsed: Solution  # a pulse on one stand
+
+
+def both_moved(
+    drive: Drive, modes: Modes, settings: Settings, samples: Array | None = None
+) -> Moved:
+    """Integrate drives under both loadings, with their twists at the sample times."""
+    return Moved(
+        followed(drive, modes, load_steps(settings), settings, samples),
+        followed(drive, modes, pulse(settings), settings, samples),
+    )
+
+
+def outcome_of(drive: Drive, modes: Modes, moved: Moved, settings: Settings) -> Outcome:
+    """Arrange the responses as `describe` lists them."""
+    found = {
+        **modal_answers(drive, modes, settings),
+        **moment_answers(moved.loaded.peak, moved.pulsed.peak, settings),
+    }
+    table = np.stack([found[response.name] for response in RESPONSES], axis=1)
+    status = np.where(
+        moved.loaded.status == Status.DONE, moved.pulsed.status, moved.loaded.status
+    )
+    return Outcome(table, status, moved.loaded.steps + moved.pulsed.steps)

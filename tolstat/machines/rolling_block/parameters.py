@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.machines.rolling_block.gearbox import reduction
 from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.topology import LINKS, MASSES
 
-Array = NDArray[np.float64]
-
 CANNOT_EXIST = "cannot exist"
-CONDITIONS = {
+FAILURES = {
     CANNOT_EXIST: "each inertia and stiffness is above 0, the damping not below; their "
     "deviations are above -100 %"
 }
@@ -29,28 +27,15 @@ class Drive(NamedTuple):
 
 
 def nominal(settings: Settings) -> Drive:
-    """Return the one drive without deviations.
-
-    Parameters
-    ----------
-    settings : Settings
-        Inertias and stiffnesses at the combination of Table 1, scale, combination.
-    """
+    """Return the one drive without deviations."""
     inertias, stiffnesses = reduction(settings.combination)
     Q = np.array(settings.inertias) * settings.scale * inertias
     C = np.array(settings.stiffnesses) * settings.scale * stiffnesses
     return Drive(Q[None], C[None], np.array([settings.damping_ratio]))
 
 
-def drives(deviations: Array, settings: Settings) -> tuple[Drive, NDArray[np.bool_]]:
-    """Build drives from their deviations.
-
-    Parameters
-    ----------
-    deviations : float64[trial, contributor]
-        Relative: Q1 ... Q9, C12 ... C59, damping ratio.
-    settings : Settings
-        The nominal drive.
+def drives(deviations: Array, settings: Settings) -> tuple[Drive, Truths]:
+    """Build drives from relative deviations: Q1 ... Q9, C12 ... C59, damping ratio.
 
     Returns
     -------
@@ -62,7 +47,7 @@ def drives(deviations: Array, settings: Settings) -> tuple[Drive, NDArray[np.boo
     of = nominal(settings)
     n, m = len(MASSES), len(LINKS)
     factors = 1.0 + deviations
-    positive: NDArray[np.bool_] = np.all(factors[:, : n + m] > 0, axis=1)
+    positive: Truths = np.all(factors[:, : n + m] > 0, axis=1)
     exist = positive & (factors[:, n + m] >= 0)
     factors = np.where(exist[:, None], factors, 1.0)
     return Drive(

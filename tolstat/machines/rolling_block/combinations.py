@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.machines.rolling_block.drive import nominal
 from tolstat.machines.rolling_block.gearbox import COMBINATIONS, ratios
 from tolstat.machines.rolling_block.modes import modes_of
+from tolstat.machines.rolling_block.parameters import nominal
+from tolstat.machines.rolling_block.seen import Seen
 from tolstat.machines.rolling_block.speeds import free_speeds
 from tolstat.machines.rolling_block.topology import LINK_NAMES, MASSES
-from tolstat.machines.rolling_block.views.seen import Seen
 from tolstat.model.view import Axis, Listing
 
 HEADS = (
@@ -34,13 +34,7 @@ def _named() -> tuple[NDArray[np.generic], ...]:
 
 
 def frequencies(seen: Seen) -> Listing:
-    """List natural frequencies and free speeds of the nominal drives.
-
-    Parameters
-    ----------
-    seen : Seen
-        Its settings, but for the combination.
-    """
+    """List natural frequencies and free speeds of the nominal drives."""
     each = [replace(seen.settings, combination=those) for those in COMBINATIONS]
     omega = np.stack([modes_of(*nominal(one)[:2]).omega[0] for one in each])
     free = [free_speeds(w[None], one) for w, one in zip(omega, each, strict=True)]
@@ -58,13 +52,7 @@ def frequencies(seen: Seen) -> Listing:
 
 
 def reduced(seen: Seen) -> Listing:
-    """List ratios, and inertias and stiffnesses of the nominal drives.
-
-    Parameters
-    ----------
-    seen : Seen
-        Its settings, but for the combination.
-    """
+    """List ratios, and inertias and stiffnesses of the nominal drives."""
     each = [
         nominal(replace(seen.settings, combination=those)) for those in COMBINATIONS
     ]

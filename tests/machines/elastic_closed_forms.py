@@ -1,6 +1,6 @@
 """The paper's answers in closed form, corrected where the print is wrong.
 
-They are what the integration is tested against, and nothing that it uses.
+The integration is tested against them.
 
 References
 ----------

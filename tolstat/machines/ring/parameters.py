@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.errors import ModelError
 from tolstat.machines.ring.declarations import RELATIVE, description_of
 from tolstat.machines.ring.harmonics import (
@@ -17,8 +17,6 @@ from tolstat.machines.ring.harmonics import (
     supported,
 )
 from tolstat.machines.ring.settings import Asked, amplitude, phase
-
-Array = NDArray[np.float64]
 
 
 class Rings(NamedTuple):
@@ -44,19 +42,11 @@ class Rings(NamedTuple):
     lobes: tuple[int, ...]  # harmonics k that the blank may be out of round
     e_cos: Array  # [trial, lobe], m: e_k cos(k theta_R + psi_k)
     e_sin: Array  # [trial, lobe], m: e_k sin(k theta_R + psi_k)
-    exists: NDArray[np.bool_]  # the rows of others hold the nominal machine
+    exists: Truths  # the rows of others hold the nominal machine
 
 
 def build(deviations: Array, settings: Asked) -> Rings:
-    """Build machines from the deviations of their parts.
-
-    Parameters
-    ----------
-    deviations : float64[trial, contributor]
-        SI, relative ones as fractions, in the order of `description_of`.
-    settings : Settings
-        The nominal machine.
-    """
+    """Build machines from the deviations of their parts."""
     names = [each.name for each in description_of(settings).contributors]
     given = dict(zip(names, deviations.T, strict=True))
 

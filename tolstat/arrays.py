@@ -1,0 +1,7 @@
+"""Types of arrays that every floor uses."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Truths = NDArray[np.bool_]

@@ -1,0 +1,117 @@
+"""What deviations do to a planetary gear: axial forces, load sharing, backlash."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.arrays import Array
+from tolstat.machines.planetary.design import Design
+from tolstat.machines.planetary.settings import Settings
+
+
+def residual_axial_force(F: float, db2: Array, db3: Array, design: Design) -> Array:
+    """Return the axial force that is left on a satellite, N.
+
+    2T/dw2 tan(b2 + db2) - 2T/dw3 tan(b3 + db3), T the torque between its wheels. With
+    tan(b + db) = tan b + sin db / (cos b cos(b + db)) what is in balance is exactly 0.
+
+    Parameters
+    ----------
+    F : float
+        Tangential force of a satellite in mesh 1-2, 2T/dw2, N.
+    db2, db3 : float64[trial]
+        Deviations of the helix angles, rad.
+    design : Design
+        The gear.
+    """
+    b2, b3, D = design.b2, design.b3, design.D
+    at_2 = np.sin(db2) / (np.cos(b2) * np.cos(b2 + db2))
+    at_3 = np.sin(db3) / (np.cos(b3) * np.cos(b3 + db3))
+    left: Array = F * (design.unbalance + at_2 - D * at_3)
+    return left
+
+
+class Shares(NamedTuple):
+    """How satellites share their load."""
+
+    K: Array  # [trial], K_gamma, the largest force over the mean
+    forces: Array  # [trial, satellite], N; 0 without contact
+
+
+def shared(e: Array, F: float, c: float) -> Shares:
+    """Share a load between satellites: sum over j of c max(0, X + e_j) = F.
+
+    The satellite that stands out most touches first. The others follow in the order of
+    their gaps to it, each once the load of those before has pressed them that far, as
+    water fills a vessel with steps. So those in contact are counted, and the forces are
+    exact: nothing is iterated.
+
+    Parameters
+    ----------
+    e : float64[trial, satellite]
+        Position errors, m; above 0 takes more load. Of any size: in the end one
+        satellite carries all.
+    F : float
+        Tangential force of all satellites together, N, above 0.
+    c : float
+        Stiffness of a satellite, N/m, above 0.
+
+    Notes
+    -----
+    All members are rigid and none floats. With all in contact,
+    K_gamma = 1 + k c (max e - mean e) / F.
+    """
+    k = e.shape[1]
+    gaps = e.max(axis=1, keepdims=True) - e
+    steps = np.sort(gaps, axis=1)
+    sums = np.cumsum(steps, axis=1)  # one after the other, whatever the other rows are
+    # the n-th touches if the load presses those before it further than its step
+    touching = np.arange(1, k + 1) * steps - sums < F / c
+    m = np.count_nonzero(touching, axis=1)
+    K = k / m * (1 + c / F * np.take_along_axis(sums, m[:, None] - 1, axis=1)[:, 0])
+    K = np.minimum(K, float(k))  # but for rounding it is
+    return Shares(K, F / k * np.maximum(K[:, None] - k * c / F * gaps, 0.0))
+
+
+def backlash(E: tuple[Array, ...], da: Array, design: Design) -> Array:
+    """Return the play of wheel 1, carrier and wheel 4 fixed, rad.
+
+    Parameters
+    ----------
+    E : tuple of four float64[trial]
+        Deviations of the tooth thicknesses of wheels 1, 2, 3, 4, m.
+    da : float64[trial]
+        Deviation of the centre distance, m; it opens an external mesh and closes an
+        internal one.
+    design : Design
+        The gear.
+    """
+    E1, E2, E3, E4 = E
+    s12, s34 = design.scheme
+    jt12 = -(E1 + E2) + s12 * 2 * np.tan(design.alpha12) * da
+    jt34 = -(E3 + E4) + s34 * 2 * np.tan(design.alpha34) * da
+    j: Array = (jt12 + design.D * jt34) / (design.dw1 / 2)
+    return j
+
+
+def felt_in_mesh(design: Design) -> float:
+    """Return what mesh 1-2 feels of a satellite's pin, moved by 1 along its orbit.
+
+    The satellite rolls on wheel 4: its point in mesh 1-2 is dw2/2 from the pin, the
+    point that stands still dw3/2, on the other side (AI) or on the same (AA, II).
+    """
+    return abs(1 - design.scheme.s12 * design.scheme.s34 * design.D)
+
+
+def parted(
+    deviations: Array, design: Design, settings: Settings
+) -> tuple[tuple[Array, Array], Array, Array, tuple[Array, ...]]:
+    """Part deviations: helix angles, positions in mesh 1-2, distance, teeth."""
+    k = settings.satellites
+    e = deviations[:, 2 : 2 + k]
+    if settings.position_at == "pin":
+        e = felt_in_mesh(design) * e
+    da, *E = deviations[:, 2 + k :].T
+    return (deviations[:, 0], deviations[:, 1]), e, da, tuple(E)

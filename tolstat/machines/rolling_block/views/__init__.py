@@ -1,1 +1,0 @@
-"""What the rolling block can show."""

@@ -1,0 +1,113 @@
+"""Trials: stands integrated over the whole run, and what they answer."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tolstat.arrays import Array
+from tolstat.machines.stand.declarations import CONTRIBUTORS, RESPONSES, SHARE
+from tolstat.machines.stand.history import LOADS
+from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
+from tolstat.machines.stand.parameters import Parameters, build
+from tolstat.machines.stand.parts import initial_position
+from tolstat.machines.stand.settings import Settings
+from tolstat.model.contract import Outcome
+from tolstat.moving import Accuracy, Solution, integrate
+from tolstat.status import Status
+
+# marks of a trial
+START, STEADY, WINDOW, END = range(4)
+
+# parts so far off that the start-up releases more than the drive puts in
+NO_SHARE = "loses too much"
+
+
+def machines_of(deviations: Array, settings: Settings) -> Parameters:
+    """Build machines from deviations[trial, contributor]."""
+    return build(named(deviations), settings)
+
+
+def named(deviations: Array) -> dict[str, Array]:
+    """Return deviations[trial, contributor] by name."""
+    return {c.name: deviations[:, i] for i, c in enumerate(CONTRIBUTORS)}
+
+
+def simulated(
+    p: Parameters, settings: Settings, samples: Array | None = None
+) -> Solution:
+    """Integrate machines over the whole run, with their states at the sample times."""
+    # only a machine that is simulated needs the compiler
+    from tolstat.machines.stand.compiled import SYSTEM
+
+    return integrate(
+        SYSTEM,
+        start_of(p, settings),
+        np.stack(p, axis=1),
+        np.tile(marks_of(settings), (len(p.m), 1)),
+        Accuracy(settings.rtol, settings.max_step),
+        watch_from=WINDOW,
+        samples=samples,
+    )
+
+
+def outcome_of(solution: Solution, p: Parameters, settings: Settings) -> Outcome:
+    """Arrange the responses as `describe` lists them."""
+    with np.errstate(invalid="ignore"):
+        responses = responses_of(solution, p, settings)
+    table = np.stack([responses[r.name] for r in RESPONSES], axis=1)
+    shares = np.stack([responses[r.name] for r in RESPONSES if r.range == SHARE])
+    too_much = ((shares < 0) | (shares > 1)).any(axis=0)
+    done = solution.status == Status.DONE
+    return Outcome(table, solution.status, solution.steps, {NO_SHARE: done & too_much})
+
+
+def marks_of(settings: Settings) -> Array:
+    """Return start, end of start-up, start and end of the window, s."""
+    turn = 2 * np.pi / settings.crank_speed
+    window = settings.start_up + settings.settle * turn
+    return np.array([0.0, settings.start_up, window, window + settings.cycles * turn])
+
+
+def start_of(p: Parameters, settings: Settings) -> Array:
+    """Return float64[trial, state]: leftmost position, at rest, (10), (11)."""
+    phi, x, sin_alpha = initial_position(p.l1, p.l2, p.r_1, p.r_2)
+    still = np.zeros_like(phi)
+    with np.errstate(invalid="ignore"):
+        yaw = still if settings.variant == "equalized" else np.arcsin(sin_alpha)
+    start = State(
+        phi31=phi, phi32=phi, x=x, alpha=yaw,
+        phi31_=still, phi32_=still, x_=still, alpha_=still,
+    )  # fmt: skip
+    return np.stack(start, axis=1)
+
+
+def responses_of(
+    solution: Solution, p: Parameters, settings: Settings
+) -> dict[str, Array]:
+    """Turn what the integrator found into the responses, by name, SI."""
+    marks = marks_of(settings)
+
+    def stored(mark: int) -> Array:
+        moment = Moment(np.full(len(p.m), marks[mark]), np.full(len(p.m), float(mark)))
+        return motion(moment, State(*solution.states[:, mark].T), p).stored
+
+    run = Powers(*solution.quadratures[:, END].T)
+    energy = Powers(*(solution.quadratures[:, END] - solution.quadratures[:, WINDOW]).T)
+    greatest, least = Loads(*solution.greatest.T), Loads(*solution.least.T)
+    peak = Loads(*solution.peak.T)
+    lost = sum(energy[1:])
+    residual = energy.drive - (stored(END) - stored(WINDOW)) - lost
+    # a time that is summed step by step may pass the window by some ulps
+    jammed = np.minimum(solution.above[:, 0] / (marks[END] - marks[WINDOW]), 1.0)
+    return {
+        "extra_loss": energy.guide / energy.drive,
+        "extra_loss_run": run.guide / run.drive,
+        **{f"{name}_energy": getattr(energy, name) for name in Powers._fields},
+        "energy_residual": residual / energy.drive,
+        **{name: getattr(peak, load) for name, load in LOADS.items()},
+        "rod_tension_1": np.maximum(greatest.rod_1, 0.0),
+        "rod_tension_2": np.maximum(greatest.rod_2, 0.0),
+        "rod_compression_1": np.maximum(-least.rod_1, 0.0),
+        "rod_compression_2": np.maximum(-least.rod_2, 0.0),
+        "jam_share": jammed,
+    }
