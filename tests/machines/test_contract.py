@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -286,3 +287,15 @@ def test_a_trial_that_answers_nothing_finite_fails_where_no_status_is_given():
     )
     assert outcome.status.tolist() == [1, 4, 4]
     assert np.isnan(outcome.responses[1:]).all()
+
+
+def test_the_functions_that_compile_are_those_listed():
+    """The README's list, and what the lanes teach Numba."""
+    text = (ROOT / "tolstat" / "machines" / "README.md").read_text()
+    listed = re.search(r"and of NumPy (.*?);", text, re.DOTALL)[1]
+    taught = set()
+    for path in (ROOT / "tolstat" / "lanes").glob("*.py"):
+        found = r"^(?:@overload|_teach|_teach_reduction)\(np\.(\w+)"
+        taught |= set(re.findall(found, path.read_text(), re.MULTILINE))
+    assert set(re.findall(r"`(\w+)`", listed)) == taught
+    assert all(hasattr(np, name) for name in taught)

@@ -1,12 +1,9 @@
-"""Kinds of settings: how each is read from a study, checked, and printed back.
-
-A kind reads what a study file holds (`read`), checks what Python hands over in SI
-(`checked`), writes a value as a study would (`words`) and says what it allows.
-"""
+"""Kinds of settings: how each is read from a study, checked, and printed back."""
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -27,27 +24,39 @@ from tolstat.units.grammar import (
 MOST_WHOLE = 2**53  # up to which every whole number is a float too
 
 
+class Kind(ABC):
+    """How a setting is read, checked and written."""
+
+    @property
+    @abstractmethod
+    def allowed(self) -> str:
+        """What may be given."""
+
+    @abstractmethod
+    def checked(self, value: Any) -> Any:
+        """Return what Python gives, SI, if it is allowed; else raise ModelError."""
+
+    def read(self, given: Any) -> Any:
+        """Read what a study file holds."""
+        return self.checked(given)
+
+    def words(self, value: Any) -> str:
+        """Write a value as a study would."""
+        return str(value)
+
+
 @dataclass(frozen=True)
-class Number:
+class Number(Kind):
     """A number, with its unit where it has one.
 
-    Attributes
-    ----------
-    unit : str
-        SI unit; empty or "1" without.
-    above, at_least, at_most : float, optional
-        Bounds, the first excluded.
-    presets : mapping
-        Words that stand for a value, or for None.
-    whole : bool
-        Whether it counts something.
+    Its bounds are excluded (`above`) or included.
     """
 
-    unit: str = ""
+    unit: str = ""  # SI; empty or "1" without
     above: float | None = None
     at_least: float | None = None
     at_most: float | None = None
-    presets: Mapping[str, float | None] = field(default_factory=dict)
+    presets: Mapping[str, float | None] = field(default_factory=dict)  # words for it
     whole: bool = False
 
     @property
@@ -67,7 +76,6 @@ class Number:
         return self.checked(given)
 
     def checked(self, value: Any) -> Any:
-        """Return a number in SI, or what a preset stands for."""
         presets = self.presets
         if isinstance(value, str) and value in presets:
             return presets[value]
@@ -92,7 +100,6 @@ class Number:
         return value
 
     def words(self, value: Any) -> str:
-        """Write it as a study would."""
         for word, stands_for in self.presets.items():
             if value == stands_for:
                 return word
@@ -101,7 +108,6 @@ class Number:
 
     @property
     def allowed(self) -> str:
-        """What may be given."""
         bounds = [
             f"{word} {bound:g}"
             for word, bound in (
@@ -116,7 +122,7 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Quantity(Kind):
     """A number with a unit of any kind: the size of a link."""
 
     allowed = "quantity with its unit"
@@ -130,7 +136,6 @@ class Quantity:
         return self.checked(Measure(float(given), "1"))
 
     def checked(self, value: Any) -> Measure:
-        """Return a number and its SI unit."""
         if isinstance(value, str) or not isinstance(value, Sequence):
             value = ()
         if len(value) not in (2, 3):
@@ -140,87 +145,65 @@ class Quantity:
         return Measure(Number().checked(number), unit, *shown)
 
     def words(self, value: Measure) -> str:
-        """Write it as a study would."""
         return Number(value.unit).words(value.value)
 
 
 @dataclass(frozen=True)
-class Word:
+class Word(Kind):
     """One of a few words."""
 
     choices: tuple[str, ...]
 
     def checked(self, value: Any) -> str:
-        """Return the word, if it is one of them."""
         if value not in self.choices:
             raise ModelError(allowed_names(str(value), self.choices))
         return str(value)
 
-    read = checked
-
-    def words(self, value: Any) -> str:
-        """Write it as a study would."""
-        return str(value)
-
     @property
     def allowed(self) -> str:
-        """What may be given."""
         return ", ".join(self.choices)
 
 
 @dataclass(frozen=True)
-class Boolean:
+class Boolean(Kind):
     """True or false."""
 
     allowed = "true, false"
 
     def checked(self, value: Any) -> bool:
-        """Return the truth value, if it is one."""
         if not isinstance(value, bool):
             raise ModelError("true or false is expected, without quotes")
         return value
 
-    read = checked
-
     def words(self, value: Any) -> str:
-        """Write it as a study would."""
         return str(value).lower()
 
 
 @dataclass(frozen=True)
-class Text:
+class Text(Kind):
     """Any text, such as a formula; the machine says what is wrong with it."""
 
     allowed = "text"
 
     def checked(self, value: Any) -> str:
-        """Return the text, if it is one."""
         if not isinstance(value, str):
             raise ModelError("a text is expected, in quotes")
         return value
 
-    read = checked
-
-    def words(self, value: Any) -> str:
-        """Write it as a study would."""
-        return str(value)
-
 
 @dataclass(frozen=True)
-class Interval:
+class Interval(Kind):
     """A range, "850..1700 rpm"; each of its ends is a number of that kind."""
 
     each: Number
 
     def read(self, given: Any) -> Range:
-        """Read both ends."""
         if not isinstance(given, str):
             example = f"1..2 {self.each.unit if self.each.unit != '1' else ''}".strip()
             raise ModelError(f'a range is expected, such as "{example}"')
         return self.checked(quantity_range(given, self.each.unit))
 
     def checked(self, value: Any) -> Range:
-        """Return two ends in SI, the lower first."""
         ends = tuple(value) if isinstance(value, Sequence) else ()
         if len(ends) != 2:
             raise ModelError("two numbers are expected: lower and upper end")
@@ -230,38 +213,26 @@ class Interval:
         return Range(lower, upper)
 
     def words(self, value: Any) -> str:
-        """Write it as a study would."""
         unit = "" if self.each.unit == "1" else f" {self.each.unit}"
         return f"{value.lower:.10g}..{value.upper:.10g}{unit}"
 
     @property
     def allowed(self) -> str:
-        """What may be given."""
         return f"range of {self.each.allowed}"
 
 
 @dataclass(frozen=True)
-class Numbers:
-    """Several numbers of one kind; a single one stands for a list of one.
-
-    Attributes
-    ----------
-    each : Number
-        What each of them is.
-    least, most : int
-        How many there may be.
-    """
+class Numbers(Kind):
+    """Several numbers of one kind; a single one stands for a list of one."""
 
     each: Number
     least: int = 1
     most: int = 10_000
 
     def read(self, given: Any) -> tuple[Any, ...]:
-        """Read a list of quantities."""
         return self._all(given, self.each.read)
 
     def checked(self, value: Any) -> tuple[Any, ...]:
-        """Return numbers in SI."""
         return self._all(value, self.each.checked)
 
     def _all(self, given: Any, one: Any) -> tuple[Any, ...]:
@@ -285,12 +256,10 @@ class Numbers:
         return f"{self.least} to {self.most} are"
 
     def words(self, value: tuple[Any, ...]) -> str:
-        """Write it as a study would."""
         return "[" + ", ".join(self.each.words(item) for item in value) + "]"
 
     @property
     def allowed(self) -> str:
-        """What may be given."""
         return f"list: {self.each.allowed}"
 
 
@@ -298,30 +267,20 @@ class Column(NamedTuple):
     """One column of a table: what it is, and which kind of setting."""
 
     sentence: str
-    kind: Any
+    kind: Kind
 
 
 @dataclass(frozen=True)
-class Rows:
-    """Rows of several columns: points in time, or by name the links of a chain.
+class Rows(Kind):
+    """Rows of several columns: points in time, or by name the links of a chain."""
 
-    Attributes
-    ----------
-    columns : mapping of str to Column
-        Every row has all of them.
-    named : bool
-        Whether each row has a name: then a table, else a list.
-    """
-
-    columns: Mapping[str, Column]
-    named: bool
+    columns: Mapping[str, Column]  # every row has all of them
+    named: bool  # then a table, else a list
 
     def read(self, given: Any) -> Any:
-        """Read a table of tables, or a list of tables."""
         return self._all(given, "read")
 
     def checked(self, value: Any) -> Any:
-        """Return rows in SI."""
         return self._all(value, "checked")
 
     def _all(self, given: Any, how: str) -> Any:
@@ -358,8 +317,6 @@ class Rows:
         return found
 
     def words(self, value: Any) -> str:
-        """Write it as a study would."""
-
         def one(row: Mapping[str, Any]) -> str:
             cells = {k: c.kind.words(row[k]) for k, c in self.columns.items()}
             if self.named and len(cells) == 1:
@@ -377,12 +334,8 @@ class Rows:
 
     @property
     def allowed(self) -> str:
-        """What may be given."""
         columns = "; ".join(
             f"{key} ({column.kind.allowed}): {column.sentence}"
             for key, column in self.columns.items()
         )
         return f"{'table by name' if self.named else 'list of rows'} with {columns}"
-
-
-Kind = Number | Quantity | Word | Boolean | Text | Interval | Numbers | Rows

@@ -1,4 +1,4 @@
-"""Settings of a machine: declared once, checked against what is declared."""
+"""Settings of a model: declared once, checked against what is declared."""
 
 from __future__ import annotations
 
@@ -26,22 +26,10 @@ from tolstat.units.grammar import Measure, Range
 
 @dataclasses.dataclass(frozen=True)
 class Setting:
-    """What is declared of a setting.
-
-    Attributes
-    ----------
-    name : str
-        As typed.
-    default
-        Its value when the study says nothing, SI.
-    sentence : str
-        What it is.
-    kind : Kind
-        How it is read, checked and written.
-    """
+    """What is declared of a setting."""
 
     name: str
-    default: Any
+    default: Any  # SI, where the study says nothing
     sentence: str
     kind: Kind
 
@@ -59,7 +47,7 @@ def setting(
     count: tuple[int, int] = (1, 10_000),
     columns: Mapping[str, Column] | None = None,
 ) -> Any:
-    """Declare one setting of a machine, as a field of its settings dataclass.
+    """Declare one setting of a model, as a field of its settings dataclass.
 
     Parameters
     ----------
@@ -132,7 +120,7 @@ def column(sentence: str, *, unit: str = "", like: Any = 0.0, **bounds: Any) -> 
 
 
 def settings_of(model: Model) -> dict[str, Setting]:
-    """Return the declared settings of a machine, by name."""
+    """Return the declared settings of a model, by name."""
     found = {}
     if not dataclasses.is_dataclass(model.settings):
         raise ModelError(
@@ -161,20 +149,7 @@ def settings_of(model: Model) -> dict[str, Setting]:
 
 
 def setting_of(model: Model, name: str) -> Setting:
-    """Return one declared setting.
-
-    Parameters
-    ----------
-    model : Model
-        The machine.
-    name : str
-        As typed.
-
-    Raises
-    ------
-    ModelError
-        If the machine has no such setting.
-    """
+    """Return one declared setting, by its name as typed; refuse an unknown one."""
     known = settings_of(model)
     if name not in known:
         raise ModelError(
@@ -184,19 +159,7 @@ def setting_of(model: Model, name: str) -> Setting:
 
 
 def make(model: Model, given: Mapping[str, Any] | None = None) -> Any:
-    """Make the settings object of a machine.
-
-    Parameters
-    ----------
-    model : Model
-        The machine.
-    given : mapping, optional
-        Values by name, SI; the others take their defaults.
-
-    Returns
-    -------
-    object
-        An instance of `model.settings`.
+    """Make an instance of `model.settings` from values by name, SI, or defaults.
 
     Raises
     ------
@@ -216,14 +179,7 @@ def make(model: Model, given: Mapping[str, Any] | None = None) -> Any:
 
 
 def read(model: Model, given: Mapping[str, Any]) -> Any:
-    """Make the settings object of a machine from what a study file holds.
-
-    Parameters
-    ----------
-    model : Model
-        The machine.
-    given : mapping
-        As written, by name; the others take their defaults.
+    """Make an instance of `model.settings` from what a study file holds, by name.
 
     Raises
     ------

@@ -33,17 +33,14 @@ class Dimensions:
     units: Mapping[str, str]
 
     def constant(self, value: float) -> Any:
-        """Return that a number is plain; 0 is nothing in any unit."""
         if value == math.pi:
             return ANGLE  # half a turn
-        return PLAIN if value else NOTHING
+        return PLAIN if value else NOTHING  # 0 is nothing in any unit
 
     def link(self, name: str) -> Any:
-        """Return the dimension of a link."""
         return dimension(self.units[name])
 
     def operation(self, sign: str, left: Any, right: Any) -> Any:
-        """Combine two dimensions."""
         if sign in "+-":
             verb = "added to" if sign == "+" else "taken from"
             return self._alike([right, left], f"cannot be {verb}")
@@ -60,7 +57,6 @@ class Dimensions:
         return _without_angle(left) / _without_angle(right)
 
     def function(self, name: str, arguments: Sequence[Any]) -> Any:
-        """Apply a function."""
         if name in ALIKE:
             found = self._alike(arguments, "does not go with")
             return ANGLE if name == "atan2" else found

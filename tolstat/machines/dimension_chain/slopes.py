@@ -51,19 +51,16 @@ class Slopes:
         object.__setattr__(self, "_values", Values(self.links))
 
     def constant(self, value: float) -> Slope:
-        """Return a number of the formula, whose slopes are zero."""
         some = next(iter(self.links.values()))
         zero = np.zeros((len(self.links), *np.shape(some)))
         return Slope(self._values.constant(value), zero)
 
     def link(self, name: str) -> Slope:
-        """Return a link, whose slope by itself is one."""
         found = self.constant(0.0).by_link
         found[list(self.links).index(name)] = 1.0
         return Slope(self.links[name], found)
 
     def operation(self, sign: str, left: Slope, right: Any) -> Slope:
-        """Combine two of them."""
         other = right if sign == "**" else right.value
         value = self._values.operation(sign, left.value, other)
         with np.errstate(all="ignore"):
@@ -81,7 +78,6 @@ class Slopes:
             return Slope(value, power * left.by_link)
 
     def function(self, name: str, arguments: Sequence[Slope]) -> Slope:
-        """Apply a function."""
         values = [each.value for each in arguments]
         value = self._values.function(name, values)
         with np.errstate(all="ignore"):

@@ -42,15 +42,12 @@ class Values:
     strict: bool = False
 
     def constant(self, value: float) -> Any:
-        """Return a number of the formula."""
         return np.float64(value)
 
     def link(self, name: str) -> Any:
-        """Return a link."""
         return self.links[name]
 
     def operation(self, sign: str, left: Any, right: Any) -> Any:
-        """Combine two numbers."""
         with np.errstate(all="ignore"):
             if sign == "+":
                 return left + right
@@ -64,7 +61,6 @@ class Values:
             return self._known(left**right, "the power has no value")
 
     def function(self, name: str, arguments: Sequence[Any]) -> Any:
-        """Apply a function."""
         with np.errstate(all="ignore"):
             if name in OF_ONE:
                 found = OF_ONE[name](arguments[0])
