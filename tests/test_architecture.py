@@ -27,6 +27,11 @@ PLANTED = [
         "from tolstat.machines.stand import nominal",
         "a machine knows no other machine",
     ),
+    (
+        "machines/ring/near.py",
+        "import tolstat.lanes.rows",
+        "a machine reaches the integrator by its face",
+    ),
     ("model/late.py", "import tolstat.catalogue", "floors import only downward"),
     (
         "execution/drawn.py",

@@ -1,11 +1,11 @@
-"""Kinks of the rates: a step ends where a quantity that they hang on changes its sign.
+"""Kinks of the rates: a step ends where a quantity behind them changes sign.
 
 A force that acts on one side alone has a kink where it begins. A step over the kink is
 of a low order, and a short visit to the other side can pass between two evaluations of
 the rates, unseen. So the quantities that a system names are looked at in the start, the
 middle and the end of every step that the error permits, and at the vertex of the
 parabola through these. Where one has changed sides, the step is tried again, to end at
-the first crossing found on its dense output; then the march goes on with the step it
+the first crossing found on its dense output; then the march continues with the step it
 had. A start that is zero within rounding is on the side to which the step goes: a step
 that ends at a crossing and the one that begins there lie each on one side. The rates
 themselves do not jump there: the last stage of a step is the first of the next.

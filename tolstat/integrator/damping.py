@@ -13,7 +13,7 @@ machine, in closed form. It is a Rosenbrock W-method whose guess of the Jacobian
 entry of its diagonal. With lambda = 0 the step is Dormand and Prince's to the last bit;
 with another, right or a little wrong, it is of order 3, its error estimate of order 2,
 and between the ends of a step the damped coordinate is of order 2: it pays at an rtol
-of 1e-3 to 1e-6. F_7 is the F_1 of the next step, damped anew with its h and lambda.
+of 1e-3 to 1e-6. F_7 is the F_1 of the next step, damped again with its h and lambda.
 
 Where it may fail. In the stiff limit a lambda from 0.87 to 1.4 of the true one is
 stable. One that is smaller, or twice to thrice too great, is unstable as explicit steps

@@ -12,10 +12,10 @@ TARGET = 4  # s, the next mark
 SMALLEST = 5  # s, a trial that needs shorter steps is given up
 COUNT = 6  # of steps tried
 TRIED = 7  # s, the step tried last; kept up where samples are taken
-ACCEPTED = 8  # whether it was accepted: 1 or 0; likewise
+ACCEPTED = 8  # whether it was accepted: 1 or 0; kept up there, too
 ERROR = 9  # its error, 1 at the tolerance; kept up where something happens
 EVENT = 10  # what happened: one of the three below
-AFTER = 11  # s, the step to go on with behind a crossing that is aimed at; else 0
+AFTER = 11  # s, the next step behind a crossing that is aimed at; else 0
 
 MOMENT_ROWS = 2
 CLOCK_ROWS = 12

@@ -43,7 +43,7 @@ from tolstat.lanes.vector import WIDTH
 
 @compiled()
 def _renew_rates(rates, lanes, step):
-    """Evaluate the first stage anew where a phase begins: the rates may jump there."""
+    """Evaluate the first stage again where a phase begins: the rates may jump there."""
     now, clock, damped = rows(step.moment), rows(lanes.clock), step.damping.states
     undamped = step.k.shape[1] - len(damped)
     now[TIME], now[PHASE] = clock[TIME], clock[PHASE]
@@ -114,7 +114,7 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
     rtol, max_step, max_steps = block.accuracy
     clock, now = rows(lanes.clock), rows(step.moment)
     crossing = len(step.crossings) > 0
-    # not a literal: with its type it would be compiled once more
+    # not a literal: with its type it would be compiled a second time
     n_begun, n_busy = sort_out(np.int64(0), lanes, block, solution)
     _renew_rates(rates, lanes, step)
 

@@ -154,7 +154,7 @@ class Step(NamedTuple):
     middle: Array  # [state, lane]
     end: Array  # [state, lane]
     filled_middle: Array  # [row, lane], what `watch` fills there
-    filled_inside: Array  # [row, lane], likewise where a crossing is looked for
+    filled_inside: Array  # [row, lane], the same where a crossing is looked for
     watched_middle: Array  # [watched, lane], of these rows
     watched_inside: Array  # [watched, lane]
     crossings: NDArray[np.int64]  # [crossing], which of the watched quantities

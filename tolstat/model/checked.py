@@ -212,7 +212,7 @@ def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
         If shapes, statuses or numbers are not what the contract asks for.
     """
     rows = deviations.view()
-    rows.flags.writeable = False  # what is stored is what was drawn
+    rows.flags.writeable = False  # the stored deviations stay as they were sampled
     ruled_out = impossible(model, rows, settings)
     if not ruled_out.any():
         return _evaluated(model, rows, settings)
@@ -411,17 +411,15 @@ def _check_view(model: Model, view: object) -> None:
 
 def _check_panels(model: Model, chart: Chart) -> None:
     """Refuse panels and marks of what is not there, and axes of two units."""
-    curves = {each.name: each.unit for each in chart.curves}
-    drawn = curves | {each.name: each.unit for each in chart.bands}
-    drawn |= {each.name: each.unit for each in chart.regions}
-    shown = [(f"panel '{p.title}'", n, drawn) for p in chart.panels for n in p.every]
-    shown += [("a mark", mark.curve, curves) for mark in chart.marks]
-    for what, name, known in shown:
-        if name not in known:
+    units, curves = chart.units, {curve.name for curve in chart.curves}
+    shown = [(f"panel '{p.title}'", n) for p in chart.panels for n in p.every]
+    shown += [("a mark", mark.curve) for mark in chart.marks]
+    for what, name in shown:
+        if name not in (curves if what == "a mark" else units):
             raise _wrong(model, f"{what} shows {name}, which the view does not have")
     for panel in chart.panels:
         for side in (panel.names, panel.right):
-            if len({drawn[name] for name in side}) > 1:
+            if len({units[name] for name in side}) > 1:
                 raise _wrong(
                     model,
                     f"panel '{panel.title}' mixes units on one axis: "

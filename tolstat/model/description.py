@@ -1,4 +1,4 @@
-"""What a machine says of its contributors and responses."""
+"""What a model says of its contributors and responses."""
 
 from __future__ import annotations
 
@@ -7,18 +7,10 @@ from typing import NamedTuple
 
 
 class Gear(NamedTuple):
-    """The wheel whose ISO 1328 class a deviation follows.
+    """The wheel whose ISO 1328 class a deviation follows."""
 
-    Attributes
-    ----------
-    diameter : float
-        Reference diameter, m.
-    error : str
-        "run-out" (amplitude) or "pitch" (position of a tooth).
-    """
-
-    diameter: float
-    error: str
+    diameter: float  # of reference, m
+    error: str  # "run-out" (amplitude) or "pitch" (position of a tooth)
 
 
 @dataclass(frozen=True)
@@ -69,8 +61,8 @@ class Response:
     name, unit, symbol, sentence, source, shown
         As of `Contributor`.
     range : tuple of float, optional
-        What it can never lie beyond, SI, because of what it is: a share lies between 0
-        and 1. An open end is infinite. Intervals of its mean rest on that.
+        Bounds, SI, that it has because of what it is: a share lies between 0 and 1. An
+        open end is infinite. Intervals of its mean rest on them.
     """
 
     name: str
@@ -83,27 +75,18 @@ class Response:
 
 
 class StudyNumber(NamedTuple):
-    """A number of the study: the same for all its machines, and shown beside them.
+    """A number of the study: the same for all its trials, and shown beside them.
 
-    Attributes
-    ----------
-    name, unit, sentence, shown
-        As of `Contributor`.
-    value : float
-        SI; NaN where there is none.
-    of : str
-        The response that it is an answer about: it is shown in the unit of that.
-    caveat : str
-        Why it says less than it seems to, or why there is none; shown with it.
+    Name, unit, sentence and `shown` are those of `Contributor`.
     """
 
     name: str
     unit: str
-    value: float
+    value: float  # SI; NaN where there is none
     sentence: str = ""
     shown: str = ""
-    of: str = ""
-    caveat: str = ""
+    of: str = ""  # the response that it is an answer about, and in whose unit
+    caveat: str = ""  # why it says less than it seems to, or why there is none
 
 
 class Description(NamedTuple):

@@ -12,17 +12,7 @@ def kinds_of_part(
 ) -> dict[str, list[str]]:
     """Sort contributors by the kind of part, else by their name without number.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Contributors that deviate.
-    contributors : iterable of Contributor
-        Of the machine, which says what part each belongs to.
-
-    Returns
-    -------
-    dict of str to list of str
-        Kinds with two contributors or more.
+    `names` are those that deviate; a kind has two of them or more.
     """
     parts = {each.name: each.part for each in contributors}
     found: dict[str, list[str]] = {}

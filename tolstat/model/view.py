@@ -1,4 +1,4 @@
-"""What a machine can show, as data with names and units: a chart, or a table of rows.
+"""What a model can show, as data with names and units: a chart, or a table of rows.
 
 All numbers are SI; what draws or prints them chooses the units.
 """
@@ -21,44 +21,21 @@ if TYPE_CHECKING:
 
 
 class Offer(NamedTuple):
-    """A view that a machine can be asked for.
-
-    Attributes
-    ----------
-    name : str
-        As typed.
-    sentence : str
-        What it shows.
-    machines : int
-        Machines with deviations that it wants besides the nominal one, for bands.
-    """
+    """A view that a model offers, by the name that is typed."""
 
     name: str
-    sentence: str
-    machines: int = 0
+    sentence: str  # what it shows
+    machines: int = 0  # trials that it wants besides the unit that is shown, for bands
 
 
 class Axis(NamedTuple):
-    """What goes along the axis of a chart, or down a column of a table.
-
-    Attributes
-    ----------
-    name, unit : str
-        What, and its SI unit.
-    shown : str
-        Unit in which it is shown; by its size if empty.
-    logarithmic : bool
-        Whether equal distances are equal ratios.
-    least : float
-        From where on such an axis is drawn, SI: what begins below comes in from its
-        end.
-    """
+    """What goes along the axis of a chart, or down a column of a table."""
 
     name: str
-    unit: str
-    shown: str = ""
+    unit: str  # SI
+    shown: str = ""  # unit in which it is shown; by its size if empty
     logarithmic: bool = False
-    least: float = 0.0
+    least: float = 0.0  # SI: from where on a logarithmic axis is drawn
 
 
 class Curve(NamedTuple):
@@ -98,24 +75,14 @@ class Curve(NamedTuple):
 class Band(NamedTuple):
     """What a curve spreads over: between two values at each of the chart's points.
 
-    Attributes
-    ----------
-    name : str
-        Words for the legend.
-    unit : str
-        SI unit.
-    lower, upper : float64[point]
-        SI.
-    of : str
-        The curve that has it, by name, whose colour it takes; beside points it is
-        drawn as bars. Empty where it stands for itself.
+    It takes the colour of its curve; beside points it is drawn as bars.
     """
 
-    name: str
+    name: str  # for the legend
     unit: str
-    lower: Array
+    lower: Array  # [point], SI
     upper: Array
-    of: str = ""
+    of: str = ""  # its curve; empty where it stands for itself
 
 
 def bands_of(name: str, unit: str, values: Array) -> tuple[Band, ...]:
@@ -131,22 +98,12 @@ def bands_of(name: str, unit: str, values: Array) -> tuple[Band, ...]:
 
 
 class Mark(NamedTuple):
-    """A point worth a dot: on the curve of that name.
-
-    Attributes
-    ----------
-    curve : str
-        Whose colour it has.
-    at, value : float
-        Where, SI.
-    words : str
-        For the legend, before the value: "peak".
-    """
+    """A point worth a dot: on the curve of that name, in its colour."""
 
     curve: str
-    at: float
+    at: float  # SI
     value: float
-    words: str = ""
+    words: str = ""  # for the legend, before the value: "peak"
 
 
 def peaks_of(
@@ -176,19 +133,11 @@ def peaks_of(
 
 
 class Region(NamedTuple):
-    """An area: the outline of what is possible, stable, permitted.
+    """An area: the outline of what is possible, stable, permitted."""
 
-    Attributes
-    ----------
-    name, unit : str
-        Words for the legend; SI unit of the values.
-    at, values : float64[corner]
-        Its outline, SI.
-    """
-
-    name: str
-    unit: str
-    at: Array
+    name: str  # for the legend
+    unit: str  # SI, of the values
+    at: Array  # [corner], SI
     values: Array
 
 
@@ -208,30 +157,14 @@ class Level(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """What is drawn in one picture of a chart.
-
-    Attributes
-    ----------
-    title : str
-        What it shows.
-    names : tuple of str
-        Curves, bands and regions of one unit.
-    right : tuple of str
-        Further curves of another unit, against an axis on the right.
-    levels : tuple of Level
-        Values to be marked.
-    logarithmic : bool
-        Whether equal heights are equal ratios.
-    spans : tuple of Span
-        Stretches that are shaded in this picture alone.
-    """
+    """What is drawn in one picture of a chart."""
 
     title: str
-    names: tuple[str, ...]
-    right: tuple[str, ...] = ()
+    names: tuple[str, ...]  # curves, bands and regions of one unit
+    right: tuple[str, ...] = ()  # curves of another unit, against an axis on the right
     levels: tuple[Level, ...] = ()
     logarithmic: bool = False
-    spans: tuple[Span, ...] = ()
+    spans: tuple[Span, ...] = ()  # shaded in this picture alone
 
     @property
     def every(self) -> tuple[str, ...]:
@@ -241,20 +174,10 @@ class Panel(NamedTuple):
 
 @dataclass(frozen=True)
 class Chart:
-    """Curves, bands, marks and regions over one axis.
-
-    Attributes
-    ----------
-    axis : Axis
-        Time, frequency, speed, ...
-    at : float64[point]
-        Where on it the curves have their values, SI.
-    curves, bands, marks, regions, spans, panels : tuple
-        What there is, and how to draw it.
-    """
+    """Curves, bands, marks and regions over one axis."""
 
     axis: Axis
-    at: Array
+    at: Array  # [point], SI: where on the axis the curves have their values
     curves: tuple[Curve, ...] = ()
     bands: tuple[Band, ...] = ()
     marks: tuple[Mark, ...] = ()
@@ -266,13 +189,16 @@ class Chart:
     def pictures(self) -> tuple[Panel, ...]:
         """Its panels; one for each unit where it has none."""
         units: dict[str, list[str]] = {}
-        for curve in self.curves:
-            units.setdefault(curve.unit, []).append(curve.name)
-        for band in self.bands:
-            units.setdefault(band.unit, []).append(band.name)
-        for region in self.regions:
-            units.setdefault(region.unit, []).append(region.name)
+        for name, unit in self.units.items():
+            units.setdefault(unit, []).append(name)
         return self.panels or tuple(Panel("", tuple(names)) for names in units.values())
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of each curve, band and region."""
+        found = {curve.name: curve.unit for curve in self.curves}
+        found |= {band.name: band.unit for band in self.bands}
+        return found | {region.name: region.unit for region in self.regions}
 
     def columns(self) -> Iterator[tuple[Axis, Array]]:
         """Yield the axis, then curves and bands over its points, each with its unit."""
@@ -297,11 +223,7 @@ class Chart:
     def frame(self) -> pd.DataFrame:
         """Return the curves and bands as a DataFrame over the axis, SI.
 
-        Returns
-        -------
-        DataFrame
-            `attrs["units"]` holds the units. Curves with points of their own are not
-            in it.
+        `attrs["units"]` holds the units. Curves with points of their own are not in it.
         """
         import pandas as pd
 
@@ -317,21 +239,11 @@ class Chart:
 
 @dataclass(frozen=True)
 class Listing:
-    """Rows: a catalogue of designs, a table of frequencies.
+    """Rows: a catalogue of designs, a table of frequencies."""
 
-    Attributes
-    ----------
-    heads : tuple of Axis
-        What each column holds.
-    values : tuple of array[row]
-        Column by column: numbers, SI, or words.
-    sentence : str
-        What a row is.
-    """
-
-    heads: tuple[Axis, ...]
-    values: tuple[NDArray[np.generic], ...]
-    sentence: str = ""
+    heads: tuple[Axis, ...]  # what each column holds
+    values: tuple[NDArray[np.generic], ...]  # column by column: numbers, SI, or words
+    sentence: str = ""  # what a row is
 
     def columns(self) -> Iterator[tuple[Axis, NDArray[np.generic]]]:
         """Yield each column with its head."""

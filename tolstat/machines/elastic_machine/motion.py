@@ -48,7 +48,7 @@ class Chain(NamedTuple):
 
     per_J: Array  # 1/(kg m2)
     c: Array  # N m/rad, of the spring before the mass
-    b: Array  # N m s/rad, likewise
+    b: Array  # N m s/rad, of the same spring
 
 
 def acceleration(f: Array, phase: Array, start_up: StartUp) -> Array:

@@ -19,7 +19,7 @@ class Chains(NamedTuple):
 
     J: Array  # [trial, mass]
     c: Array  # [trial, mass], of the spring before it
-    b: Array  # [trial, mass], likewise
+    b: Array  # [trial, mass], of the same spring
     t0: Array  # [trial]
     M: Array  # [trial, step of the load]
     exists: Truths  # [trial]; the rows of others hold the nominal machine

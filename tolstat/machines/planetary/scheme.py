@@ -2,7 +2,7 @@
 
 Wheel 1 meshes with wheel 2 of a satellite, its wheel 3 with wheel 4, which stands
 still; the carrier H is driven. A is an external mesh, I an internal one. With s12 = 1
-for an external mesh of 1 and 2 and -1 for an internal one, s34 likewise of 3 and 4, one
+for an external mesh of 1 and 2 and -1 for an internal one, s34 the same of 3 and 4, one
 formula holds for all three schemes.
 
 Of the source only the end is printed; what it leaves out was derived, and its printing

@@ -59,7 +59,7 @@ class Ring(NamedTuple):
     t: Array
     u_a: Array  # U = u_a a + u_b b at the tool
     u_b: Array
-    v_a: Array  # V likewise
+    v_a: Array  # V = v_a a + v_b b there
     v_b: Array
 
 

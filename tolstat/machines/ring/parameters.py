@@ -32,7 +32,7 @@ class Rings(NamedTuple):
     t_R0: Array  # m
     c_R: Array  # N, radial force at a depth of 1 mm
     x_R: Array  # its exponent
-    c_T: Array  # N, tangential force likewise
+    c_T: Array  # N, tangential force at that depth
     x_T: Array
     m_c: Array  # kg
     c_c: Array  # N s/m

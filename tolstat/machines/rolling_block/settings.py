@@ -41,7 +41,7 @@ class Settings:
     )
     stiffnesses: tuple[float, ...] = setting(
         STIFFNESSES,
-        "C12, C23, C34, C35, C46, C47, C58, C59, likewise",
+        "C12, C23, C34, C35, C46, C47, C58, C59 there, reduced to that shaft",
         unit="N m/rad",
         above=0.0,
         count=(8, 8),
