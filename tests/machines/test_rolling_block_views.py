@@ -173,7 +173,7 @@ def test_pulses_reach_their_peaks():
 
 
 def test_what_cannot_be_shown_is_refused():
-    with pytest.raises(ModelError, match="this drive cannot exist"):
+    with pytest.raises(ModelError, match="cannot be built: cannot exist"):
         tolstat.view("rolling_block", "shapes", {"stiffness_34": -1.2})
 
 

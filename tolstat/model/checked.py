@@ -375,7 +375,17 @@ def offers(model: Model) -> dict[str, Offer]:
 
 
 def shown(model: Model, name: str, deviations: Array, settings: Any) -> View:
-    """Show a view other than the history, and check what it holds; see `Model.view`."""
+    """Show a view other than the history, and check what it holds; see `Model.view`.
+
+    Raises
+    ------
+    ModelError
+        If the first row of `deviations` cannot be built: there is nothing to show.
+    """
+    if status := int(impossible(model, deviations[:1], settings)[0]):
+        word = words_of(model.failures)[status]
+        required = model.failures[word]
+        raise _wrong(model, f"this machine cannot be built: {word} ({required})")
     with _asking(model, f"view {name}"):
         view = model.view(name, deviations, settings)
     _check_view(model, view)

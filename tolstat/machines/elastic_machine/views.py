@@ -9,10 +9,10 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.machines.elastic_machine.modes import Modes, left_by_start_up, modes_of
-from tolstat.machines.elastic_machine.parameters import Chains, build
+from tolstat.machines.elastic_machine.parameters import build
 from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.machines.elastic_machine.start_up import LAWS, Law
-from tolstat.machines.elastic_machine.trials import FAILURES, IMPOSSIBLE, simulated
+from tolstat.machines.elastic_machine.trials import simulated
 from tolstat.model.view import (
     Axis,
     Chart,
@@ -42,14 +42,6 @@ OFFERS = (
 )
 
 
-def existing(deviations: Array, settings: Settings) -> Chains:
-    """Build machines for a view; the first is shown and has to exist."""
-    chains = build(deviations, settings)
-    if not chains.exists[0]:
-        raise ModelError(f"this machine {IMPOSSIBLE}: {FAILURES[IMPOSSIBLE]}")
-    return chains
-
-
 def zeros_of(law: Law, longest: float) -> Array:
     """Return where lambda is zero, up to so many periods in the start-up."""
     if not law.zeros:
@@ -65,7 +57,7 @@ def off_zeros(longest: float) -> Array:
 
 def spectrum(deviations: Array, settings: Settings) -> Chart:
     """Show lambda(rho), rho the periods in the start-up, and the modes on it."""
-    chains, n = existing(deviations, settings), len(settings.inertia)
+    chains, n = build(deviations, settings), len(settings.inertia)
     law, printed = LAWS[settings.start_up_law], LAWS["constant"]
     own = modes_of(*chains[:3]).k[0] * chains.t0[0] / (2.0 * np.pi)
     longest = min(max(RULE[1], 1.1 * own[-1]), LONGEST)
@@ -112,7 +104,7 @@ def residual(deviations: Array, settings: Settings) -> Chart:
     """
     if settings.final_speed == 0:
         raise ModelError("final_speed = 0: there is no start-up to leave a vibration")
-    chains = existing(deviations, settings)
+    chains = build(deviations, settings)
     law, omega0 = LAWS[settings.start_up_law], settings.final_speed
     modes = modes_of(chains.J, chains.c, chains.b)
     T_1 = 2.0 * np.pi / modes.k[0, 0]
@@ -177,7 +169,7 @@ def residual_integrated(
 
 def listed(deviations: Array, settings: Settings) -> Listing:
     """List the modes of a machine."""
-    chains = existing(deviations, settings)
+    chains = build(deviations, settings)
     modes = modes_of(chains.J[0], chains.c[0], chains.b[0])
     law, n = LAWS[settings.start_up_law], len(modes.k)
     periods = modes.k * chains.t0[0] / (2.0 * np.pi)

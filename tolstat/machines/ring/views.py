@@ -14,7 +14,6 @@ from tolstat.machines.ring.flutter import flutter_speed
 from tolstat.machines.ring.linear import growth_rate, ring_eigenvalues, static_depth
 from tolstat.machines.ring.parameters import Rings, build
 from tolstat.machines.ring.settings import Asked
-from tolstat.machines.ring.trials import FAILURES, IMPOSSIBLE
 from tolstat.model.view import (
     Axis,
     Band,
@@ -46,14 +45,9 @@ def own_and_others(
 ) -> tuple[Array, Array]:
     """Return float64[speed, quantity] of the first machine, [machine, ...] of others.
 
-    Raises
-    ------
-    ModelError
-        If the first cannot exist; others that cannot are left out.
+    Others that cannot exist are left out.
     """
     exists = build(deviations, settings).exists
-    if not exists[0]:
-        raise ModelError(f"this ring cannot exist: {FAILURES[IMPOSSIBLE]}")
     own, *others = (
         found(build(np.repeat(row[None], len(speeds), axis=0), settings), speeds)
         for row in deviations[exists]

@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import ModelError
 from tolstat.machines.rolling_block import (
     campbell,
     combinations,
@@ -15,7 +14,7 @@ from tolstat.machines.rolling_block import (
     response_views,
 )
 from tolstat.machines.rolling_block.modes import modes_of, tracked, unit_shapes
-from tolstat.machines.rolling_block.parameters import CANNOT_EXIST, FAILURES, drives
+from tolstat.machines.rolling_block.parameters import drives
 from tolstat.machines.rolling_block.seen import Seen
 from tolstat.machines.rolling_block.settings import Settings
 from tolstat.model.view import (
@@ -88,16 +87,8 @@ SHOWN: dict[str, Callable[[Seen], View]] = {
 
 
 def shown(name: str, deviations: NDArray[np.float64], settings: Settings) -> View:
-    """Show a view of the first drive, bands of the others that can exist.
-
-    Raises
-    ------
-    ModelError
-        If the first drive cannot exist.
-    """
+    """Show a view of the first drive, bands of the others that can exist."""
     drive, exist = drives(deviations, settings)
-    if not exist[0]:
-        raise ModelError(f"this drive {CANNOT_EXIST}: {FAILURES[CANNOT_EXIST]}")
     modes = modes_of(drive.Q, drive.C)
     others = np.flatnonzero(exist[1:]) + 1
     return SHOWN[name](Seen(drive, modes, others, settings))
