@@ -29,8 +29,7 @@ class Own(Model):
 
     name = "own"
     title = "a sum"
-    failures = ("too long",)
-    conditions = {"too long": "x is short"}
+    failures = {"too long": "x is short"}
 
     def describe(self, settings):
         parts = tuple(Contributor(n, "m", n, f"length of {n}") for n in NAMES)
@@ -143,7 +142,7 @@ WORDS = [
     pytest.param(f"{STAND}/history.py", "Panel(", "Panel(*(), ", id="history"),
     pytest.param("tolstat/machines/ring/views.py", "np.", "1.0 * np.", id="view"),
     pytest.param("tolstat/machines/planetary/declarations.py", "axial force left", "axial force", id="sentence of a response"),
-    pytest.param("tolstat/model/checked.py", "says whether it does", "says it", id="error"),
+    pytest.param("tolstat/model/checked.py", "one that integrates has a setting", "needs the setting", id="error"),
     pytest.param("tolstat/lanes/compiled.py", "is damaged (", "is broken (", id="warning"),
     pytest.param("tolstat/lanes/cache.py", "UNUSED_DAYS = 14.0", "UNUSED_DAYS = 15.0", id="what keeps code"),
     pytest.param("tolstat/model/setting_kinds.py", "MOST_WHOLE = ", "MOST_WHOLE = 1 + ", id="what no trial needs"),
@@ -165,7 +164,7 @@ CODE = [
     pytest.param(f"{STAND}/declarations.py", '_C("rod_length_1"', '_C("rod_length_0"', {"stand"}, id="name of a contributor"),
     pytest.param(f"{STAND}/declarations.py", "SHARE = (0.0, 1.0)", "SHARE = (0.0, 2.0)", {"stand"}, id="range"),
     pytest.param(f"{STAND}/settings.py", "1e-", "2e-", {"stand"}, id="default"),
-    pytest.param(f"{STAND}/machine.py", "closer(settings)", "closer(settings, times=10)", {"stand"}, id="tighter settings"),
+    pytest.param("tolstat/model/contract.py", "TIGHTER, LEAST_RTOL = 1000.0", "TIGHTER, LEAST_RTOL = 100.0", set(MODELS), id="tighter settings"),
     pytest.param("tolstat/machines/dimension_chain/formula.py", 'ast.Sub: "-"', 'ast.Sub: "+"', {"dimension_chain"}, id="operator of a formula"),
     pytest.param("tolstat/integrator/tableau.py", "19372", "19373", MOVING | {"integrator/march.py"}, id="constant of the integrator"),
     pytest.param("tolstat/integrator/march.py", "h * factor", "h / factor", MOVING | {"integrator/march.py"}, id="operator of the integrator"),
