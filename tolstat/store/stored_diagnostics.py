@@ -14,7 +14,6 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.store.attributes import texts, write_texts
 
 Array = NDArray[np.float64]
-Sketched = NDArray[np.float32]
 Members = tuple[str, ...]  # contributors, taken together
 
 
@@ -37,27 +36,6 @@ class WorstCase(NamedTuple):
     failed: int
 
 
-class Sketch(NamedTuple):
-    """Curves of one machine, as precise as a small picture needs.
-
-    Attributes
-    ----------
-    axis : str
-        What they run over, with its SI unit.
-    at : float32[point]
-        Where on it.
-    curves : dict of str to float32[point]
-        By name, SI.
-    spans : tuple of (float, float)
-        Stretches of the axis to be shaded.
-    """
-
-    axis: str
-    at: Sketched
-    curves: Mapping[str, Sketched]
-    spans: tuple[tuple[float, float], ...]
-
-
 class Worst(NamedTuple):
     """One of the worst trials of a response.
 
@@ -67,13 +45,10 @@ class Worst(NamedTuple):
         Its number.
     precise : float
         The response, evaluated more precisely, SI; NaN where that failed or cannot be.
-    sketch : Sketch or None
-        How it moved; None for a machine that does not move.
     """
 
     trial: int
     precise: float
-    sketch: Sketch | None = None
 
 
 class Halved(NamedTuple):
@@ -139,9 +114,6 @@ def write_evidence(group: h5py.Group, evidence: Evidence) -> None:
         of = group.create_group(f"worst/{response}")
         of["trial"] = np.array([each.trial for each in worst], np.int64)
         of["precise"] = np.array([each.precise for each in worst], np.float64)
-        for each in worst:
-            if each.sketch:
-                _write_sketch(of, str(each.trial), each.sketch)
     for response, shares in evidence.halved.items():
         _write_halved(group, f"halved/{response}", shares)
 
@@ -155,15 +127,6 @@ def _write_halved(
     write_texts(table, "columns", ["share", "lower", "upper", "effective trials"])
     write_texts(table, "halved", [", ".join(members) for members in shares])
     write_texts(table, "reasons", [each.beyond.reason for each in shares.values()])
-
-
-def _write_sketch(group: h5py.Group, name: str, sketch: Sketch) -> None:
-    rows = np.stack([sketch.at, *sketch.curves.values()]).astype(np.float32)
-    drawn = group.create_dataset(
-        f"curves/{name}", data=rows, compression="gzip", shuffle=True
-    )
-    write_texts(drawn, "rows", [sketch.axis, *sketch.curves])
-    drawn.attrs["spans"] = np.array(sketch.spans, np.float64).reshape(-1, 2)
 
 
 def read_evidence(group: h5py.Group | None) -> Evidence:
@@ -209,18 +172,7 @@ def _case(corner: h5py.Dataset) -> WorstCase:
 
 
 def _worst(group: h5py.Group) -> list[Worst]:
-    curves = group.get("curves", {})
-    sketches = {int(name): _sketch(drawn) for name, drawn in curves.items()}
-    return [
-        Worst(trial, precise, sketches.get(trial))
-        for trial, precise in zip(
-            group["trial"][...].tolist(), group["precise"][...].tolist(), strict=True
-        )
-    ]
-
-
-def _sketch(drawn: h5py.Dataset) -> Sketch:
-    axis, *names = texts(drawn, "rows")
-    at, *values = drawn[...]
-    spans = tuple((low, high) for low, high in drawn.attrs["spans"].tolist())
-    return Sketch(axis, at, dict(zip(names, values, strict=True)), spans)
+    rows = zip(
+        group["trial"][...].tolist(), group["precise"][...].tolist(), strict=True
+    )
+    return [Worst(*row) for row in rows]

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,16 +17,12 @@ from tolstat.execution.diagnostics.trial_selection import margins, worst_trials
 from tolstat.execution.planning import assumed_of
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
-from tolstat.model.checked import history_of
-from tolstat.model.view import Chart
 from tolstat.status import Status
 from tolstat.store.audited import Audited
-from tolstat.store.stored_diagnostics import Evidence, Sketch, Worst, WorstCase
+from tolstat.store.stored_diagnostics import Evidence, Worst, WorstCase
 from tolstat.study.study import Study
 
 Array = NDArray[np.float64]
-
-SKETCHED = 1e-3  # s, between two points of a small picture
 
 
 def gather(
@@ -42,7 +36,7 @@ def gather(
     return Evidence(
         slopes,
         _worst_cases(study, trials, zones, slopes, workers),
-        _worst(study, trials, audited, workers),
+        _worst(study, trials, audited),
         halved_shares(study, trials),
     )
 
@@ -151,19 +145,13 @@ def _steepest(
 
 
 def _worst(
-    study: Study, trials: Trials, audited: Audited | None, workers: Workers
+    study: Study, trials: Trials, audited: Audited | None
 ) -> dict[str, list[Worst]]:
-    """Tell of the worst trials how they moved, and what they are more precisely."""
+    """List the worst trials of each limited response, with the precise values."""
     chosen = {
         name: worst_trials(trials.response(name), trials.status, limit)
         for name, limit in study.limits.items()
     }
-    every = sorted({trial for some in chosen.values() for trial in some})
-    charts: dict[int, Chart] = {}
-    if study.model.moves and every:
-        seen = partial(_chart, study.model, study.settings)
-        rows = list(trials.deviations[every])
-        charts = dict(zip(every, workers.map(seen, rows), strict=True))
     found = {}
     for name, some in chosen.items():
         precise = np.full(len(some), np.nan)
@@ -172,29 +160,5 @@ def _worst(
             precise = audited.responses[name][places]
         known = np.where(np.isnan(precise), trials.response(name)[some], precise)
         order = np.argsort(margins(known, study.limits[name]), kind="stable")
-        found[name] = [
-            Worst(some[i], float(precise[i]), _sketch(charts.get(some[i]), name))
-            for i in order
-        ]
+        found[name] = [Worst(some[i], float(precise[i])) for i in order]
     return found
-
-
-def _chart(model: Any, settings: Any, deviations: Array) -> Chart:
-    chart, _ = history_of(model, deviations, settings, SKETCHED)
-    return chart
-
-
-def _sketch(chart: Chart | None, response: str) -> Sketch | None:
-    """Keep of a history what a small picture shows: the panel of the response."""
-    if chart is None or not chart.pictures:
-        return None
-    pictures = chart.pictures
-    panel = next((p for p in pictures if response in p.names), pictures[0])
-    own = (c for c in chart.curves if c.name in panel.names and c.at is None)
-    curves = {curve.name: curve.values for curve in own}
-    return Sketch(
-        f"{chart.axis.name}, {chart.axis.unit}",
-        chart.at.astype(np.float32),
-        {name: values.astype(np.float32) for name, values in curves.items()},
-        tuple((span.lower, span.upper) for span in chart.spans),
-    )
