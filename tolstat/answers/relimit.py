@@ -23,7 +23,7 @@ from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
 from tolstat.store.fresh_run_advice import own_run
 from tolstat.store.open_run import open as open_run
-from tolstat.store.stored_diagnostics import Evidence, Worst
+from tolstat.store.stored_diagnostics import Diagnostics, Worst
 from tolstat.store.stored_run import Run
 from tolstat.study.limits_section import read_limits
 from tolstat.study.problems import Problems
@@ -61,16 +61,17 @@ def limited(
     """
     run = run if isinstance(run, Run) else open_run(run)
     found = with_limits(run, limits)
-    evidence = replace(
-        run.evidence,
+    diagnostics = replace(
+        run.diagnostics,
         worst={name: _worst(run, name, each) for name, each in found.limits.items()},
-        halved=_halved(found, model) or _still(run.evidence, run.limits, found.limits),
+        halved=_halved(found, model)
+        or _still(run.diagnostics, run.limits, found.limits),
     )
-    return replace(found, evidence=evidence)
+    return replace(found, diagnostics=diagnostics)
 
 
 def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
-    """Return a run with other limits, and the evidence of its own; see `limited`."""
+    """Return a run with other limits, and the diagnostics of its own; see `limited`."""
     problems = Problems(f"{run.path}", "cannot be asked that")
     check_lines("limits", limits, problems)
     read = read_limits(limits, run.responses, problems)
@@ -113,7 +114,7 @@ def _worst(run: Run, name: str, limit: Limit) -> list[Worst]:
     """List the worst trials, as precisely as the file has them."""
     if run.sampled is None:
         return []
-    stored = {each.trial: each for each in run.evidence.worst.get(name, ())}
+    stored = {each.trial: each for each in run.diagnostics.worst.get(name, ())}
     precise = {}
     if audited := run.audited:
         done = audited.status == Status.DONE
@@ -140,11 +141,11 @@ def _halved(run: Run, model: Model | None) -> Any:
 
 
 def _still(
-    evidence: Evidence, before: Mapping[str, Limit], now: Mapping[str, Limit]
+    diagnostics: Diagnostics, before: Mapping[str, Limit], now: Mapping[str, Limit]
 ) -> Any:
     """Return the stored shares of limits that are as they were."""
     return {
         name: shares
-        for name, shares in evidence.halved.items()
+        for name, shares in diagnostics.halved.items()
         if before[name].permitted == now[name].permitted
     }

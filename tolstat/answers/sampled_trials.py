@@ -12,7 +12,7 @@ from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.commands import command
 from tolstat.store.fresh_run_advice import AT_RANDOM, own_run
-from tolstat.store.plan import Sampled
+from tolstat.store.run_records import Sampled
 from tolstat.store.stored_run import Run
 
 Array = NDArray[np.float64]

@@ -21,8 +21,8 @@ from tolstat.store.commands import command, to_resume, to_run_anew
 from tolstat.store.lock import Lock
 from tolstat.store.open_run import existing
 from tolstat.store.open_run import open as open_run
-from tolstat.store.plan import Ending, Plan
 from tolstat.store.provenance import now
+from tolstat.store.run_records import Ending
 from tolstat.store.run_writer import RunWriter
 from tolstat.store.stored_run import Run
 from tolstat.study.sampling import sampler_of
@@ -154,13 +154,14 @@ def _gone_on(
             f"on with: {to_resume(run.path, run.machine)}"
         ) from None
     plan = _plan(run, study, trials, regardless)
-    if wanted is not None and (doubt := cannot_be_built(study, plan.deviations)):
+    if wanted is not None and (doubt := cannot_be_built(study, trials.deviations)):
         tell(Progress(0, 0, study.trials, doubt=doubt))
     rerun = rerun or run.rerun is not None
     whole = trials.status[: run.trials] != Status.NOT_RUN
     ending = None
     if run.complete and wanted is None:
-        ending = Ending(run.trials, run.stopped, run.audited, run.evidence, run.rerun)
+        found = run.stopped, run.audited, run.diagnostics, run.rerun
+        ending = Ending(run.trials, *found)
     nominal = run.nominal_values["status"] != Status.NOT_RUN.word
     nominal &= not run.damage.nominal
     del run  # its columns are in the trials
@@ -188,12 +189,13 @@ def study_of(run: Run, trials: int | None = None, model: Model | None = None) ->
     )
 
 
-def plan_again(run: Run, study: Study, trials: Trials) -> Plan:
+def plan_again(run: Run, study: Study, trials: Trials) -> Run:
     """Plan a run again, of `drawn_again`, in the words of the one that is stored."""
     same = study.trials == run.trials
     return replace(
-        plan_of(study, trials),
-        study_text=run.study.text,
+        plan_of(study, trials, run.path),
+        study=run.study,
+        made=run.made,
         title=run.title,
         machine=run.machine,
         source_digest=run.source_digest,
@@ -203,7 +205,7 @@ def plan_again(run: Run, study: Study, trials: Trials) -> Plan:
     )
 
 
-def _plan(run: Run, study: Study, trials: Trials, regardless: bool) -> Plan:
+def _plan(run: Run, study: Study, trials: Trials, regardless: bool) -> Run:
     """Plan the run again, and refuse what would not be the same run."""
     plan = plan_again(run, study, trials)
     check_same(run, plan)

@@ -112,7 +112,7 @@ def _stored(
         if doubt := cannot_be_built(study, trials.deviations):
             tell(Progress(0, 0, study.trials, doubt=doubt))
         trials.drawn = columns_of(study)
-        plan = plan_of(study, trials)
+        plan = plan_of(study, trials, lock.path)
         with RunWriter.made(lock, plan, force=force) as file:
             carry_out(study, trials, file, workers, tell)
     if file.given_up:

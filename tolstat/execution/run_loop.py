@@ -19,9 +19,9 @@ from tolstat.statistics.intervals.precision import FIRST, next_stage, trials_wan
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.audited import Audited
-from tolstat.store.plan import Ending, Stopped
+from tolstat.store.run_records import Ending, Stopped
 from tolstat.store.run_writer import RunWriter
-from tolstat.store.stored_diagnostics import Evidence
+from tolstat.store.stored_diagnostics import Diagnostics
 from tolstat.study.given_points import Case
 from tolstat.study.study import Study
 
@@ -34,7 +34,7 @@ class Progress(NamedTuple):
     over, failed, asked : int
         Trials that are over, those of them that failed, and all of this stage.
     doing : str
-        "trials", or what follows them: "audit", "evidence".
+        "trials", or what follows them: "audit", "diagnostics".
     wanted : float
         Trials that the stopping rule asks for after its first look, if these are more
         than it may have; infinite where it cannot tell yet, else 0.
@@ -193,8 +193,8 @@ def _ending(
     try:
         tell(Progress(trials.over, trials.failed, trials.over, "audit"))
         audited = audit(study, trials, workers)
-        tell(Progress(trials.over, trials.failed, trials.over, "evidence"))
-        evidence = gather(study, trials, audited, workers)
+        tell(Progress(trials.over, trials.failed, trials.over, "diagnostics"))
+        diagnostics = gather(study, trials, audited, workers)
     except ModelError as error:  # the trials are worth more than what follows them
-        evidence = Evidence(missing=str(error))
-    return Ending(trials.over, stopped, audited, evidence)
+        diagnostics = Diagnostics(missing=str(error))
+    return Ending(trials.over, stopped, audited, diagnostics)

@@ -105,17 +105,21 @@ def verify(
             f"{path}: checksums of all that is stored: {run.damage.words or 'all fit'};"
             f" its trials cannot be drawn and evaluated again: {error}"
         ) from error
-    plan = plan_again(run, study, drawn_again(run, study))
+    trials = drawn_again(run, study)
+    plan = plan_again(run, study, trials)
     ran = np.flatnonzero(run.status != Status.NOT_RUN)
     chosen = np.intersect1d(ran, random_trials(study.seed or 0, run.trials))
     otherwise = trials_drawn_otherwise(run, plan)
     # another machine's answers say nothing of what is stored
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
-    chosen = chosen[is_drawn(plan.deviations[chosen])]
+    chosen = chosen[is_drawn(trials.deviations[chosen])]
     with Workers(workers) as crew:
         found = None
         if len(chosen):
-            cases, machines = cases_among(study.cases, chosen), plan.deviations[chosen]
+            cases, machines = (
+                cases_among(study.cases, chosen),
+                trials.deviations[chosen],
+            )
             found = crew.simulate_cases(study.model, cases, machines)
         alone = np.zeros((1, len(run.contributors)))
         nominal = crew.simulate(study.model, alone, study.settings)

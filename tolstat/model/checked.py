@@ -24,8 +24,8 @@ Array = NDArray[np.float64]
 
 # what a run file and a frame call by these names
 RESERVED = (
-    "trial", "status", "steps", "nominal", "reference", "audit", "evidence", "settings",
-    "numbers",
+    "trial", "status", "steps", "nominal", "reference", "audit", "rerun", "settings",
+    "numbers", "diagnostics", "checks", "provenance",
 )  # fmt: skip
 MOST_FAILURES = 256 - FIRST_OWN
 

@@ -52,12 +52,12 @@ class Study:
 
     path: Path | None  # its file; None if it was given in Python
     text: str  # the file as it was written, or would be
+    document: Document  # its keys, links among the settings and the deviations
     title: str  # in the user's words
     model: Model  # the machine
     settings: Any  # instance of `model.settings`, SI
     # contributors and responses of the model at these settings
     description: Description
-    typed: dict[str, str]  # the settings that are given, as they are written
     trials: int  # how many machines are built, at most
     until: Until | None  # when there are enough of them
     seed: int | None  # from which random numbers; None where nothing is drawn
@@ -72,6 +72,12 @@ class Study:
     # the response whose limit it is about, where few machines are to be beyond it;
     # empty for any other study
     rare: str = ""
+
+    @property
+    def typed(self) -> dict[str, str]:
+        """The settings that are given, as they are written."""
+        given = self.document.settings
+        return {name: model_settings.as_typed(each) for name, each in given.items()}
 
     @property
     def cases(self) -> tuple[Case, ...]:
@@ -231,11 +237,11 @@ def load(
     return Study(
         path,
         text,
+        document,
         document.title or (path.stem if path else machine.name),
         machine,
         settings,
         description,
-        {n: model_settings.as_typed(v) for n, v in document.settings.items()},
         trials,
         until,
         document.seed if seed is None else seed,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from tolstat.store.layout import DISTANCE
-from tolstat.store.plan import SCORES, Assumed
+from tolstat.store.run_records import SCORES, Assumed
 from tolstat.store.stored_run import Run
 
 MOST_POINTS = 10  # machines beyond that are named

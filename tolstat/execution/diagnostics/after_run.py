@@ -19,7 +19,7 @@ from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
 from tolstat.status import Status
 from tolstat.store.audited import Audited
-from tolstat.store.stored_diagnostics import Evidence, Worst, WorstCase
+from tolstat.store.stored_diagnostics import Diagnostics, Worst, WorstCase
 from tolstat.study.study import Study
 
 Array = NDArray[np.float64]
@@ -27,13 +27,13 @@ Array = NDArray[np.float64]
 
 def gather(
     study: Study, trials: Trials, audited: Audited | None, workers: Workers
-) -> Evidence:
+) -> Diagnostics:
     """Evaluate what a report wants beyond the trials; nothing where none were drawn."""
     if study.sampler is None:
-        return Evidence(missing="no deviations were drawn")
+        return Diagnostics(missing="no deviations were drawn")
     zones = _zones(study)
     slopes = _slopes(study, zones, workers)
-    return Evidence(
+    return Diagnostics(
         slopes,
         _worst_cases(study, trials, zones, slopes, workers),
         _worst(study, trials, audited),
