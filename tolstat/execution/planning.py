@@ -45,7 +45,6 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
     """Return the run of a study before any of its trials has run."""
     model, points, asked = study.model, study.points, study.document
     typed_trials = asked.trials if isinstance(asked.trials, int) else None
-    title_block = asked.document.model_dump()
     assumed = assumed_of(study.deviating)
     independent = study.deviating.dependence == Dependence()
     if study.rare:  # how unlikely each part of a machine is that was sought
@@ -59,7 +58,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         sampling=study.sampling,
         machine=catalogue.place_of(model),
         source_digest=model.source_digest,
-        document={k: v.strip() for k, v in title_block.items() if v.strip()},
+        document={k: v.strip() for k, v in asked.document.items() if v.strip()},
         sampled=_sampled(study),
         rare=study.rare,
         rules=study.until.rules if study.until else (),

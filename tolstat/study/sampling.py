@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from typing import Any
 
 from tolstat.deviations import samplers
@@ -51,8 +52,8 @@ def read_sampling(document: Document, problems: Problems) -> tuple[Document, str
             raise StudyError(
                 f'a response with a limit is expected, such as {{ rare = "{example}" }}'
             )
-        return document.model_copy(update={"sampling": RARE}), name
-    return document.model_copy(update={"sampling": "random"}), ""
+        return replace(document, sampling=RARE), name
+    return replace(document, sampling="random"), ""
 
 
 def rare_response(name: str, limited: Collection[str], known: list[str]) -> str:
