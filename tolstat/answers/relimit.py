@@ -76,10 +76,10 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     check_lines("limits", limits, problems)
     read = read_limits(limits, run.responses, problems)
     problems.raise_if_any()
-    if run.rare:
+    if run.aim:
         raise PictureError(
             f"{run.path}: the trials of a rare run were drawn for the limit that its "
-            f"study has of {run.rare}; {_sought_anew(run, limits, list(read))}"
+            f"study has of {run.aim}; {_sought_anew(run, limits, list(read))}"
         )
     before = run.limits
     for name, given in limits.items():
@@ -102,7 +102,7 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
 
 def _sought_anew(run: Run, limits: Mapping[str, Any], names: list[str]) -> str:
     """Say which run tells of other limits what a rare one does; of one, if several."""
-    name = run.rare if run.rare in names or not names else names[0]
+    name = run.aim if run.aim in names or not names else names[0]
     lines = lines_of_limits(limits, run)
     change = f"write there {in_section('limits', lines, run)}"
     if len(run.limits | dict.fromkeys(names)) > 1:
@@ -133,10 +133,9 @@ def _halved(run: Run, model: Model | None) -> Any:
     with suppress(TolstatError):  # no machine at hand: the page says what is missing
         study = replace(study_of(run, model=model), limits=run.limits)
         columns = [run.column(each.name) for each in run.contributors]
-        whole = np.ones(run.trials, np.bool_)
-        return halved_shares(
-            study, Trials.of_run(run, np.stack(columns, axis=1), whole)
-        )
+        trials = Trials.planned(study.description, np.stack(columns, axis=1))
+        trials.take_stored(run, np.ones(run.trials, np.bool_))
+        return halved_shares(study, trials)
     return {}
 
 

@@ -11,12 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import RunFileError
-from tolstat.execution.rare_loop import NOT_YET
 from tolstat.status import Status
 from tolstat.store.codec import fields_of
 from tolstat.store.commands import to_run_anew
 from tolstat.store.damage import ranges_of
-from tolstat.store.layout import STAGE
 from tolstat.store.provenance import provenance
 from tolstat.store.stored_run import Run
 
@@ -87,7 +85,7 @@ def deciding(run: Run) -> dict[str, Any]:
 
 def why_drawn_otherwise(run: Run) -> str:
     """Say why a study may draw other machines than those of its run."""
-    if not run.rare:
+    if not run.aim:
         return "its data, or the number of its trials, are others"
     was, here = run.provenance["version_tolstat"], provenance()["version_tolstat"]
     if was != here:
@@ -104,14 +102,14 @@ def why_drawn_otherwise(run: Run) -> str:
 def trials_drawn_otherwise(run: Run, again: Run) -> NDArray[np.int64]:
     """Return the trials of a run whose deviations are not those drawn again.
 
-    What of a rare run was not drawn yet, or cannot be drawn again because answers are
-    missing, is not among them.
+    Those of stages that were not drawn yet, or cannot be drawn again because answers
+    are missing, are not among them.
     """
     other, known = np.zeros(run.trials, bool), np.ones(run.trials, bool)
-    for each in run.contributors if run.rare else ():
+    for each in again.contributors:
         known &= ~np.isnan(again.column(each.name)[: run.trials])
-    if run.rare:
-        known &= (run.status != Status.NOT_RUN) | (run.column(STAGE) != NOT_YET)
+        missing = np.isnan(run.column(each.name))
+        known &= (run.status != Status.NOT_RUN) | ~missing
     for name in again.known:
         drawn, stored = again.column(name)[: run.trials], run.column(name)
         if drawn.dtype.kind == "f":  # bit for bit

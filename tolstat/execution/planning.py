@@ -27,6 +27,7 @@ from tolstat.store.run_records import (
     SCORES,
     Assumed,
     Chosen,
+    DrawDetail,
     Reference,
     Sampled,
     StudyText,
@@ -45,9 +46,10 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
     """Return the run of a study before any of its trials has run."""
     model, points, asked = study.model, study.points, study.document
     typed_trials = asked.trials if isinstance(asked.trials, int) else None
+    columns = study.sampler.columns if study.sampler else {}
     assumed = assumed_of(study.deviating)
     independent = study.deviating.dependence == Dependence()
-    if study.rare:  # how unlikely each part of a machine is that was sought
+    if study.aim:  # how unlikely each part of a machine is that was sought
         assumed = {n: _with_scores(a, study.deviating, n) for n, a in assumed.items()}
     return Run(
         path=path,
@@ -60,11 +62,11 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         source_digest=model.source_digest,
         document={k: v.strip() for k, v in asked.document.items() if v.strip()},
         sampled=_sampled(study),
-        rare=study.rare,
         rules=study.until.rules if study.until else (),
         contributors=_shown(study.description.contributors, study.shown),
         responses=_shown(study.description.responses, study.shown),
         swept=_swept(study),
+        details=tuple(DrawDetail(n, "1", each) for n, each in columns.items()),
         settings={
             name: Chosen(
                 study.typed.get(name, each.kind.words(getattr(study.settings, name))),
@@ -121,7 +123,7 @@ def cannot_be_built(study: Study, deviations: NDArray[np.float64]) -> str:
 
     Empty where all can; refused where none can.
     """
-    if study.rare:  # its machines are sought, and those that cannot be among them
+    if study.aim:  # its machines are sought, and those that cannot be among them
         return ""
     model = study.model
     status = np.concatenate(
@@ -151,9 +153,16 @@ def _sampled(study: Study) -> Sampled | None:
     if study.sampler is None:
         return None
     assert study.seed is not None  # checked when the study was loaded
-    group = study.sampler.group(len(study.factors))
-    promise, replicates = study.sampler.promise, study.sampler.replicates
-    return Sampled(study.seed, promise, replicates, group, study.factors)
+    sampler, factors = study.sampler, study.factors
+    return Sampled(
+        study.seed,
+        sampler.promise,
+        sampler.replicates,
+        sampler.group(len(factors)),
+        factors,
+        sampler.sample,
+        study.aim,
+    )
 
 
 def _swept(study: Study) -> tuple[Swept, ...]:

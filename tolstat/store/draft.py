@@ -16,7 +16,6 @@ from tolstat.store.layout import (
     CHECKSUM,
     CLOCK,
     DIAGNOSTICS,
-    DRAWN,
     NOMINAL,
     SEAL,
     STATUS,
@@ -76,7 +75,7 @@ def _lay_out(file: h5py.File, run: Run) -> None:
     of_nominal = [*(each.name for each in run.responses), STATUS, STEPS]
     for name, values in run.columns.items():
         dtype = encoded(values).dtype
-        column = allocate(file, name, (trials,), dtype, DRAWN.get(name, ""))
+        column = allocate(file, name, (trials,), dtype)
         column.dims[0].attach_scale(index)
         if name in of_nominal:
             allocate(nominal, name, (), dtype)

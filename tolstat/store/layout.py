@@ -2,7 +2,7 @@
 
 At the root one dataset for each contributor, response and swept setting, for status
 and, where something is integrated, for steps, with unit and sentence as attributes and
-`trial` as dimension scale; of a rare run also how each trial was drawn. All these are
+`trial` as dimension scale; its sampler may add how each was drawn. All these are
 contiguous and allocated when the file is made: while trials run only the bytes of rows
 change, and a kill cannot tear the file. The nominal machine, which is no trial, lies in
 the group `nominal`. The group `checks` holds a checksum of each trial, written before
@@ -29,16 +29,6 @@ CHECKS = "checks"  # a group
 CHECKSUM, ALONE = f"{CHECKS}/trial", f"{CHECKS}/nominal"  # of a trial, of the nominal
 CLOCK = f"{CHECKS}/clock"
 SEAL = f"{CHECKS}/seal"
-# how the trials of a rare run were drawn; no response can be called so
-STAGE, SPREAD, DISTANCE, WEIGHT = (
-    "rare-stage", "rare-spread", "rare-distance", "rare-weight",
-)  # fmt: skip
-DRAWN = {
-    STAGE: "stage that the trial belongs to; -1 before it is drawn",
-    SPREAD: "times the spread of the study that the stage aimed at",
-    DISTANCE: "distance from the middle machine, in normal scores",
-    WEIGHT: "density in the study over that in the stage; NaN where only sought",
-}
 
 
 def allocate(

@@ -83,8 +83,16 @@ class Swept(NamedTuple):
     shown: str
 
 
+class DrawDetail(NamedTuple):
+    """A column that says how each trial was drawn; fields as of `Contributor`."""
+
+    name: str
+    unit: str
+    sentence: str
+
+
 class Sampled(NamedTuple):
-    """How the machines were drawn.
+    """How the machines were drawn: what their sampler says of it.
 
     Attributes
     ----------
@@ -98,6 +106,10 @@ class Sampled(NamedTuple):
         Trials that belong together.
     factors : tuple of str
         What varies independently, in the order in which it is drawn.
+    sample : bool
+        Whether the trials are a sample of production.
+    aim : str
+        The response whose limit was sought; empty where none was.
     """
 
     seed: int
@@ -105,6 +117,8 @@ class Sampled(NamedTuple):
     replicates: int
     group: int
     factors: tuple[str, ...]
+    sample: bool
+    aim: str
 
 
 class Reference(NamedTuple):

@@ -18,11 +18,12 @@ from tolstat.status import Status, status_words
 from tolstat.store.audited import Audited
 from tolstat.store.codec import ELSEWHERE, Stored
 from tolstat.store.damage import Damage
-from tolstat.store.layout import DRAWN, STATUS, STEPS
+from tolstat.store.layout import STATUS, STEPS
 from tolstat.store.provenance import DECISIVE, provenance
 from tolstat.store.run_records import (
     Assumed,
     Chosen,
+    DrawDetail,
     Reference,
     Sampled,
     Stopped,
@@ -60,14 +61,14 @@ class Run:
         The title block of the study: "project", "drawing", and so on.
     sampled : Sampled or None
         How the machines are drawn; None where they are chosen.
-    rare : str
-        The response whose limit a rare run is about; empty for any other run.
     rules : tuple of str
         The stopping rule, as it is written; empty without one.
     contributors, responses : tuple
         The columns, in order, with units and sentences.
     swept : tuple of Swept
         Settings that a grid changes.
+    details : tuple of DrawDetail
+        What the sampler says of how each trial was drawn.
     settings : dict of str to Chosen
         Of the machine, all of them, as they are written.
     limits : dict of str to Limit
@@ -120,7 +121,6 @@ class Run:
     source_digest: str
     document: Annotated[dict[str, str], Stored("title-block")]
     sampled: Sampled | None
-    rare: str
     rules: tuple[str, ...]
     contributors: Annotated[
         tuple[Contributor, ...], Stored(columns=True, decides=("column", "unit"))
@@ -129,6 +129,7 @@ class Run:
         tuple[Response, ...], Stored(columns=True, decides=("column", "unit"))
     ]
     swept: Annotated[tuple[Swept, ...], Stored(columns=True)]
+    details: Annotated[tuple[DrawDetail, ...], Stored(columns=True)]
     settings: Annotated[dict[str, Chosen], Stored(decides=("setting", "words"))]
     limits: Annotated[
         dict[str, Limit], Stored("limit", columns=True, decides=("limit", "words"))
@@ -154,6 +155,11 @@ class Run:
     times: Annotated[dict[str, Any], ELSEWHERE]
     damage: Annotated[Damage, ELSEWHERE]
     columns: Annotated[Mapping[str, NDArray[Any]], ELSEWHERE]
+
+    @property
+    def aim(self) -> str:
+        """The response whose limit was sought; empty where none was."""
+        return self.sampled.aim if self.sampled else ""
 
     @property
     def trials(self) -> int:
@@ -247,16 +253,16 @@ class Run:
     def column(self, name: str) -> NDArray[Any]:
         """Return a swept setting, contributor or response of all trials, SI.
 
-        Of a rare run also how they were drawn: "rare-stage", "rare-weight".
+        Also what its sampler says of how each was drawn: `details`.
         """
         return self.columns[name]
 
     @property
     def known(self) -> list[str]:
         """The columns that are known before a trial runs."""
-        described: list[Swept | Contributor] = [*self.swept, *self.contributors]
-        drawn = [name for name in DRAWN if name in self.columns]
-        return [*(each.name for each in described), *drawn]
+        described: list[Swept | Contributor | DrawDetail]
+        described = [*self.swept, *self.contributors, *self.details]
+        return [each.name for each in described]
 
     def beyond(self, response: str) -> NDArray[np.bool_]:
         """Return which trials ended beyond a limit, failed ones among them."""
@@ -319,7 +325,7 @@ class Run:
         """
         import pandas as pd
 
-        named = [*self.units, *(name for name in DRAWN if name in self.columns)]
+        named = [*self.units, *(each.name for each in self.details)]
         columns: dict[str, Any] = {name: self.columns[name] for name in named}
         columns[STATUS] = status_words(self.status, self.words)
         if self.steps is not None:
@@ -331,7 +337,7 @@ class Run:
 
     def __repr__(self) -> str:
         """Say in a line what it is."""
-        became = "sought in stages" if self.rare else f"{self.failed} failed"
+        became = "sought in stages" if self.aim else f"{self.failed} failed"
         return (
             f"<tolstat run {str(self.path)!r}: {self.title!r}, {self.ended} of "
             f"{self.trials} trials of {self.model}, {became}>"

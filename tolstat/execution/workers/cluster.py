@@ -12,12 +12,9 @@ from functools import partial
 from typing import Any
 
 from tolstat.errors import BrokenError, LostError, StudyError, TolstatError
-from tolstat.execution.workers.remote_blocks import (
-    Otherwise,
-    Parcel,
-    carried_out,
-    packed,
-)
+from tolstat.execution.workers.remote_blocks import Mismatch
+
+Call = Callable[[], Any]
 
 CONNECT = 10.0  # s, for a scheduler to answer
 PATIENCE = 60.0  # s, without any worker that can be used
@@ -64,7 +61,7 @@ class Cluster(Executor):
         self.address = address
         self._refused: set[str] = set()
         self._there: dict[str, int] = {}  # threads of each worker
-        self._sent: dict[Future[Any], tuple[Parcel, Any, list[str]]] = {}
+        self._sent: dict[Future[Any], tuple[Call, Any, list[str]]] = {}
         self._lock, self._closed = threading.RLock(), threading.Event()
         self._look()
         threading.Thread(target=self._watch, daemon=True).start()
@@ -79,24 +76,24 @@ class Cluster(Executor):
     def submit(
         self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any
     ) -> Future[Any]:
-        """Let a worker call a function of tolstat."""
+        """Let a worker call a function."""
         ours: Future[Any] = Future()
         ours.set_running_or_notify_cancel()  # it may run from now on
-        self._send(ours, packed(partial(fn, *args, **kwargs)))
+        self._send(ours, partial(fn, *args, **kwargs))
         return ours
 
-    def _send(self, ours: Future[Any], parcel: Parcel) -> None:
+    def _send(self, ours: Future[Any], call: Call) -> None:
         with self._lock:
             usable = [a for a in self._there if a not in self._refused]
             where = usable if self._refused else []
             try:
                 theirs = self._client.submit(
-                    _on_worker, tuple(parcel), pure=False, workers=where or None
+                    _on_worker, call, pure=False, workers=where or None
                 )
             except Exception as error:  # whatever Dask raises where it is closed
                 ours.set_exception(self._lost(f"{type(error).__name__}: {error}"))
                 return
-            self._sent[ours] = parcel, theirs, where
+            self._sent[ours] = call, theirs, where
         theirs.add_done_callback(partial(self._deliver, ours))
 
     def _deliver(self, ours: Future[Any], theirs: Any) -> None:
@@ -104,7 +101,7 @@ class Cluster(Executor):
         with self._lock:
             if ours not in self._sent or self._sent[ours][1] is not theirs:
                 return  # sent again meanwhile
-            parcel, *_ = self._sent.pop(ours)
+            call, *_ = self._sent.pop(ours)
         try:
             found = theirs.result()
         except TolstatError as error:
@@ -112,13 +109,13 @@ class Cluster(Executor):
         except BaseException as error:
             ours.set_exception(self._lost(f"{type(error).__name__}: {error}"))
         else:
-            if isinstance(found, Otherwise):
+            if isinstance(found, Mismatch):
                 self._refuse(found)
-                self._send_again(ours, parcel)
+                self._send_again(ours, call)
             else:
                 ours.set_result(found)
 
-    def _refuse(self, found: Otherwise) -> None:
+    def _refuse(self, found: Mismatch) -> None:
         """Name a worker that is not used."""
         with self._lock:
             if found.who in self._refused:
@@ -130,12 +127,12 @@ class Cluster(Executor):
             stacklevel=2,
         )
 
-    def _send_again(self, ours: Future[Any], parcel: Parcel) -> None:
+    def _send_again(self, ours: Future[Any], call: Call) -> None:
         self._look()
         if all(each in self._refused for each in self._there):
             ours.set_exception(self._lost("none of its workers can be used"))
         else:
-            self._send(ours, parcel)
+            self._send(ours, call)
 
     def _look(self) -> bool:
         """Look who is there; tell whether one of them can be used."""
@@ -155,12 +152,12 @@ class Cluster(Executor):
                 since = time.monotonic()
                 with self._lock:
                     stuck = [
-                        (ours, parcel)
-                        for ours, (parcel, _, where) in self._sent.items()
+                        (ours, call)
+                        for ours, (call, _, where) in self._sent.items()
                         if where and not self._there.keys() & set(where)
                     ]
-                    for ours, parcel in stuck:
-                        self._send(ours, parcel)
+                    for ours, call in stuck:
+                        self._send(ours, call)
             elif time.monotonic() - since > PATIENCE:
                 with self._lock:
                     lost, self._sent = self._sent, {}
@@ -182,11 +179,11 @@ class Cluster(Executor):
         self._client.close(timeout=CONNECT)
 
 
-def _on_worker(parcel: tuple[Any, ...]) -> Any:
-    """Carry out a parcel on a worker of a cluster."""
+def _on_worker(call: Call) -> Any:
+    """Call a function on a worker of a cluster; a mismatch bears its address."""
     from distributed import get_worker
 
-    found = carried_out(Parcel(*parcel))
-    if isinstance(found, Otherwise):
+    found = call()
+    if isinstance(found, Mismatch):
         return found._replace(who=get_worker().address)
     return found
