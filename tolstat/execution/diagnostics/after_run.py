@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.deviations.spread import spread_of
 from tolstat.execution.diagnostics.halved_tolerances import halved_shares
 from tolstat.execution.diagnostics.slopes_and_corners import (
     Target,
@@ -14,7 +15,6 @@ from tolstat.execution.diagnostics.slopes_and_corners import (
     worst_corners,
 )
 from tolstat.execution.diagnostics.trial_selection import margins, worst_trials
-from tolstat.execution.planning import assumed_of
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
 from tolstat.status import Status
@@ -31,66 +31,57 @@ def gather(
     """Evaluate what a report wants beyond the trials; nothing where none were drawn."""
     if study.sampler is None:
         return Diagnostics(missing="no deviations were drawn")
-    zones = _zones(study)
-    slopes = _slopes(study, zones, workers)
+    lower, upper = _zones(study)
+    usual = (upper - lower) / 6  # of a normal part at Cp = 1
+    table = slopes(study.model, study.settings, usual, workers)
     return Diagnostics(
-        slopes,
-        _worst_cases(study, trials, zones, slopes, workers),
+        _by_name(study, table, usual > 0),
+        _worst_cases(study, trials, lower, upper, table, workers),
         _worst(study, trials, audited),
         halved_shares(study, trials),
     )
 
 
-def _zones(study: Study) -> dict[str, tuple[float, float]]:
-    """Return the tolerance of each contributor that deviates, SI."""
-    assumed = assumed_of(study.deviating)
-    return {
-        each.name: assumed[each.name].tolerance
-        for each in study.description.contributors
-        if each.name in assumed
-    }
+def _zones(study: Study) -> tuple[Array, Array]:
+    """Return both ends of the tolerance of each contributor, SI; zero without any."""
+    spreads = {n: spread_of(d) for n, d in study.deviating.distributions.items()}
+    ends = np.zeros((2, len(study.description.contributors)))
+    for column, each in enumerate(study.description.contributors):
+        if spread := spreads.get(each.name):
+            ends[:, column] = spread.lower, spread.upper
+    return ends[0], ends[1]
 
 
-def _slopes(
-    study: Study, zones: Mapping[str, tuple[float, float]], workers: Workers
+def _by_name(
+    study: Study, table: Array, varying: NDArray[np.bool_]
 ) -> dict[str, dict[str, float]]:
-    """Differentiate every response at the nominal machine."""
-    contributors, responses = study.description
-    ends = [zones.get(each.name, (0.0, 0.0)) for each in contributors]
-    # of a normal part at Cp = 1: how far is usual
-    usual = np.array([(upper - lower) / 6 for lower, upper in ends])
-    if not np.any(usual > 0):
+    """Return slopes by response and contributor, of those that vary."""
+    if not varying.any():
         return {}
-    table = slopes(study.model, study.settings, usual, workers)
+    names = [each.name for each in study.description.contributors]
     return {
-        response.name: {
-            contributor.name: float(table[row, column])
-            for row, contributor in enumerate(contributors)
-            if usual[row] > 0
-        }
-        for column, response in enumerate(responses)
+        response.name: {names[i]: float(slope[i]) for i in np.flatnonzero(varying)}
+        for response, slope in zip(study.description.responses, table.T, strict=True)
     }
 
 
 def _worst_cases(
     study: Study,
     trials: Trials,
-    zones: Mapping[str, tuple[float, float]],
-    slopes: Mapping[str, Mapping[str, float]],
+    lower: Array,
+    upper: Array,
+    slopes: Array,
     workers: Workers,
 ) -> dict[str, dict[str, WorstCase]]:
-    """Search the worst machines within the tolerances, for each end of each limit."""
-    names = [contributor.name for contributor in study.description.contributors]
-    responses = [response.name for response in study.description.responses]
-    ends = np.array([zones.get(name, (0.0, 0.0)) for name in names])
-    lower, upper = ends.reshape(-1, 2).T
+    """Search the worst trials within the tolerances, for each end of each limit."""
+    names = [each.name for each in study.description.contributors]
+    responses = [each.name for each in study.description.responses]
     batches = study.deviating.dependence.batches
-    factors: dict[str, list[int]] = {}
-    for column, name in enumerate(names):
-        if lower[column] < upper[column]:
-            batch = batches.get(name)
-            alike = batch.name if batch and batch.share == 1 else name
-            factors.setdefault(alike, []).append(column)
+    factors: dict[str, list[int]] = {}  # columns that change together
+    for column in np.flatnonzero(lower < upper).tolist():
+        batch = batches.get(names[column])
+        alike = batch.name if batch and batch.share == 1 else names[column]
+        factors.setdefault(alike, []).append(column)
     asked = [
         (name, sign)
         for name, limit in study.limits.items()
@@ -99,18 +90,15 @@ def _worst_cases(
     ]
     if not factors or not asked:
         return {}
-    targets = []
+    groups, targets = list(factors.values()), []
     for name, sign in asked:
-        slope = np.array([slopes[name].get(each, 0.0) for each in names])
-        steepest = _steepest(sign * slope, lower, upper, factors.values())
-        starts = _worst_starts(sign * trials.response(name), trials, lower, upper)
-        targets.append(
-            Target(responses.index(name), sign, np.stack([*starts, steepest]))
-        )
+        column = responses.index(name)
+        starts = _worst_starts(sign * trials.responses[:, column], trials, lower, upper)
+        starts.append(_steepest(sign * slopes[:, column], lower, upper, groups))
+        targets.append(Target(column, sign, np.stack(starts)))
     corners = worst_corners(
-        study.model, study.settings, lower, upper, list(factors.values()), targets,
-        workers,
-    )  # fmt: skip
+        study.model, study.settings, lower, upper, groups, targets, workers
+    )
     found: dict[str, dict[str, WorstCase]] = {}
     for (name, sign), corner in zip(asked, corners, strict=True):
         machine = dict(zip(names, corner.deviations.tolist(), strict=True))
@@ -134,11 +122,11 @@ def _worst_starts(
 
 
 def _steepest(
-    slope: Array, lower: Array, upper: Array, factors: Iterable[Sequence[int]]
+    slope: Array, lower: Array, upper: Array, factors: Sequence[list[int]]
 ) -> Array:
-    """Return the corner that slopes at the nominal machine point to."""
+    """Return the corner that slopes at the nominal trial point to."""
     corner = lower.copy()
-    for columns in map(list, factors):
+    for columns in factors:
         if np.nansum(slope[columns] * (upper - lower)[columns]) > 0:
             corner[columns] = upper[columns]
     return corner
@@ -148,17 +136,14 @@ def _worst(
     study: Study, trials: Trials, audited: Audited | None
 ) -> dict[str, list[Worst]]:
     """List the worst trials of each limited response, with the precise values."""
-    chosen = {
-        name: worst_trials(trials.response(name), trials.status, limit)
-        for name, limit in study.limits.items()
-    }
     found = {}
-    for name, some in chosen.items():
+    for name, limit in study.limits.items():
+        some = worst_trials(trials.response(name), trials.status, limit)
         precise = np.full(len(some), np.nan)
         if audited is not None:
             places = np.searchsorted(audited.trials, some)
             precise = audited.responses[name][places]
         known = np.where(np.isnan(precise), trials.response(name)[some], precise)
-        order = np.argsort(margins(known, study.limits[name]), kind="stable")
+        order = np.argsort(margins(known, limit), kind="stable")
         found[name] = [Worst(some[i], float(precise[i])) for i in order]
     return found

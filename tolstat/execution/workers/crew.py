@@ -169,22 +169,10 @@ class Workers(AbstractContextManager["Workers"]):
             raise Interrupted
         return Answers.joined(outcomes)
 
-    def map(self, function: Callable[[Any], Any], items: Sequence[Any]) -> list[Any]:
-        """Call a function on each item; `Interrupted` if not all are to be done."""
-        futures = [self._submit(function, item) for item in items]
-        while not all(future.done() for future in futures):
-            wait([f for f in futures if not f.done()], LOOK_AGAIN)
-            if self.stopping():
-                for future in futures:
-                    future.cancel()
-                raise Interrupted
-        return [self._result(future) for future in futures]
-
     def here(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Call a function of this process that may take long.
+        """Call a function of this process that may take long; `Interrupted` if stopped.
 
-        `Interrupted` once stopping: a thread, which keeps nobody waiting, is left with
-        it.
+        A thread, which keeps nobody waiting, is left with it.
         """
         thread = Threads(1)
         try:
