@@ -70,8 +70,12 @@ class Cluster(Executor):
     def number(self) -> int:
         """How many blocks run at once, as things are."""
         with self._lock:
-            usable = (n for a, n in self._there.items() if a not in self._refused)
-            return max(1, sum(usable))
+            return max(1, sum(self._there[each] for each in self._usable))
+
+    @property
+    def _usable(self) -> list[str]:
+        """Workers that are there and have not refused."""
+        return [each for each in self._there if each not in self._refused]
 
     def submit(
         self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any
@@ -84,8 +88,7 @@ class Cluster(Executor):
 
     def _send(self, ours: Future[Any], call: Call) -> None:
         with self._lock:
-            usable = [a for a in self._there if a not in self._refused]
-            where = usable if self._refused else []
+            where = self._usable if self._refused else []
             try:
                 theirs = self._client.submit(
                     _on_worker, call, pure=False, workers=where or None
@@ -109,11 +112,14 @@ class Cluster(Executor):
         except BaseException as error:
             ours.set_exception(self._lost(f"{type(error).__name__}: {error}"))
         else:
-            if isinstance(found, Mismatch):
-                self._refuse(found)
-                self._send_again(ours, call)
-            else:
+            if not isinstance(found, Mismatch):
                 ours.set_result(found)
+                return
+            self._refuse(found)
+            if self._look():
+                self._send(ours, call)
+            else:
+                ours.set_exception(self._lost("none of its workers can be used"))
 
     def _refuse(self, found: Mismatch) -> None:
         """Name a worker that is not used."""
@@ -127,13 +133,6 @@ class Cluster(Executor):
             stacklevel=2,
         )
 
-    def _send_again(self, ours: Future[Any], call: Call) -> None:
-        self._look()
-        if all(each in self._refused for each in self._there):
-            ours.set_exception(self._lost("none of its workers can be used"))
-        else:
-            self._send(ours, call)
-
     def _look(self) -> bool:
         """Look who is there; tell whether one of them can be used."""
         try:
@@ -142,28 +141,25 @@ class Cluster(Executor):
             there = {}
         with self._lock:
             self._there = there
-            return bool(there.keys() - self._refused)
+            return bool(self._usable)
 
     def _watch(self) -> None:
         """Send again what only lost workers may do; give up where none is left."""
         since = time.monotonic()
         while not self._closed.wait(LOOK_AGAIN):
-            if self._look():
-                since = time.monotonic()
-                with self._lock:
-                    stuck = [
-                        (ours, call)
-                        for ours, (call, _, where) in self._sent.items()
-                        if where and not self._there.keys() & set(where)
-                    ]
-                    for ours, call in stuck:
+            usable = self._look()
+            since = time.monotonic() if usable else since
+            with self._lock:
+                sent = list(self._sent.items())
+                for ours, (call, _, where) in sent if usable else ():
+                    if where and not self._there.keys() & set(where):
                         self._send(ours, call)
-            elif time.monotonic() - since > PATIENCE:
-                with self._lock:
-                    lost, self._sent = self._sent, {}
-                for ours in lost:
-                    why = f"it has had no worker for {PATIENCE:.0f} s"
-                    ours.set_exception(self._lost(why))
+                if time.monotonic() - since <= PATIENCE:
+                    continue
+                self._sent = {}
+            for ours, _ in sent:
+                why = f"it has had no worker for {PATIENCE:.0f} s"
+                ours.set_exception(self._lost(why))
 
     def _lost(self, why: str) -> LostError:
         return LostError(
