@@ -383,12 +383,12 @@ def test_limits_asked_anew_take_the_place_of_the_studys(run, toy):
     assert list(again.limits) == ["gap", "ratio"]
     bad = (run.column("gap") > 1.2e-3) | (run.column("gap") < -1e-3) | (run.status > 1)
     np.testing.assert_array_equal(again.beyond("gap"), bad)
-    worst = again.evidence.worst["ratio"]
+    worst = again.diagnostics.worst["ratio"]
     done = np.where(run.status == 1, run.column("ratio"), -np.inf)
     assert [each.trial for each in worst] == np.argsort(-done)[:10].tolist()
-    halved = again.evidence.halved["gap"]["part_1", "part_2"].beyond
-    assert halved.value < run.evidence.halved["gap"]["part_1", "part_2"].beyond.upper
-    assert halved.sure and not run.evidence.halved.get("ratio")
+    halved = again.diagnostics.halved["gap"]["part_1", "part_2"].beyond
+    assert halved.value < run.diagnostics.halved["gap"]["part_1", "part_2"].beyond.upper
+    assert halved.sure and not run.diagnostics.halved.get("ratio")
     notes = summary_table(again).notes
     said = "asked anew, not of the study: gap -1..1.2 mm; ratio <= 0.5"
     assert any(note.startswith(said) for note in notes)

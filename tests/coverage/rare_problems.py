@@ -307,6 +307,7 @@ def sought(problem, seed, trials):
     course = draw_in_stages(
         list(problem.distributions),
         problem.distributions,
+        sampling="rare",
         seed=seed,
         trials=trials,
         dependence=problem.dependence,

@@ -31,7 +31,7 @@ from tolstat.deviations.density_ratio import correlations
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.errors import StudyError
 from tolstat.execution.trial_table import Trials
-from tolstat.execution.workers.remote import crew_of
+from tolstat.execution.workers.crew import Workers
 from tolstat.model.checked import simulate
 from tolstat.model.view import Mark
 from tolstat.render.view_picture import draw_view
@@ -262,7 +262,7 @@ def correlated_by(parts, share):
 )  # fmt: skip
 def test_linear_schemes_are_closed_forms(change, correlation):
     study, T = load(reciprocal(**change), model=Linear()), np.array([1, 2, 3]) * 4e-5
-    with crew_of(1, None) as crew:
+    with Workers(1) as crew:
         linear = LinearSchemes(study, crew)
     own = SLOPES * T / 3
     share = 2 * float(ndtr(-LIMIT / math.sqrt(own @ correlation @ own)))
@@ -278,7 +278,7 @@ def test_a_machine_off_its_limit_as_drawn_has_no_worst_case(nearest):
     """At an end nothing may scatter at all, and beyond it nothing helps."""
     limits = {"gap": f"{nearest}..0.9 mm", "any": f"-0.9..{-nearest} mm"}
     T = np.array([1, 2, 3]) * 4e-5
-    with crew_of(1, None) as crew:
+    with Workers(1) as crew:
         study = load(reciprocal(limits=limits), model=Two())
         found = LinearSchemes(study, crew).worst_case(tuple(np.log(T)))
     gap = np.abs(SLOPES) @ T / 0.9e-3 - 1
@@ -291,7 +291,7 @@ def test_linear_schemes_know_what_is_always_so_and_what_lies_to_one_side():
     one_sided = given["deviations"]["link_3"]
     one_sided["tolerance"], one_sided["distribution"] = "0..0.2 mm", "uniform"
     T1, T3 = 0.04e-3, 0.06e-3
-    with crew_of(1, None) as crew:
+    with Workers(1) as crew:
         linear = LinearSchemes(load(given, model=Linear()), crew)
     choice = (math.log(T1), math.log(T3))
     centre = -2 * 0.05e-3  # of the constant part
@@ -314,7 +314,7 @@ def test_slopes_are_of_the_machine_with_its_constant_parts():
 
     given = reciprocal()
     given["deviations"]["link_2"] = {"distribution": "constant", "value": "0.5 mm"}
-    with crew_of(1, None) as crew:
+    with Workers(1) as crew:
         linear = LinearSchemes(load(given, model=Lever()), crew)
     assert linear.slopes["gap"]["link_1"] == pytest.approx(0.5)
 

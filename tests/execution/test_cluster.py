@@ -89,7 +89,7 @@ def same(one, other):
         if name != "status":
             np.testing.assert_array_equal(one.column(name), other.column(name))
     np.testing.assert_array_equal(one.status, other.status)
-    assert str(one.evidence) == str(other.evidence)
+    assert str(one.diagnostics) == str(other.diagnostics)
 
 
 def test_a_worker_killed_half_way_changes_no_bit(ring, tmp_path):

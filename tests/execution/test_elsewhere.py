@@ -20,8 +20,8 @@ from tests.conftest import ROOT
 from tests.execution.test_cluster import same
 from tolstat.errors import BrokenError
 from tolstat.execution.workers import remote_blocks as parcel
-from tolstat.execution.workers.remote import Elsewhere
-from tolstat.execution.workers.remote_blocks import Otherwise, carried_out, packed
+from tolstat.execution.workers.crew import Workers, processors
+from tolstat.execution.workers.remote_blocks import Mismatch, carried_out, packed
 
 BIN = Path(sys.executable).parent
 MPI = """\
@@ -68,7 +68,7 @@ def test_a_process_of_other_numbers_evaluates_nothing(tmp_path, monkeypatch):
         parcel, "decisive", lambda: {**sent.decisive, "processor": "arm64 neon"}
     )
     found = carried_out(sent)
-    assert isinstance(found, Otherwise)
+    assert isinstance(found, Mismatch)
     assert "processor is arm64 neon" in found.reasons[0]
 
 
@@ -82,7 +82,7 @@ def test_what_a_pool_cannot_do_is_a_sentence(tmp_path):
     words = rf"0 of 1000 trials are stored, .* go on with: tolstat resume {path}$"
     with executor, pytest.raises(BrokenError, match=words):
         tolstat.run(study, executor=executor)
-    assert Elsewhere(executor).number is None
+    assert Workers(executor=executor).number == processors()
     assert tolstat.resume(path).complete
     # where none ran of what was to replace it, the run stays: nothing to go on with
     words = f"the run in {path} is as it was$"

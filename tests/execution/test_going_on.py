@@ -90,7 +90,14 @@ def same(one, other, but=""):
     """Everything but times and names."""
     for name in (*one.units, "status"):
         np.testing.assert_array_equal(one.column(name), other.column(name))
-    for found in ("nominal_values", "evidence", "stopped", "notes", "limits", "study"):
+    for found in (
+        "nominal_values",
+        "diagnostics",
+        "stopped",
+        "notes",
+        "limits",
+        "study",
+    ):
         alike = repr(getattr(one, found)) == repr(getattr(other, found))
         assert alike or found == but, found
     assert repr(one.audited) == repr(other.audited)
@@ -226,8 +233,8 @@ def test_other_sources_and_processors_are_named(tmp_path):
     stopped(study, path, 200)
     with resealed(path) as file:
         file.attrs["source_digest"] = "0123"
-        file.attrs["processor"] = "abacus"
-        file.attrs["version_numba"] = "0.1"
+        file["provenance"].attrs["processor"] = "abacus"
+        file["provenance"].attrs["version_numba"] = "0.1"
     with pytest.raises(RunFileError) as refused:
         tolstat.resume(path, model=Toy())
     for words in ("(0123, not", "processor (abacus)", "numba 0.1", "--regardless"):
@@ -302,7 +309,7 @@ def test_failed_trials_once_more_are_kept_apart(tmp_path):
     assert again.rerun.settings == pytest.approx({"rtol": 1e-6})
     precise, known = again.rerun.responses["rod_force_1"], before["rod_force_1"][[3, 7]]
     assert np.all(precise != known) and np.allclose(precise, known, rtol=1e-2)
-    assert repr(again.evidence) == repr(run.evidence)
+    assert repr(again.diagnostics) == repr(run.diagnostics)
     with pytest.raises(ModelError, match="no tighter settings"):
         failing = tolstat.run(
             written(tmp_path, STUDIES["random"]), model=Toy(), output=tmp_path / "t.h5"

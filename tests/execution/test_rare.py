@@ -32,7 +32,7 @@ from tolstat.cli.main import main
 from tolstat.errors import PictureError, RunFileError, StudyError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import Workers
-from tolstat.store.plan import SCORES, Assumed
+from tolstat.store.run_records import SCORES, Assumed
 from tolstat.study.study import load
 from tolstat.units.scale import PPM
 
@@ -198,7 +198,7 @@ def sought_otherwise(path, **facts):
     """Let a run be as one of a tolstat that sought otherwise."""
     with resealed(path) as file:
         file["A"][600:] *= 1.5
-        file.attrs.update(facts)
+        file["provenance"].attrs.update(facts)
 
 
 def test_another_tolstat_that_sought_otherwise_is_named(run, study, whole, tmp_path):
@@ -261,7 +261,7 @@ def test_it_is_no_sample(run, tmp_path):
         tolstat.limited(run, {"gap": ">= 0.1 mm"})
     with pytest.raises(StudyError, match="did you mean 'gap'"):
         tolstat.limited(run, {"gab": ">= 0.1 mm"})
-    assert run.evidence.halved == {}
+    assert run.diagnostics.halved == {}
     frame = run.frame()
     assert list(frame.columns)[-5:-1] == list(DRAWN)
     last = frame[~frame["rare-weight"].isna()]

@@ -183,7 +183,7 @@ def test_a_machine_that_lies_is_named_with_its_fault(answer, words, tmp_path):
         (("",), "cannot be typed"),
         (("trial",), "called trial"),
         (("status", "y"), "called status"),
-        (("evidence",), "called evidence"),
+        (("diagnostics",), "called diagnostics"),
         (("y", "y"), "y is given twice"),
         (("x",), "x is given twice"),
         ((), "no response"),

@@ -87,12 +87,12 @@ def test_every_command(own, name):
 def test_the_worst_case_of_the_stack_is_the_sum_of_its_tolerances(own):
     machine = machine_of(own, "stack")
     run = tolstat.run(own / "stack.toml", model=machine, output=own / "sum.h5")
-    least = run.evidence.worst_cases["gap"]["least"]
-    largest = run.evidence.worst_cases["gap"]["largest"]
+    least = run.diagnostics.worst_cases["gap"]["least"]
+    largest = run.diagnostics.worst_cases["gap"]["largest"]
     assert largest.value == pytest.approx((0.1 + 0.05 + 3 * 0.03) * 1e-3)
     # the least that can be mounted at all
     assert 0 <= least.value < 0.02e-3 and least.failed > 0
-    assert run.evidence.slopes["gap"] == pytest.approx(
+    assert run.diagnostics.slopes["gap"] == pytest.approx(
         {"housing": 1.0, "part_1": -1.0, "part_2": -1.0, "part_3": -1.0}
     )
     sigma = np.sqrt(0.05**2 + 3 * 0.03**2) / 3 * 1e-3

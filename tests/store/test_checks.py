@@ -77,7 +77,13 @@ def test_a_file_in_memory_is_a_file():
 def everything(run):
     """All that a run says, in words that NaN does not divide."""
     columns = {name: run.column(name).tobytes() for name in (*run.units, "status")}
-    rest = (run.nominal_values, run.evidence, run.audited, run.provenance, run.limits)
+    rest = (
+        run.nominal_values,
+        run.diagnostics,
+        run.audited,
+        run.provenance,
+        run.limits,
+    )
     words = (run.study, run.settings, run.assumed, run.notes, run.contributors)
     return repr((columns, rest, words, run.responses, run.sampled, run.title))
 

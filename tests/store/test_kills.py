@@ -81,7 +81,7 @@ def killed(tmp_path, kills):
             assert run.nominal["status"] == "done"
         if run.complete:
             assert run.frame().equals(whole.frame())
-            assert repr(run.evidence) == repr(whole.evidence)
+            assert repr(run.diagnostics) == repr(whole.diagnostics)
             assert run.stopped == whole.stopped
             path.unlink()
             ended, complete = 0, complete + 1

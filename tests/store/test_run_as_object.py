@@ -47,7 +47,7 @@ def test_progress_is_told(toy, tmp_path):
     seen = []
     run = tolstat.run(STUDY, model=toy, output=tmp_path / "p.h5", progress=seen.append)
     trials = [each for each in seen if each.doing == "trials"]
-    assert [each.doing for each in seen[-2:]] == ["audit", "evidence"]
+    assert [each.doing for each in seen[-2:]] == ["audit", "diagnostics"]
     assert trials[-1].over == trials[-1].asked == 300
     assert trials[-1].failed == run.counts["not finite"]
     assert sorted(each.over for each in trials) == [each.over for each in trials]

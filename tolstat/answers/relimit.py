@@ -23,7 +23,7 @@ from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
 from tolstat.store.fresh_run_advice import own_run
 from tolstat.store.open_run import open as open_run
-from tolstat.store.stored_diagnostics import Evidence, Worst
+from tolstat.store.stored_diagnostics import Diagnostics, Worst
 from tolstat.store.stored_run import Run
 from tolstat.study.limits_section import read_limits
 from tolstat.study.problems import Problems
@@ -61,24 +61,25 @@ def limited(
     """
     run = run if isinstance(run, Run) else open_run(run)
     found = with_limits(run, limits)
-    evidence = replace(
-        run.evidence,
+    diagnostics = replace(
+        run.diagnostics,
         worst={name: _worst(run, name, each) for name, each in found.limits.items()},
-        halved=_halved(found, model) or _still(run.evidence, run.limits, found.limits),
+        halved=_halved(found, model)
+        or _still(run.diagnostics, run.limits, found.limits),
     )
-    return replace(found, evidence=evidence)
+    return replace(found, diagnostics=diagnostics)
 
 
 def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
-    """Return a run with other limits, and the evidence of its own; see `limited`."""
+    """Return a run with other limits, and the diagnostics of its own; see `limited`."""
     problems = Problems(f"{run.path}", "cannot be asked that")
     check_lines("limits", limits, problems)
     read = read_limits(limits, run.responses, problems)
     problems.raise_if_any()
-    if run.rare:
+    if run.aim:
         raise PictureError(
             f"{run.path}: the trials of a rare run were drawn for the limit that its "
-            f"study has of {run.rare}; {_sought_anew(run, limits, list(read))}"
+            f"study has of {run.aim}; {_sought_anew(run, limits, list(read))}"
         )
     before = run.limits
     for name, given in limits.items():
@@ -101,7 +102,7 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
 
 def _sought_anew(run: Run, limits: Mapping[str, Any], names: list[str]) -> str:
     """Say which run tells of other limits what a rare one does; of one, if several."""
-    name = run.rare if run.rare in names or not names else names[0]
+    name = run.aim if run.aim in names or not names else names[0]
     lines = lines_of_limits(limits, run)
     change = f"write there {in_section('limits', lines, run)}"
     if len(run.limits | dict.fromkeys(names)) > 1:
@@ -113,7 +114,7 @@ def _worst(run: Run, name: str, limit: Limit) -> list[Worst]:
     """List the worst trials, as precisely as the file has them."""
     if run.sampled is None:
         return []
-    stored = {each.trial: each for each in run.evidence.worst.get(name, ())}
+    stored = {each.trial: each for each in run.diagnostics.worst.get(name, ())}
     precise = {}
     if audited := run.audited:
         done = audited.status == Status.DONE
@@ -132,19 +133,18 @@ def _halved(run: Run, model: Model | None) -> Any:
     with suppress(TolstatError):  # no machine at hand: the page says what is missing
         study = replace(study_of(run, model=model), limits=run.limits)
         columns = [run.column(each.name) for each in run.contributors]
-        whole = np.ones(run.trials, np.bool_)
-        return halved_shares(
-            study, Trials.of_run(run, np.stack(columns, axis=1), whole)
-        )
+        trials = Trials.planned(study.description, np.stack(columns, axis=1))
+        trials.take_stored(run, np.ones(run.trials, np.bool_))
+        return halved_shares(study, trials)
     return {}
 
 
 def _still(
-    evidence: Evidence, before: Mapping[str, Limit], now: Mapping[str, Limit]
+    diagnostics: Diagnostics, before: Mapping[str, Limit], now: Mapping[str, Limit]
 ) -> Any:
     """Return the stored shares of limits that are as they were."""
     return {
         name: shares
-        for name, shares in evidence.halved.items()
+        for name, shares in diagnostics.halved.items()
         if before[name].permitted == now[name].permitted
     }

@@ -12,7 +12,7 @@ from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.commands import command
 from tolstat.store.fresh_run_advice import AT_RANDOM, own_run
-from tolstat.store.plan import Sampled
+from tolstat.store.run_records import Sampled
 from tolstat.store.stored_run import Run
 
 Array = NDArray[np.float64]
@@ -64,7 +64,7 @@ class Drawn(NamedTuple):
 
 def drawn_trials(run: Run) -> Drawn | None:
     """Return the trials of a run; None if they are no sample: see `no_sample`."""
-    if run.sampled is None or run.rare:
+    if run.sampled is None or not run.sampled.sample:
         return None
     trials = np.arange(run.trials)
     group = run.sampled.group
@@ -77,11 +77,11 @@ def drawn_trials(run: Run) -> Drawn | None:
 
 def no_sample(run: Run) -> str:
     """Say why the machines of a run are no sample of those of its study."""
-    if run.rare:
+    if run.aim:
         return (
             f"{run.path}: machines of a rare run were sought and are no sample; "
             f"`{command('report', run.path)}` tells the share beyond the limit of "
-            f"{run.rare}; of all else {own_run(run, AT_RANDOM, 'random')}"
+            f"{run.aim}; of all else {own_run(run, AT_RANDOM, 'random')}"
         )
     shown = command("export", run.path, "-o", run.path.with_suffix(".csv"))
     if run.grid:

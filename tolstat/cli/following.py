@@ -52,7 +52,7 @@ def follow_run(path: Path) -> None:
 
 def _in_line(run: Run) -> str:
     """Say how far a run is where no table can be drawn anew."""
-    failed = "" if run.rare else f", {run.failed} failed"  # sought: no share
+    failed = "" if run.aim else f", {run.failed} failed"  # sought: no share
     return f"{run.path}: {run.ended} of {run.trials} trials{failed}"
 
 

@@ -28,8 +28,9 @@ from tolstat.cli.power import Power
 from tolstat.cli.running import AFTERWARDS, out_of_reach
 from tolstat.cli.showing import Screen, print_words
 from tolstat.errors import PictureError, RunFileError, StoppedError, TolstatError
+from tolstat.execution.execute import run_of
 from tolstat.execution.run_loop import Progress
-from tolstat.execution.study_queue import run_of, work_off
+from tolstat.execution.study_queue import work_off
 from tolstat.execution.workers.crew import Workers
 from tolstat.render.output_file import check_folder
 from tolstat.render.plain import csv_text

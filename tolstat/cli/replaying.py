@@ -37,7 +37,8 @@ def show_trial(path: Path, index: int | None, picture: Path | None) -> bool:
     title = f"{run.title}: {name}"
     console = screen()
     console.print(f"{title}: {_ended(found.word, found.outcome)}", style="bold")
-    for setting in run.swept if index is not None else ():
+    for swept in run.swept if index is not None else ():
+        setting = swept.name
         value, scale = run.column(setting)[index].item(), run.scales[setting]
         console.print(
             f"{setting}: {value if isinstance(value, str) else scale.words(value)}"

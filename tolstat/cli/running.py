@@ -32,7 +32,7 @@ from tolstat.store.commands import to_resume
 from tolstat.store.stored_run import Run
 from tolstat.study.study import Study
 
-AFTERWARDS = {"audit": "evaluating the audit", "evidence": "slopes and worst cases"}
+AFTERWARDS = {"audit": "evaluating the audit", "diagnostics": "slopes and worst cases"}
 
 
 class _Rate(TextColumn):

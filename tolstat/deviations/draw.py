@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,10 @@ from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.names import known_or_general
 from tolstat.deviations.parts import find_in
-from tolstat.deviations.rare_stage import Stage
-from tolstat.deviations.samplers.rare import Rare
+from tolstat.deviations.samplers import Sampler, Stage
+
+# stages and their deviations; each is sent what its trials answered
+Course = Generator[tuple[Stage, NDArray[np.float64]], NDArray[np.float64], None]
 
 
 def draw(
@@ -26,7 +29,7 @@ def draw(
     trials: int,
     dependence: Dependence | None = None,
 ) -> NDArray[np.float64]:
-    """Draw the deviations of all trials.
+    """Draw the deviations of all trials, or of the first stage.
 
     Parameters
     ----------
@@ -48,43 +51,42 @@ def draw(
     float64[trial, contributor]
         SI.
     """
-    dependence = dependence or Dependence()
-    streams = _streams(contributors, distributions, dependence)
-    table = find_in(samplers, sampling)().unit_samples(seed, streams, trials)
-    return _deviations(table, contributors, distributions, dependence)
+    course = draw_in_stages(
+        contributors,
+        distributions,
+        sampling=sampling,
+        seed=seed,
+        trials=trials,
+        dependence=dependence or Dependence(),
+    )
+    return next(course)[1]
 
 
 def draw_in_stages(
     contributors: Sequence[str],
     distributions: Mapping[str, Distribution],
     *,
+    sampling: str,
     seed: int,
     trials: int,
     dependence: Dependence,
-) -> Generator[tuple[Stage, NDArray[np.float64]], NDArray[np.float64], None]:
-    """Draw the trials of a rare run, each stage after the answers to those before.
-
-    Parameters
-    ----------
-    contributors, distributions, seed, trials, dependence
-        As of `draw`.
+) -> Course:
+    """Draw trials stage by stage; all arguments as of `draw`.
 
     Yields
     ------
     tuple of (Stage, float64[trial, contributor])
-        The trials of a stage and their deviations, SI. For each it wants
-        float64[trial]: see `Rare.stages`.
+        The trials of a stage and their deviations, SI. For each it is sent what
+        `Sampler.stages` wants.
     """
     streams = _streams(contributors, distributions, dependence)
-    course = Rare().stages(seed, streams, trials)
-    try:
-        stage = next(course)
+    sampler: Sampler = find_in(samplers, sampling)()
+    stages = sampler.stages(seed, streams, trials)
+    with suppress(StopIteration):
+        stage = next(stages)
         while True:
             rows = _deviations(stage.unit, contributors, distributions, dependence)
-            margins = yield stage, rows
-            stage = course.send(margins)
-    except StopIteration:
-        return
+            stage = stages.send((yield stage, rows))
 
 
 def _streams(

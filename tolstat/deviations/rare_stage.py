@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from tolstat.deviations.samplers import Stage
 from tolstat.deviations.streams import random_bits, unit_samples_of
 
 Array = NDArray[np.float64]
@@ -16,13 +17,18 @@ Array = NDArray[np.float64]
 LEAST_UNIT = 2.0**-53
 
 
-class Stage(NamedTuple):
+# how each trial of a rare run was drawn; no response can be called so
+STAGE, SPREAD, DISTANCE, WEIGHT = (
+    "rare-stage", "rare-spread", "rare-distance", "rare-weight",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class RareStage(Stage):
     """Trials that are drawn at once.
 
     Attributes
     ----------
-    unit : float64[trial, stream]
-        Independent unit samples of machines.
     spread : float64[trial]
         Times the spread of the study that was aimed at.
     distance : float64[trial]
@@ -32,13 +38,21 @@ class Stage(NamedTuple):
         machines were only sought.
     """
 
-    unit: Array
     spread: Array
     distance: Array
     weight: Array
 
+    def columns(self, number: int) -> Mapping[str, Array]:
+        """Return what is stored of how each trial was drawn."""
+        return {
+            STAGE: np.full(len(self.unit), float(number)),
+            SPREAD: self.spread,
+            DISTANCE: self.distance,
+            WEIGHT: self.weight,
+        }
 
-def stage_of(points: Array, spread: Array | float, weight: Array | float) -> Stage:
+
+def stage_of(points: Array, spread: Array | float, weight: Array | float) -> RareStage:
     """Return the trials that lie at some points.
 
     Parameters
@@ -46,10 +60,10 @@ def stage_of(points: Array, spread: Array | float, weight: Array | float) -> Sta
     points : float64[trial, stream]
         Normal scores.
     spread, weight : float64[trial] or float
-        See `Stage`.
+        See `RareStage`.
     """
     n = len(points)
-    return Stage(
+    return RareStage(
         np.clip(np.asarray(ndtr(points)), LEAST_UNIT, 1 - LEAST_UNIT),
         np.broadcast_to(np.asarray(spread, np.float64), n),
         np.sqrt(np.einsum("ni,ni->n", points, points)),
@@ -57,9 +71,10 @@ def stage_of(points: Array, spread: Array | float, weight: Array | float) -> Sta
     )
 
 
-def beside_each_other(stages: Sequence[Stage]) -> Stage:
+def beside_each_other(stages: Sequence[RareStage]) -> RareStage:
     """Return several stages as one."""
-    return Stage(*map(np.concatenate, zip(*stages, strict=True)))
+    rows = ((s.unit, s.spread, s.distance, s.weight) for s in stages)
+    return RareStage(*map(np.concatenate, zip(*rows, strict=True)))
 
 
 def unit_samples(seed: int, name: str, trials: int, purpose: str) -> Array:

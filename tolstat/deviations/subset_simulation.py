@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tolstat.deviations.mixture import Mixture, fitted
 from tolstat.deviations.rare_stage import (
-    Stage,
+    RareStage,
     beside_each_other,
     normal_scores,
     stage_of,
@@ -43,7 +43,7 @@ class Nearest(NamedTuple):
 
 def nearing(
     seed: int, streams: Mapping[str, int], trials: int
-) -> Generator[Stage, Array, Nearest]:
+) -> Generator[RareStage, Array, Nearest]:
     """Go to the limit step by step, by subset simulation.
 
     Of machines as the study has them the quarter nearest to the limit is kept, and
@@ -62,7 +62,7 @@ def nearing(
 
     Yields
     ------
-    Stage
+    RareStage
         As of `Rare.stages`.
 
     Returns
@@ -98,7 +98,7 @@ def nearing(
 
 def _go(
     seed: int, streams: Mapping[str, int], trials: int, name: str
-) -> Generator[Stage, Array, Array]:
+) -> Generator[RareStage, Array, Array]:
     """Return float64[trial, stream], machines beyond the limit, or none."""
     points = normal_scores(seed, streams, trials, f"{name} 0")
     margins = yield stage_of(points, 1.0, np.nan)

@@ -1,9 +1,9 @@
-"""Whether a run can be gone on with: what differs between it and its study now."""
+"""Whether a run can be resumed: what differs between it and its study now."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import RunFileError
-from tolstat.execution.rare_loop import NOT_YET, is_drawn
-from tolstat.model.description import Contributor, Response
 from tolstat.status import Status
+from tolstat.store.codec import fields_of
 from tolstat.store.commands import to_run_anew
 from tolstat.store.damage import ranges_of
-from tolstat.store.layout import STAGE, encoded
-from tolstat.store.plan import Plan, Reference
 from tolstat.store.provenance import provenance
 from tolstat.store.stored_run import Run
 
@@ -47,29 +44,15 @@ def _changes(
             yield ".".join(here), a, b
 
 
-def check_same(run: Run, plan: Plan) -> None:
-    """Refuse to go on with a run whose machines are no longer those of its study.
+def check_same(run: Run, again: Run) -> None:
+    """Refuse to resume a run whose trials are no longer those of its study.
 
-    The plan is that of its study, as it is read now, with its trials drawn again.
+    The other run is that of its study as it is read now, before any trial has run.
     """
-    said = []
-    contributors, responses = plan.description
-    stored = units_of([*run.contributors, *run.responses])
-    asked = units_of([*contributors, *responses])
-    pairs: list[tuple[str, Mapping[str, Any], Mapping[str, Any]]] = [
-        ("column", stored, asked),
-        ("setting", words_of(run.settings), words_of(plan.settings)),
-        ("limit", words_of(run.limits), words_of(plan.limits)),
-        ("deviation", words_of(run.assumed), words_of(plan.assumed)),
-        ("status", {str(k): v for k, v in run.words.items()},
-         {str(k): v for k, v in plan.words.items()}),
-    ]  # fmt: skip
-    for what, was, now in pairs:
-        said += [f"{what} {k}: {a}, now {b}" for k, a, b in _changes(was, now, ())]
-    if not np.array_equal(_points(run.reference), _points(plan.reference)):
-        said.append("reference: its points are others now")
+    was, now = deciding(run), deciding(again)
+    said = [f"{key}: {a}, now {b}" for key, a, b in _changes(was, now, ())]
     if not said:
-        other = trials_drawn_otherwise(run, plan)
+        other = trials_drawn_otherwise(run, again)
         healthy = np.setdiff1d(other[run.status[other] > 0], run.damage.trials)
         if len(healthy):
             said.append(
@@ -78,15 +61,31 @@ def check_same(run: Run, plan: Plan) -> None:
             )
     if said:
         raise RunFileError(
-            f"{run.path} cannot be gone on with: "
-            + "; ".join(said)
-            + f"; {to_run_anew(run)}"
+            f"{run.path} cannot be resumed: {'; '.join(said)}; {to_run_anew(run)}"
         )
+
+
+def deciding(run: Run) -> dict[str, Any]:
+    """Return what decides whether two runs are the same, as `Run` declares it."""
+    found: dict[str, Any] = {}
+    for field in fields_of(Run):
+        if not field.stored.decides:
+            continue
+        what, of = field.stored.decides
+        value = getattr(run, field.name)
+        if isinstance(value, tuple):
+            value = {each.name: each for each in value}
+        for key, each in value.items():
+            found[f"{what} {key}"] = getattr(each, of) if of else each
+    columns = run.reference.columns if run.reference else {}
+    for name, points in columns.items():
+        found[f"points of the reference, {name}"] = points.tolist()
+    return found
 
 
 def why_drawn_otherwise(run: Run) -> str:
     """Say why a study may draw other machines than those of its run."""
-    if not run.rare:
+    if not run.aim:
         return "its data, or the number of its trials, are others"
     was, here = run.provenance["version_tolstat"], provenance()["version_tolstat"]
     if was != here:
@@ -100,38 +99,22 @@ def why_drawn_otherwise(run: Run) -> str:
     )
 
 
-def _points(reference: Reference | None) -> NDArray[np.float64]:
-    return np.array([*reference.columns.values()] if reference else [], np.float64)
-
-
-def units_of(columns: Sequence[Contributor | Response]) -> dict[str, str]:
-    """Return the SI unit of each column."""
-    return {each.name: each.unit for each in columns}
-
-
-def words_of(named: Mapping[str, Any]) -> dict[str, str]:
-    """Return what settings, limits or deviations are, in words."""
-    return {name: str(each.words) for name, each in named.items()}
-
-
-def trials_drawn_otherwise(run: Run, plan: Plan) -> NDArray[np.int64]:
+def trials_drawn_otherwise(run: Run, again: Run) -> NDArray[np.int64]:
     """Return the trials of a run whose deviations are not those drawn again.
 
-    What of a rare run was not drawn yet, or cannot be drawn again because answers are
-    missing, is not among them.
+    Those of stages that were not drawn yet, or cannot be drawn again because answers
+    are missing, are not among them.
     """
-    other = np.zeros(run.trials, bool)
-    known = is_drawn(plan.deviations[: run.trials])
-    if run.rare:
-        known &= (run.status != Status.NOT_RUN) | (run.column(STAGE) != NOT_YET)
-    names = [each.name for each in plan.description.contributors]
-    again = dict(zip(names, plan.deviations.T, strict=True)) | dict(plan.drawn)
-    for name, values in again.items():
-        drawn = np.ascontiguousarray(values[: run.trials])
-        stored = np.ascontiguousarray(run.column(name))
-        other |= stored.view(np.uint64) != drawn.view(np.uint64)
-    other &= known
-    for name, swept in plan.swept.items():
-        values = encoded(swept.values)[: run.trials]
-        other |= encoded(run.column(name)) != values
-    return np.flatnonzero(other)
+    other, known = np.zeros(run.trials, bool), np.ones(run.trials, bool)
+    for each in again.contributors:
+        known &= ~np.isnan(again.column(each.name)[: run.trials])
+        missing = np.isnan(run.column(each.name))
+        known &= (run.status != Status.NOT_RUN) | ~missing
+    for name in again.known:
+        drawn, stored = again.column(name)[: run.trials], run.column(name)
+        if drawn.dtype.kind == "f":  # bit for bit
+            drawn, stored = (
+                np.ascontiguousarray(each).view(np.uint64) for each in (drawn, stored)
+            )
+        other |= drawn != stored
+    return np.flatnonzero(other & known)

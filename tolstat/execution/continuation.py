@@ -10,19 +10,18 @@ from pathlib import Path
 from tolstat.errors import RunFileError, StoppedError, StudyError
 from tolstat.execution.compatibility import check_same, study_differs
 from tolstat.execution.planning import cannot_be_built, plan_of
-from tolstat.execution.rare_loop import drawn_again
 from tolstat.execution.run_loop import Progress, Telling, carry_out
+from tolstat.execution.stages import drawn_again
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
-from tolstat.execution.workers.remote import crew_of
 from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.commands import command, to_resume, to_run_anew
 from tolstat.store.lock import Lock
 from tolstat.store.open_run import existing
 from tolstat.store.open_run import open as open_run
-from tolstat.store.plan import Ending, Plan
 from tolstat.store.provenance import now
+from tolstat.store.run_records import Ending
 from tolstat.store.run_writer import RunWriter
 from tolstat.store.stored_run import Run
 from tolstat.study.sampling import sampler_of
@@ -39,26 +38,20 @@ def resume(
     progress: Telling | None = None,
     executor: Executor | None = None,
 ) -> Run:
-    """Finish what is missing of a run, and repair what is damaged.
+    """Finish what is missing of a run, and compute again what is damaged.
 
     Parameters
     ----------
     path : path
         The run file.
-    workers : int, optional
-        Threads; as many as there are processors if not given.
-    model : Model, optional
-        A machine of your own, if the run is of one.
+    workers, model, progress, executor
+        As of `tolstat.run`.
     rerun_failed : bool
-        Whether failed trials are evaluated again, with the machine's tighter settings,
-        once all are over. What was stays: the others are kept in `run.rerun`.
+        Whether failed trials are evaluated again, with the model's tighter settings,
+        once all are over. They still count as failed; the answers are in `run.rerun`.
     regardless : bool
-        Whether to go on though source, processor or versions are others, or the study
-        file has changed: the run's own text is what counts, and the run says so.
-    progress : callable, optional
-        As of `tolstat.run`.
-    executor : concurrent.futures.Executor, optional
-        As of `tolstat.run`.
+        Whether to continue although source, processor, versions or the study file have
+        changed: the run's own text is what counts, and the run says so.
 
     Returns
     -------
@@ -68,9 +61,9 @@ def resume(
     Raises
     ------
     RunFileError
-        If it is no run that can be gone on with: what differs.
+        If it is no run that can be continued: what differs.
     """
-    with crew_of(workers, executor) as crew:
+    with Workers(workers, executor=executor) as crew:
         return go_on(
             Path(path), crew, model=model, rerun=rerun_failed, regardless=regardless,
             progress=progress,
@@ -109,7 +102,7 @@ def extend(
         If there are as many already, if other trials would then have to be drawn, or as
         of `resume`.
     """
-    with crew_of(workers, executor) as crew:
+    with Workers(workers, executor=executor) as crew:
         return go_on(
             Path(path), crew, trials=trials, model=model, regardless=regardless,
             progress=progress,
@@ -126,14 +119,14 @@ def go_on(
     regardless: bool = False,
     progress: Telling | None = None,
 ) -> Run:
-    """Go on with a run: see `resume`; with a number of trials see `extend`."""
+    """Continue a run: see `resume`; with a number of trials see `extend`."""
     tell = progress or (lambda progress: None)
     with Lock(existing(path)) as lock:
-        file = _gone_on(lock, workers, trials, model, rerun, regardless, tell)
+        file = _continued(lock, workers, trials, model, rerun, regardless, tell)
     return open_run(file)
 
 
-def _gone_on(
+def _continued(
     lock: Lock,
     workers: Workers,
     wanted: int | None,
@@ -142,31 +135,34 @@ def _gone_on(
     regardless: bool,
     tell: Telling,
 ) -> Path:
+    """Continue a run; its trials are let go before those that are stored are read."""
     run = open_run(lock.path, damaged=True)
     if wanted is not None:
         _check_wanted(run, wanted)
     study = study_of(run, wanted, model)
     try:
-        trials = drawn_again(run, study, workers)
+        stages = drawn_again(run, study, workers)
     except Interrupted:
         raise StoppedError(
             f"stopped before anything was done: the run in {run.path} is as it was; go "
             f"on with: {to_resume(run.path, run.machine)}"
         ) from None
-    plan = _plan(run, study, trials, regardless)
-    if wanted is not None and (doubt := cannot_be_built(study, plan.deviations)):
+    plan = _plan(run, study, stages.trials, regardless)
+    drawn = stages.trials.deviations
+    if wanted is not None and (doubt := cannot_be_built(study, drawn)):
         tell(Progress(0, 0, study.trials, doubt=doubt))
     rerun = rerun or run.rerun is not None
-    whole = trials.status[: run.trials] != Status.NOT_RUN
+    whole = stages.trials.status[: run.trials] != Status.NOT_RUN
     ending = None
     if run.complete and wanted is None:
-        ending = Ending(run.trials, run.stopped, run.audited, run.evidence, run.rerun)
+        found = run.stopped, run.audited, run.diagnostics, run.rerun
+        ending = Ending(run.trials, *found)
     nominal = run.nominal_values["status"] != Status.NOT_RUN.word
     nominal &= not run.damage.nominal
     del run  # its columns are in the trials
     with RunWriter.opened(lock, plan, whole, ending) as file:
         carry_out(
-            study, trials, file, workers, tell, nominal=nominal, ending=ending,
+            study, stages, file, workers, tell, nominal=nominal, ending=ending,
             rerun=rerun,
         )  # fmt: skip
     return file.path
@@ -188,12 +184,13 @@ def study_of(run: Run, trials: int | None = None, model: Model | None = None) ->
     )
 
 
-def plan_again(run: Run, study: Study, trials: Trials) -> Plan:
+def plan_again(run: Run, study: Study, trials: Trials) -> Run:
     """Plan a run again, of `drawn_again`, in the words of the one that is stored."""
     same = study.trials == run.trials
     return replace(
-        plan_of(study, trials),
-        study_text=run.study.text,
+        plan_of(study, trials, run.path),
+        study=run.study,
+        made=run.made,
         title=run.title,
         machine=run.machine,
         source_digest=run.source_digest,
@@ -203,7 +200,7 @@ def plan_again(run: Run, study: Study, trials: Trials) -> Plan:
     )
 
 
-def _plan(run: Run, study: Study, trials: Trials, regardless: bool) -> Plan:
+def _plan(run: Run, study: Study, trials: Trials, regardless: bool) -> Run:
     """Plan the run again, and refuse what would not be the same run."""
     plan = plan_again(run, study, trials)
     check_same(run, plan)

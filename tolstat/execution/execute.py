@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 from concurrent.futures import Executor
 from pathlib import Path
+from typing import cast
 
 from tolstat.errors import StoppedError, StudyError
 from tolstat.execution.planning import cannot_be_built, plan_of
-from tolstat.execution.rare_loop import columns_of
 from tolstat.execution.run_loop import Progress, Telling, carry_out
-from tolstat.execution.trial_table import Trials
+from tolstat.execution.stages import Stages
 from tolstat.execution.workers.crew import Workers
-from tolstat.execution.workers.remote import crew_of
 from tolstat.model.contract import Model
 from tolstat.store.lock import Lock
 from tolstat.store.open_run import open as open_run
@@ -50,7 +49,7 @@ def run(
     force : bool
         Whether an existing run file may be replaced.
     model : Model, optional
-        A machine of your own, of the name that the study gives.
+        A custom model, of the name that the study gives.
     progress : callable, optional
         Called with a `Progress` whenever some trials are over.
     executor : concurrent.futures.Executor, optional
@@ -69,20 +68,18 @@ def run(
         If the run file exists already or cannot be written.
     """
     asked = load(study, model=model, trials=trials, seed=seed)
-    with crew_of(workers, executor) as crew:
-        path = _run_file(asked, output)
-        return execute(asked, path, crew, force=force, progress=progress)
-
-
-def _run_file(study: Study, output: str | os.PathLike[str] | None) -> Path:
-    """Name the file of a run: beside its study if not said otherwise."""
-    if output is not None:
-        return Path(output)
-    if study.path is None:
+    if output is None and asked.path is None:
         raise StudyError(
             'a study that is no file needs the name of its run: output="run.h5"'
         )
-    return study.path.with_suffix(".h5")
+    path = Path(output) if output is not None else run_of(cast(Path, asked.path))
+    with Workers(workers, executor=executor) as crew:
+        return execute(asked, path, crew, force=force, progress=progress)
+
+
+def run_of(study: Path) -> Path:
+    """Return where the run of a study file lies."""
+    return study.parent / f"{study.stem}.h5"  # also of what is no file: "."
 
 
 def execute(
@@ -108,13 +105,12 @@ def _stored(
     """Run a study; its trials are let go before those that are stored are read."""
     check_replaceable(path, force=True)  # no lock is laid beside a device
     with Lock(path) as lock:
-        trials = Trials.planned(study.description, study.deviations())
-        if doubt := cannot_be_built(study, trials.deviations):
+        stages = Stages(study)
+        if doubt := cannot_be_built(study, stages.trials.deviations):
             tell(Progress(0, 0, study.trials, doubt=doubt))
-        trials.drawn = columns_of(study)
-        plan = plan_of(study, trials)
+        plan = plan_of(study, stages.trials, lock.path)
         with RunWriter.made(lock, plan, force=force) as file:
-            carry_out(study, trials, file, workers, tell)
+            carry_out(study, stages, file, workers, tell)
     if file.given_up:
         raise StoppedError(
             f"stopped before any trial was over: the run in {path} is as it was"

@@ -1,8 +1,11 @@
-"""All that is known of a run before anything has run."""
+"""The run of a study before any of its trials has run."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,41 +17,56 @@ from tolstat.deviations.spread import Spread, spread_of
 from tolstat.errors import StudyError
 from tolstat.execution.trial_table import Trials
 from tolstat.model.checked import impossible, numbers_of
-from tolstat.model.description import StudyNumber
+from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.model.settings import settings_of
-from tolstat.status import words_of
-from tolstat.store.plan import (
+from tolstat.status import Status, words_of
+from tolstat.store.damage import Damage
+from tolstat.store.layout import STATUS, STEPS
+from tolstat.store.provenance import now, provenance
+from tolstat.store.run_records import (
     SCORES,
     Assumed,
     Chosen,
-    Plan,
+    DrawDetail,
     Reference,
     Sampled,
+    StudyText,
     Swept,
 )
+from tolstat.store.stored_diagnostics import Diagnostics
+from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import setting_name
 from tolstat.study.study import Study
 
+Column = TypeVar("Column", Contributor, Response)
 
-def plan_of(study: Study, trials: Trials) -> Plan:
-    """Say all that is known of a run before anything has run."""
-    model, points = study.model, study.points
+
+def plan_of(study: Study, trials: Trials, path: Path) -> Run:
+    """Return the run of a study before any of its trials has run."""
+    model, points, asked = study.model, study.points, study.document
+    typed_trials = asked.trials if isinstance(asked.trials, int) else None
+    columns = study.sampler.columns if study.sampler else {}
     assumed = assumed_of(study.deviating)
-    if study.rare:  # how unlikely each part of a machine is that was sought
+    independent = study.deviating.dependence == Dependence()
+    if study.aim:  # how unlikely each part of a machine is that was sought
         assumed = {n: _with_scores(a, study.deviating, n) for n, a in assumed.items()}
-    return Plan(
-        study_text=study.text,
+    return Run(
+        path=path,
+        study=StudyText(study.text, typed_trials, asked.seed),
+        study_file=study.path.resolve() if study.path else None,
         title=study.title,
         model=model.name,
-        machine=catalogue.place_of(model),
         sampling=study.sampling,
-        description=study.description,
-        deviations=trials.deviations,
-        words=words_of(model.failures),
-        integrates=model.integrates,
+        machine=catalogue.place_of(model),
         source_digest=model.source_digest,
+        document={k: v.strip() for k, v in asked.document.items() if v.strip()},
         sampled=_sampled(study),
+        rules=study.until.rules if study.until else (),
+        contributors=_shown(study.description.contributors, study.shown),
+        responses=_shown(study.description.responses, study.shown),
+        swept=_swept(study),
+        details=tuple(DrawDetail(n, "1", each) for n, each in columns.items()),
         settings={
             name: Chosen(
                 study.typed.get(name, each.kind.words(getattr(study.settings, name))),
@@ -59,18 +77,45 @@ def plan_of(study: Study, trials: Trials) -> Plan:
         },
         limits=study.limits,
         assumed=assumed,
-        shown=study.shown,
+        correlation=asked.correlation,
+        independent=independent,
+        words=words_of(model.failures),
         grid=tuple(axis.name for axis in points.swept) if points else (),
-        swept=_swept(study),
         reference=Reference(*study.reference) if study.reference else None,
+        numbers=_numbers(study, assumed, independent=independent),
         notes=study.notes,
         assumptions=tuple(model.assumptions),
-        numbers=_numbers(study, assumed),
-        rules=study.until.rules if study.until else (),
-        study_file=study.path.resolve() if study.path else None,
-        drawn=trials.drawn,
-        rare=study.rare,
+        made={**provenance(), "started_at": now()},
+        stopped=None,
+        audited=None,
+        rerun=None,
+        diagnostics=Diagnostics(missing="no trial has run"),
+        complete=False,
+        nominal_values={},
+        times={},
+        damage=Damage(),
+        columns=_columns(study, trials),
     )
+
+
+def _shown(columns: tuple[Column, ...], shown: Mapping[str, str]) -> tuple[Column, ...]:
+    """Show columns in the unit in which the study writes them."""
+    return tuple(replace(e, shown=shown.get(e.name) or e.shown) for e in columns)
+
+
+def _columns(study: Study, trials: Trials) -> dict[str, NDArray[Any]]:
+    """Return the columns of a run; those that trials fill take no room."""
+    contributors, responses = study.description
+    n = len(trials.deviations)
+    found = dict(study.points.settings or {}) if study.points else {}
+    for column, contributor in enumerate(contributors):
+        found[contributor.name] = trials.deviations[:, column]
+    found |= trials.drawn
+    found |= {each.name: np.broadcast_to(np.nan, n) for each in responses}
+    found[STATUS] = np.broadcast_to(np.uint8(Status.NOT_RUN), n)
+    if study.model.integrates:
+        found[STEPS] = np.broadcast_to(np.int64(0), n)
+    return found
 
 
 def cannot_be_built(study: Study, deviations: NDArray[np.float64]) -> str:
@@ -78,7 +123,7 @@ def cannot_be_built(study: Study, deviations: NDArray[np.float64]) -> str:
 
     Empty where all can; refused where none can.
     """
-    if study.rare:  # its machines are sought, and those that cannot be among them
+    if study.aim:  # its machines are sought, and those that cannot be among them
         return ""
     model = study.model
     status = np.concatenate(
@@ -108,36 +153,40 @@ def _sampled(study: Study) -> Sampled | None:
     if study.sampler is None:
         return None
     assert study.seed is not None  # checked when the study was loaded
-    group = study.sampler.group(len(study.factors))
-    promise, replicates = study.sampler.promise, study.sampler.replicates
-    return Sampled(study.seed, promise, replicates, group, study.factors)
+    sampler, factors = study.sampler, study.factors
+    return Sampled(
+        study.seed,
+        sampler.promise,
+        sampler.replicates,
+        sampler.group(len(factors)),
+        factors,
+        sampler.sample,
+        study.aim,
+    )
 
 
-def _swept(study: Study) -> dict[str, Swept]:
+def _swept(study: Study) -> tuple[Swept, ...]:
     """Return the settings that a grid changes."""
-    points = study.points
-    if points is None:
-        return {}
+    if study.points is None:
+        return ()
     declared = settings_of(study.model)
-    axes = {axis.name: axis for axis in points.swept}
-    return {
-        name: Swept(
-            values,
-            axes[name].unit,
-            axes[name].shown,
-            declared[setting_name(name)].sentence,
+    return tuple(
+        Swept(
+            axis.name, axis.unit, declared[setting_name(axis.name)].sentence, axis.shown
         )
-        for name, values in (points.settings or {}).items()
-    }
+        for axis in study.points.swept
+        if not axis.members
+    )
 
 
-def _numbers(study: Study, assumed: Mapping[str, Assumed]) -> tuple[StudyNumber, ...]:
+def _numbers(
+    study: Study, assumed: Mapping[str, Assumed], *, independent: bool
+) -> tuple[StudyNumber, ...]:
     """Ask the machine for the numbers of the study; a grid has none of its own."""
     if study.points:
         return ()
     spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
-    alone = study.deviating.dependence == Dependence()
-    return numbers_of(study.model, study.settings, spreads, independent=alone)
+    return numbers_of(study.model, study.settings, spreads, independent=independent)
 
 
 def _with_scores(assumed: Assumed, deviating: Deviations, name: str) -> Assumed:

@@ -10,9 +10,9 @@ from tolstat.catalogue import place_of
 from tolstat.errors import RunFileError, StoppedError
 from tolstat.execution.compatibility import check_same, study_differs
 from tolstat.execution.continuation import go_on, plan_again, study_of
-from tolstat.execution.execute import execute
-from tolstat.execution.rare_loop import drawn_again
+from tolstat.execution.execute import execute, run_of
 from tolstat.execution.run_loop import Telling
+from tolstat.execution.stages import drawn_again
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.store.commands import command
 from tolstat.store.open_run import open as open_run
@@ -31,11 +31,6 @@ class Done(NamedTuple):
     notes: tuple[str, ...] = ()  # what has to be known of it
 
 
-def run_of(study: Path) -> Path:
-    """Return where the run of a study file lies."""
-    return study.parent / f"{study.stem}.h5"  # also of what is no file: "."
-
-
 def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
     """See to it that the run of a study is complete; refuse one of another study."""
     study, path = load(study_file), run_of(study_file)
@@ -47,7 +42,7 @@ def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
     if run.complete and not run.damage:
         again = study_of(run)
         try:
-            drawn = drawn_again(run, again, workers)
+            drawn = drawn_again(run, again, workers).trials
         except Interrupted:
             raise StoppedError(f"stopped: the run in {path} is as it was") from None
         check_same(run, plan_again(run, again, drawn))

@@ -24,9 +24,6 @@ class Trials:
     deviations: Array  # float64[trial, contributor], SI
     status: NDArray[np.uint8]  # uint8[trial]: 0 where a trial has not run
     responses: Array  # float64[trial, response], SI; NaN where there is none
-    # trials that are over, and those of them that failed
-    over: int = 0
-    failed: int = 0
     # mapping of str to float64[trial]: what is stored of how they were drawn
     drawn: Mapping[str, Array] = field(default_factory=dict)
 
@@ -37,41 +34,41 @@ class Trials:
         answers = np.full((n, len(description.responses)), np.nan)
         return cls(description, deviations, np.zeros(n, np.uint8), answers)
 
-    @classmethod
-    def of_run(cls, run: Run, deviations: Array, whole: NDArray[np.bool_]) -> Trials:
-        """Return the trials of a run, drawn again; only whole ones have run."""
-        found = cls.planned(Description(run.contributors, run.responses), deviations)
-        rows = np.flatnonzero(whole)
-        for column, response in enumerate(run.responses):
-            found.responses[rows, column] = run.column(response.name)[rows]
-        found.status[rows] = run.status[rows]
-        found.over = len(rows)
-        found.failed = int(np.count_nonzero(run.status[rows] != Status.DONE))
-        return found
+    @property
+    def over(self) -> int:
+        """Number of trials that are over."""
+        return int(np.count_nonzero(self.status))
+
+    @property
+    def failed(self) -> int:
+        """Number of those that failed."""
+        return int(np.count_nonzero(self.status > Status.DONE))
 
     def take(self, blocks: list[tuple[int, Answers]]) -> None:
         """Keep finished blocks."""
         for first, outcome in blocks:
             rows = slice(first, first + len(outcome.status))
             self.status[rows], self.responses[rows] = outcome.status, outcome.responses
-            self.over += len(outcome.status)
-            self.failed += int(np.count_nonzero(outcome.status != Status.DONE))
 
-    def forget(self, these: NDArray[np.bool_]) -> None:
+    def take_stored(self, run: Run, which: NDArray[np.bool_]) -> None:
+        """Keep the answers that a run has stored; bool[trial] says of which trials."""
+        whole = np.flatnonzero(which)
+        self.status[whole] = run.status[whole]
+        for column, response in enumerate(self.description.responses):
+            if response.name in run.units:
+                self.responses[whole, column] = run.column(response.name)[whole]
+
+    def forget(self, these: slice) -> None:
         """Let some trials not have run."""
         self.status[these], self.responses[these] = Status.NOT_RUN, np.nan
-        self.over = int(np.count_nonzero(self.status))
-        self.failed = int(np.count_nonzero(self.status > Status.DONE))
 
     def first(self, trials: int) -> Trials:
-        """Return the first trials, all of which are over."""
+        """Return the first trials."""
         return Trials(
             self.description,
             self.deviations[:trials],
             self.status[:trials],
             self.responses[:trials],
-            self.over,
-            self.failed,
         )
 
     def response(self, name: str) -> Array:

@@ -13,7 +13,7 @@ from tolstat.errors import TolstatError
 from tolstat.execution.compatibility import trials_drawn_otherwise, why_drawn_otherwise
 from tolstat.execution.continuation import plan_again, study_of
 from tolstat.execution.diagnostics.audit_selection import random_trials
-from tolstat.execution.rare_loop import drawn_again, is_drawn
+from tolstat.execution.stages import drawn_again, is_drawn
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
@@ -26,32 +26,15 @@ Numbers = NDArray[np.int64]
 
 
 class Verification(NamedTuple):
-    """What was found of a run whose seal is whole.
+    """What was found of a run whose seal is whole; trials by their numbers."""
 
-    Attributes
-    ----------
-    run : Run
-        With its `damage`: trials whose checksum is not that of what is stored.
-    contradicting : int64[n]
-        Trials whose status says something else than their responses.
-    drawn_otherwise : int64[n]
-        Trials whose deviations are not those drawn again from the seed.
-    evaluated : int64[n]
-        Trials that were evaluated again.
-    different : int64[n]
-        Those of them that are not bit for bit as stored.
-    nominal_differs : bool
-        Whether the nominal machine is not.
-    reasons : tuple of str
-        Why they may differ though nothing is damaged: another source, processor.
-    """
-
-    run: Run
-    contradicting: Numbers
-    drawn_otherwise: Numbers
-    evaluated: Numbers
-    different: Numbers
-    nominal_differs: bool
+    run: Run  # with its `damage`: trials whose checksum is not that of what is stored
+    contradicting: Numbers  # whose status says something else than their responses
+    drawn_otherwise: Numbers  # whose deviations are not those drawn again from the seed
+    evaluated: Numbers  # that were evaluated again
+    different: Numbers  # those of them that are not bit for bit as stored
+    nominal_differs: bool  # whether the nominal trial is not
+    # why they may differ though nothing is damaged: another source, processor
     reasons: tuple[str, ...]
 
     @property
@@ -81,21 +64,19 @@ def verify(
         The run file.
     every : bool
         Whether all its trials are evaluated again; else one of each hundred.
-    workers : int, optional
-        Threads; as many as there are processors if not given.
-    model : Model, optional
-        A machine of your own, if the run is of one.
+    workers, model
+        As of `tolstat.run`.
 
     Returns
     -------
     Verification
-        What is not as it should be; `tolstat.resume` repairs what is damaged. What fits
-        its checksum and is evaluated otherwise here, no one can: run the study again.
+        What is not as it should be. `tolstat.resume` repairs what is damaged; what fits
+        its checksum and is evaluated otherwise here, only a new run can replace.
 
     Raises
     ------
     DamagedError
-        If the file is damaged where all of it hangs on.
+        If the part of the file that all else depends on is damaged.
     """
     run = open_run(Path(path), damaged=True)
     try:
@@ -105,17 +86,21 @@ def verify(
             f"{path}: checksums of all that is stored: {run.damage.words or 'all fit'};"
             f" its trials cannot be drawn and evaluated again: {error}"
         ) from error
-    plan = plan_again(run, study, drawn_again(run, study))
+    trials = drawn_again(run, study).trials
+    plan = plan_again(run, study, trials)
     ran = np.flatnonzero(run.status != Status.NOT_RUN)
     chosen = np.intersect1d(ran, random_trials(study.seed or 0, run.trials))
     otherwise = trials_drawn_otherwise(run, plan)
     # another machine's answers say nothing of what is stored
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
-    chosen = chosen[is_drawn(plan.deviations[chosen])]
+    chosen = chosen[is_drawn(trials.deviations[chosen])]
     with Workers(workers) as crew:
         found = None
         if len(chosen):
-            cases, machines = cases_among(study.cases, chosen), plan.deviations[chosen]
+            cases, machines = (
+                cases_among(study.cases, chosen),
+                trials.deviations[chosen],
+            )
             found = crew.simulate_cases(study.model, cases, machines)
         alone = np.zeros((1, len(run.contributors)))
         nominal = crew.simulate(study.model, alone, study.settings)
@@ -183,7 +168,7 @@ def findings(found: Verification) -> list[str]:
         said.append(f"{what}: {words}")
     if found.nominal_differs:
         said.append("the nominal machine, evaluated again: different")
-    fitted_here = run.rare and len(found.drawn_otherwise)  # what is drawn hangs on it
+    fitted_here = run.aim and len(found.drawn_otherwise)  # what is drawn hangs on it
     if len(found.different) or found.nominal_differs or fitted_here:
         said += found.reasons
     return said
@@ -191,6 +176,6 @@ def findings(found: Verification) -> list[str]:
 
 def why_otherwise(found: Verification) -> str:
     """Say why a study may give something else than its run, which is whole."""
-    if found.run.rare and len(found.drawn_otherwise):
+    if found.run.aim and len(found.drawn_otherwise):
         return why_drawn_otherwise(found.run)
     return "its data, or what evaluates it, are others"

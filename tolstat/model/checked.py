@@ -23,8 +23,8 @@ from tolstat.units.conversion import check_si, to_si
 
 # what a run file and a frame call by these names
 RESERVED = (
-    "trial", "status", "steps", "nominal", "reference", "audit", "evidence", "settings",
-    "numbers",
+    "trial", "status", "steps", "nominal", "reference", "audit", "rerun", "settings",
+    "numbers", "diagnostics", "checks", "provenance",
 )  # fmt: skip
 MOST_FAILURES = 256 - FIRST_OWN
 

@@ -1,4 +1,4 @@
-"""Trials evaluated again, why these, and how they lie in the file."""
+"""Trials evaluated again, and why these."""
 
 from __future__ import annotations
 
@@ -7,15 +7,8 @@ from dataclasses import dataclass, field
 from enum import IntFlag
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
-
-from tolstat.model.description import Response
-from tolstat.store.attributes import texts, write_texts
-
-# no response can be called so: these cannot be typed as a name
-AT_RANDOM, CHOSEN_BY = "chosen-at-random", "chosen-by"
 
 
 class Reason(IntFlag):
@@ -75,47 +68,3 @@ def _together(
     order: NDArray[np.int64],
 ) -> dict[str, NDArray[Any]]:
     return {name: np.concatenate([one[name], other[name]])[order] for name in one}
-
-
-def write_audited(
-    group: h5py.Group, audited: Audited, responses: tuple[Response, ...]
-) -> None:
-    """Store trials that were evaluated again."""
-    group.attrs["long_name"] = "trials evaluated again, more precisely"
-    for name, value in audited.settings.items():
-        group.attrs[name] = value
-    write_texts(group, "tightened", list(audited.settings))
-    group["trial"], group["status"] = audited.trials, audited.status
-    for response in responses:
-        group[response.name] = audited.responses[response.name]
-        group[response.name].attrs["units"] = response.unit
-    group[AT_RANDOM] = audited.at_random.astype(np.uint8)
-    group[AT_RANDOM].attrs["long_name"] = "the one of each hundred chosen at random"
-    chosen_by = group.create_group(CHOSEN_BY)
-    chosen_by.attrs["long_name"] = "why a response had a trial evaluated again"
-    for name, reasons in audited.chosen_by.items():
-        chosen_by[name] = reasons
-        # as the CF conventions have it
-        attrs = chosen_by[name].attrs
-        attrs["flag_masks"] = np.array([reason.value for reason in Reason], np.uint8)
-        attrs["flag_meanings"] = " ".join(str(r.name).lower() for r in Reason)
-
-
-def read_audited(
-    group: h5py.Group | None, responses: tuple[Response, ...]
-) -> Audited | None:
-    """Return stored trials that were evaluated again; None without any."""
-    if group is None:
-        return None
-    trials = group["trial"][...]
-    at_random = np.ones(len(trials), bool)  # all were, before any was chosen on purpose
-    if AT_RANDOM in group:
-        at_random = group[AT_RANDOM][...].astype(bool)
-    return Audited(
-        trials,
-        {name: float(group.attrs[name]) for name in texts(group, "tightened")},
-        group["status"][...],
-        {each.name: group[each.name][...] for each in responses},
-        at_random,
-        {name: item[...] for name, item in group.get(CHOSEN_BY, {}).items()},
-    )

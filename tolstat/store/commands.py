@@ -59,9 +59,9 @@ def typed_options(run: Run, trials: int | None = None) -> list[object]:
     if run.sampled is None:
         return []
     typed: list[object] = []
-    if trials or (not run.rules and run.study.table.get("trials") != run.trials):
+    if trials or (not run.rules and run.study.trials != run.trials):
         typed += ["--trials", trials or run.trials]
-    if run.study.table.get("seed") != run.sampled.seed:
+    if run.study.seed != run.sampled.seed:
         typed += ["--seed", run.sampled.seed]
     return typed
 

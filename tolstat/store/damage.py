@@ -67,7 +67,6 @@ def ranges_of(trials: Iterable[int]) -> str:
 def damage_of(
     file: h5py.File,
     columns: Mapping[str, NDArray[Any]],
-    words: Mapping[int, str],
     *,
     complete: bool,
 ) -> Damage:

@@ -2,54 +2,117 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
 from pathlib import Path
-from typing import Any
 
 import h5py
+import numpy as np
 
-from tolstat.store.audited import write_audited
-from tolstat.store.layout import AUDIT, EVIDENCE, RERUN, SEAL, lay_out
-from tolstat.store.memory_file import MemoryFile
-from tolstat.store.metadata import (
-    write_facts,
-    write_numbers,
-    write_reference,
-    write_settings,
+from tolstat.store.audited import Reason
+from tolstat.store.codec import fields_of, write, write_record, write_values
+from tolstat.store.layout import (
+    ALONE,
+    CHECKS,
+    CHECKSUM,
+    CLOCK,
+    DIAGNOSTICS,
+    NOMINAL,
+    SEAL,
+    STATUS,
+    STEPS,
+    TRIAL,
+    allocate,
+    encoded,
 )
-from tolstat.store.plan import Ending, Plan
-from tolstat.store.seal import write_seal
-from tolstat.store.stored_diagnostics import write_evidence
+from tolstat.store.memory_file import MemoryFile
+from tolstat.store.seal import length_of, write_seal
+from tolstat.store.stored_run import Run
 from tolstat.store.trial_rows import Place, places_of
 
 ALIGNED = 64  # bytes: no value lies across two pages, where a kill could tear it
 
 
-def draft_of(
-    plan: Plan, facts: Mapping[str, Any], path: Path, trials: int, ending: Ending | None
-) -> tuple[MemoryFile, dict[str, Place]]:
-    """Make all of a file but its rows, and seal it.
+def draft_of(run: Run, path: Path) -> tuple[MemoryFile, dict[str, Place]]:
+    """Make all of the file of a run but its rows, and seal it.
 
-    The ending is None before the end. Returned with the file is where its rows go.
+    The file will have this path. Returned with it is where its rows go.
     """
     draft = MemoryFile()
     with h5py.File(
         draft, "w", alignment_threshold=1, alignment_interval=ALIGNED
     ) as file:
-        write_facts(file, plan, path, ending.stopped if ending else None)
-        for name, fact in facts.items():
-            file.attrs[name] = fact
-        lay_out(file, plan, trials)
-        write_settings(file, plan.settings)
-        write_numbers(file, plan.numbers)
-        write_reference(file, plan.reference)
-        if ending:
-            responses = plan.description.responses
-            for name, audited in ((AUDIT, ending.audited), (RERUN, ending.rerun)):
-                if audited:
-                    write_audited(file.create_group(name), audited, responses)
-            write_evidence(file.create_group(EVIDENCE), ending.evidence)
+        _lay_out(file, run)
+        _write_fields(file, run)
+        for name in ("audit", "rerun"):
+            if name in file:
+                _describe(file[name], run)
+        if run.study_file:  # from here: both may be moved together
+            file.attrs["study_file"] = os.path.relpath(run.study_file, path.parent)
         places, seal = places_of(file), file[SEAL]
         where, length = seal.id.get_offset(), seal.dtype.itemsize
     write_seal(draft, where, length, [each.hole for each in places.values()])
     return draft, places
+
+
+def _lay_out(file: h5py.File, run: Run) -> None:
+    """Make the datasets, the seal first, near the file's beginning."""
+    trials = run.trials
+    checks = file.create_group(CHECKS)
+    checks.attrs["long_name"] = "what tells whether the file is as it was written"
+    allocate(file, SEAL, (), f"S{length_of(2 * len(run.columns) + 8)}")
+    sentence = "checksum of all that is stored of a trial; 0 for none"
+    allocate(file, CHECKSUM, (trials,), np.uint64, sentence)
+    allocate(file, ALONE, (), np.uint64, "checksum of the nominal machine")
+    sentence = "seconds the run took so far, last written at, checksum"
+    allocate(file, CLOCK, (3,), np.float64, sentence)
+    index = allocate(file, TRIAL, (trials,), np.int64, "number of the trial")
+    index[...] = np.arange(trials)
+    index.make_scale(TRIAL)
+    nominal = file.create_group(NOMINAL)
+    nominal.attrs["long_name"] = "the machine without deviations; it is no trial"
+    for each in run.contributors:
+        allocate(nominal, each.name, (), np.float64)[...] = 0.0
+    of_nominal = [*(each.name for each in run.responses), STATUS, STEPS]
+    for name, values in run.columns.items():
+        dtype = encoded(values).dtype
+        column = allocate(file, name, (trials,), dtype)
+        column.dims[0].attach_scale(index)
+        if name in of_nominal:
+            allocate(nominal, name, (), dtype)
+    if STEPS in file:
+        file[STEPS].attrs["long_name"] = "integration steps, rejected ones included"
+    status = file[STATUS].attrs  # as the CF conventions have it, for xarray
+    status["long_name"] = "how the trial ended"
+    status["flag_values"] = np.array(list(run.words), np.uint8)
+    words = [word.replace(" ", "_") for word in run.words.values()]
+    status["flag_meanings"] = " ".join(words)
+
+
+def _describe(audited: h5py.Group, run: Run) -> None:
+    """Say in which units trials were evaluated again, and why these."""
+    for each in run.responses:
+        audited["responses"][each.name].attrs["units"] = each.unit
+    for chosen_by in audited.get("chosen_by", {}).values():  # as in CF
+        chosen_by.attrs["flag_masks"] = np.array([each.value for each in Reason], "u1")
+        names = (str(each.name).lower() for each in Reason)
+        chosen_by.attrs["flag_meanings"] = " ".join(names)
+
+
+def _write_fields(file: h5py.File, run: Run) -> None:
+    """Write what a run says of itself; at its end also what it is known by then."""
+    for field in fields_of(Run):
+        value, name = getattr(run, field.name), field.stored.name
+        if field.name == DIAGNOSTICS and not run.complete:
+            continue
+        if not field.stored.columns:
+            write(file, name, value, field)
+        elif isinstance(value, dict):
+            for column, each in value.items():
+                write_record(file[column], each, f"{name}_")
+        elif value:
+            write_values(file, name, [each.name for each in value])  # in their order
+            for each in value:
+                file[each.name].attrs["role"] = type(each).__name__.lower()
+                write_record(file[each.name], each)
+                if each.name in file[NOMINAL]:
+                    write_record(file[NOMINAL][each.name], each)

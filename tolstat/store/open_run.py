@@ -3,36 +3,28 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_origin
 
 import h5py
 
 from tolstat.errors import DamagedError, RunFileError
 from tolstat.model.description import Response
-from tolstat.store import metadata as facts
-from tolstat.store import run_columns as of_column
-from tolstat.store.attributes import texts
-from tolstat.store.audited import read_audited
+from tolstat.store.codec import fields_of, has_record, read, read_record
 from tolstat.store.commands import command, to_resume
 from tolstat.store.damage import damage_of
 from tolstat.store.layout import (
-    AUDIT,
     CLOCK,
-    EVIDENCE,
+    DIAGNOSTICS,
     NOMINAL,
-    RERUN,
     STATUS,
     STEPS,
-    SWEPT,
     decoded,
 )
-from tolstat.store.provenance import facts_of
 from tolstat.store.run_times import seconds_of, written_at
 from tolstat.store.seal import check_seal
-from tolstat.store.stored_diagnostics import read_evidence
-from tolstat.store.stored_run import Run, StudyText
+from tolstat.store.stored_diagnostics import Diagnostics
+from tolstat.store.stored_run import Run
 
 
 def open(path: str | os.PathLike[str], *, damaged: bool = False) -> Run:
@@ -89,62 +81,52 @@ def existing(path: Path) -> Path:
 def _read(path: Path, file: h5py.File) -> Run:
     # status first: what a writer adds meanwhile has not run yet
     status = file[STATUS][...]
-    attrs = file.attrs
-    text = str(attrs["study"])
-    datasets = {n: item for n, item in file.items() if isinstance(item, h5py.Dataset)}
-    columns = {name: item[...] for name, item in datasets.items()} | {STATUS: status}
-    words = of_column.words_of(file[STATUS])
-    complete = EVIDENCE in file
-    damage = damage_of(file, columns, words, complete=complete)
-    clock = file[CLOCK][...]
-    names = texts(file, "contributors")
-    responses = tuple(of_column.response_of(file[n]) for n in texts(file, "responses"))
-    limits = {each.name: of_column.limit_of(file[each.name]) for each in responses}
-    assumed = {name: of_column.assumed_of(file[name]) for name in names}
-    told = {"ended_at": written_at(clock), "seconds": seconds_of(clock)}
+    columns = {
+        n: each[...] for n, each in file.items() if isinstance(each, h5py.Dataset)
+    }
+    columns[STATUS] = status
+    clock, complete = file[CLOCK][...], DIAGNOSTICS in file
+    fields = _fields(file)
+    study_file = file.attrs.get("study_file")
     return Run(
         path=path,
-        study=StudyText(text, tomllib.loads(text)),
-        title=str(attrs["title"]),
-        model=str(attrs["model"]),
-        machine=str(attrs["machine"]),
-        sampling=str(attrs["sampling"]),
-        source_digest=str(attrs["source_digest"]),
-        rare=str(attrs.get(facts.RARE, "")),
-        contributors=tuple(of_column.contributor_of(file[name]) for name in names),
-        responses=responses,
-        nominal_values=_nominal(file[NOMINAL], responses, words),
-        words=words,
-        sampled=facts.sampled_of(file),
-        settings=facts.settings_of(file),
-        numbers=facts.numbers_of(file),
-        reference=facts.reference_of(file),
-        stopped=facts.stopped_of(file),
-        study_file=facts.study_file_of(path, file),
-        swept={
-            name: str(item.attrs["units"])
-            for name, item in datasets.items()
-            if item.attrs.get("role") == SWEPT
-        },
-        limits={name: limit for name, limit in limits.items() if limit},
-        assumed={name: each for name, each in assumed.items() if each},
-        grid=texts(file, "grid"),
-        notes=texts(file, "notes"),
-        assumptions=texts(file, "assumptions"),
-        rules=texts(file, "until"),
-        audited=read_audited(file.get(AUDIT), responses),
-        rerun=read_audited(file.get(RERUN), responses),
-        evidence=read_evidence(file.get(EVIDENCE)),
+        nominal_values=_nominal(file[NOMINAL], fields["responses"], fields["words"]),
+        study_file=_beside(path, study_file) if study_file else None,
         complete=complete,
-        damage=damage,
-        _facts={**facts_of(file), **told},
-        _shown={
-            name: str(item.attrs[of_column.SHOWN])
-            for name, item in datasets.items()
-            if of_column.SHOWN in item.attrs
-        },
-        _columns={name: decoded(values) for name, values in columns.items()},
+        damage=damage_of(file, columns, complete=complete),
+        times={"ended_at": written_at(clock), "seconds": seconds_of(clock)},
+        columns={name: decoded(values) for name, values in columns.items()},
+        **fields,
     )
+
+
+def _fields(file: h5py.File) -> dict[str, Any]:
+    """Read the fields of a run that `draft` writes."""
+    found: dict[str, Any] = {}
+    for field in fields_of(Run):
+        name, kind = field.stored.name, field.kind
+        if field.name == DIAGNOSTICS and DIAGNOSTICS not in file:
+            found[field.name] = Diagnostics(missing="the run did not come to its end")
+        elif not field.stored.columns:
+            found[field.name] = read(file, name, field)
+        elif get_origin(kind) is tuple:
+            columns = [file[column] for column in file.attrs.get(name, ())]
+            of = get_args(kind)[0]
+            found[field.name] = tuple(read_record(column, of) for column in columns)
+        else:
+            of, prefix = get_args(kind)[1], f"{name}_"
+            known = [*found["contributors"], *found["responses"]]
+            found[field.name] = {
+                each.name: read_record(file[each.name], of, prefix)
+                for each in known
+                if has_record(file[each.name], of, prefix)
+            }
+    return found
+
+
+def _beside(path: Path, name: str) -> Path:
+    """Return where the study lies that a run was made from."""
+    return Path(os.path.normpath(path.resolve().parent / name))
 
 
 def _nominal(

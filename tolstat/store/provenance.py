@@ -10,10 +10,7 @@ from importlib.metadata import version
 
 import h5py
 
-from tolstat.store.attributes import plain
-
 DECISIVE = ("numba", "llvmlite", "numpy", "scipy")  # other versions, other bits
-FACTS = ("processor", "platform", "command", "started_at")
 PACKAGES = ("tolstat", "numba", "llvmlite", "numpy", "scipy", "pandas", "h5py")
 
 
@@ -51,13 +48,4 @@ def decisive() -> dict[str, str]:
     return {
         "processor": processor(),
         **{f"version of {name}": version(name) for name in DECISIVE},
-    }
-
-
-def facts_of(file: h5py.File) -> dict[str, str]:
-    """Read what a run says about how it came to be."""
-    return {
-        name: str(plain(value))
-        for name, value in file.attrs.items()
-        if name in FACTS or name.startswith("version_")
     }

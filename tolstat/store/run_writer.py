@@ -9,8 +9,9 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,6 @@ from numpy.typing import NDArray
 from tolstat.errors import BrokenError, RunFileError, TolstatError
 from tolstat.model.contract import Answers
 from tolstat.status import Status
-from tolstat.store.attributes import texts
 from tolstat.store.commands import to_resume
 from tolstat.store.draft import draft_of
 from tolstat.store.fingerprint import fingerprints
@@ -35,10 +35,10 @@ from tolstat.store.layout import (
     encoded,
 )
 from tolstat.store.lock import Lock
-from tolstat.store.plan import Ending, Plan
-from tolstat.store.provenance import facts_of, now, provenance
 from tolstat.store.rescue import is_still, rescued
+from tolstat.store.run_records import Ending
 from tolstat.store.run_times import clock_of, seconds_of
+from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import (
     aside_of,
     check_replaceable,
@@ -59,15 +59,14 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     ----------
     path : Path
         The file; another one once that was removed or moved.
-    plan : Plan
-        What is written of it.
+    run : Run
+        What is written: the run as it is before its first trial.
     given_up : bool
         Whether the run that was to be replaced has been put back.
     """
 
-    def __init__(self, lock: Lock, plan: Plan, facts: Mapping[str, Any]) -> None:
-        self.path, self.plan = lock.path, plan
-        self._facts = facts
+    def __init__(self, lock: Lock, run: Run) -> None:
+        self.path, self.run = lock.path, run
         self._rows: Rows | None = None
         self._before: Path | None = None  # what was there, until this run is complete
         self._rescued: Lock | None = None
@@ -77,15 +76,15 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._unsafe: Blocks = []
 
     @classmethod
-    def made(cls, lock: Lock, plan: Plan, *, force: bool = False) -> RunWriter:
+    def made(cls, lock: Lock, run: Run, *, force: bool = False) -> RunWriter:
         """Make a file, with every trial "not run".
 
         An existing run may be replaced by `force`: it stays, under another name, until
         the new one is complete.
         """
         check_replaceable(lock.path, force=force)
-        writer = cls(lock, plan, {**provenance(), "started_at": now()})
-        writer._replace(len(plan.deviations), None)
+        writer = cls(lock, run)
+        writer._replace(run)
         writer._new = True
         return writer
 
@@ -93,7 +92,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def opened(
         cls,
         lock: Lock,
-        plan: Plan,
+        run: Run,
         whole: NDArray[np.bool_],
         ending: Ending | None = None,
     ) -> RunWriter:
@@ -104,8 +103,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         of a complete run, if that stays what it is.
         """
         with h5py.File(lock.path, "r", locking=False) as file:
-            writer = cls(lock, plan, facts_of(file))
-            places, notes = places_of(file), texts(file, "notes")
+            places, notes = places_of(file), tuple(file.attrs.get("notes", ()))
+        writer = cls(lock, run)
         try:
             writer._rows = rows = Rows(lock.path.open("r+b", buffering=0), places)
             status = rows.read(STATUS)
@@ -116,22 +115,20 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         except OSError as error:
             raise BrokenError(f"{lock.path} cannot be written: {error}") from error
         writer._spent = np.nan_to_num(seconds_of(rows.read(CLOCK)))
-        if len(whole) < len(plan.deviations) or notes != plan.notes:
-            writer._replace(len(plan.deviations), ending)
+        if len(whole) < run.trials or notes != run.notes:
+            writer._replace(_ended(run, ending) if ending else run)
         return writer
 
-    def _replace(self, trials: int, ending: Ending | None) -> None:
+    def _replace(self, run: Run) -> None:
         """Write the file aside and rename it: under its own name a file is whole."""
         try:
-            draft, places = draft_of(
-                self.plan, self._facts, self.path.resolve(), trials, ending
-            )
+            draft, places = draft_of(run, self.path.resolve())
         except UnicodeEncodeError as error:  # bytes of a name that are no text
             raise RunFileError(
                 f"{self.path} cannot be written: a run keeps the name of its study and "
                 f"the command as text, and '{error.object}' is none; rename that file"
             ) from None
-        if ending is None:
+        if not run.complete:
             check_room(self.path, draft.size)
         path = self.path.resolve()  # a link stays one
         aside, file = aside_of(path), None
@@ -139,11 +136,10 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             file = aside.open("xb+", buffering=0)
             draft.copy_to(file)
             rows = Rows(file, places)
-            given = dict(self._given(slice(trials)))
             for name, place in places.items():
                 empty = np.nan if place.dtype.kind == "f" else 0
-                values = np.full(place.length, empty, place.dtype)
-                rows.write(name, given.get(name, values))
+                values = run.columns.get(name, np.full(place.length, empty))
+                rows.write(name, encoded(values))
             rows.write(CLOCK, clock_of(0.0))
             if before := self._rows:
                 for name in self._kept(before):
@@ -165,12 +161,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def _given(self, trials: slice) -> Iterator[tuple[str, NDArray[Any]]]:
         """Yield what is known of trials before they run."""
-        for column, each in enumerate(self.plan.description.contributors):
-            yield each.name, self.plan.deviations[trials, column]
-        for name, swept in self.plan.swept.items():
-            yield name, encoded(swept.values[trials])
-        for name, values in self.plan.drawn.items():
-            yield name, values[trials]
+        for name in self.run.known:
+            yield name, encoded(self.run.columns[name][trials])
 
     def _kept(self, rows: Rows) -> list[str]:
         """Name the columns that trials fill."""
@@ -178,8 +170,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         return [*own, *rows.of_nominal]
 
     def _answers(self) -> list[str]:
-        names = [each.name for each in self.plan.description.responses]
-        return [*names, STEPS] if self.plan.integrates else names
+        names = [each.name for each in self.run.responses]
+        return [*names, STEPS] if self.run.steps is not None else names
 
     def write_drawn(self, trials: slice) -> None:
         """Store the deviations of trials that are drawn now, before they run."""
@@ -276,7 +268,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         ended = np.count_nonzero(status != Status.NOT_RUN)
         if self._before and not ended:  # it is put back
             return f"; the run in {self.path} is as it was"
-        advice = to_resume(self.path, self.plan.machine)
+        advice = to_resume(self.path, self.run.machine)
         return (
             f"; {ended} of {len(status)} trials are stored, once this is mended go on "
             f"with: {advice}"
@@ -302,7 +294,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         are stored all the same.
         """
         self._make_safe()
-        self._replace(ending.trials, ending)
+        self._replace(_ended(self.run, ending))
         if self._before:
             with suppress(OSError):
                 self._before.unlink()
@@ -336,6 +328,13 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             RuntimeWarning,
             stacklevel=2,
         )
+
+
+def _ended(run: Run, ending: Ending) -> Run:
+    """Return a run of fewer trials, with what is known at its end."""
+    columns = {name: values[: ending.trials] for name, values in run.columns.items()}
+    found = {name: each for name, each in ending._asdict().items() if name != "trials"}
+    return replace(run, complete=True, columns=columns, **found)
 
 
 def _moved_aside(path: Path) -> Path:

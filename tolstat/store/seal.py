@@ -17,7 +17,7 @@ from typing import BinaryIO, NamedTuple
 from tolstat.errors import DamagedError, RunFileError
 from tolstat.store.memory_file import MemoryFile
 
-FORMAT = 3
+FORMAT = 4
 MARK = b"tolstat seal, format "
 NEAR = 1 << 16  # bytes from the beginning of a file, in which its seal begins
 AT_ONCE = 1 << 20

@@ -1,4 +1,4 @@
-"""What a run says beyond its trials, and how it lies in the file."""
+"""What a run says beyond its trials."""
 
 from __future__ import annotations
 
@@ -6,15 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import h5py
-import numpy as np
-from numpy.typing import NDArray
-
 from tolstat.statistics.estimate import Estimate
-from tolstat.store.attributes import texts, write_texts
 
-Array = NDArray[np.float64]
-Sketched = NDArray[np.float32]
 Members = tuple[str, ...]  # contributors, taken together
 
 
@@ -37,27 +30,6 @@ class WorstCase(NamedTuple):
     failed: int
 
 
-class Sketch(NamedTuple):
-    """Curves of one machine, as precise as a small picture needs.
-
-    Attributes
-    ----------
-    axis : str
-        What they run over, with its SI unit.
-    at : float32[point]
-        Where on it.
-    curves : dict of str to float32[point]
-        By name, SI.
-    spans : tuple of (float, float)
-        Stretches of the axis to be shaded.
-    """
-
-    axis: str
-    at: Sketched
-    curves: Mapping[str, Sketched]
-    spans: tuple[tuple[float, float], ...]
-
-
 class Worst(NamedTuple):
     """One of the worst trials of a response.
 
@@ -67,24 +39,21 @@ class Worst(NamedTuple):
         Its number.
     precise : float
         The response, evaluated more precisely, SI; NaN where that failed or cannot be.
-    sketch : Sketch or None
-        How it moved; None for a machine that does not move.
     """
 
     trial: int
     precise: float
-    sketch: Sketch | None = None
 
 
 class Halved(NamedTuple):
-    """The share beyond a limit with some tolerances halved, from weighted trials.
+    """The fraction out of limit with some tolerances halved, from weighted trials.
 
     Attributes
     ----------
     beyond : Estimate
-        The share, or why it cannot be told.
+        The fraction, or why it cannot be estimated.
     effective : int
-        Number of trials that the weighted ones are worth; 0 without weights.
+        Effective sample size; 0 without weights.
     """
 
     beyond: Estimate
@@ -92,7 +61,7 @@ class Halved(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Evidence:
+class Diagnostics:
     """What a run says beyond its trials.
 
     Attributes
@@ -114,113 +83,3 @@ class Evidence:
     worst: Mapping[str, list[Worst]] = field(default_factory=dict)
     halved: Mapping[str, Mapping[Members, Halved]] = field(default_factory=dict)
     missing: str = ""
-
-
-def write_evidence(group: h5py.Group, evidence: Evidence) -> None:
-    """Store evidence."""
-    group.attrs["long_name"] = "beyond the trials: slopes, worst cases, halvings"
-    if evidence.missing:
-        group.attrs["missing"] = evidence.missing
-    if evidence.slopes:
-        names = list(next(iter(evidence.slopes.values())))
-        table = [[of[name] for name in names] for of in evidence.slopes.values()]
-        slopes = group.create_dataset("slopes", data=np.array(table, np.float64))
-        slopes.attrs["long_name"] = "slopes[response, contributor] at the nominal, SI"
-        write_texts(slopes, "responses", list(evidence.slopes))
-        write_texts(slopes, "contributors", names)
-    for response, sides in evidence.worst_cases.items():
-        for side, case in sides.items():
-            place = f"worst_cases/{response}/{side}"
-            corner = group.create_dataset(place, data=list(case.deviations.values()))
-            write_texts(corner, "contributors", list(case.deviations))
-            corner.attrs["value"] = case.value
-            corner.attrs["tried"], corner.attrs["failed"] = case.tried, case.failed
-    for response, worst in evidence.worst.items():
-        of = group.create_group(f"worst/{response}")
-        of["trial"] = np.array([each.trial for each in worst], np.int64)
-        of["precise"] = np.array([each.precise for each in worst], np.float64)
-        for each in worst:
-            if each.sketch:
-                _write_sketch(of, str(each.trial), each.sketch)
-    for response, shares in evidence.halved.items():
-        _write_halved(group, f"halved/{response}", shares)
-
-
-def _write_halved(
-    group: h5py.Group, place: str, shares: Mapping[Members, Halved]
-) -> None:
-    rows = [(*each.beyond[:3], each.effective) for each in shares.values()]
-    table = group.create_dataset(place, data=np.array(rows, np.float64).reshape(-1, 4))
-    table.attrs["long_name"] = "share beyond with tolerances halved"
-    write_texts(table, "columns", ["share", "lower", "upper", "effective trials"])
-    write_texts(table, "halved", [", ".join(members) for members in shares])
-    write_texts(table, "reasons", [each.beyond.reason for each in shares.values()])
-
-
-def _write_sketch(group: h5py.Group, name: str, sketch: Sketch) -> None:
-    rows = np.stack([sketch.at, *sketch.curves.values()]).astype(np.float32)
-    drawn = group.create_dataset(
-        f"curves/{name}", data=rows, compression="gzip", shuffle=True
-    )
-    write_texts(drawn, "rows", [sketch.axis, *sketch.curves])
-    drawn.attrs["spans"] = np.array(sketch.spans, np.float64).reshape(-1, 2)
-
-
-def read_evidence(group: h5py.Group | None) -> Evidence:
-    """Return stored evidence; without any, why there is none."""
-    if group is None:
-        return Evidence(missing="the run did not come to its end")
-    slopes: dict[str, dict[str, float]] = {}
-    if "slopes" in group:
-        names = texts(group["slopes"], "contributors")
-        for response, row in zip(
-            texts(group["slopes"], "responses"), group["slopes"][...], strict=True
-        ):
-            slopes[response] = dict(zip(names, row.tolist(), strict=True))
-    cases = {
-        response: {side: _case(corner) for side, corner in sides.items()}
-        for response, sides in group.get("worst_cases", {}).items()
-    }
-    worst = {response: _worst(of) for response, of in group.get("worst", {}).items()}
-    halved = {name: _halved(table) for name, table in group.get("halved", {}).items()}
-    return Evidence(slopes, cases, worst, halved, group.attrs.get("missing", ""))
-
-
-def _halved(table: h5py.Dataset) -> dict[Members, Halved]:
-    rows = zip(
-        texts(table, "halved"), table[...].tolist(), texts(table, "reasons"),
-        strict=True,
-    )  # fmt: skip
-    found = {}
-    for members, (share, lower, upper, effective), reason in rows:
-        beyond = Estimate(share, lower, upper, reason)
-        found[tuple(members.split(", "))] = Halved(beyond, int(effective))
-    return found
-
-
-def _case(corner: h5py.Dataset) -> WorstCase:
-    attrs = corner.attrs
-    machine = dict(
-        zip(texts(corner, "contributors"), corner[...].tolist(), strict=True)
-    )
-    return WorstCase(
-        float(attrs["value"]), machine, int(attrs["tried"]), int(attrs["failed"])
-    )
-
-
-def _worst(group: h5py.Group) -> list[Worst]:
-    curves = group.get("curves", {})
-    sketches = {int(name): _sketch(drawn) for name, drawn in curves.items()}
-    return [
-        Worst(trial, precise, sketches.get(trial))
-        for trial, precise in zip(
-            group["trial"][...].tolist(), group["precise"][...].tolist(), strict=True
-        )
-    ]
-
-
-def _sketch(drawn: h5py.Dataset) -> Sketch:
-    axis, *names = texts(drawn, "rows")
-    at, *values = drawn[...]
-    spans = tuple((low, high) for low, high in drawn.attrs["spans"].tolist())
-    return Sketch(axis, at, dict(zip(names, values, strict=True)), spans)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +16,21 @@ from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.limits.limit import Limit, within
 from tolstat.status import Status, status_words
 from tolstat.store.audited import Audited
+from tolstat.store.codec import ELSEWHERE, Stored
 from tolstat.store.damage import Damage
-from tolstat.store.layout import DRAWN, STATUS, STEPS
-from tolstat.store.plan import Known, Stopped
+from tolstat.store.layout import STATUS, STEPS
 from tolstat.store.provenance import DECISIVE, provenance
-from tolstat.store.stored_diagnostics import Evidence
+from tolstat.store.run_records import (
+    Assumed,
+    Chosen,
+    DrawDetail,
+    Reference,
+    Sampled,
+    Stopped,
+    StudyText,
+    Swept,
+)
+from tolstat.store.stored_diagnostics import Diagnostics
 from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:
@@ -28,25 +39,9 @@ if TYPE_CHECKING:
 ROUNDING = 1e-9  # of a value: by less, no machine is another one
 
 
-@dataclass(frozen=True)
-class StudyText:
-    """The study that a run was made from.
-
-    Attributes
-    ----------
-    text : str
-        As it was written.
-    table : dict
-        The same, read as TOML.
-    """
-
-    text: str
-    table: dict[str, Any]
-
-
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Run(Known):
-    """A stored run; what it says of itself besides, see `Known`.
+class Run:
+    """A stored run.
 
     Attributes
     ----------
@@ -54,41 +49,117 @@ class Run(Known):
         Its file.
     study : StudyText
         What was asked.
+    study_file : Path or None
+        Where the study lies; None for one that is no file.
+    title, model, sampling : str
+        Of the study.
+    machine : str
+        FILE.py:NAME of a custom model; empty for an installed one.
+    source_digest : str
+        Of the source that decides the numbers.
+    document : dict of str to str
+        The title block of the study: "project", "drawing", and so on.
+    sampled : Sampled or None
+        How the machines are drawn; None where they are chosen.
+    rules : tuple of str
+        The stopping rule, as it is written; empty without one.
     contributors, responses : tuple
         The columns, in order, with units and sentences.
-    nominal_values : dict
-        Responses (SI), status (a word) and steps of the machine without deviations.
-    swept : dict of str to str
-        SI unit of each setting that a grid changes.
+    swept : tuple of Swept
+        Settings that a grid changes.
+    details : tuple of DrawDetail
+        What the sampler says of how each trial was drawn.
+    settings : dict of str to Chosen
+        Of the machine, all of them, as they are written.
+    limits : dict of str to Limit
+        By response, SI.
+    assumed : dict of str to Assumed
+        By contributor that deviates.
+    correlation : dict of str to dict of str to float
+        Rank correlations, as the study writes them.
+    independent : bool
+        Whether all deviations are independent: no correlation, nothing in common.
+    words : dict of int to str
+        The word of each status that a trial can have.
+    grid : tuple of str
+        What a grid sweeps, the slowest first; empty for any other run.
+    reference : Reference or None
+        Known points to be shown beside a grid.
+    numbers : tuple of StudyNumber
+        Numbers of the study, shown beside those of its machines.
+    notes, assumptions : tuple of str
+        What has to be known of the deviations, and of the machine's answers.
+    made : dict of str to str
+        Versions, processor, platform, command, and when it was started.
     stopped : Stopped or None
         What the stopping rule made of it; None without one, or where it was cut short.
     audited : Audited or None
         Trials evaluated again; None where that cannot be, or did not come to it.
     rerun : Audited or None
         Failed trials evaluated again with tighter settings; they still count as failed.
-    evidence : Evidence
+    diagnostics : Diagnostics
         Slopes, worst cases and worst trials, or why there are none.
     complete : bool
         Whether it came to its end.
+    nominal_values : dict
+        Responses (SI), status (a word) and steps of the machine without deviations.
+    times : dict
+        "ended_at", "seconds".
     damage : Damage
         What is not as it was written; false if nothing is.
+    columns : dict of str to array
+        Of all trials: see `column`.
     """
 
-    path: Path
+    path: Annotated[Path, ELSEWHERE]
     study: StudyText
-    contributors: tuple[Contributor, ...]
-    responses: tuple[Response, ...]
-    nominal_values: dict[str, Any]
-    swept: dict[str, str]
+    study_file: Annotated[Path | None, ELSEWHERE]
+    title: str
+    model: str
+    sampling: str
+    machine: str
+    source_digest: str
+    document: Annotated[dict[str, str], Stored("title-block")]
+    sampled: Sampled | None
+    rules: tuple[str, ...]
+    contributors: Annotated[
+        tuple[Contributor, ...], Stored(columns=True, decides=("column", "unit"))
+    ]
+    responses: Annotated[
+        tuple[Response, ...], Stored(columns=True, decides=("column", "unit"))
+    ]
+    swept: Annotated[tuple[Swept, ...], Stored(columns=True)]
+    details: Annotated[tuple[DrawDetail, ...], Stored(columns=True)]
+    settings: Annotated[dict[str, Chosen], Stored(decides=("setting", "words"))]
+    limits: Annotated[
+        dict[str, Limit], Stored("limit", columns=True, decides=("limit", "words"))
+    ]
+    assumed: Annotated[
+        dict[str, Assumed], Stored(columns=True, decides=("deviation", "words"))
+    ]
+    correlation: Annotated[dict[str, dict[str, float]], Stored("rank-correlation")]
+    independent: bool
+    words: Annotated[dict[int, str], Stored("status-words", decides=("status", ""))]
+    grid: tuple[str, ...]
+    reference: Reference | None
+    numbers: tuple[StudyNumber, ...]
+    notes: tuple[str, ...]
+    assumptions: tuple[str, ...]
+    made: Annotated[dict[str, str], Stored("provenance")]
     stopped: Stopped | None
-    audited: Audited | None
+    audited: Annotated[Audited | None, Stored("audit")]
     rerun: Audited | None
-    evidence: Evidence
-    complete: bool
-    damage: Damage
-    _facts: dict[str, Any]
-    _shown: dict[str, str]
-    _columns: dict[str, NDArray[Any]]
+    diagnostics: Diagnostics
+    complete: Annotated[bool, ELSEWHERE]
+    nominal_values: Annotated[dict[str, Any], ELSEWHERE]
+    times: Annotated[dict[str, Any], ELSEWHERE]
+    damage: Annotated[Damage, ELSEWHERE]
+    columns: Annotated[Mapping[str, NDArray[Any]], ELSEWHERE]
+
+    @property
+    def aim(self) -> str:
+        """The response whose limit was sought; empty where none was."""
+        return self.sampled.aim if self.sampled else ""
 
     @property
     def trials(self) -> int:
@@ -98,13 +169,13 @@ class Run(Known):
     @property
     def status(self) -> NDArray[np.uint8]:
         """Status of each trial: a key of `words`."""
-        return self._columns[STATUS]
+        return self.columns[STATUS]
 
     @property
     def provenance(self) -> dict[str, Any]:
         """How it came to be: versions, processor, times, trials of each status."""
         counts = {f"trials_{w.replace(' ', '_')}": n for w, n in self.counts.items()}
-        return {**self._facts, **counts}
+        return {**self.made, **self.times, **counts}
 
     @cached_property
     def counts(self) -> dict[str, int]:
@@ -138,16 +209,19 @@ class Run(Known):
     @property
     def units(self) -> dict[str, str]:
         """SI unit of each column; "1" where there is none."""
-        described: list[Contributor | Response] = [*self.contributors, *self.responses]
-        return {**self.swept, **{each.name: each.unit for each in described}}
+        return {each.name: each.unit for each in self._described}
+
+    @property
+    def _described(self) -> list[Swept | Contributor | Response]:
+        return [*self.swept, *self.contributors, *self.responses]
 
     @cached_property
     def scales(self) -> dict[str, Scale]:
         """How each column is shown: as typed, as declared, or fitting its size."""
-        return {name: self._scale(name, unit) for name, unit in self.units.items()}
+        return {e.name: self._scale(e.name, e.unit, e.shown) for e in self._described}
 
-    def _scale(self, name: str, unit: str) -> Scale:
-        values, shown = self._columns[name], self._shown.get(name, "")
+    def _scale(self, name: str, unit: str, shown: str) -> Scale:
+        values = self.columns[name]
         if values.dtype.kind != "f":
             return scale_of(unit, shown)
         known = np.abs(np.append(values, self.nominal_values.get(name, np.nan)))
@@ -163,7 +237,7 @@ class Run(Known):
         if name in self.assumed:
             lower, upper = self.assumed[name].tolerance
             return upper - lower
-        values = self._columns[name]
+        values = self.columns[name]
         values = values[np.isfinite(values)]
         if not len(values):
             return 0.0
@@ -179,9 +253,16 @@ class Run(Known):
     def column(self, name: str) -> NDArray[Any]:
         """Return a swept setting, contributor or response of all trials, SI.
 
-        Of a rare run also how they were drawn: "rare-stage", "rare-weight".
+        Also what its sampler says of how each was drawn: `details`.
         """
-        return self._columns[name]
+        return self.columns[name]
+
+    @property
+    def known(self) -> list[str]:
+        """The columns that are known before a trial runs."""
+        described: list[Swept | Contributor | DrawDetail]
+        described = [*self.swept, *self.contributors, *self.details]
+        return [each.name for each in described]
 
     def beyond(self, response: str) -> NDArray[np.bool_]:
         """Return which trials ended beyond a limit, failed ones among them."""
@@ -192,8 +273,12 @@ class Run(Known):
         self, limits: dict[str, Limit], shown: dict[str, str], note: str
     ) -> Run:
         """Return the run with these limits, units shown and one more note."""
-        written = {**shown, **self._shown}
-        return replace(self, limits=limits, notes=(*self.notes, note), _shown=written)
+        responses = tuple(
+            replace(each, shown=each.shown or shown.get(each.name, ""))
+            for each in self.responses
+        )
+        notes = (*self.notes, note)
+        return replace(self, limits=limits, responses=responses, notes=notes)
 
     def made_otherwise(self, source_digest: str) -> list[str]:
         """Say what may change the bits of a trial that is evaluated again here.
@@ -201,7 +286,7 @@ class Run(Known):
         Source (of the machine as it is now), processor, versions; empty where a trial
         comes out bit for bit.
         """
-        said, facts, here = [], self._facts, provenance()
+        said, facts, here = [], self.made, provenance()
         if self.source_digest != source_digest:
             said.append(
                 f"the run was made by tolstat {facts['version_tolstat']} of another "
@@ -218,7 +303,7 @@ class Run(Known):
     @property
     def steps(self) -> NDArray[np.int64] | None:
         """Integration steps of each trial; None where nothing is integrated."""
-        return self._columns.get(STEPS)
+        return self.columns.get(STEPS)
 
     @property
     def nominal(self) -> pd.Series[Any]:
@@ -240,8 +325,8 @@ class Run(Known):
         """
         import pandas as pd
 
-        named = [*self.units, *(name for name in DRAWN if name in self._columns)]
-        columns: dict[str, Any] = {name: self._columns[name] for name in named}
+        named = [*self.units, *(each.name for each in self.details)]
+        columns: dict[str, Any] = {name: self.columns[name] for name in named}
         columns[STATUS] = status_words(self.status, self.words)
         if self.steps is not None:
             columns[STEPS] = self.steps
@@ -252,7 +337,7 @@ class Run(Known):
 
     def __repr__(self) -> str:
         """Say in a line what it is."""
-        became = "sought in stages" if self.rare else f"{self.failed} failed"
+        became = "sought in stages" if self.aim else f"{self.failed} failed"
         return (
             f"<tolstat run {str(self.path)!r}: {self.title!r}, {self.ended} of "
             f"{self.trials} trials of {self.model}, {became}>"

@@ -14,7 +14,6 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.store.attributes import texts
 from tolstat.store.layout import (
     ALONE,
     CHECKSUM,
@@ -50,7 +49,7 @@ def columns_of(file: h5py.File) -> list[str]:
 
 def nominal_columns_of(file: h5py.File) -> list[str]:
     """Name the columns that say how the nominal machine ended."""
-    names = (*sorted(texts(file, "responses")), STATUS, STEPS)
+    names = (*sorted(file.attrs.get("responses", ())), STATUS, STEPS)
     return [f"{NOMINAL}/{name}" for name in names if name in file]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from tolstat.deviations.distributions import Distribution
@@ -56,11 +57,10 @@ def read_links(document: Document, model: Model, problems: Problems) -> Document
                 deviations[name] = deviates
     problems.raise_if_any()
     given = {"settings": document.settings, "links": document.links}
-    return document.model_copy(
-        update={
-            "settings": settings_with_links(given, model),
-            "deviations": {**deviations, **document.deviations},
-        }
+    return replace(
+        document,
+        settings=settings_with_links(given, model),
+        deviations={**deviations, **document.deviations},
     )
 
 

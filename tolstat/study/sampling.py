@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from typing import Any
 
 from tolstat.deviations import samplers
@@ -11,7 +12,6 @@ from tolstat.deviations.draw import factors
 from tolstat.deviations.names import expand
 from tolstat.deviations.parts import find_in, names_in
 from tolstat.deviations.samplers import Sampler
-from tolstat.deviations.samplers.rare import safe_trials
 from tolstat.errors import ModelError, StudyError, allowed_names
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import Points
@@ -19,10 +19,6 @@ from tolstat.study.problems import Problems
 from tolstat.study.study_schema import MISSING, Document
 
 GIVEN = ("grid", "table")  # samplings that draw nothing
-GROUPED = "saltelli"
-RARE = "rare"
-LEAST_RARE = 5000  # trials, to be sought with and to tell the share
-PLENTY_RARE = 20_000
 EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
 
 
@@ -33,30 +29,39 @@ def sampler_of(sampling: str) -> Sampler:
 
 
 def read_sampling(document: Document, problems: Problems) -> tuple[Document, str]:
-    """Read a sampling that says of which response it is asked.
+    """Read a sampling that may name the response at whose limit it aims.
 
-    Returned are the study with the name of the sampling alone, and the response that `{
-    rare = "..." }` names, empty where none is named.
+    Returned are the study with the name of the sampling alone, and the response that
+    `{ rare = "..." }` names, empty where none is named.
     """
     given = document.sampling
     if isinstance(given, str):
         return document, ""
     with problems.noting("sampling", given):
+        aiming = [name for name in names_in(samplers) if sampler_of(name).aims]
         for key in given:
-            if key != RARE:
-                raise StudyError(f"no key {key}; {allowed_names(key, (RARE,))}")
-        name = given.get(RARE)
+            if key not in aiming:
+                raise StudyError(f"no key {key}; {allowed_names(key, aiming)}")
+        if len(given) != 1:
+            raise StudyError(f"one of {', '.join(aiming)} is expected")
+        ((sampling, name),) = given.items()
         if not isinstance(name, str) or not name:
             example = next(iter(document.limits), "extra_loss")
             raise StudyError(
-                f'a response with a limit is expected, such as {{ rare = "{example}" }}'
+                "a response with a limit is expected, such as "
+                f'{{ {sampling} = "{example}" }}'
             )
-        return document.model_copy(update={"sampling": RARE}), name
-    return document.model_copy(update={"sampling": "random"}), ""
+        return replace(document, sampling=sampling), name
+    return replace(document, sampling="random"), ""
 
 
-def rare_response(name: str, limited: Collection[str], known: list[str]) -> str:
-    """Return the response of a rare study: the one named, or the only limited one."""
+def aim_of(sampling: str, name: str, limited: Collection[str], known: list[str]) -> str:
+    """Return the response that a sampling aims at: named, or the only limited one.
+
+    Empty where it aims at none.
+    """
+    if sampling not in names_in(samplers) or not sampler_of(sampling).aims:
+        return ""
     asked = expand(name, known) if name else list(limited)
     if name and (without := [each for each in asked if each not in limited]):
         raise ModelError(
@@ -70,7 +75,7 @@ def rare_response(name: str, limited: Collection[str], known: list[str]) -> str:
     if len(asked) > 1:
         raise StudyError(
             f"it is for one limit, and there are {len(asked)}: {', '.join(asked)}; "
-            f'name one, such as sampling = {{ rare = "{asked[0]}" }}'
+            f'name one, such as sampling = {{ {sampling} = "{asked[0]}" }}'
         )
     return asked[0]
 
@@ -92,10 +97,9 @@ def check_sampling(
     for key in ("trials", "seed"):
         value = getattr(document, key)
         if drawn and value is None:
-            missing = MISSING[key]
-            if key == "trials" and sampling == RARE:
-                missing = f"missing; such as trials = {plenty(_varying(deviating))}"
-            problems.add(key, None, missing)
+            usual = sampler_of(sampling).usual_trials(_varying(deviating))
+            said = f"missing; such as trials = {usual}" if usual else MISSING["trials"]
+            problems.add(key, None, said if key == "trials" else MISSING[key])
         elif not drawn and value is not None:
             problems.add(key, value, f'sampling = "{sampling}" draws nothing; leave it')
     for key in GIVEN:
@@ -113,19 +117,17 @@ def check_sampling(
 
 
 def _check_drawn(document: Document, deviating: Deviations, problems: Problems) -> None:
-    sampling = str(document.sampling)
-    if isinstance(document.trials, dict):
-        sampler = sampler_of(sampling)
-        if not sampler.extensible:
-            number = "give one"
-            if sampling == RARE:
-                number += f", such as trials = {plenty(_varying(deviating))},"
-            problems.add(
-                "trials", document.trials,
-                f'sampling = "{sampling}" is made for a number of trials; {number} or '
-                'sampling = "random" or "sobol", which until needs',
-            )  # fmt: skip
-    if sampling == GROUPED and document.correlation:
+    sampling, varying = str(document.sampling), _varying(deviating)
+    sampler = sampler_of(sampling)
+    if isinstance(document.trials, dict) and not sampler.extensible:
+        usual = sampler.usual_trials(varying)
+        number = f"give one, such as trials = {usual}," if usual else "give one"
+        problems.add(
+            "trials", document.trials,
+            f'sampling = "{sampling}" is made for a number of trials; {number} or '
+            'sampling = "random" or "sobol", which until needs',
+        )  # fmt: skip
+    if sampler.group(varying) > 1 and document.correlation:
         problems.add(
             "[correlation]", None,
             f'sampling = "{sampling}" needs deviations that are independent',
@@ -133,40 +135,13 @@ def _check_drawn(document: Document, deviating: Deviations, problems: Problems) 
 
 
 def check_trials(trials: int, sampling: str, deviating: Deviations) -> str:
-    """Return what is wrong with a number of trials; empty if nothing is.
-
-    What deviates decides how many trials belong together.
-    """
-    varying = _varying(deviating)
-    if sampling == RARE and not varying:
-        return (
-            "nothing deviates: no machine is rare; give a line in [deviations], such "
-            'as rod_length = "+-1.2 mm", or a link its tolerance'
-        )
-    if sampling == RARE and trials < LEAST_RARE:
-        return (
-            f'sampling = "rare" needs {LEAST_RARE} trials or more: 3 of 5 are to '
-            f"find the machines beyond; {plenty(varying)} are plenty"
-        )
-    group = sampler_of(sampling).group(varying)
-    if trials % group == 0:
-        return ""
-    below = trials // group * group
-    near = " or ".join(str(n) for n in (below, below + group) if n)
-    return (
-        f"a multiple of {group} is expected, {varying} contributors that deviate and 2 "
-        f"for each point: {near}"
-    )
+    """Return what is wrong with a number of trials; empty if nothing is."""
+    return sampler_of(sampling).unfit(trials, _varying(deviating))
 
 
 def _varying(deviating: Deviations) -> int:
     """Count what varies independently."""
     return len(factors(deviating.distributions, deviating.dependence))
-
-
-def plenty(varying: int) -> int:
-    """Return with how many trials so many deviations are sought and told well."""
-    return max(PLENTY_RARE, safe_trials(varying))
 
 
 def _check_given(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat import catalogue
-from tolstat.deviations.draw import draw, draw_in_stages, factors, in_order
-from tolstat.deviations.rare_stage import Stage
-from tolstat.deviations.samplers import Sampler
+from tolstat.deviations.draw import Course, draw_in_stages, factors, in_order
+from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import ModelError, StudyError, TolstatError
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, impossible
@@ -31,10 +30,9 @@ from tolstat.study.memory_needed import large, too_large
 from tolstat.study.problems import Problems
 from tolstat.study.reference import read_reference
 from tolstat.study.sampling import (
-    RARE,
+    aim_of,
     check_sampling,
     check_trials,
-    rare_response,
     read_sampling,
     sampler_of,
 )
@@ -52,12 +50,12 @@ class Study:
 
     path: Path | None  # its file; None if it was given in Python
     text: str  # the file as it was written, or would be
+    document: Document  # its keys, links among the settings and the deviations
     title: str  # in the user's words
     model: Model  # the machine
     settings: Any  # instance of `model.settings`, SI
     # contributors and responses of the model at these settings
     description: Description
-    typed: dict[str, str]  # the settings that are given, as they are written
     trials: int  # how many machines are built, at most
     until: Until | None  # when there are enough of them
     seed: int | None  # from which random numbers; None where nothing is drawn
@@ -69,9 +67,14 @@ class Study:
     limits: dict[str, Limit]  # by response, SI
     # the unit in which each contributor, response or swept setting is written
     shown: dict[str, str]
-    # the response whose limit it is about, where few machines are to be beyond it;
-    # empty for any other study
-    rare: str = ""
+    # the response at whose limit the sampler aims; empty for any other study
+    aim: str = ""
+
+    @property
+    def typed(self) -> dict[str, str]:
+        """The settings that are given, as they are written."""
+        given = self.document.settings
+        return {name: model_settings.as_typed(each) for name, each in given.items()}
 
     @property
     def cases(self) -> tuple[Case, ...]:
@@ -113,40 +116,38 @@ class Study:
         return in_order(self._contributors, varying)
 
     def deviations(self) -> NDArray[np.float64]:
-        """Draw, or look up, the deviations of all trials: float64[trial, contributor].
+        """Return the deviations that are known before any trial has run, SI.
 
-        SI; NaN in a rare study, whose stages hang on answers: see `stages`.
+        float64[trial, contributor]: of all trials, or of the first of its `stages`.
         """
-        names = self._contributors
-        if self.rare:
-            return np.full((self.trials, len(names)), np.nan)
-        if self.points:
-            table = self.points.deviations.copy()
-            for name, held in self.deviating.distributions.items():
-                table[:, names.index(name)] = held.deviations(np.full(1, 0.5))
-            return table
-        return self._drawn(self.sampling, self.trials)
+        return next(self.stages())[1]
 
     def machines(self, number: int) -> NDArray[np.float64]:
-        """Return deviations of the first machines, SI; of a rare study random ones."""
-        if self.rare:
-            return self._drawn("random", number)
+        """Return deviations of the first trials, SI; random ones of what is sought."""
+        if self.sampler and not self.sampler.sample:
+            return self.at_random(cast(int, self.seed), number).deviations()
         return self.deviations()[:number]
 
     def at_random(self, seed: int, trials: int) -> Study:
         """Return the study of so many random machines, however it draws its own."""
         return replace(
-            self, sampling="random", rare="", until=None, seed=seed, trials=trials
+            self, sampling="random", aim="", until=None, seed=seed, trials=trials
         )
 
-    def stages(
-        self,
-    ) -> Generator[tuple[Stage, NDArray[np.float64]], NDArray[np.float64], None]:
-        """Draw a rare study stage by stage: see `draw_in_stages`."""
+    def stages(self) -> Course:
+        """Draw, or look up, all trials stage by stage: see `draw_in_stages`."""
+        names = self._contributors
+        if self.points:
+            table = self.points.deviations.copy()
+            for name, held in self.deviating.distributions.items():
+                table[:, names.index(name)] = held.deviations(np.full(1, 0.5))
+            yield Stage(table), table
+            return
         assert self.seed is not None  # checked when the study was loaded
-        return draw_in_stages(
-            self._contributors,
+        yield from draw_in_stages(
+            names,
             self.deviating.distributions,
+            sampling=self.sampling,
             seed=self.seed,
             trials=self.trials,
             dependence=self.deviating.dependence,
@@ -155,17 +156,6 @@ class Study:
     @property
     def _contributors(self) -> list[str]:
         return [contributor.name for contributor in self.description.contributors]
-
-    def _drawn(self, sampling: str, trials: int) -> NDArray[np.float64]:
-        assert self.seed is not None  # checked when the study was loaded
-        return draw(
-            self._contributors,
-            self.deviating.distributions,
-            sampling=sampling,
-            seed=self.seed,
-            trials=trials,
-            dependence=self.deviating.dependence,
-        )
 
 
 def load(
@@ -206,11 +196,10 @@ def load(
             swept = points.swept if points else ()
             reference = read_reference(document.reference, swept, description, folder)
     limits = read_limits(document.limits, description.responses, problems)
-    rare, until = "", None
-    if document.sampling == RARE:
-        with problems.noting("sampling", RARE if not about else {RARE: about}):
-            names = [response.name for response in description.responses]
-            rare = rare_response(about, limits, names)
+    aim, until, sampling = "", None, str(document.sampling)
+    with problems.noting("sampling", {sampling: about} if about else sampling):
+        names = [response.name for response in description.responses]
+        aim = aim_of(sampling, about, limits, names)
     if isinstance(document.trials, dict):
         with problems.noting("trials", document.trials):
             until = read_until(document.trials, description, limits)
@@ -225,21 +214,21 @@ def load(
         trials = until.at_most if until else cast(int, document.trials)
     wrong = too_large(trials, description)
     if not points and not wrong:
-        wrong = check_trials(trials, str(document.sampling), deviating)
+        wrong = check_trials(trials, sampling, deviating)
     if wrong:
         raise StudyError(f"{problems.source}: trials = {trials}: {wrong}")
     return Study(
         path,
         text,
+        document,
         document.title or (path.stem if path else machine.name),
         machine,
         settings,
         description,
-        {n: model_settings.as_typed(v) for n, v in document.settings.items()},
         trials,
         until,
         document.seed if seed is None else seed,
-        str(document.sampling),
+        sampling,
         deviating,
         points,
         reference,
@@ -253,7 +242,7 @@ def load(
                 **{name: unit_of(limit.words) for name, limit in limits.items()},
             },
         ),
-        rare,
+        aim,
     )
 
 

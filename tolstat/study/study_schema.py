@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from tolstat.errors import DataError, StudyError, allowed_names
 from tolstat.study.files import as_text, content
@@ -18,74 +18,76 @@ from tolstat.study.study_bounds import DEEPEST, TOO_DEEP, check_bounds
 
 MOST_MEGABYTES = 1  # of a study
 MOST_SEED = 2**64 - 1
-TOO_LONG = "a number of thousands of digits; no key of a study takes one"
-NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
-DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
-
-
-class TitleBlock(BaseModel):
-    """What stands on the sheet that is signed."""
-
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-    project: str = ""
-    drawing: str = ""
-    revision: str = ""
-    author: str = ""
-    approval: str = ""
-
-
-class Document(BaseModel):
-    """A study file before its names and quantities are looked at."""
-
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-    title: str = ""
-    document: TitleBlock = TitleBlock()
-    model: str
-    trials: Annotated[int, Field(ge=1)] | dict[str, Any] | None = None
-    seed: int | None = Field(default=None, ge=0, le=MOST_SEED)
-    sampling: str | dict[str, Any] = "random"
-    table: str | None = None
-    settings: dict[str, Any] = {}
-    links: dict[str, str | int | float | dict[str, Any]] = {}
-    deviations: dict[str, str | dict[str, Any]] = {}
-    correlation: dict[str, dict[str, float]] = {}
-    grid: dict[str, Any] = {}
-    reference: dict[str, Any] = {}
-    limits: dict[str, str | dict[str, Any]] = {}
-
-
+TITLE_BLOCK = ("project", "drawing", "revision", "author", "approval")
+A_TEXT = (
+    'a text in quotes is expected, such as revision = "B"; in [document] may stand '
+    f"{', '.join(TITLE_BLOCK)}"
+)
+A_SEED = f"a whole number from 0 to {MOST_SEED} is expected"
+IN_RANGE = {"trials": lambda n: n > 0, "seed": lambda n: 0 <= n <= MOST_SEED}
+NO_SUCH_KEY = "a study has no such key; "
 MISSING = {
     "model": 'missing; name a machine, such as model = "stand" (`tolstat models`)',
     "trials": "missing; say how many machines to build, such as trials = 4096",
     "seed": "missing; a whole number, such as seed = 75: it makes the run repeatable",
 }
+TOO_LONG = "a number of thousands of digits; no key of a study takes one"
+NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
 
-EXPECTED = {
-    "title": "a text is expected",
-    "document": 'a text in quotes is expected, such as revision = "B"; in [document] '
-    f"may stand {', '.join(TitleBlock.model_fields)}",
-    "model": "the name of a machine is expected, in quotes",
-    "trials": "a whole number from 1 is expected, or a stopping rule such as "
-    '{ until = "extra_loss p95 +-2 %", at_most = 200000 }',
-    "seed": f"a whole number from 0 to {MOST_SEED} is expected",
-    "sampling": "the name of a sampling is expected, in quotes, or of what is rare: "
-    '{ rare = "extra_loss" }',
-    "table": 'the name of a CSV file is expected, such as table = "machines.csv"',
-    "settings": "a table of settings is expected (`tolstat show MODEL` lists them)",
-    "links": 'a link is expected, such as { nominal = "60 mm", tolerance = '
-    '"+-0.015 mm" }, or "2 mm" for one that does not deviate',
-    "deviations": 'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", '
-    "cp = 1.33 } is expected",
-    "correlation": "a table of rank correlations is expected, such as "
-    "{ rod_length_2 = 0.6 }",
-    "grid": "a table of contributors or settings and their values is expected",
-    "reference": 'a table such as { data = "points.csv", label = "measured" } is '
-    "expected",
-    "limits": 'a limit such as "<= 3 %" or { limit = "<= 3 %", yield = "99 %" } is '
-    "expected",
-}
+
+@dataclass(frozen=True)
+class Document:
+    """A study file before its names and quantities are read: keys, types, hints."""
+
+    model: Annotated[str, "the name of a machine is expected, in quotes"]
+    title: Annotated[str, "a text is expected"] = ""
+    document: Annotated[dict[str, str], A_TEXT] = field(default_factory=dict)
+    trials: Annotated[
+        int | dict[str, Any] | None,
+        "a whole number from 1 is expected, or a stopping rule such as "
+        '{ until = "extra_loss p95 +-2 %", at_most = 200000 }',
+    ] = None
+    seed: Annotated[int | None, A_SEED] = None
+    sampling: Annotated[
+        str | dict[str, Any],
+        "the name of a sampling is expected, in quotes, or of what is rare: "
+        '{ rare = "extra_loss" }',
+    ] = "random"
+    table: Annotated[
+        str | None,
+        'the name of a CSV file is expected, such as table = "machines.csv"',
+    ] = None
+    settings: Annotated[
+        dict[str, Any],
+        "a table of settings is expected (`tolstat show MODEL` lists them)",
+    ] = field(default_factory=dict)
+    links: Annotated[
+        dict[str, str | int | float | dict[str, Any]],
+        'a link is expected, such as { nominal = "60 mm", tolerance = "+-0.015 mm" }, '
+        'or "2 mm" for one that does not deviate',
+    ] = field(default_factory=dict)
+    deviations: Annotated[
+        dict[str, str | dict[str, Any]],
+        'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", cp = 1.33 } is '
+        "expected",
+    ] = field(default_factory=dict)
+    correlation: Annotated[
+        dict[str, dict[str, float]],
+        "a table of rank correlations is expected, such as { rod_length_2 = 0.6 }",
+    ] = field(default_factory=dict)
+    grid: Annotated[
+        dict[str, Any],
+        "a table of contributors or settings and their values is expected",
+    ] = field(default_factory=dict)
+    reference: Annotated[
+        dict[str, Any],
+        'a table such as { data = "points.csv", label = "measured" } is expected',
+    ] = field(default_factory=dict)
+    limits: Annotated[
+        dict[str, str | dict[str, Any]],
+        'a limit such as "<= 3 %" or { limit = "<= 3 %", yield = "99 %" } is expected',
+    ] = field(default_factory=dict)
 
 
 def read(source: Path | Mapping[str, Any], problems: Problems) -> tuple[str, Document]:
@@ -93,13 +95,42 @@ def read(source: Path | Mapping[str, Any], problems: Problems) -> tuple[str, Doc
     text, table = _of_file(source) if isinstance(source, Path) else _of_mapping(source)
     check_bounds(table, problems)
     problems.raise_if_any()
-    try:
-        return text, Document.model_validate(table)
-    except ValidationError as error:
-        for each in error.errors():
-            _note(each, table, problems)
-        problems.raise_if_any()
-        raise
+    if "model" not in table:
+        problems.add("model", None, MISSING["model"])
+    hints = get_type_hints(Document, include_extras=True)
+    for key, value in table.items():
+        if key in hints:
+            kind, expected = get_args(hints[key])
+            _check(key, value, kind, expected, problems)
+        else:
+            problems.add(key, None, NO_SUCH_KEY + allowed_names(key, hints))
+    problems.raise_if_any()
+    return text, Document(**table)
+
+
+def _check(key: str, value: Any, kind: Any, expected: str, problems: Problems) -> None:
+    """Refuse values of another type than a key has."""
+    whole = type(value) is int
+    if get_origin(kind) is not dict or not isinstance(value, dict):
+        if not _fits(value, kind) or (whole and not IN_RANGE[key](value)):
+            problems.add(key, value, expected)
+        return
+    for name, each in value.items():
+        if key == "document" and name not in TITLE_BLOCK:
+            known = allowed_names(name, TITLE_BLOCK)
+            problems.add(f"[{key}] {name}", None, NO_SUCH_KEY + known)
+        elif not _fits(each, get_args(kind)[1]):
+            problems.add(f"[{key}] {name}", each, expected)
+
+
+def _fits(value: Any, kind: Any) -> bool:
+    """Tell whether a value of a TOML file is of a type; true is no number."""
+    if get_origin(kind) is dict:
+        of = get_args(kind)[1]
+        return isinstance(value, dict) and all(_fits(x, of) for x in value.values())
+    if kinds := get_args(kind):
+        return any(_fits(value, each) for each in kinds)
+    return kind is Any or type(value) in ((int, float) if kind is float else (kind,))
 
 
 def _of_file(path: Path) -> tuple[str, dict[str, Any]]:
@@ -150,25 +181,3 @@ def _of_mapping(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
         reason = TOO_DEEP if isinstance(error, RecursionError) else error
         raise StudyError(f"the study holds what no study file can: {reason}") from None
     return text, _table(text, "the study")
-
-
-def _note(error: Any, table: dict[str, Any], problems: Problems) -> None:
-    """Say one of pydantic's findings in the words of a study file."""
-    section, *rest = (str(part) for part in error["loc"])
-    if section in ("trials", "sampling"):
-        rest = []  # which of its forms was tried
-    key = section if not rest else f"[{section}] {rest[0]}"
-    value: Any = table.get(section)
-    if rest and isinstance(value, dict):
-        value = value.get(rest[0])
-    if error["type"] == "missing":
-        problems.add(key, None, MISSING[section])
-    elif error["type"] == "extra_forbidden":
-        of = TitleBlock if rest else Document
-        allowed = allowed_names(rest[0] if rest else section, of.model_fields)
-        problems.add(key, None, f"a study has no such key; {allowed}")
-    else:
-        problem = (key, value, EXPECTED[section])
-        already = f"{key} = "
-        if not any(found.startswith(already) for found in problems.found):
-            problems.add(*problem)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from tolstat.deviations.samplers.rare import safe_trials
 from tolstat.statistics.sensitivity.sobol_indices import LEAST
-from tolstat.study.sampling import GROUPED, RARE, sampler_of
+from tolstat.study.sampling import sampler_of
 
 
 def doubts_of(sampling: str, trials: int, factors: int) -> tuple[str, ...]:
@@ -14,17 +13,12 @@ def doubts_of(sampling: str, trials: int, factors: int) -> tuple[str, ...]:
             f"nothing deviates: all {trials} trials are one and the same machine, "
             "nothing spreads and no interval means anything; give [deviations]",
         )
-    group = sampler_of(sampling).group(factors)
-    if sampling == GROUPED and trials < LEAST * group:
+    sampler = sampler_of(sampling)
+    group = sampler.group(factors)
+    if group > 1 and trials < LEAST * group:
         return (
             f"there will be no Sobol' indices: they need {LEAST} groups of {group} "
             f"trials, trials = {LEAST * group} or more, and {trials} are "
             f"{trials // group} groups",
         )
-    if sampling == RARE and trials < (safe := safe_trials(factors)):
-        return (
-            f"of several kinds of machines beyond a smaller one may be lost among "
-            f"{factors} deviations with {trials} trials, and the interval is then of "
-            f"the others: trials = {safe} or more look for it",
-        )
-    return ()
+    return sampler.warnings(trials, factors)

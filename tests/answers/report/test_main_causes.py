@@ -72,7 +72,7 @@ def test_the_pair_is_named_with_what_it_explains(run, capsys):
     apart = "part_1 and angle differ: one high, one low"
     assert pair.words == apart
     assert pair.together.far.value == 1.0 > pair.together.alone
-    assert pair.halved == run.evidence.halved["gap"][("part_1", "angle")].beyond
+    assert pair.halved == run.diagnostics.halved["gap"][("part_1", "angle")].beyond
     known = 2 * norm.sf(1.2 * 6 / np.sqrt(2))  # a sixth of a millimetre each
     assert pair.halved.lower <= known <= pair.halved.upper < 0.006
     cause, effect = row_of(found)

@@ -33,7 +33,7 @@ from tolstat.cli.main import main
 from tolstat.model.contract import Outcome
 from tolstat.render.page_picture import SMALLEST
 from tolstat.render.plain import plain
-from tolstat.store.stored_diagnostics import Evidence
+from tolstat.store.stored_diagnostics import Diagnostics
 
 
 def page_of(run):
@@ -280,10 +280,8 @@ def test_the_page_needs_nothing_else(made):
 
 
 def test_every_picture_has_words_and_names_of_its_own(made):
-    sketches = [p for p in made.page.pictures if p["aria-label"].startswith("Trial ")]
-    assert len(made.page.pictures) == len(made.figures) + len(sketches)
+    assert len(made.page.pictures) == len(made.figures)
     assert len(made.figures) > 10
-    assert len(sketches) == (50 if "ran" in made.found["trials"] else 0)
     for picture in made.page.pictures:
         assert picture["role"] == "img" and len(picture["aria-label"]) > 10
     names = re.findall(r'\bid="([^"]+)"', made.text)
@@ -369,7 +367,7 @@ def test_texts_of_a_study_are_escaped(toy, toy_study, tmp_path):
     toy_study.write_text(text)
     named = tmp_path / "a \"b\" <i>'c'.h5"
     run = tolstat.run(toy_study, model=Quoted(), output=named)
-    page, _ = page_of(replace(run, evidence=Evidence(missing=HOSTILE)))
+    page, _ = page_of(replace(run, diagnostics=Diagnostics(missing=HOSTILE)))
     read = Page(page)
     assert "<script" not in page and not {"script", "i", "b"} & set(read.tags)
     assert "&lt;script&gt;" in page and HOSTILE in read.text and named.name in read.text
@@ -405,14 +403,14 @@ def test_the_title_block_is_what_the_study_says(toy, toy_study, approval):
 def test_slopes_and_the_worst_corner_stand_with_their_units(report, mill):
     words = {path: words for path, _, words in report.page.numbers}
     part = section_of(report.text, "rod_force_1")
-    slopes = mill.evidence.slopes["rod_force_1"]
+    slopes = mill.diagnostics.slopes["rod_force_1"]
     for name, unit, factor in (
         ("rod_length_1", "kN/mm", 1e-6), ("crank_angle_1", "kN/deg", np.pi / 180e3),
     ):  # fmt: skip
         path = f"responses/rod_force_1/slopes/{name}"
         assert says(words[path], factor * slopes[name])
         assert re.search(rf'data-path="{path}">[^<]*</span> {unit}<', part)
-        corner = mill.evidence.worst_cases["rod_force_1"]["largest"].deviations[name]
+        corner = mill.diagnostics.worst_cases["rod_force_1"]["largest"].deviations[name]
         path = f"responses/rod_force_1/worst_cases/largest/deviations/{name}"
         assert says(words[path], mill.scales[name].factor * corner)
 
@@ -700,7 +698,7 @@ def test_who_drives_the_machines_beyond_is_told_of_the_stored_columns(report, mi
     assert found["contributors"]["crank_angle_1"]["level"] > 0.05
     rods = found["kinds"]["rods"]
     assert rods["level"] < 1e-6 and rods["halved"]["upper"] < 0.01
-    stored = mill.evidence.halved["jam_share"]["rod_length_1", "rod_length_2"]
+    stored = mill.diagnostics.halved["jam_share"]["rod_length_1", "rod_length_2"]
     assert rods["halved"]["value"] == stored.beyond.value
     assert rods["effective"] == stored.effective
     phase = found["contributors"]["runout_phase_7"]["halved"]

@@ -26,7 +26,6 @@ from tolstat.deviations.density_ratio import Weighting
 from tolstat.errors import DistributionError, StudyError
 from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.workers.crew import Workers
-from tolstat.execution.workers.remote import crew_of
 from tolstat.literal import visible
 from tolstat.model.contract import Model
 from tolstat.statistics.limits.repeated_looks import followed
@@ -74,7 +73,7 @@ def allocate(
         If the study is wrong, draws nothing, has no limit or no cost.
     """
     asked = load(study, model=model)
-    with crew_of(workers, executor) as crew:
+    with Workers(workers, executor=executor) as crew:
         return allocated(asked, crew, trials=trials, progress=progress)
 
 

@@ -88,7 +88,7 @@ def entry_of(run: Run) -> Entry:
         COMPLETE if run.complete else state,
         run.trials,
         run.ended,
-        None if run.rare else run.failed,
+        None if run.aim else run.failed,
         "; ".join(f"{word}: {', '.join(some)}" for word, some in verdicts.items()),
         run.provenance["ended_at"],
         run.provenance["seconds"],
@@ -107,8 +107,8 @@ def verdicts_of(run: Run) -> dict[str, list[str]]:
         Limited responses by verdict, the worst first; of machines that were chosen and
         not drawn by how many of them are beyond.
     """
-    if run.rare:
-        return {rare_summary(run).verdict: [run.rare]} if run.ended else {}
+    if run.aim:
+        return {rare_summary(run).verdict: [run.aim]} if run.ended else {}
     found: dict[str, list[str]] = {}
     drawn = drawn_trials(run)
     for name, limit in run.limits.items() if run.ended else ():

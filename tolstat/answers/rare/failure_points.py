@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from tolstat.store.layout import DISTANCE
-from tolstat.store.plan import SCORES, Assumed
+from tolstat.deviations.rare_stage import DISTANCE
+from tolstat.store.run_records import SCORES, Assumed
 from tolstat.store.stored_run import Run
 
 MOST_POINTS = 10  # machines beyond that are named
@@ -95,7 +95,7 @@ def _likely(run: Run, trial: int, distance: float) -> FailurePoint:
         for name in off
     }
     farther = {name: float(ndtr(-abs(score))) for name, score in scores.items()}
-    value = float(run.column(run.rare)[trial])
+    value = float(run.column(run.aim)[trial])
     return FailurePoint(trial, value, distance, deviations, off, scores, farther)
 
 

@@ -20,6 +20,7 @@ from tolstat.answers.report.gather import (
 )
 from tolstat.answers.report.report_answer import Assumptions, TitleBlock, TrialCounts
 from tolstat.answers.report.run_notes import notes_of
+from tolstat.deviations.rare_stage import SPREAD, STAGE, WEIGHT
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.errors import PictureError, allowed_names
@@ -31,7 +32,6 @@ from tolstat.statistics.limits.rare_share import ENOUGH, plain_trials, rare_shar
 from tolstat.statistics.limits.yields import NOT_MET, verdict
 from tolstat.statistics.reweighting.weights import effective_number
 from tolstat.status import Status
-from tolstat.store.layout import SPREAD, STAGE, WEIGHT
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import AS_IS, PER_CENT, PPM, Scale
 
@@ -193,7 +193,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     PictureError
         If no trial has run, or another response is requested.
     """
-    name, limit = run.rare, run.limits[run.rare]
+    name, limit = run.aim, run.limits[run.aim]
     names = [each.name for each in run.responses]
     if others := [each for each in chosen if each != name]:
         if others[0] not in names:
@@ -301,8 +301,8 @@ def _changed(run: Run) -> dict[str, int]:
     """Count the trials evaluated again, and those that change sides of the limit."""
     if run.audited is None:
         return {"precise": 0, "changed": 0}
-    permitted = run.limits[run.rare].permitted
-    before = within(run.column(run.rare)[run.audited.trials], permitted)
-    after = within(run.audited.responses[run.rare], permitted)
+    permitted = run.limits[run.aim].permitted
+    before = within(run.column(run.aim)[run.audited.trials], permitted)
+    after = within(run.audited.responses[run.aim], permitted)
     changed = int(np.count_nonzero(before != after))
     return {"precise": len(run.audited.trials), "changed": changed}

@@ -34,7 +34,7 @@ def summary(run: Run | str | os.PathLike[str]) -> RunSummary | RareSummary | Ext
         If the run cannot be read.
     """
     run = run if isinstance(run, Run) else open_run(run)
-    if run.rare and run.ended:
+    if run.aim and run.ended:
         return rare_summary(run)
     drawn = drawn_trials(run)
     return summary_of(drawn) if drawn else extremes_of(run)
@@ -66,4 +66,4 @@ def report(
         If the run cannot be read.
     """
     run = run if isinstance(run, Run) else open_run(run)
-    return rare_summary(run, responses) if run.rare else report_of(run, responses)
+    return rare_summary(run, responses) if run.aim else report_of(run, responses)

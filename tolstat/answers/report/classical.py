@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from tolstat.answers.report.report_answer import WorstTrial
-from tolstat.answers.report.variance import hanging_together
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.statistics.sensitivity.linear import Scatter, scatter_of
 
@@ -20,13 +19,13 @@ def scatter_of_run(drawn: Drawn) -> Scatter | None:
     By the distributions where each deviation is independent, else by the trials.
     """
     run = drawn.run
-    slopes = run.evidence.slopes
+    slopes = run.diagnostics.slopes
     if not slopes or len(drawn.trials) < 2:
         return None
     varying = tuple(next(iter(slopes.values())))
     assumed = [run.assumed[name] for name in varying]
     sigmas = np.array([each.sigma for each in assumed])
-    if np.isfinite(sigmas).all() and not hanging_together(run.study.table):
+    if np.isfinite(sigmas).all() and run.independent:
         means = np.array([each.mean for each in assumed])
         return Scatter(varying, means, np.diag(sigmas**2))
     return scatter_of({name: drawn.values(name) for name in varying})
@@ -44,5 +43,5 @@ def worst_trials(
             each.precise,
             {n: float(run.column(n)[each.trial]) for n in leading[:NAMED]},
         )
-        for each in run.evidence.worst.get(name, ())
+        for each in run.diagnostics.worst.get(name, ())
     )

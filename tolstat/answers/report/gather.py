@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
@@ -131,7 +131,7 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
             for name, each in summary.responses.items()
         }
         contributions, members = shares.result()
-    scatter, evidence = scatter_of_run(drawn), run.evidence
+    scatter, evidence = scatter_of_run(drawn), run.diagnostics
     responses = {}
     for response in run.responses:
         name = response.name
@@ -233,8 +233,7 @@ def _point_mass(name: str, drawn: Drawn) -> Atom | None:
 
 def title_block_of(run: Run) -> TitleBlock:
     """Return what the study says of its sheet."""
-    given = run.study.table.get("document", {})
-    return TitleBlock(*(str(given.get(n, "")).strip() for n in TitleBlock._fields))
+    return TitleBlock(*(run.document.get(name, "") for name in TitleBlock._fields))
 
 
 def provenance_of(run: Run) -> dict[str, object]:
@@ -250,9 +249,6 @@ def provenance_of(run: Run) -> dict[str, object]:
 
 def assumptions_of(run: Run) -> Assumptions:
     """Say what the numbers rest on."""
-    correlation: Mapping[str, Mapping[str, float]] = run.study.table.get(
-        "correlation", {}
-    )
     return Assumptions(
         {
             each.name: SampledDeviation(
@@ -264,10 +260,10 @@ def assumptions_of(run: Run) -> Assumptions:
             for each in run.contributors
             if each.name in run.assumed
         },
-        correlation,
+        run.correlation,
         run.settings,
         run.assumptions,
-        run.evidence.missing,
+        run.diagnostics.missing,
     )
 
 

@@ -54,7 +54,7 @@ def main_causes(drawn: Drawn) -> dict[str, Causes]:
     differing = differences(deviations, beyond)
     return {
         name: _causes(int(each.sum()), differing[name], list(deviations), members,
-                        run.evidence.halved.get(name, {}), run)._replace(
+                        run.diagnostics.halved.get(name, {}), run)._replace(
                             pairs=paired[name])
         for name, each in beyond.items()
     }  # fmt: skip
@@ -66,7 +66,7 @@ def _paired(
     """Name the pairs that explain the out-of-limit trials of each limit."""
     found, unknown = {}, _unknown(run)
     for name, together in pairs(deviations, beyond).items():
-        halved = run.evidence.halved.get(name, {})
+        halved = run.diagnostics.halved.get(name, {})
         found[name] = tuple(
             PairCause(_in_words(each), each, *halved.get(each.members, unknown))
             for each in together
@@ -82,7 +82,7 @@ def _deviating(drawn: Drawn) -> dict[str, Array]:
 
 
 def _unknown(run: Run) -> Halved:
-    missing = run.evidence.missing or "not stored in this run"
+    missing = run.diagnostics.missing or "not stored in this run"
     return Halved(Estimate(math.nan, reason=missing), 0)
 
 

@@ -20,7 +20,7 @@ from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 from tolstat.statistics.sensitivity.pairs import Together
 from tolstat.statistics.shapes import Atom
 from tolstat.statistics.summary import QUANTILES, Summary
-from tolstat.store.plan import Chosen
+from tolstat.store.run_records import Chosen
 from tolstat.store.stored_diagnostics import WorstCase
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import AS_IS, PER_CENT, PPM, Scale

@@ -25,7 +25,7 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
         The trials that its statistics rest on; None where they were not sampled.
     """
     notes = []
-    if run.ended and not run.rare:  # trials of a search fail more often than production
+    if run.ended and not run.aim:  # trials of a search fail more often than production
         notes.append(_failed(run, sample))
     if run.rerun:
         notes.append(_rerun(run, run.rerun))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -45,19 +44,12 @@ def contributions_of(
         return {}, {}
     groups = kinds_of_part(list(deviations), drawn.run.contributors)
     responses = {name: drawn.done(name) for name in interest}
-    independent = not hanging_together(drawn.run.study.table)
+    independent = drawn.run.independent
     found = contributions(deviations, responses, groups, independent=independent)
     found = {name: _at_most_all(each, independent) for name, each in found.items()}
     if drawn.sample.replicates:
         found = {name: _of_each(_no_interval, each) for name, each in found.items()}
     return found, {name: tuple(members) for name, members in groups.items()}
-
-
-def hanging_together(study: Mapping[str, Any]) -> bool:
-    """Tell whether a study (as TOML) has deviations correlated, or of one batch."""
-    lines = [*study.get("deviations", {}).values(), *study.get("links", {}).values()]
-    batches = any(isinstance(line, dict) and line.get("common") for line in lines)
-    return batches or bool(study.get("correlation"))
 
 
 def at_most_all(share: Estimate) -> Estimate:

@@ -102,7 +102,8 @@ def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
 
 def members(run: Run, name: str) -> list[str]:
     """List the columns that an axis of the grid moved."""
-    known = [*run.swept, *(each.name for each in run.contributors)]
+    known = [each.name for each in run.swept]
+    known += [each.name for each in run.contributors]
     if name in known:
         return [name]
     return [each for each in known if each.rpartition("_")[0] == name]

@@ -103,7 +103,8 @@ def replay(
 def _swept(run: Run, index: int, model: Model) -> dict[str, Any]:
     """Read what a grid changed for one trial."""
     changes: dict[str, Any] = {}
-    for column in run.swept:
+    for swept in run.swept:
+        column = swept.name
         name = setting_name(column)
         value, kind = run.column(column)[index].item(), setting_of(model, name).kind
         if isinstance(value, str):

@@ -27,7 +27,7 @@ from tolstat.errors import (
 )
 from tolstat.execution.compatibility import trials_drawn_otherwise
 from tolstat.execution.continuation import plan_again, study_of
-from tolstat.execution.rare_loop import drawn_again
+from tolstat.execution.stages import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.reweighting.weights import LEAST_EFFECTIVE, Weights
@@ -128,7 +128,7 @@ def what_if(
 
 def _check_drawn(run: Run, study: Study) -> None:
     """Refuse a run whose study draws other machines by now."""
-    plan = plan_again(run, study, drawn_again(run, study))
+    plan = plan_again(run, study, drawn_again(run, study).trials)
     if len(trials_drawn_otherwise(run, plan)):
         raise RunFileError(
             f"{run.path}: its study draws other deviations by now, because its data or "

@@ -1,48 +1,83 @@
 """Ways to choose unit samples, one in each file.
 
-A sampler is a class with one method, `unit_samples(seed, streams, trials)`, and a
-sentence, `promise`, on what its samples allow to say about intervals.
+A sampler is a class called as its file (`Random` in random.py), derived from `Sampler`.
+It says what its samples allow, and chooses them: all at once by `unit_samples`, or
+stage by stage, each once the answers to those before are known, by `stages`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Protocol
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
 
-class Sampler(Protocol):
-    """What every file of this folder holds.
+
+@dataclass(frozen=True)
+class Stage:
+    """Trials that are drawn at once."""
+
+    unit: Array  # float64[trial, stream]: independent unit samples
+
+    def columns(self, number: int) -> Mapping[str, Array]:
+        """Return the sampler's `columns` of the stage of this number."""
+        return {}
+
+
+class Sampler:
+    """What every sampler says of its samples; only the promise has no default.
 
     Attributes
     ----------
+    promise : str
+        What may be said about intervals, in a sentence.
     replicates : int
         Number of independent randomisations, trial i belonging to the one of number
         i modulo it; 0 where all trials are independent of each other: only then
         order-statistic and binomial intervals hold.
     extensible : bool
-        Whether asking for more trials leaves the first as they were.
-    promise : str
-        What may be said about intervals, in a sentence.
+        Whether more trials leave the first as they were.
+    sample : bool
+        Whether the trials are a sample of production: each number of theirs tells of
+        the units that will be built.
+    aims : bool
+        Whether it seeks the limit of one response, which the study names.
+    columns : mapping of str to str
+        What is stored of how each trial was drawn: name and sentence.
     """
 
-    replicates: int
-    extensible: bool
-    promise: str
+    promise: ClassVar[str]
+    replicates: ClassVar[int] = 0
+    extensible: ClassVar[bool] = False
+    sample: ClassVar[bool] = True
+    aims: ClassVar[bool] = False
+    columns: ClassVar[Mapping[str, str]] = {}
 
     def group(self, factors: int) -> int:
         """Return how many trials belong together where so many factors vary.
 
         The number of trials must be a multiple of it; 1 where each stands alone.
         """
-        ...
+        return 1
 
-    def unit_samples(
-        self, seed: int, streams: Mapping[str, int], trials: int
-    ) -> NDArray[np.float64]:
-        """Choose unit samples.
+    def unfit(self, trials: int, factors: int) -> str:
+        """Say why a number of trials does not fit; empty where it does."""
+        return ""
+
+    def usual_trials(self, factors: int) -> int | None:
+        """Return a number of trials that is enough; None where that depends."""
+        return None
+
+    def warnings(self, trials: int, factors: int) -> tuple[str, ...]:
+        """Say before a run what so many trials will not tell."""
+        return ()
+
+    def unit_samples(self, seed: int, streams: Mapping[str, int], trials: int) -> Array:
+        """Choose all unit samples.
 
         Parameters
         ----------
@@ -59,4 +94,18 @@ class Sampler(Protocol):
         float64[trial, stream]
             Above 0 and below 1, in the order of `streams`.
         """
-        ...
+        raise NotImplementedError
+
+    def stages(
+        self, seed: int, streams: Mapping[str, int], trials: int
+    ) -> Generator[Stage, Array, None]:
+        """Draw stage by stage; `seed`, `streams`, `trials` as of `unit_samples`.
+
+        Yields
+        ------
+        Stage
+            For each it is sent float64[trial]: how far the response that it aims at
+            lies within its limit, less than 0 out of limit, minus infinity of failed
+            trials; nothing where it aims at none.
+        """
+        yield Stage(self.unit_samples(seed, streams, trials))

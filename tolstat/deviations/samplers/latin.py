@@ -7,13 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.deviations.samplers import Sampler
 from tolstat.deviations.streams import random_bits, unit_samples_of
 
 REPLICATES = 16
 BELOW_ONE = 1 - 2.0**-53
 
 
-class Latin:
+class Latin(Sampler):
     """Sixteen Latin hypercubes, independent of each other: trial i is of number i % 16.
 
     In each, one sample of each name lies in each of n strips of equal probability. A
@@ -26,21 +27,16 @@ class Latin:
     """
 
     replicates = REPLICATES
-    extensible = False
     promise = (
         "Latin hypercube trials depend on each other: averages are at least nearly as "
         "good as of random trials, often better; intervals come from the scatter "
         "between 16 independent hypercubes and are approximate"
     )
 
-    def group(self, factors: int) -> int:
-        """Return how many trials belong together; see `Sampler`."""
-        return 1
-
     def unit_samples(
         self, seed: int, streams: Mapping[str, int], trials: int
     ) -> NDArray[np.float64]:
-        """Choose unit samples; see `Sampler`."""
+        """Choose unit samples."""
         samples = np.empty((trials, len(streams)))
         for column, name in enumerate(streams):
             for replicate in range(min(REPLICATES, trials)):

@@ -7,10 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.deviations.samplers import Sampler
 from tolstat.deviations.streams import random_bits, unit_samples_of
 
 
-class Random:
+class Random(Sampler):
     """Each name has a stream of its own, numbered by trial.
 
     A draw depends on the seed, the index of the trial and the name alone: adding a
@@ -18,21 +19,16 @@ class Random:
     as it was.
     """
 
-    replicates = 0
     extensible = True
     promise = (
         "random trials are independent: order-statistic intervals of quantiles are "
         "exact, and those of shares beyond limits hold at every look"
     )
 
-    def group(self, factors: int) -> int:
-        """Return how many trials belong together; see `Sampler`."""
-        return 1
-
     def unit_samples(
         self, seed: int, streams: Mapping[str, int], trials: int
     ) -> NDArray[np.float64]:
-        """Choose unit samples; see `Sampler`."""
+        """Choose unit samples."""
         samples = np.empty((trials, len(streams)))
         for column, name in enumerate(streams):
             samples[:, column] = unit_samples_of(random_bits(seed, name, trials))

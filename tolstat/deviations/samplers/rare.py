@@ -4,21 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Mapping
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.deviations.mixture import Mixture, centred, fitted, log_normal
 from tolstat.deviations.rare_stage import (
-    Stage,
+    DISTANCE,
+    SPREAD,
+    STAGE,
+    WEIGHT,
+    RareStage,
     normal_scores,
     stage_of,
     unit_samples,
 )
+from tolstat.deviations.samplers import Sampler
 from tolstat.deviations.subset_simulation import STEPS, nearing
 
 Array = NDArray[np.float64]
 
+LEAST_TRIALS, PLENTY = 5000, 20_000  # to be sought with, and to tell the share
 SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
 FIRST, STEP, EACH, SEEKING = 0.1, 0.02, 0.02, 0.6  # of the trials: see `Rare`
 LEAST = 30  # machines beyond; with fewer, those nearest to the limit lead on
@@ -32,7 +39,7 @@ PLAIN, WIDE = 0.1, 0.05  # shares of the last stage: as the study, twice as wide
 NEAR, NEAR_LAST = 0.2, 0.1  # shares of where the response leads: of a stage, the last
 
 
-class Rare:
+class Rare(Sampler):
     """Importance sampling from a mixture that earlier stages have found.
 
     In the space of independent normal scores. There are two ways to the limit, for
@@ -62,33 +69,54 @@ class Rare:
     lead to the machines beyond.
     """
 
-    replicates = 0
-    extensible = False
+    sample = False
+    aims = True
+    columns = MappingProxyType(
+        {
+            STAGE: "stage that the trial belongs to; NaN before it is drawn",
+            SPREAD: "times the spread of the study that the stage aimed at",
+            DISTANCE: "distance from the middle machine, in normal scores",
+            WEIGHT: "density in the study over that in the stage; NaN where sought",
+        }
+    )
     promise = (
         "machines beyond the limit were sought in stages; the last stage, independent "
         "weighted trials, tells the share beyond, with a gamma interval"
     )
 
-    def group(self, factors: int) -> int:
-        """Return how many trials belong together; see `Sampler`."""
-        return 1
+    def unfit(self, trials: int, factors: int) -> str:
+        """Say why a number of trials does not fit."""
+        if not factors:
+            return (
+                "nothing deviates: no machine is rare; give a line in [deviations], "
+                'such as rod_length = "+-1.2 mm", or a link its tolerance'
+            )
+        if trials < LEAST_TRIALS:
+            return (
+                f'sampling = "rare" needs {LEAST_TRIALS} trials or more: 3 of 5 are to '
+                f"find the machines beyond; {self.usual_trials(factors)} are plenty"
+            )
+        return ""
+
+    def usual_trials(self, factors: int) -> int:
+        """Return with how many trials machines are sought and told well."""
+        return max(PLENTY, safe_trials(factors))
+
+    def warnings(self, trials: int, factors: int) -> tuple[str, ...]:
+        """Say before a run what so many trials will not tell."""
+        safe = safe_trials(factors)
+        if trials >= safe:
+            return ()
+        return (
+            f"of several kinds of machines beyond a smaller one may be lost among "
+            f"{factors} deviations with {trials} trials, and the interval is then of "
+            f"the others: trials = {safe} or more look for it",
+        )
 
     def stages(
         self, seed: int, streams: Mapping[str, int], trials: int
-    ) -> Generator[Stage, Array, None]:
-        """Draw stage by stage.
-
-        Parameters
-        ----------
-        seed, streams, trials
-            As of `Sampler.unit_samples`.
-
-        Yields
-        ------
-        Stage
-            For each it wants float64[trial]: how far the response lies within the
-            limit, less than 0 beyond; minus infinity of failed machines.
-        """
+    ) -> Generator[RareStage, Array, None]:
+        """Draw stage by stage."""
         seeking = _Seeking(seed, streams)
         mixture = centred(SPREADS, len(streams))
         yield from seeking.stage(mixture, round(FIRST * trials), 0.0)
@@ -164,7 +192,7 @@ class _Seeking:
 
     def stage(
         self, mixture: Mixture, trials: int, spread: float, *, last: bool = False
-    ) -> Generator[Stage, Array, None]:
+    ) -> Generator[RareStage, Array, None]:
         """Draw a stage, and keep what is answered."""
         purpose = f"rare {len(self.counts)}"
         which = unit_samples(self.seed, "parts", trials, f"of {purpose}")

@@ -8,13 +8,14 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.deviations.samplers import Sampler
 from tolstat.deviations.streams import random_bits, unit_samples_of
 
 REPLICATES = 16
 BITS = 32  # of a point before scrambling: 4e9 trials
 
 
-class Sobol:
+class Sobol(Sampler):
     """Sixteen scrambles of Sobol' points: trial i is of number i % 16.
 
     A name's dimension is its number among all names of the model, each of its scrambles
@@ -37,14 +38,10 @@ class Sobol:
         "independent scrambles and are approximate; powers of 2 are balanced"
     )
 
-    def group(self, factors: int) -> int:
-        """Return how many trials belong together; see `Sampler`."""
-        return 1
-
     def unit_samples(
         self, seed: int, streams: Mapping[str, int], trials: int
     ) -> NDArray[np.float64]:
-        """Choose unit samples; see `Sampler`."""
+        """Choose unit samples."""
         from scipy.stats import qmc  # slow to import
 
         samples = np.empty((trials, len(streams)))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from functools import partial
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.deviations.spread import spread_of
 from tolstat.execution.diagnostics.halved_tolerances import halved_shares
 from tolstat.execution.diagnostics.slopes_and_corners import (
     Target,
@@ -16,87 +15,73 @@ from tolstat.execution.diagnostics.slopes_and_corners import (
     worst_corners,
 )
 from tolstat.execution.diagnostics.trial_selection import margins, worst_trials
-from tolstat.execution.planning import assumed_of
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
-from tolstat.model.checked import history_of
-from tolstat.model.view import Chart
 from tolstat.status import Status
 from tolstat.store.audited import Audited
-from tolstat.store.stored_diagnostics import Evidence, Sketch, Worst, WorstCase
+from tolstat.store.stored_diagnostics import Diagnostics, Worst, WorstCase
 from tolstat.study.study import Study
 
 Array = NDArray[np.float64]
 
-SKETCHED = 1e-3  # s, between two points of a small picture
-
 
 def gather(
     study: Study, trials: Trials, audited: Audited | None, workers: Workers
-) -> Evidence:
+) -> Diagnostics:
     """Evaluate what a report wants beyond the trials; nothing where none were drawn."""
     if study.sampler is None:
-        return Evidence(missing="no deviations were drawn")
-    zones = _zones(study)
-    slopes = _slopes(study, zones, workers)
-    return Evidence(
-        slopes,
-        _worst_cases(study, trials, zones, slopes, workers),
-        _worst(study, trials, audited, workers),
+        return Diagnostics(missing="no deviations were drawn")
+    lower, upper = _zones(study)
+    usual = (upper - lower) / 6  # of a normal part at Cp = 1
+    table = slopes(study.model, study.settings, usual, workers)
+    return Diagnostics(
+        _by_name(study, table, usual > 0),
+        _worst_cases(study, trials, lower, upper, table, workers),
+        _worst(study, trials, audited),
         halved_shares(study, trials),
     )
 
 
-def _zones(study: Study) -> dict[str, tuple[float, float]]:
-    """Return the tolerance of each contributor that deviates, SI."""
-    assumed = assumed_of(study.deviating)
-    return {
-        each.name: assumed[each.name].tolerance
-        for each in study.description.contributors
-        if each.name in assumed
-    }
+def _zones(study: Study) -> tuple[Array, Array]:
+    """Return both ends of the tolerance of each contributor, SI; zero without any."""
+    spreads = {n: spread_of(d) for n, d in study.deviating.distributions.items()}
+    ends = np.zeros((2, len(study.description.contributors)))
+    for column, each in enumerate(study.description.contributors):
+        if spread := spreads.get(each.name):
+            ends[:, column] = spread.lower, spread.upper
+    return ends[0], ends[1]
 
 
-def _slopes(
-    study: Study, zones: Mapping[str, tuple[float, float]], workers: Workers
+def _by_name(
+    study: Study, table: Array, varying: NDArray[np.bool_]
 ) -> dict[str, dict[str, float]]:
-    """Differentiate every response at the nominal machine."""
-    contributors, responses = study.description
-    ends = [zones.get(each.name, (0.0, 0.0)) for each in contributors]
-    # of a normal part at Cp = 1: how far is usual
-    usual = np.array([(upper - lower) / 6 for lower, upper in ends])
-    if not np.any(usual > 0):
+    """Return slopes by response and contributor, of those that vary."""
+    if not varying.any():
         return {}
-    table = slopes(study.model, study.settings, usual, workers)
+    names = [each.name for each in study.description.contributors]
     return {
-        response.name: {
-            contributor.name: float(table[row, column])
-            for row, contributor in enumerate(contributors)
-            if usual[row] > 0
-        }
-        for column, response in enumerate(responses)
+        response.name: {names[i]: float(slope[i]) for i in np.flatnonzero(varying)}
+        for response, slope in zip(study.description.responses, table.T, strict=True)
     }
 
 
 def _worst_cases(
     study: Study,
     trials: Trials,
-    zones: Mapping[str, tuple[float, float]],
-    slopes: Mapping[str, Mapping[str, float]],
+    lower: Array,
+    upper: Array,
+    slopes: Array,
     workers: Workers,
 ) -> dict[str, dict[str, WorstCase]]:
-    """Search the worst machines within the tolerances, for each end of each limit."""
-    names = [contributor.name for contributor in study.description.contributors]
-    responses = [response.name for response in study.description.responses]
-    ends = np.array([zones.get(name, (0.0, 0.0)) for name in names])
-    lower, upper = ends.reshape(-1, 2).T
+    """Search the worst trials within the tolerances, for each end of each limit."""
+    names = [each.name for each in study.description.contributors]
+    responses = [each.name for each in study.description.responses]
     batches = study.deviating.dependence.batches
-    factors: dict[str, list[int]] = {}
-    for column, name in enumerate(names):
-        if lower[column] < upper[column]:
-            batch = batches.get(name)
-            alike = batch.name if batch and batch.share == 1 else name
-            factors.setdefault(alike, []).append(column)
+    factors: dict[str, list[int]] = {}  # columns that change together
+    for column in np.flatnonzero(lower < upper).tolist():
+        batch = batches.get(names[column])
+        alike = batch.name if batch and batch.share == 1 else names[column]
+        factors.setdefault(alike, []).append(column)
     asked = [
         (name, sign)
         for name, limit in study.limits.items()
@@ -105,18 +90,15 @@ def _worst_cases(
     ]
     if not factors or not asked:
         return {}
-    targets = []
+    groups, targets = list(factors.values()), []
     for name, sign in asked:
-        slope = np.array([slopes[name].get(each, 0.0) for each in names])
-        steepest = _steepest(sign * slope, lower, upper, factors.values())
-        starts = _worst_starts(sign * trials.response(name), trials, lower, upper)
-        targets.append(
-            Target(responses.index(name), sign, np.stack([*starts, steepest]))
-        )
+        column = responses.index(name)
+        starts = _worst_starts(sign * trials.responses[:, column], trials, lower, upper)
+        starts.append(_steepest(sign * slopes[:, column], lower, upper, groups))
+        targets.append(Target(column, sign, np.stack(starts)))
     corners = worst_corners(
-        study.model, study.settings, lower, upper, list(factors.values()), targets,
-        workers,
-    )  # fmt: skip
+        study.model, study.settings, lower, upper, groups, targets, workers
+    )
     found: dict[str, dict[str, WorstCase]] = {}
     for (name, sign), corner in zip(asked, corners, strict=True):
         machine = dict(zip(names, corner.deviations.tolist(), strict=True))
@@ -140,61 +122,28 @@ def _worst_starts(
 
 
 def _steepest(
-    slope: Array, lower: Array, upper: Array, factors: Iterable[Sequence[int]]
+    slope: Array, lower: Array, upper: Array, factors: Sequence[list[int]]
 ) -> Array:
-    """Return the corner that slopes at the nominal machine point to."""
+    """Return the corner that slopes at the nominal trial point to."""
     corner = lower.copy()
-    for columns in map(list, factors):
+    for columns in factors:
         if np.nansum(slope[columns] * (upper - lower)[columns]) > 0:
             corner[columns] = upper[columns]
     return corner
 
 
 def _worst(
-    study: Study, trials: Trials, audited: Audited | None, workers: Workers
+    study: Study, trials: Trials, audited: Audited | None
 ) -> dict[str, list[Worst]]:
-    """Tell of the worst trials how they moved, and what they are more precisely."""
-    chosen = {
-        name: worst_trials(trials.response(name), trials.status, limit)
-        for name, limit in study.limits.items()
-    }
-    every = sorted({trial for some in chosen.values() for trial in some})
-    charts: dict[int, Chart] = {}
-    if study.model.moves and every:
-        seen = partial(_chart, study.model, study.settings)
-        rows = list(trials.deviations[every])
-        charts = dict(zip(every, workers.map(seen, rows), strict=True))
+    """List the worst trials of each limited response, with the precise values."""
     found = {}
-    for name, some in chosen.items():
+    for name, limit in study.limits.items():
+        some = worst_trials(trials.response(name), trials.status, limit)
         precise = np.full(len(some), np.nan)
         if audited is not None:
             places = np.searchsorted(audited.trials, some)
             precise = audited.responses[name][places]
         known = np.where(np.isnan(precise), trials.response(name)[some], precise)
-        order = np.argsort(margins(known, study.limits[name]), kind="stable")
-        found[name] = [
-            Worst(some[i], float(precise[i]), _sketch(charts.get(some[i]), name))
-            for i in order
-        ]
+        order = np.argsort(margins(known, limit), kind="stable")
+        found[name] = [Worst(some[i], float(precise[i])) for i in order]
     return found
-
-
-def _chart(model: Any, settings: Any, deviations: Array) -> Chart:
-    chart, _ = history_of(model, deviations, settings, SKETCHED)
-    return chart
-
-
-def _sketch(chart: Chart | None, response: str) -> Sketch | None:
-    """Keep of a history what a small picture shows: the panel of the response."""
-    if chart is None or not chart.pictures:
-        return None
-    pictures = chart.pictures
-    panel = next((p for p in pictures if response in p.names), pictures[0])
-    own = (c for c in chart.curves if c.name in panel.names and c.at is None)
-    curves = {curve.name: curve.values for curve in own}
-    return Sketch(
-        f"{chart.axis.name}, {chart.axis.unit}",
-        chart.at.astype(np.float32),
-        {name: values.astype(np.float32) for name, values in curves.items()},
-        tuple((span.lower, span.upper) for span in chart.spans),
-    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,63 +22,55 @@ from tolstat.study.study import Study
 
 
 def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
-    """Evaluate some trials more precisely.
+    """Evaluate some trials more precisely; None for a model that cannot be.
 
     First those of `choose`; then, once it is known how large errors are, what they may
-    carry across a limit, so that the share of machines beyond can be trusted. None for
-    a machine that cannot be evaluated more precisely.
+    carry across a limit, so that the fraction out of limit can be trusted. Of a grid or
+    a table, which the user chose, one of each hundred.
     """
-    tight = tightened(study.model, study.settings)
-    if tight is None:
-        return None
-    numbers = tightening(study.settings, tight)
+    seed = study.seed or 0
     if study.sampler is None:
-        # machines of a grid or a table were chosen by the user: nothing is rare there
-        chosen = random_trials(study.seed or 0, len(trials.deviations))
-        choice = Choice(chosen, np.ones(len(chosen), bool), {})
-        return _audited(study, trials, choice, numbers, workers)
-    choice = choose(trials, study.limits, study.seed or 0)
-    found = _audited(study, trials, choice, numbers, workers)
+        chosen = random_trials(seed, len(trials.deviations))
+        return _audited(study, trials, Choice(chosen, chosen >= 0, {}), workers)
+    choice = choose(trials, study.limits, seed)
+    found = _audited(study, trials, choice, workers)
+    if found is None:
+        return None
     errors = {name: _largest_error(trials, found, name) for name in study.limits}
     more = choose_in_reach(trials, study.limits, choice, errors)
-    if not len(more.trials):
-        return found
-    return joined(found, _audited(study, trials, more, numbers, workers))
+    further = _audited(study, trials, more, workers) if len(more.trials) else None
+    return joined(found, further) if further else found
 
 
 def evaluated_again(
     study: Study, trials: Trials, chosen: NDArray[np.int64], workers: Workers
 ) -> Audited | None:
-    """Evaluate chosen trials more precisely; None for a machine that cannot be."""
-    tight = tightened(study.model, study.settings)
-    if tight is None:
-        return None
-    choice = Choice(chosen, np.zeros(len(chosen), bool), {})
-    return _audited(study, trials, choice, tightening(study.settings, tight), workers)
+    """Evaluate chosen trials more precisely; None for a model that cannot be."""
+    return _audited(study, trials, Choice(chosen, chosen < 0, {}), workers)
 
 
 def _audited(
-    study: Study,
-    trials: Trials,
-    choice: Choice,
-    numbers: dict[str, float],
-    workers: Workers,
-) -> Audited:
+    study: Study, trials: Trials, choice: Choice, workers: Workers
+) -> Audited | None:
     """Evaluate chosen trials more precisely."""
-    chosen, at_random, chosen_by = choice
+    tight = tightened(study.model, study.settings)
+    if tight is None:
+        return None
+    before, now = dataclasses.asdict(study.settings), dataclasses.asdict(tight)
     cases = [
         case._replace(settings=study.model.tightened(case.settings))
-        for case in cases_among(study.cases, chosen)
+        for case in cases_among(study.cases, choice.trials)
     ]
-    found = workers.simulate_cases(study.model, cases, trials.deviations[chosen])
+    rows = trials.deviations[choice.trials]
+    found = workers.simulate_cases(study.model, cases, rows)
     names = [response.name for response in study.description.responses]
     return Audited(
-        chosen,
-        numbers,
+        choice.trials,
+        {name: float(now[name]) for name in now if now[name] != before[name]},
         found.status.astype(np.uint8),
         dict(zip(names, found.responses.T, strict=True)),
-        at_random,
-        chosen_by,
+        choice.at_random,
+        choice.chosen_by,
     )
 
 
@@ -87,12 +78,3 @@ def _largest_error(trials: Trials, audited: Audited, name: str) -> float:
     errors = np.abs(trials.response(name)[audited.trials] - audited.responses[name])
     known = errors[np.isfinite(errors)]
     return float(known.max()) if len(known) else np.nan
-
-
-def tightening(settings: Any, tight: Any) -> dict[str, float]:
-    """Return the numbers that differ between two settings, by name."""
-    return {
-        field.name: float(getattr(tight, field.name))
-        for field in dataclasses.fields(settings)
-        if getattr(tight, field.name) != getattr(settings, field.name)
-    }

@@ -37,7 +37,7 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     each other, or were sought. Failed trials count as beyond.
     """
     sampler = study.sampler
-    if sampler is None or sampler.replicates or study.rare:
+    if sampler is None or sampler.replicates or not sampler.sample:
         return {}
     group = sampler.group(len(study.factors))
     own: slice | NDArray[np.bool_] = slice(None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -97,90 +97,66 @@ def worst_corners(
     (float64[contributor], SI); what makes a target worse is taken, all at once if that
     is worse still, until nothing is. A local search: no proof, and no probability.
     """
-    current = [_Search(target, lower, upper, factors) for target in targets]
-    for _ in range(2 * MOST_SWEEPS + 1):
-        asked = [search.asked() for search in current]
-        if not any(len(rows) for rows in asked):
-            break
-        found = workers.simulate(model, np.concatenate(asked), settings).responses
-        ends = np.cumsum([len(rows) for rows in asked])
-        for search, responses in zip(current, np.split(found, ends[:-1]), strict=True):
-            search.take(responses)
-    return [search.corner for search in current]
+    searches = [_search(target, lower, upper, factors) for target in targets]
+    asked = {place: next(search) for place, search in enumerate(searches)}
+    found: dict[int, Corner] = {}
+    while asked:
+        answers = workers.simulate(model, np.concatenate([*asked.values()]), settings)
+        ends = np.cumsum([len(rows) for rows in asked.values()])[:-1]
+        parts = np.split(answers.responses, ends)
+        for place, responses in zip([*asked], parts, strict=True):
+            try:
+                asked[place] = searches[place].send(responses)
+            except StopIteration as end:
+                found[place] = end.value
+                del asked[place]
+    return [found[place] for place in range(len(targets))]
 
 
-class _Search:
-    """The search for one target: what it asks next, and what it makes of it."""
-
-    def __init__(
-        self,
-        target: Target,
-        lower: Array,
-        upper: Array,
-        factors: Sequence[Sequence[int]],
-    ) -> None:
-        self.target = target
-        self.moves = [
-            (list(columns), end[list(columns)])
-            for columns in factors
-            for end in (lower, upper)
-        ]
-        self.tried: list[Move] = []
-        self.rows = target.starts
-        self.corner = Corner(np.nan, target.starts[0], 0, 0)
-        self.sweeping = False
-        self.over = False
-
-    def asked(self) -> Array:
-        """Return machines to be simulated; none once the search is over."""
-        return self.rows[:0] if self.over else self.rows
-
-    def take(self, responses: Array) -> None:
-        """Take what these machines answered, and choose the next ones."""
-        if self.over:
-            return
-        values = responses[:, self.target.response]
-        best, value, machine = self.corner, self.corner.value, self.corner.deviations
-        badness = np.where(np.isnan(values), -np.inf, self.target.sign * values)
-        known = -np.inf if np.isnan(value) else self.target.sign * value
-        most = int(badness.argmax())
-        before = machine
-        if badness[most] > known:
-            value, machine = float(values[most]), self.rows[most]
-        self.corner = Corner(
-            value,
-            machine,
-            best.tried + len(values),
-            best.failed + int(np.isnan(values).sum()),
-        )
-        if np.isnan(value):
-            self.over = True
-        elif self.sweeping:
-            self.over = not badness[most] > known + 1e-9 * abs(known)
-            worse = badness > known
-            self._ask_for_all(before, badness, worse)
-        else:
-            self._sweep()
-
-    def _sweep(self) -> None:
-        """Ask for every single move."""
-        machine = self.corner.deviations
+def _search(
+    target: Target, lower: Array, upper: Array, factors: Sequence[Sequence[int]]
+) -> Generator[Array, Array, Corner]:
+    """Search for one target: yield machines, be sent what they answered."""
+    moves = [
+        (list(columns), end[list(columns)])
+        for columns in factors
+        for end in (lower, upper)
+    ]
+    corner, rows = Corner(np.nan, target.starts[0], 0, 0), target.starts
+    corner, _ = _taken(target, corner, rows, (yield rows))
+    for _ in range(MOST_SWEEPS):
+        before = corner
         # what is at that end already is no move
-        self.tried = [(c, end) for c, end in self.moves if np.any(machine[c] != end)]
-        rows = [_moved(machine, [move]) for move in self.tried]
-        self.rows = np.array(rows).reshape(-1, len(machine))
-        self.sweeping, self.over = True, not rows
-
-    def _ask_for_all(
-        self, before: Array, badness: Array, worse: NDArray[np.bool_]
-    ) -> None:
-        """Ask for all moves at once that made it worse, of two ends the worse one."""
+        tried = [(c, end) for c, end in moves if np.any(before.deviations[c] != end)]
+        if np.isnan(before.value) or not tried:
+            break
+        rows = np.array([_moved(before.deviations, [move]) for move in tried])
+        corner, badness = _taken(target, before, rows, (yield rows))
+        known = target.sign * before.value
+        if not badness.max() > known + 1e-9 * abs(known):
+            break
+        # all moves at once that made it worse, of two ends the worse one
         taken: dict[int, Move] = {}  # by first column: one of both ends
         for i in np.lexsort((-np.arange(len(badness)), badness)):
-            if worse[i]:
-                taken[self.tried[i][0][0]] = self.tried[i]
-        self.rows = _moved(before, list(taken.values()))[None, :]
-        self.sweeping = False
+            if badness[i] > known:
+                taken[tried[i][0][0]] = tried[i]
+        rows = _moved(before.deviations, list(taken.values()))[None, :]
+        corner, _ = _taken(target, corner, rows, (yield rows))
+    return corner
+
+
+def _taken(
+    target: Target, best: Corner, rows: Array, responses: Array
+) -> tuple[Corner, Array]:
+    """Return the worst machine so far, and how bad each of these is."""
+    values = responses[:, target.response]
+    badness = np.where(np.isnan(values), -np.inf, target.sign * values)
+    most, failed = int(badness.argmax()), int(np.isnan(values).sum())
+    value, machine = best.value, best.deviations
+    if badness[most] > (-np.inf if np.isnan(value) else target.sign * value):
+        value, machine = float(values[most]), rows[most]
+    corner = Corner(value, machine, best.tried + len(values), best.failed + failed)
+    return corner, badness
 
 
 def _moved(machine: Array, moves: Sequence[Move]) -> Array:

@@ -12,12 +12,9 @@ from functools import partial
 from typing import Any
 
 from tolstat.errors import BrokenError, LostError, StudyError, TolstatError
-from tolstat.execution.workers.remote_blocks import (
-    Otherwise,
-    Parcel,
-    carried_out,
-    packed,
-)
+from tolstat.execution.workers.remote_blocks import Mismatch
+
+Call = Callable[[], Any]
 
 CONNECT = 10.0  # s, for a scheduler to answer
 PATIENCE = 60.0  # s, without any worker that can be used
@@ -64,7 +61,7 @@ class Cluster(Executor):
         self.address = address
         self._refused: set[str] = set()
         self._there: dict[str, int] = {}  # threads of each worker
-        self._sent: dict[Future[Any], tuple[Parcel, Any, list[str]]] = {}
+        self._sent: dict[Future[Any], tuple[Call, Any, list[str]]] = {}
         self._lock, self._closed = threading.RLock(), threading.Event()
         self._look()
         threading.Thread(target=self._watch, daemon=True).start()
@@ -73,30 +70,33 @@ class Cluster(Executor):
     def number(self) -> int:
         """How many blocks run at once, as things are."""
         with self._lock:
-            usable = (n for a, n in self._there.items() if a not in self._refused)
-            return max(1, sum(usable))
+            return max(1, sum(self._there[each] for each in self._usable))
+
+    @property
+    def _usable(self) -> list[str]:
+        """Workers that are there and have not refused."""
+        return [each for each in self._there if each not in self._refused]
 
     def submit(
         self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any
     ) -> Future[Any]:
-        """Let a worker call a function of tolstat."""
+        """Let a worker call a function."""
         ours: Future[Any] = Future()
         ours.set_running_or_notify_cancel()  # it may run from now on
-        self._send(ours, packed(partial(fn, *args, **kwargs)))
+        self._send(ours, partial(fn, *args, **kwargs))
         return ours
 
-    def _send(self, ours: Future[Any], parcel: Parcel) -> None:
+    def _send(self, ours: Future[Any], call: Call) -> None:
         with self._lock:
-            usable = [a for a in self._there if a not in self._refused]
-            where = usable if self._refused else []
+            where = self._usable if self._refused else []
             try:
                 theirs = self._client.submit(
-                    _on_worker, tuple(parcel), pure=False, workers=where or None
+                    _on_worker, call, pure=False, workers=where or None
                 )
             except Exception as error:  # whatever Dask raises where it is closed
                 ours.set_exception(self._lost(f"{type(error).__name__}: {error}"))
                 return
-            self._sent[ours] = parcel, theirs, where
+            self._sent[ours] = call, theirs, where
         theirs.add_done_callback(partial(self._deliver, ours))
 
     def _deliver(self, ours: Future[Any], theirs: Any) -> None:
@@ -104,7 +104,7 @@ class Cluster(Executor):
         with self._lock:
             if ours not in self._sent or self._sent[ours][1] is not theirs:
                 return  # sent again meanwhile
-            parcel, *_ = self._sent.pop(ours)
+            call, *_ = self._sent.pop(ours)
         try:
             found = theirs.result()
         except TolstatError as error:
@@ -112,13 +112,16 @@ class Cluster(Executor):
         except BaseException as error:
             ours.set_exception(self._lost(f"{type(error).__name__}: {error}"))
         else:
-            if isinstance(found, Otherwise):
-                self._refuse(found)
-                self._send_again(ours, parcel)
-            else:
+            if not isinstance(found, Mismatch):
                 ours.set_result(found)
+                return
+            self._refuse(found)
+            if self._look():
+                self._send(ours, call)
+            else:
+                ours.set_exception(self._lost("none of its workers can be used"))
 
-    def _refuse(self, found: Otherwise) -> None:
+    def _refuse(self, found: Mismatch) -> None:
         """Name a worker that is not used."""
         with self._lock:
             if found.who in self._refused:
@@ -130,13 +133,6 @@ class Cluster(Executor):
             stacklevel=2,
         )
 
-    def _send_again(self, ours: Future[Any], parcel: Parcel) -> None:
-        self._look()
-        if all(each in self._refused for each in self._there):
-            ours.set_exception(self._lost("none of its workers can be used"))
-        else:
-            self._send(ours, parcel)
-
     def _look(self) -> bool:
         """Look who is there; tell whether one of them can be used."""
         try:
@@ -145,28 +141,25 @@ class Cluster(Executor):
             there = {}
         with self._lock:
             self._there = there
-            return bool(there.keys() - self._refused)
+            return bool(self._usable)
 
     def _watch(self) -> None:
         """Send again what only lost workers may do; give up where none is left."""
         since = time.monotonic()
         while not self._closed.wait(LOOK_AGAIN):
-            if self._look():
-                since = time.monotonic()
-                with self._lock:
-                    stuck = [
-                        (ours, parcel)
-                        for ours, (parcel, _, where) in self._sent.items()
-                        if where and not self._there.keys() & set(where)
-                    ]
-                    for ours, parcel in stuck:
-                        self._send(ours, parcel)
-            elif time.monotonic() - since > PATIENCE:
-                with self._lock:
-                    lost, self._sent = self._sent, {}
-                for ours in lost:
-                    why = f"it has had no worker for {PATIENCE:.0f} s"
-                    ours.set_exception(self._lost(why))
+            usable = self._look()
+            since = time.monotonic() if usable else since
+            with self._lock:
+                sent = list(self._sent.items())
+                for ours, (call, _, where) in sent if usable else ():
+                    if where and not self._there.keys() & set(where):
+                        self._send(ours, call)
+                if time.monotonic() - since <= PATIENCE:
+                    continue
+                self._sent = {}
+            for ours, _ in sent:
+                why = f"it has had no worker for {PATIENCE:.0f} s"
+                ours.set_exception(self._lost(why))
 
     def _lost(self, why: str) -> LostError:
         return LostError(
@@ -182,11 +175,11 @@ class Cluster(Executor):
         self._client.close(timeout=CONNECT)
 
 
-def _on_worker(parcel: tuple[Any, ...]) -> Any:
-    """Carry out a parcel on a worker of a cluster."""
+def _on_worker(call: Call) -> Any:
+    """Call a function on a worker of a cluster; a mismatch bears its address."""
     from distributed import get_worker
 
-    found = carried_out(Parcel(*parcel))
-    if isinstance(found, Otherwise):
+    found = call()
+    if isinstance(found, Mismatch):
         return found._replace(who=get_worker().address)
     return found

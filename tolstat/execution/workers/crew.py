@@ -1,4 +1,4 @@
-"""Blocks of trials on the workers of an executor."""
+"""Blocks of trials on the workers of an executor: threads here, or other processes."""
 
 from __future__ import annotations
 
@@ -6,18 +6,16 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    Executor,
-    Future,
-    wait,
-)
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import AbstractContextManager
-from typing import Any, cast
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.errors import LostError, TolstatError
+from tolstat.execution.workers.remote_blocks import Mismatch, carried_out, packed
 from tolstat.execution.workers.threads import Threads
 from tolstat.model.checked import simulate
 from tolstat.model.contract import Answers, Model
@@ -39,7 +37,7 @@ class Interrupted(Exception):
 
 
 class Workers(AbstractContextManager["Workers"]):
-    """Threads, or any executor, that evaluate machines.
+    """Threads, or any executor of other processes, that evaluate trials.
 
     Parameters
     ----------
@@ -49,7 +47,8 @@ class Workers(AbstractContextManager["Workers"]):
     stopping : callable
         Asked ten times a second; once true, no block begins any more.
     executor : concurrent.futures.Executor, optional
-        Runs the blocks; threads of this process if not given: what is compiled
+        Of other processes: a `Cluster`, `mpi4py.futures.MPIPoolExecutor`,
+        `ProcessPoolExecutor`. Threads of this process if not given: what is compiled
         releases the GIL, so one process, one compilation. The results do not depend on
         it. Who gives one dismisses it.
     block : int, optional
@@ -65,15 +64,40 @@ class Workers(AbstractContextManager["Workers"]):
         block: int | None = None,
     ) -> None:
         self.stopping = stopping
-        self._given = number
+        self._given, self._fixed = number, block
         self._own = None if executor else Threads(number or processors())
-        self._executor: Executor = executor or cast(Threads, self._own)
-        self._fixed = block
+        self._executor = executor
 
     @property
     def number(self) -> int:
         """How many blocks run at once; a cluster grows and shrinks."""
-        return self._given or getattr(self._executor, "number", None) or processors()
+        there = (getattr(self._executor, name, 0) for name in ("number", "num_workers"))
+        return self._given or next(filter(None, there), None) or processors()
+
+    def _submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Let a worker call a function of tolstat."""
+        if self._executor is None:
+            assert self._own
+            return self._own.submit(function, *arguments)
+        parcel = packed(partial(function, *arguments))
+        try:
+            return self._executor.submit(carried_out, parcel)
+        except RuntimeError as error:  # it is broken, or dismissed
+            raise _lost(f"{type(error).__name__}: {error}") from error
+
+    def _result(self, future: Future[Any]) -> Any:
+        """Return what a worker found; LostError where a process is lost or differs."""
+        try:
+            found = future.result()
+        except TolstatError:
+            raise
+        except Exception as error:
+            if self._executor is None:
+                raise
+            raise _lost(f"{type(error).__name__}: {error}") from error
+        if isinstance(found, Mismatch):
+            raise _lost(f"{found.who}: {'; '.join(found.reasons)}")
+        return found
 
     def blocks(
         self, model: Model, cases: Sequence[Case], deviations: Array
@@ -100,14 +124,14 @@ class Workers(AbstractContextManager["Workers"]):
                         todo.append(case._replace(first=stop))
                     left -= stop - case.first
                     rows = deviations[case.first : stop]
-                    future = self._executor.submit(_timed, model, rows, case.settings)
+                    future = self._submit(_timed, model, rows, case.settings)
                     running[future] = case.first
                 if not running:
                     return
                 done, _ = wait(running, LOOK_AGAIN, return_when=FIRST_COMPLETED)
                 finished = []
                 for future in done:
-                    outcome, seconds = future.result()
+                    outcome, seconds = self._result(future)
                     size.learn(len(outcome.responses), seconds)
                     finished.append((running.pop(future), outcome))
                 if finished:
@@ -145,22 +169,10 @@ class Workers(AbstractContextManager["Workers"]):
             raise Interrupted
         return Answers.joined(outcomes)
 
-    def map(self, function: Callable[[Any], Any], items: Sequence[Any]) -> list[Any]:
-        """Call a function on each item; `Interrupted` if not all are to be done."""
-        futures = [self._executor.submit(function, item) for item in items]
-        while not all(future.done() for future in futures):
-            wait([f for f in futures if not f.done()], LOOK_AGAIN)
-            if self.stopping():
-                for future in futures:
-                    future.cancel()
-                raise Interrupted
-        return [future.result() for future in futures]
-
     def here(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Call a function of this process that may take long.
+        """Call a function of this process that may take long; `Interrupted` if stopped.
 
-        `Interrupted` once stopping: a thread, which keeps nobody waiting, is left with
-        it.
+        A thread, which keeps nobody waiting, is left with it.
         """
         thread = Threads(1)
         try:
@@ -204,6 +216,10 @@ def _timed(model: Model, deviations: Array, settings: Any) -> tuple[Answers, flo
     """Evaluate one block on a worker, and say how long it took, s."""
     began = time.perf_counter()
     return simulate(model, deviations, settings), time.perf_counter() - began
+
+
+def _lost(why: str) -> LostError:
+    return LostError(f"a process that evaluates: {why}")
 
 
 def processors() -> int:

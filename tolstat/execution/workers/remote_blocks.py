@@ -1,4 +1,4 @@
-"""Blocks sent to other processes: machines go by name, and their source is compared."""
+"""Blocks sent to other processes: models go by name, and their source is compared."""
 
 from __future__ import annotations
 
@@ -20,24 +20,15 @@ from tolstat.store.provenance import decisive
 _loading = threading.Lock()
 
 
-class Origin(NamedTuple):
-    """Where a machine comes from."""
-
-    name: str  # of the catalogue
-    place: str  # FILE.py:NAME of a machine of one's own; empty for an installed one
-    digest: str  # of the source that decides its numbers
-
-
 class Parcel(NamedTuple):
     """A call that another process can make, and what has to be the same there."""
 
-    content: bytes  # the function and its arguments
-    origins: tuple[Origin, ...]  # the machines in it
+    content: bytes  # the function and its arguments, pickled
     # what decides the bits of the numbers: processor, versions
     decisive: dict[str, str]
 
 
-class Otherwise(NamedTuple):
+class Mismatch(NamedTuple):
     """A process that would come to other bits, and has evaluated nothing."""
 
     who: str  # its name
@@ -45,57 +36,40 @@ class Otherwise(NamedTuple):
 
 
 class _Packer(pickle.Pickler):
-    def __init__(self, file: io.BytesIO) -> None:
-        super().__init__(file, pickle.HIGHEST_PROTOCOL)
-        self.origins: dict[Origin, None] = {}
+    """Models go by name, file and digest of their source."""
 
-    def persistent_id(self, obj: Any) -> Origin | None:
-        if not isinstance(obj, Model):
-            return None
-        origin = _origin_of(obj)
-        self.origins[origin] = None
-        return origin
-
-
-class _Unpacker(pickle.Unpickler):
-    def persistent_load(self, pid: Any) -> Model:
-        return _machine(pid.name, pid.place)
+    def reducer_override(self, obj: Any) -> Any:
+        if isinstance(obj, Model):
+            return _found, (obj.name, _place_of(obj), obj.source_digest)
+        return NotImplemented
 
 
 def packed(call: Callable[[], Any]) -> Parcel:
     """Pack a call for another process."""
     buffer = io.BytesIO()
-    packer = _Packer(buffer)
-    packer.dump(call)
-    return Parcel(buffer.getvalue(), tuple(packer.origins), decisive())
+    _Packer(buffer, pickle.HIGHEST_PROTOCOL).dump(call)
+    return Parcel(buffer.getvalue(), decisive())
 
 
 def carried_out(parcel: Parcel) -> Any:
-    """Make a call here; an `Otherwise` if it could come to other bits than at home."""
+    """Make a call here; a `Mismatch` if it could come to other bits than at home."""
     here = decisive()
     reasons = [
         f"its {what} is {here.get(what, 'unknown')}, and {value} is asked for"
         for what, value in parcel.decisive.items()
         if here.get(what) != value
     ]
-    for name, place, digest in parcel.origins:
-        try:
-            found = _machine(name, place).source_digest
-        except TolstatError as error:
-            reasons.append(str(error))
-            continue
-        if found != digest:
-            reasons.append(
-                f"its source of the machine '{name}' is {found}, and {digest} is asked "
-                "for"
-            )
+    try:
+        call = pickle.loads(parcel.content)
+    except TolstatError as error:
+        reasons.append(str(error))
     if reasons:
-        return Otherwise(f"{socket.gethostname()}, process {os.getpid()}", (*reasons,))
-    return _Unpacker(io.BytesIO(parcel.content)).load()()
+        return Mismatch(f"{socket.gethostname()}, process {os.getpid()}", (*reasons,))
+    return call()
 
 
-def _origin_of(model: Model) -> Origin:
-    """Say where others find a machine."""
+def _place_of(model: Model) -> str:
+    """Say where others find a model: FILE.py:NAME, empty for an installed one."""
     place = catalogue.place_of(model)
     if place == catalogue.ANY:
         raise ModelError(
@@ -103,16 +77,20 @@ def _origin_of(model: Model) -> Origin:
             "cannot find it: name its file, --machine FILE.py:NAME "
             "(tolstat.catalogue.load)"
         )
-    if place:
-        file, _, name = place.rpartition(":")
-        place = f"{Path(file).resolve()}:{name}"
-    return Origin(model.name, place, model.source_digest)
+    file, _, name = place.rpartition(":")
+    return f"{Path(file).resolve()}:{name}" if place else ""
 
 
-def _machine(name: str, place: str) -> Model:
-    """Find a machine here."""
+def _found(name: str, place: str, digest: str) -> Model:
+    """Find a model here; refuse one of another source."""
     with _loading:  # of two threads one loads it
-        return _loaded(place) if place else catalogue.find(name)
+        model: Model = _loaded(place) if place else catalogue.find(name)
+    if model.source_digest != digest:
+        raise ModelError(
+            f"its source of the machine '{name}' is {model.source_digest}, and "
+            f"{digest} is asked for"
+        )
+    return model
 
 
 _loaded = cache(catalogue.load)

@@ -10,23 +10,18 @@ from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import Any
 
-Task = tuple[Future[Any], Callable[[], Any]]
-
 
 class Threads(Executor):
-    """Threads of this process; those of the standard library are waited for at its end.
+    """Daemon threads: those of the standard library are waited for at the exit.
 
     What is compiled knows no interruption: after Ctrl-C a thread may go on for minutes
-    with a machine that nobody wants any more.
+    with a trial that is not wanted any more.
     """
 
     def __init__(self, number: int) -> None:
-        self.number = number
-        self._tasks: SimpleQueue[Task | None] = SimpleQueue()
-        self._threads = [
-            Thread(target=self._work, name=f"worker_{i}", daemon=True)
-            for i in range(number)
-        ]
+        self._tasks: SimpleQueue[tuple[Future[Any], Callable[[], Any]] | None]
+        self._tasks = SimpleQueue()
+        self._threads = [Thread(target=self._work, daemon=True) for _ in range(number)]
         for thread in self._threads:
             thread.start()
 
@@ -50,10 +45,9 @@ class Threads(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Dismiss the threads."""
-        if cancel_futures:
-            with suppress(Empty):
-                while task := self._tasks.get_nowait():
-                    task[0].cancel()
+        with suppress(Empty):
+            while cancel_futures and (task := self._tasks.get_nowait()):
+                task[0].cancel()
         for _ in self._threads:
             self._tasks.put(None)
         for thread in self._threads if wait else ():
