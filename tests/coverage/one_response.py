@@ -24,8 +24,8 @@ from tolstat.statistics.limits.capability import by_moments, by_percentiles, by_
 from tolstat.statistics.limits.limit import Limit, ppk_of
 from tolstat.statistics.limits.repeated_looks import followed
 from tolstat.statistics.limits.sample_size import trials_that_decide
+from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.shapes import atom_of
 from tolstat.statistics.summary import QUANTILES, summarize
 from tolstat.status import Status
 
@@ -100,7 +100,7 @@ def intervals(name, rng, size):
         words = f"{each} {MEANT[problem.ends is not None]}" if each in MOMENTS else each
         yield name, words, found, known[each], exact
     alike = float(problem.cdf(0.0) - problem.cdf(-1e-9))
-    atom = atom_of(x) if alike > 0.5 else None
+    atom = point_mass_of(x) if alike > 0.5 else None
     if atom and atom.largest == 0.0:
         yield name, "share of an atom", atom.share, alike, True
 

@@ -14,11 +14,11 @@ from tolstat.render.tables import Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.verdict_changes import Sides
 from tolstat.statistics.limits.yields import MET, NOT_MET, UNDECIDED
+from tolstat.statistics.point_mass import PointMass
 from tolstat.statistics.sensitivity.contributions import Contributions
 from tolstat.statistics.sensitivity.linear import Departure, Linear
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 from tolstat.statistics.sensitivity.pairs import Together
-from tolstat.statistics.shapes import Atom
 from tolstat.statistics.summary import QUANTILES, Summary
 from tolstat.store.plan import Chosen
 from tolstat.store.stored_diagnostics import WorstCase
@@ -316,7 +316,7 @@ class ReportedResponse(ResponseSummary):
         By side, of a limited response.
     worst_trials : tuple of WorstTrial
         The worst first, of a limited response.
-    point_mass : Atom or None
+    point_mass : PointMass or None
         The value that many trials share; of a response in focus, as all that follow.
     contributions : Contributions or None
         Variance contributions.
@@ -334,7 +334,7 @@ class ReportedResponse(ResponseSummary):
     departures: tuple[Departure, ...]
     worst_cases: Mapping[str, WorstCase]
     worst_trials: tuple[WorstTrial, ...]
-    point_mass: Atom | None = None
+    point_mass: PointMass | None = None
     contributions: Contributions | None = None
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     indices: SobolIndices | None = None
