@@ -108,7 +108,7 @@ def test_a_few_jammed_machines_allow_no_interval():
     found = contributions(parts, {"loss": y}, {"rod": list(parts)})["loss"]
     assert found.few_decide
     for each in (found.first_order["rod_1"], found.groups["rod"], found.unexplained):
-        assert not each.sure and "few trials decide" in each.reason
+        assert not each.sure and "few trials dominate" in each.reason
         assert np.isfinite(each.value)
     assert found.rank_regression["rod_1"].sure
     # understated by neighbours all the same: its lower end holds

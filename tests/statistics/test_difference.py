@@ -12,7 +12,7 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.quantiles import quantile
 from tolstat.statistics.limits.difference import (
     LEAST_OF_MOMENTS,
-    MOST_TOGETHER,
+    MOST_CORRELATED,
     below_together,
     difference,
     difference_of_ppk,
@@ -69,7 +69,7 @@ def test_a_difference_takes_both_intervals_by_squares():
     never, some = Estimate(math.inf, 0.9, math.inf), Estimate(0.8, 0.7, 1.0)
     assert difference(some, never)[:3] == (math.inf, pytest.approx(-0.1), math.inf)
     assert difference(never, some)[:2] == (-math.inf, -math.inf)
-    assert difference(never, never).reason == "none beyond in either"
+    assert difference(never, never).reason == "none out of limit in either"
     unsure = difference(some, Estimate(0.9, reason="needs 59"))
     assert unsure.value == pytest.approx(0.1) and unsure.reason == "needs 59"
 
@@ -80,7 +80,7 @@ def test_what_errs_together_is_a_correlation_that_is_never_sure():
     second = np.where(rng.random(500) < 0.3, rng.random(500) < 0.2, first)
     more = np.append(first, [True, False]), np.append(second, [False, True])
     assert going_together(first, second) == pytest.approx(np.corrcoef(*more)[0, 1])
-    assert going_together(first, first) == MOST_TOGETHER
+    assert going_together(first, first) == MOST_CORRELATED
     assert abs(going_together(first, np.ones(500, bool))) < 0.1
 
 
@@ -121,6 +121,6 @@ def test_ppk_by_moments_says_why_it_is_not_told_apart():
     z, limits = np.random.default_rng(3).normal(size=4000), (Limit(-4, 4),) * 2
     few = difference_of_ppk(z[:900], z[:900], limits)
     assert few.reason == f"needs {LEAST_OF_MOMENTS}"
-    assert "few trials decide" in difference_of_ppk(z, z**7, limits).reason
+    assert "few trials dominate" in difference_of_ppk(z, z**7, limits).reason
     still = difference_of_ppk(z, np.full(4000, 1.0), limits)
     assert np.isnan(still.value) and "does not spread" in still.reason

@@ -51,7 +51,10 @@ def test_the_mean_of_a_normal_response():
 def test_what_all_trials_share_tells_no_mean_unless_a_range_is_declared():
     nothing = np.zeros(200)
     found = mean_of(nothing)
-    assert found.value == 0.0 and found.reason == "all alike: 1 in 42 could be anything"
+    assert (
+        found.value == 0.0
+        and found.reason == "all trials are equal: 1 unit in 42 may differ"
+    )
     share = mean_of(nothing, Reach((0.0, 1.0)))
     # as little as can be: each trial was none with the probability 1 - p
     assert share.lower == 0.0
@@ -100,7 +103,7 @@ def test_sigma_of_a_normal_response():
     heavy = np.random.default_rng(1).lognormal(0, 1, 10_000)
     assert sigma_of(heavy).upper > 1.3 * sigma_of(heavy).value
     few = np.where(np.arange(1000) < 19, np.arange(1000.0), 0.0)
-    assert sigma_of(few).reason == "only 18 trials are not alike"
+    assert sigma_of(few).reason == "only 18 trials differ from all others"
     assert sigma_of(few, Reach((0.0, 1000.0))).sure
 
 
@@ -162,7 +165,7 @@ def test_performance_that_cannot_be_told():
     assert "no trial" in by(np.empty(0), (0.0, 2.0)).ppk.reason
     # half of the machines or more, or all of the outermost, at one value
     tied = np.where(np.arange(10_000) < 200, 1.0, 0.0)
-    assert "one value" in by(tied, (-INF, 0.5)).ppk.reason
+    assert "the same value" in by(tied, (-INF, 0.5)).ppk.reason
     assert by(1e-9 * NORMAL, (-INF, 1.0)).ppk.reason == "over 100: hardly any spread"
 
 
@@ -237,7 +240,7 @@ def test_failed_trials_stand_where_the_limit_says_or_anywhere():
     known = quantiles(x, [0.05, 0.95, 0.99])
     above = quantiles_at(values, Sample(status), [0.05, 0.95, 0.99], (-INF, 1.0))
     assert above[0.05] == known[0.05] and above[0.95] == known[0.95]
-    assert above[0.99].reason == "failed trials reach there"
+    assert above[0.99].reason == "failed trials may lie there"
     anywhere = quantiles_at(values, Sample(status), [0.05, 0.95], (-1.0, 1.0))
     assert anywhere[0.95].upper == known[0.95].upper
     assert anywhere[0.95].lower < known[0.95].lower

@@ -1,4 +1,4 @@
-"""The second error bar: how far integration errors move the numbers."""
+"""The errors of integration, and how far they move the statistics."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ class IntegrationError(NamedTuple):
     Attributes
     ----------
     trials : int64[n]
-        Which trials, all of them done both times.
+        These trials, all of them done both times.
     errors : float64[n]
         Stored response less the precise one.
     alike : bool[n]
-        Whether a trial can stand for those of like response that were not integrated
+        Whether a trial represents those of similar response that were not integrated
         again.
     failed : int
-        Trials that were left out because they failed one of the two times.
+        Trials left out because they failed one of the two times.
     """
 
     trials: NDArray[np.int64]
@@ -35,11 +35,11 @@ class IntegrationError(NamedTuple):
 
     @property
     def largest(self) -> float:
-        """Largest absolute error; NaN if there is none. It bounds no other trial's."""
+        """Largest absolute error, no bound for other trials; NaN if there is none."""
         return float(np.abs(self.errors).max()) if len(self.errors) else math.nan
 
     def of(self, trials: NDArray[np.int64]) -> IntegrationError:
-        """Return the errors of those that are among given trials, none left out."""
+        """Return the errors of those among given trials."""
         some = np.isin(self.trials, trials)
         return IntegrationError(
             self.trials[some], self.errors[some], self.alike[some], 0
@@ -56,11 +56,10 @@ class IntegrationError(NamedTuple):
         Returns
         -------
         float64[trial]
-            Precise in the trials integrated again. Any other less the error of that
-            one, of those that can stand for others, whose response is nearest to its
-            own; where several are equally near because they are equal, these take
-            turns. Where trials were chosen by the response, each so counts for
-            as many as it stands for, and not for as often as its kind was chosen.
+            Precise in the trials integrated again. In any other trial, less the error
+            of the representative trial of nearest response; several of equal response
+            take turns. So each counts for as many trials as it represents, even where
+            trials were chosen by their response.
         """
         if not self.alike.any():
             return np.full_like(values, np.nan)
@@ -77,7 +76,7 @@ class IntegrationError(NamedTuple):
 
 
 def _turns(groups: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Count, for each element, the ones before it in its group."""
+    """Count, for each element, the earlier ones of its group."""
     order = np.argsort(groups, kind="stable")
     ascending = groups[order]
     turns = np.empty_like(order)
@@ -97,11 +96,10 @@ def integration_error(
     trials : int64[n]
         Which of them were integrated again.
     precise : float64[n]
-        What was found then; NaN where that failed.
+        Their precise response; NaN where that failed.
     alike : bool[n]
-        Whether a trial can stand for those of like response: it was chosen at random,
-        or by this response, and not by another one's values, which may choose what is
-        rare among its likes.
+        Whether a trial represents those of similar response: it was chosen at random or
+        by this response. Another response may choose trials that are rare among these.
     """
     errors = values[trials] - precise
     done = np.isfinite(errors)
@@ -109,20 +107,10 @@ def integration_error(
     return IntegrationError(trials[done], errors[done], alike[done], failed)
 
 
-def share_above_largest(trials: int, confidence: float = 0.95) -> float:
-    """Bound how many machines exceed the largest of some random ones.
+def share_above_largest(trials: int) -> float:
+    """Return the greatest share of units above the largest of independent trials.
 
-    Parameters
-    ----------
-    trials : int
-        Independent ones, of which the largest is taken.
-    confidence : float
-        Of the bound.
-
-    Returns
-    -------
-    float
-        Share of all machines that is exceeded at most: exact for a continuous
-        distribution, conservative for one with atoms; NaN without trials.
+    With 95 % confidence: exact for a continuous distribution, conservative for one with
+    point masses; NaN without trials.
     """
-    return 1 - (1 - confidence) ** (1 / trials) if trials else math.nan
+    return 1 - (1 - 0.95) ** (1 / trials) if trials else math.nan

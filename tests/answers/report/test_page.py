@@ -706,7 +706,7 @@ def test_who_drives_the_machines_beyond_is_told_of_the_stored_columns(report, mi
     phase = found["contributors"]["runout_phase_7"]["halved"]
     assert phase["value"] is None and phase["reason"] == "a full turn is no tolerance"
     part = section_of(report.text, "jam_share")
-    part = part[part.index("Who drives") : part.index("<h3>Named")]
+    part = part[part.index("Who drives") : part.index("<h3>Contributions")]
     assert "<strong>rods</strong>" in part and "<strong>cranks</strong>" not in part
 
 
