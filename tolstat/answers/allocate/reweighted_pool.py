@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from tolstat.answers.allocate.optimizer import Choice
 from tolstat.deviations.density_ratio import (
     FARTHEST,
     Weighting,
@@ -23,7 +24,6 @@ from tolstat.deviations.prices import Priced
 from tolstat.execution.trial_table import Trials
 from tolstat.statistics.intervals.gamma_interval import gamma_ends
 from tolstat.statistics.limits.limit import Limit, within
-from tolstat.statistics.reweighting.cheapest import Choice
 from tolstat.study.study import Study
 
 Array = NDArray[np.float64]
