@@ -14,8 +14,8 @@ from tolstat.answers.allocate.optimizer import Choice
 from tolstat.deviations.density_ratio import (
     FARTHEST,
     Weighting,
-    all_alike,
-    hanging_together,
+    dependent_groups,
+    equal_parts,
 )
 from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.distributions import Distribution
@@ -308,8 +308,8 @@ def _blocks(study: Study) -> list[_Block]:
     found: list[_Block] = []
     for i, each in enumerate(study.deviating.priced):
         own = list(each.drawn)
-        joints = hanging_together(own, dependence)
-        joints += [all_alike(name, dependence) for name in own]
+        joints = dependent_groups(own, dependence)
+        joints += [equal_parts(name, dependence) for name in own]
         names = frozenset(name for joint in joints for name in joint)
         made = _Block((i,), names, all(len(joint) == 1 for joint in joints))
         for block in [block for block in found if block.names & names]:

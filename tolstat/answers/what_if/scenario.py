@@ -14,7 +14,7 @@ from tolstat.answers.report.summary_table import notes_of, reading_of, summaries
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.answers.what_if.study_entries import run_that_tells
 from tolstat.answers.what_if.what_if_answer import Asked, Changed, Weighed, WhatIf
-from tolstat.deviations.density_ratio import Weighting, all_alike, hanging_together
+from tolstat.deviations.density_ratio import Weighting, dependent_groups, equal_parts
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.names import expand
 from tolstat.deviations.overlap import Cover, check_covered, cover_of
@@ -269,10 +269,10 @@ def _worth(asked: Deviations, study: Study, problems: Problems) -> dict[str, flo
         with problems.noting(f"[deviations] {name}", asked.words[name]):
             if name not in as_drawn.distributions:
                 raise DistributionError("it does not deviate in this run")
-            with_it = all_alike(name, as_drawn.dependence)
+            with_it = equal_parts(name, as_drawn.dependence)
             if any(asked.distributions.get(n) != new for n in with_it):
                 raise DistributionError(
-                    f"all parts of its batch are alike: {', '.join(with_it)}"
+                    f"all parts of its batch are equal: {', '.join(with_it)}"
                 )
             try:
                 found[name] = check_covered(as_drawn.distributions[name], new)
@@ -293,7 +293,7 @@ def _cover(
     try:
         found = cover_of(as_drawn.distributions, as_drawn.dependence, new, trials)
     except DistributionError as error:
-        joint = hanging_together(new, as_drawn.dependence)
+        joint = dependent_groups(new, as_drawn.dependence)
         left = [name for group in joint for name in group if name not in new]
         more = f": {', '.join(left)} too" if left else ""
         raise DistributionError(f"{error}{more}") from None
