@@ -435,14 +435,19 @@ def test_the_command_line_tells_and_delivers(stack):
     found = json.loads(stack("what-if", table, "--json").output)
     assert found["what_if"]["deviations"]["part_1"]["what_if"].endswith("cp 1.3")
     limited = found["responses"]["gap"]["limited"]
-    assert limited["yields"]["beyond"]["lower"] < limited["yields"]["beyond"]["upper"]
+    assert (
+        limited["yields"]["out_of_limit"]["lower"]
+        < limited["yields"]["out_of_limit"]["upper"]
+    )
     assert "as_run" in found["responses"]["gap"]
     table = pd.read_csv(io.StringIO(stack("what-if", table, "--csv").output))
     assert list(table["response"]) == list(found["responses"])
     assert (table["effective trials"] == found["what_if"]["effective"]).all()
     row, gap = table.set_index("response").loc["gap"], found["responses"]["gap"]
     assert row["unit"] == "mm" and "part_1: normal" in row["what if"]
-    beyond, before = (of["limited"]["yields"]["beyond"] for of in (gap, gap["as_run"]))
+    beyond, before = (
+        of["limited"]["yields"]["out_of_limit"] for of in (gap, gap["as_run"])
+    )
     for head, told, times in (
         ("mean lower [unit]", gap["mean"]["lower"], 1e3),
         ("as run: 5 % [unit]", gap["as_run"]["quantiles"]["5 %"]["value"], 1e3),
@@ -514,14 +519,14 @@ def test_the_page_of_the_command_line(stack, tmp_path):
     made = stack("what-if", *asked)
     assert made.exit_code == 0, made.output
     text = page.read_text()
-    assert text.count("beyond/upper") == 2 and "at one look" in text
+    assert text.count("out_of_limit/upper") == 2 and "at one look" in text
 
 
 def test_where_all_are_beyond_none_is_within(stack):
     asked = ("part=+-0.025 mm", "--limit", "gap >= 9 mm", "--json")
     found = json.loads(stack("what-if", *asked).output)
     yields = found["responses"]["gap"]["limited"]["yields"]
-    assert yields["beyond"]["value"] == 1 and yields["least"]["value"] == 0
+    assert yields["out_of_limit"]["value"] == 1 and yields["least"]["value"] == 0
     assert found["joint"]["within"]["value"] == 0 and yields["verdict"] == "not met"
 
 

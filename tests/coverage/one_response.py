@@ -20,9 +20,9 @@ from tolstat.statistics.intervals.precision import (
 from tolstat.statistics.intervals.proportions import proportion
 from tolstat.statistics.intervals.replicates import share_from_replicates
 from tolstat.statistics.intervals.statistic import Statistic, mean, quantiles_at, sigma
+from tolstat.statistics.limits.anytime_valid import anytime_valid
 from tolstat.statistics.limits.capability import by_moments, by_percentiles, by_share
 from tolstat.statistics.limits.limit import Limit, ppk_of
-from tolstat.statistics.limits.repeated_looks import followed
 from tolstat.statistics.limits.sample_size import trials_that_decide
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sample import Sample
@@ -82,7 +82,7 @@ def share(machines, sample):
     """Estimate a share as `statistics.limits.yields` does, without its verdict."""
     if sample.replicates:
         return share_from_replicates(machines, sample.replicate)
-    return followed(int(machines.sum()), len(machines))
+    return anytime_valid(int(machines.sum()), len(machines))
 
 
 def exactly(statistic):
@@ -211,7 +211,7 @@ def followed_verdict(_, rng, size):
     """Yield the last interval of a verdict that was followed until it fell."""
     n, count = size, rng.binomial(size, DEMANDED)
     while True:
-        found = followed(count, n)
+        found = anytime_valid(count, n)
         if not found.lower <= DEMANDED <= found.upper or n > FOLLOWED:
             break
         more = trials_that_decide(count, n, DEMANDED, 0.95) or 10 * FOLLOWED

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.deviations.density_ratio import Weighting
+from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions.arcsine import Arcsine
 from tolstat.deviations.distributions.beta import Beta
@@ -29,7 +29,7 @@ from tolstat.errors import DistributionError
 
 def weights_of(x, distributions, names, dependence=None):
     new = {name: halved(distributions[name]) for name in names}
-    return Weighting(x, distributions, dependence or Dependence()).weights(new)
+    return DensityRatio(x, distributions, dependence or Dependence()).weights(new)
 
 
 ZONE, HALF = Tolerance(-0.1, 0.3), Tolerance(-0.05, 0.15)

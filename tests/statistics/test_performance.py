@@ -18,9 +18,9 @@ from tolstat.statistics.intervals.moments import (
 )
 from tolstat.statistics.intervals.quantiles import quantiles
 from tolstat.statistics.intervals.statistic import quantiles_at
+from tolstat.statistics.limits.anytime_valid import anytime_valid
 from tolstat.statistics.limits.capability import by_moments, by_percentiles, by_share
 from tolstat.statistics.limits.limit import Limit, ppk_of, yield_of_ppk
-from tolstat.statistics.limits.repeated_looks import followed
 from tolstat.statistics.limits.yields import joint_yield, yield_of
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
@@ -179,11 +179,11 @@ def test_one_bar_for_verdict_and_ppk():
         assert ppk_of(1 - yield_of_ppk(1.33, limit.ends), limit.ends) == pytest.approx(
             1.33
         )
-    beyond = judged_of(NORMAL, 0, one.permitted).beyond
+    beyond = judged_of(NORMAL, 0, one.permitted).out_of_limit
     found = by_share(beyond, one)
     assert found.lower < 1.0 < found.upper
     assert found.value == pytest.approx(-stats.norm.ppf(beyond.value) / 3)
-    none = by_share(judged_of(NORMAL, 0, (-INF, 99.0)).beyond, Limit(-INF, 99.0))
+    none = by_share(judged_of(NORMAL, 0, (-INF, 99.0)).out_of_limit, Limit(-INF, 99.0))
     assert none.value == none.upper == INF and none.lower > 1
 
 
@@ -198,7 +198,7 @@ def judged_of(values, failed, limit, demanded=0.9973):
 def test_yield_with_failed_trials():
     values = np.arange(990.0)
     found = judged_of(values, 10, (-INF, 979.0))  # 10 beyond, 10 failed
-    assert found.beyond == followed(20, 1000)
+    assert found.out_of_limit == anytime_valid(20, 1000)
     assert found.least.value == pytest.approx(0.980)
     assert found.most.value == pytest.approx(0.990)
     assert found.verdict == "not met"
@@ -206,7 +206,7 @@ def test_yield_with_failed_trials():
 
 def test_one_failed_trial_in_384_counts():
     found = judged_of(np.zeros(383), 1, (-INF, 1.0), demanded=0.9)
-    assert found.beyond.value == pytest.approx(1 / 384)
+    assert found.out_of_limit.value == pytest.approx(1 / 384)
     assert found.least.value < found.most.value == 1.0
 
 
@@ -229,7 +229,7 @@ def test_all_limits_at_once():
         {"a": a, "b": b, "c": a}, Sample(status), {"a": (-INF, 899.0), "b": (10.0, INF)}
     )
     assert found.value == pytest.approx((1000 - 100 - 1) / 1000)
-    assert found == followed(899, 1000)
+    assert found == anytime_valid(899, 1000)
 
 
 def test_failed_trials_stand_where_the_limit_says_or_anywhere():

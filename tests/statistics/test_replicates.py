@@ -59,7 +59,7 @@ def test_a_summary_of_replicates():
     assert found.sigma.sure and found.quantiles[0.95].sure
     assert found.quantiles[0.99865].reason == "needs 22223"
     yields = found.limited.yields
-    assert yields.beyond.value == pytest.approx(np.mean((y > 12) | (status == 4)))
+    assert yields.out_of_limit.value == pytest.approx(np.mean((y > 12) | (status == 4)))
     assert yields.most.value - yields.least.value == pytest.approx(8 / 4096)
     assert yields.verdict == "met"
     assert found.limited.percentiles.ppk.reason.startswith("needs")

@@ -69,7 +69,7 @@ class Density:
         return np.asarray(place, np.float64)
 
 
-class Weighting:
+class DensityRatio:
     """Trials, to be weighted as if their parts came from other distributions.
 
     Parameters

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations.density_ratio import Density, Weighting, dependent_groups
+from tolstat.deviations.density_ratio import Density, DensityRatio, dependent_groups
 from tolstat.deviations.dependence import Dependence, joined
 from tolstat.deviations.distributions import Distribution
 from tolstat.errors import DistributionError
@@ -28,12 +28,12 @@ LIGHTEST = 1e-300
 NONE_MET = math.log(40)  # most expected parts where none is met
 
 
-class Cover(NamedTuple):
+class Overlap(NamedTuple):
     """The efficiency of weighted trials.
 
     Attributes
     ----------
-    worth : float
+    efficiency : float
         Effective sample size per trial: one over the mean square of the weights.
     most : float
         Cap of the weights.
@@ -41,12 +41,12 @@ class Cover(NamedTuple):
         Share of the new units above the cap.
     """
 
-    worth: float
+    efficiency: float
     most: float
     cut: float
 
 
-def check_covered(drawn: Distribution, new: Distribution) -> float:
+def check_overlap(drawn: Distribution, new: Distribution) -> float:
     """Return the effective sample size per trial with a new distribution of one part.
 
     Raises
@@ -56,7 +56,7 @@ def check_covered(drawn: Distribution, new: Distribution) -> float:
         distribution, or if few weights would dominate.
     """
     parts = new.deviations((np.arange(PARTS) + 0.5) / PARTS)
-    weights = Weighting({"": parts}, {"": drawn}, Dependence()).weights({"": new})
+    weights = DensityRatio({"": parts}, {"": drawn}, Dependence()).weights({"": new})
     if _dominated_by_few(weights):
         raise DistributionError(
             "its tails are too heavy for the sampled ones: few parts would dominate"
@@ -69,12 +69,12 @@ def check_covered(drawn: Distribution, new: Distribution) -> float:
     return float(1 / weights.mean())
 
 
-def cover_of(
+def overlap_of(
     distributions: Mapping[str, Distribution],
     dependence: Dependence,
     new: Mapping[str, Distribution],
     trials: int,
-) -> Cover:
+) -> Overlap:
     """Return the efficiency of weighted trials, all contributors together.
 
     Parameters
@@ -102,7 +102,7 @@ def cover_of(
     factors = sorted(names | {batch.name for batch in batches.values()})
     unit = joined({name: rng.uniform(size=PARTS) for name in factors}, together)
     parts = {n: new.get(n, distributions[n]).deviations(unit[n]) for n in names}
-    weights = Weighting(parts, distributions, together).weights(new)
+    weights = DensityRatio(parts, distributions, together).weights(new)
     if _dominated_by_few(weights):
         raise DistributionError(
             "few units would dominate; change all parts that are correlated"
@@ -115,8 +115,8 @@ def cover_of(
     sampled_above = np.cumsum((1 / heavy)[::-1])[::-1] / PARTS
     above = np.arange(PARTS, PARTS - len(heavy), -1) / PARTS - sampled_above * heavy
     best = int(np.argmin(NONE_MET * heavy / trials + above))
-    worth, cut = 1 / weights.mean(), max(float(above[best]), 0.0)
-    return Cover(float(worth), float(heavy[best]), cut)
+    efficiency, cut = 1 / weights.mean(), max(float(above[best]), 0.0)
+    return Overlap(float(efficiency), float(heavy[best]), cut)
 
 
 def _outside(parts: Array, drawn: Density) -> NDArray[np.bool_]:

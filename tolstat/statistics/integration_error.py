@@ -21,7 +21,7 @@ class IntegrationError(NamedTuple):
         These trials, all of them done both times.
     errors : float64[n]
         Stored response less the precise one.
-    alike : bool[n]
+    representative : bool[n]
         Whether a trial represents those of similar response that were not integrated
         again.
     failed : int
@@ -30,7 +30,7 @@ class IntegrationError(NamedTuple):
 
     trials: NDArray[np.int64]
     errors: Array
-    alike: Flags
+    representative: Flags
     failed: int
 
     @property
@@ -42,7 +42,7 @@ class IntegrationError(NamedTuple):
         """Return the errors of those among given trials."""
         some = np.isin(self.trials, trials)
         return IntegrationError(
-            self.trials[some], self.errors[some], self.alike[some], 0
+            self.trials[some], self.errors[some], self.representative[some], 0
         )
 
     def removed(self, values: Array) -> Array:
@@ -61,16 +61,16 @@ class IntegrationError(NamedTuple):
             take turns. So each counts for as many trials as it represents, even where
             trials were chosen by their response.
         """
-        if not self.alike.any():
+        if not self.representative.any():
             return np.full_like(values, np.nan)
-        known = values[self.trials[self.alike]]
+        known = values[self.trials[self.representative]]
         order = np.argsort(known, kind="stable")
         levels, first, equal = np.unique(
             known[order], return_index=True, return_counts=True
         )
         nearest = np.searchsorted((levels[1:] + levels[:-1]) / 2, values)
         turn = _turns(nearest) % equal[nearest]
-        found = values - self.errors[self.alike][order[first[nearest] + turn]]
+        found = values - self.errors[self.representative][order[first[nearest] + turn]]
         found[self.trials] = values[self.trials] - self.errors
         return np.asarray(found)
 
@@ -85,7 +85,7 @@ def _turns(groups: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def integration_error(
-    values: Array, trials: NDArray[np.int64], precise: Array, alike: Flags
+    values: Array, trials: NDArray[np.int64], precise: Array, representative: Flags
 ) -> IntegrationError:
     """Compare a response with the same trials integrated precisely.
 
@@ -97,14 +97,14 @@ def integration_error(
         Which of them were integrated again.
     precise : float64[n]
         Their precise response; NaN where that failed.
-    alike : bool[n]
+    representative : bool[n]
         Whether a trial represents those of similar response: it was chosen at random or
         by this response. Another response may choose trials that are rare among these.
     """
     errors = values[trials] - precise
     done = np.isfinite(errors)
     failed = int(np.count_nonzero(~done))
-    return IntegrationError(trials[done], errors[done], alike[done], failed)
+    return IntegrationError(trials[done], errors[done], representative[done], failed)
 
 
 def share_above_largest(trials: int) -> float:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.replicates import share_from_replicates
-from tolstat.statistics.limits.repeated_looks import followed
+from tolstat.statistics.limits.anytime_valid import anytime_valid
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def _described(
     middle, least, largest = (float(equal[i]) for i in (len(equal) // 2, 0, -1))
     if replicate is None:
         # anytime-valid: it is reported only where values are equal
-        share = followed(len(equal), len(values))
+        share = anytime_valid(len(equal), len(values))
     else:
         units = (values >= least) & (values <= largest)
         share = share_from_replicates(units, replicate)

@@ -103,7 +103,7 @@ def summarize(
             limit,
             judged,
             limit.ppk,
-            by_share(judged.beyond, limit),
+            by_share(judged.out_of_limit, limit),
             by_percentiles(values, sample, limit),
             by_moments(values, sample, limit, declared),
         )

@@ -179,7 +179,7 @@ class FreshRuns:
             self.cost(choice),
             self._words(choice),
             {each.name: _typed(each.half(x)) for each, x in pairs},
-            {name: each.beyond for name, each in yields.items()},
+            {name: each.out_of_limit for name, each in yields.items()},
             beyond_any,
             trials,
             seed,

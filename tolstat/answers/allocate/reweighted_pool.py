@@ -13,7 +13,7 @@ from scipy.special import ndtr
 from tolstat.answers.allocate.optimizer import Choice
 from tolstat.deviations.density_ratio import (
     FARTHEST,
-    Weighting,
+    DensityRatio,
     dependent_groups,
     equal_parts,
 )
@@ -170,7 +170,7 @@ class _Rows:
         for line in self.priced:
             beside.update(line.distributions(line.ends[1]))
         dependence = study.deviating.dependence
-        self._weighting = Weighting(
+        self._weighting = DensityRatio(
             deviations, {name: beside[name] for name in deviations}, dependence
         )
         self._blocks = _blocks(study)
@@ -247,7 +247,7 @@ class _Table:
         of = drawn[self._name]
         scores = np.linspace(-FARTHEST, FARTHEST, NODES)
         at = of.deviations(np.asarray(ndtr(scores), np.float64))
-        self._weighting = Weighting({self._name: at}, {self._name: of}, Dependence())
+        self._weighting = DensityRatio({self._name: at}, {self._name: of}, Dependence())
         self._at: dict[int, tuple[Array, Array]] = {}
         self._places = []
         for name in drawn:

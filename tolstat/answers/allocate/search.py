@@ -25,7 +25,7 @@ from tolstat.answers.allocate.reweighted_pool import (
 from tolstat.execution.run_loop import Progress
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Interrupted
-from tolstat.statistics.limits.repeated_looks import followed
+from tolstat.statistics.limits.anytime_valid import anytime_valid
 from tolstat.statistics.limits.yields import MET
 from tolstat.study.study_schema import MOST_SEED
 
@@ -253,5 +253,7 @@ def _aimed(trials: int, permitted: float) -> float:
     One standard error below the most that they can.
     """
     counts = range(math.ceil(permitted * trials))
-    few = bisect_left(counts, True, key=lambda n: followed(n, trials).upper > permitted)
+    few = bisect_left(
+        counts, True, key=lambda n: anytime_valid(n, trials).upper > permitted
+    )
     return max(few - 1 - math.sqrt(few), 0.5) / trials

@@ -31,13 +31,13 @@ class Exchange(NamedTuple):
     ----------
     worse, better : int
         Within in the first and out of limit in the second; the reverse.
-    beyond : Estimate
+    out_of_limit : Estimate
         Share out of limit in the second less that in the first.
     """
 
     worse: int
     better: int
-    beyond: Estimate
+    out_of_limit: Estimate
 
 
 def exchange(first: Units, second: Units, confidence: float = 0.95) -> Exchange:
@@ -115,7 +115,7 @@ def difference(first: Estimate, second: Estimate, correlation: float = 0.0) -> E
     return Estimate(value, lower, upper)
 
 
-def going_together(first: Units, second: Units) -> float:
+def correlation_of_shares(first: Units, second: Units) -> float:
     """Return the correlation of the errors of two shares of the same trials.
 
     Parameters
@@ -131,7 +131,7 @@ def going_together(first: Units, second: Units) -> float:
     return min((n * both - one * other) / math.sqrt(spread), MOST_CORRELATED)
 
 
-def below_together(
+def correlation_of_quantiles(
     first: Array, second: Array, quantiles: tuple[Estimate, Estimate]
 ) -> float:
     """Return the correlation of the errors of a quantile of two designs.
@@ -148,7 +148,7 @@ def below_together(
     for values, each in ((first, a), (second, b)):
         if any(np.count_nonzero(values == e) > 1 for e in (each.lower, each.upper)):
             return 0.0
-    return going_together(first <= a.value, second <= b.value)
+    return correlation_of_shares(first <= a.value, second <= b.value)
 
 
 def difference_of_ppk(

@@ -15,7 +15,7 @@ from tolstat.statistics.intervals.replicates import (
     missing,
     never_met,
 )
-from tolstat.statistics.limits.repeated_looks import PRIOR, against
+from tolstat.statistics.limits.anytime_valid import PRIOR, evidence_against
 
 CHANCE = 0.8  # that the printed number of trials decides
 GROWTH = 1.25  # between numbers of trials that are tried
@@ -28,7 +28,7 @@ def trials_that_decide(count: int, trials: int, share: float, confidence: float)
 
     The least number, in steps of a quarter, that decides with a chance of 80 % over
     Jeffreys' posterior, and at which the property can be found rarer; 0 if it exceeds
-    1e9. Arguments as of `followed`.
+    1e9. Arguments as of `anytime_valid`.
     """
     wanted = math.log(2 / (1 - confidence))
     a, b = count + PRIOR, trials - count + PRIOR
@@ -90,10 +90,10 @@ def _deciding(trials: int, share: float, wanted: float) -> tuple[int, int]:
     middle = math.floor(share * trials) + 1
 
     def rarer(count: int) -> bool:
-        return against(count, trials, share) >= wanted
+        return evidence_against(count, trials, share) >= wanted
 
     def oftener(count: int) -> bool:
-        return against(trials - count, trials, 1 - share) >= wanted
+        return evidence_against(trials - count, trials, 1 - share) >= wanted
 
     to, beyond = range(middle), range(middle, trials + 1)
     fewest = bisect_left(to, True, key=lambda count: not rarer(count)) - 1

@@ -13,7 +13,7 @@ from tolstat.statistics.limits.limit import within
 Array = NDArray[np.float64]
 
 
-class Sides(NamedTuple):
+class VerdictChanges(NamedTuple):
     """The effect of integration errors on the share of units out of limit.
 
     Attributes
@@ -36,12 +36,12 @@ class Sides(NamedTuple):
     at_most: float
 
 
-def changing_sides(
+def verdict_changes(
     values: Array,
     trials: NDArray[np.int64],
     precise: Array,
     limit: tuple[float, float],
-) -> Sides:
+) -> VerdictChanges:
     """Count the trials that change sides of a limit.
 
     Parameters
@@ -64,4 +64,4 @@ def changing_sides(
     near = int(np.count_nonzero(distance[trials] < gap))
     before, after = within(values[trials], limit), within(precise, limit)
     changed = int(np.count_nonzero(before != after))
-    return Sides(near, changed, gap, changed / done if done else math.nan)
+    return VerdictChanges(near, changed, gap, changed / done if done else math.nan)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.replicates import share_from_replicates
+from tolstat.statistics.limits.anytime_valid import anytime_valid
 from tolstat.statistics.limits.limit import DEMANDED, within
-from tolstat.statistics.limits.repeated_looks import followed
 from tolstat.statistics.limits.sample_size import (
     grown,
     replicates_that_decide,
@@ -35,7 +35,7 @@ class Yield(NamedTuple):
 
     Attributes
     ----------
-    beyond : Estimate
+    out_of_limit : Estimate
         Share out of limit; every failed trial counts as out of limit.
     least, most : Estimate
         Yield if every failed trial were out of limit, and if every one were within.
@@ -47,7 +47,7 @@ class Yield(NamedTuple):
         where they exceed 1e9.
     """
 
-    beyond: Estimate
+    out_of_limit: Estimate
     least: Estimate
     most: Estimate
     verdict: str
@@ -132,4 +132,4 @@ def _share(units: NDArray[np.bool_], sample: Sample) -> Estimate:
         return share_from_replicates(units, sample.replicate[sample.ran])
     if sample.weights:
         return weighted_share(units, sample.weights.of(sample.ran))
-    return followed(int(units.sum()), len(units), CONFIDENCE)
+    return anytime_valid(int(units.sum()), len(units), CONFIDENCE)

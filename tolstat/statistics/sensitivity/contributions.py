@@ -52,7 +52,7 @@ class Contributions(NamedTuple):
     linear : bool
         Whether the shares come from a linear regression that explains nearly all; else
         from neighbours.
-    few_decide : bool
+    dominated_by_few : bool
         Whether few trials dominate the variance: its shares are noise then, except for
         the lower end of that of a group together.
     """
@@ -64,7 +64,7 @@ class Contributions(NamedTuple):
     together: dict[str, Estimate]
     unexplained: Estimate
     linear: bool = False
-    few_decide: bool = False
+    dominated_by_few: bool = False
 
 
 def contributions(

@@ -11,7 +11,7 @@ from tolstat.statistics.estimate import Estimate
 PRIOR = 0.5  # of Jeffreys' beta distribution, both parameters: it mixes the bets
 
 
-def followed(count: int, trials: int, confidence: float = 0.95) -> Estimate:
+def anytime_valid(count: int, trials: int, confidence: float = 0.95) -> Estimate:
     """Estimate a share, with an anytime-valid interval.
 
     Parameters
@@ -43,13 +43,13 @@ def followed(count: int, trials: int, confidence: float = 0.95) -> Estimate:
     return Estimate(count / trials, lower, upper)
 
 
-def against(count: int, trials: int, share: float) -> float:
+def evidence_against(count: int, trials: int, share: float) -> float:
     """Return the evidence that the property is rarer than a share: a logarithm.
 
     Parameters
     ----------
     count, trials
-        As of `followed`.
+        As of `anytime_valid`.
     share : float
         Between 0 and 1.
 
@@ -79,7 +79,7 @@ def _most(count: int, trials: int, wanted: float) -> float:
         return 1.0
 
     def excess(share: float) -> float:
-        return max(against(count, trials, share), -1.0) - wanted
+        return max(evidence_against(count, trials, share), -1.0) - wanted
 
     nearly = 1 - 1e-15
     if excess(nearly) <= 0:

@@ -100,7 +100,7 @@ def test_failed_trials_weigh_too():
     failing = norm.sf(1.6)
     assert sample.failures.lower < failing < sample.failures.upper
     yields = found.limited.yields
-    assert yields.beyond.lower < failing < yields.beyond.upper
+    assert yields.out_of_limit.lower < failing < yields.out_of_limit.upper
     assert yields.most.value == 1.0
     assert found.quantiles[0.99].reason == "failed trials may lie there"
     # the mean of those that are done
