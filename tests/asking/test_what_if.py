@@ -80,13 +80,13 @@ def test_common_words_of_a_study_and_all_that_is_told(run, toy):
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ({"part": "+-1.5 mm"}, "tails are too heavy beside those drawn"),
-        ({"part": "+-3 mm"}, "of these parts lie where none was drawn"),
+        ({"part": "+-1.5 mm"}, "tails are too heavy for the sampled ones"),
+        ({"part": "+-3 mm"}, "of these parts lie outside the sampled range"),
         ({"angle": {"tolerance": "0..400 deg", "distribution": "uniform"}},
-         r"10 % of these parts lie where none was drawn; drawn was uniform, 0\.\.360"),
-        ({"part_1": "2.5..3 mm"}, "tails are too heavy|lie where none was drawn"),
+         r"10 % of these parts lie outside the .*; drawn was uniform, 0\.\.360"),
+        ({"part_1": "2.5..3 mm"}, "tails are too heavy|lie outside the sampled range"),
         ({"part": "+-0.2 mm"}, r"effective trials would be left of 1000, and 150 are"),
-        ({"part": {"distribution": "constant", "value": "0 mm"}}, "as good as one"),
+        ({"part": {"distribution": "constant", "value": "0 mm"}}, "nearly the same"),
         ({"parts": "+-1 mm"}, "did you mean 'part'"),
         ({"part": "+-1 kN"}, "of another kind"),
         ({"part": {"tolerance": "+-1 mm", "common": True}}, "leave out common"),
@@ -352,7 +352,7 @@ def test_only_some_of_what_hangs_closely_together_are_refused(toy, toy_study):
     close = "[correlation]\npart_1 = { part_2 = 0.9 }\n[limits]"
     toy_study.write_text(toy_study.read_text().replace("[limits]", close))
     run = tolstat.run(toy_study, model=toy)
-    with pytest.raises(StudyError, match="together, change all: part_2 too"):
+    with pytest.raises(StudyError, match="parts that are correlated: part_2 too"):
         tolstat.what_if(run, {"part_1": "+-0.5 mm"}, model=toy)
     both = tolstat.what_if(run, {"part": "+-0.5 mm"}, model=toy)
     assert both.what_if.effective > 350
@@ -435,14 +435,19 @@ def test_the_command_line_tells_and_delivers(stack):
     found = json.loads(stack("what-if", table, "--json").output)
     assert found["what_if"]["deviations"]["part_1"]["what_if"].endswith("cp 1.3")
     limited = found["responses"]["gap"]["limited"]
-    assert limited["yields"]["beyond"]["lower"] < limited["yields"]["beyond"]["upper"]
+    assert (
+        limited["yields"]["out_of_limit"]["lower"]
+        < limited["yields"]["out_of_limit"]["upper"]
+    )
     assert "as_run" in found["responses"]["gap"]
     table = pd.read_csv(io.StringIO(stack("what-if", table, "--csv").output))
     assert list(table["response"]) == list(found["responses"])
     assert (table["effective trials"] == found["what_if"]["effective"]).all()
     row, gap = table.set_index("response").loc["gap"], found["responses"]["gap"]
     assert row["unit"] == "mm" and "part_1: normal" in row["what if"]
-    beyond, before = (of["limited"]["yields"]["beyond"] for of in (gap, gap["as_run"]))
+    beyond, before = (
+        of["limited"]["yields"]["out_of_limit"] for of in (gap, gap["as_run"])
+    )
     for head, told, times in (
         ("mean lower [unit]", gap["mean"]["lower"], 1e3),
         ("as run: 5 % [unit]", gap["as_run"]["quantiles"]["5 %"]["value"], 1e3),
@@ -514,14 +519,14 @@ def test_the_page_of_the_command_line(stack, tmp_path):
     made = stack("what-if", *asked)
     assert made.exit_code == 0, made.output
     text = page.read_text()
-    assert text.count("beyond/upper") == 2 and "at one look" in text
+    assert text.count("out_of_limit/upper") == 2 and "at one look" in text
 
 
 def test_where_all_are_beyond_none_is_within(stack):
     asked = ("part=+-0.025 mm", "--limit", "gap >= 9 mm", "--json")
     found = json.loads(stack("what-if", *asked).output)
     yields = found["responses"]["gap"]["limited"]["yields"]
-    assert yields["beyond"]["value"] == 1 and yields["least"]["value"] == 0
+    assert yields["out_of_limit"]["value"] == 1 and yields["least"]["value"] == 0
     assert found["joint"]["within"]["value"] == 0 and yields["verdict"] == "not met"
 
 

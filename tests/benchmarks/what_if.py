@@ -176,7 +176,7 @@ def compared(cases, folder, trials=4096, more=10):
             if not each.limited:
                 continue
             three = each.as_run, each, own[name]
-            beyond = (of.limited.yields.beyond for of in three)
+            beyond = (of.limited.yields.out_of_limit for of in three)
             answers.append(Answer(f"{name} beyond", *beyond))
             answers.append(Answer(f"{name} mean", *(of.mean for of in three)))
             answers.append(Answer(f"{name} sigma", *(of.sigma for of in three)))

@@ -13,11 +13,11 @@ from tolstat.statistics.intervals.proportions import proportion
 from tolstat.statistics.intervals.quantiles import quantiles
 from tolstat.statistics.limits.capability import by_share
 from tolstat.statistics.limits.difference import (
-    below_together,
+    correlation_of_quantiles,
+    correlation_of_shares,
     difference,
     difference_of_ppk,
     exchange,
-    going_together,
 )
 from tolstat.statistics.limits.limit import Limit, ppk_of
 
@@ -85,15 +85,15 @@ def intervals(problem, rng, n):
     a, b = (quantiles(y, SHARES) for y in (first, second))
     together, found = 0.0, {}
     if r:
-        together = going_together(*good)
-        found["share beyond"] = exchange(*good).beyond
+        together = correlation_of_shares(*good)
+        found["share beyond"] = exchange(*good).out_of_limit
     else:
         found["share beyond"] = difference(*shares)
         found["mean"] = difference(mean_of(first), mean_of(second))
     found["Ppk by share"] = difference(*ppks, together)
     for share in SHARES:
         of = a[share], b[share]
-        near = below_together(first, second, of) if r else 0.0
+        near = correlation_of_quantiles(first, second, of) if r else 0.0
         found[f"quantile {share:g}"] = difference(*of, near)
     words = WORDS[r > 0]
     for each, estimate in found.items():

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import norm
 
 from tests.coverage.problems import SIZES
-from tolstat.deviations.density_ratio import Weighting
+from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.dependence import Dependence, joined
 from tolstat.deviations.distributions.lognormal import Lognormal
 from tolstat.deviations.distributions.normal import Normal
@@ -173,7 +173,7 @@ def intervals(name, rng, n):
     )
     x = {k: each.deviations(unit[k]) for k, each in problem.distributions.items()}
     beyond = problem.beyond(x)
-    weighting = Weighting(x, problem.distributions, problem.dependence)
+    weighting = DensityRatio(x, problem.distributions, problem.dependence)
     for names, share in problem.shares.items():
         new = {each: halved(problem.distributions[each]) for each in names}
         found = weighted_share(beyond, Weights(weighting.weights(new)))

@@ -20,12 +20,12 @@ from tolstat.statistics.intervals.precision import (
 from tolstat.statistics.intervals.proportions import proportion
 from tolstat.statistics.intervals.replicates import share_from_replicates
 from tolstat.statistics.intervals.statistic import Statistic, mean, quantiles_at, sigma
+from tolstat.statistics.limits.anytime_valid import anytime_valid
 from tolstat.statistics.limits.capability import by_moments, by_percentiles, by_share
 from tolstat.statistics.limits.limit import Limit, ppk_of
-from tolstat.statistics.limits.repeated_looks import followed
 from tolstat.statistics.limits.sample_size import trials_that_decide
+from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sample import Sample
-from tolstat.statistics.shapes import atom_of
 from tolstat.statistics.summary import QUANTILES, summarize
 from tolstat.status import Status
 
@@ -82,7 +82,7 @@ def share(machines, sample):
     """Estimate a share as `statistics.limits.yields` does, without its verdict."""
     if sample.replicates:
         return share_from_replicates(machines, sample.replicate)
-    return followed(int(machines.sum()), len(machines))
+    return anytime_valid(int(machines.sum()), len(machines))
 
 
 def exactly(statistic):
@@ -100,7 +100,7 @@ def intervals(name, rng, size):
         words = f"{each} {MEANT[problem.ends is not None]}" if each in MOMENTS else each
         yield name, words, found, known[each], exact
     alike = float(problem.cdf(0.0) - problem.cdf(-1e-9))
-    atom = atom_of(x) if alike > 0.5 else None
+    atom = point_mass_of(x) if alike > 0.5 else None
     if atom and atom.largest == 0.0:
         yield name, "share of an atom", atom.share, alike, True
 
@@ -211,7 +211,7 @@ def followed_verdict(_, rng, size):
     """Yield the last interval of a verdict that was followed until it fell."""
     n, count = size, rng.binomial(size, DEMANDED)
     while True:
-        found = followed(count, n)
+        found = anytime_valid(count, n)
         if not found.lower <= DEMANDED <= found.upper or n > FOLLOWED:
             break
         more = trials_that_decide(count, n, DEMANDED, 0.95) or 10 * FOLLOWED

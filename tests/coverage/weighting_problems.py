@@ -9,10 +9,10 @@ import numpy as np
 from scipy.stats import lognorm, norm
 
 from tests.coverage.halving_problems import of_scores
-from tolstat.deviations.density_ratio import Weighting
+from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.dependence import Batch, Dependence, joined
 from tolstat.deviations.distributions.normal import Normal
-from tolstat.deviations.overlap import check_covered, cover_of
+from tolstat.deviations.overlap import check_overlap, overlap_of
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.intervals.statistic import mean, quantiles_at, sigma
@@ -70,14 +70,14 @@ def _made(name, n):
     drawn = {f"x{i + 1}": _part(each) for i, each in enumerate(problem.drawn)}
     new = {f"x{i + 1}": _part(each) for i, each in enumerate(problem.new)}
     for each, part in new.items():
-        check_covered(drawn[each], part)
+        check_overlap(drawn[each], part)
     then = [*problem.new, *problem.drawn[len(problem.new) :]]
     s, m = np.array(then).T
     variance = np.sum(s**2)
     if problem.correlation:
         variance += 2 * problem.correlation * s[0] * s[1]
     known = norm(m.sum(), np.sqrt(variance))
-    return drawn, new, known, cover_of(drawn, problem.dependence, new, n)
+    return drawn, new, known, overlap_of(drawn, problem.dependence, new, n)
 
 
 SHARES = (0.05, 0.5, 0.95, 0.99)
@@ -89,12 +89,12 @@ def intervals(name, rng, n):
     """Yield problem, statistic, estimate, truth and whether it is exact, of a study."""
     problem = PROBLEMS[name]
     drawn, new, known, cover = _made(name, n)
-    if cover.worth * n < 150:
+    if cover.efficiency * n < 150:
         return
     factors = [*drawn, *{batch.name for batch in problem.dependence.batches.values()}]
     unit = joined({each: rng.random(n) for each in factors}, problem.dependence)
     x = {k: each.deviations(unit[k]) for k, each in drawn.items()}
-    ratio = Weighting(x, drawn, problem.dependence).weights(new)
+    ratio = DensityRatio(x, drawn, problem.dependence).weights(new)
     weights = Weights(ratio, cover.most, cover.cut)
     sample = Sample(np.full(n, Status.DONE), weights=weights)
     y = sum(x.values())
@@ -119,7 +119,7 @@ def intervals(name, rng, n):
     for share in BEYOND:
         end = f", {100 * share:g} %"
         found = yield_of(y, sample, (-np.inf, known.isf(share)))
-        yield name, f"weighted share beyond{end}", found.beyond, share, False
+        yield name, f"weighted share beyond{end}", found.out_of_limit, share, False
         found = yield_of(y, sample, (known.isf(share), np.inf))
         yield name, f"weighted share within{end}", found.least, share, False
 

@@ -155,7 +155,7 @@ def test_many_parts_are_tested_against_fewer(monkeypatch):
     ("values", "kind", "words"),
     [
         ([1.0] * 5, "normal", "too few"),
-        ([1.0] * 20, "normal", "alike"),
+        ([1.0] * 20, "normal", "equal"),
         (np.linspace(-1, 1, 20), "lognormal", "above zero"),
     ],
 )

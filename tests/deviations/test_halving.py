@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.deviations.density_ratio import Weighting
+from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions.arcsine import Arcsine
 from tolstat.deviations.distributions.beta import Beta
@@ -29,7 +29,7 @@ from tolstat.errors import DistributionError
 
 def weights_of(x, distributions, names, dependence=None):
     new = {name: halved(distributions[name]) for name in names}
-    return Weighting(x, distributions, dependence or Dependence()).weights(new)
+    return DensityRatio(x, distributions, dependence or Dependence()).weights(new)
 
 
 ZONE, HALF = Tolerance(-0.1, 0.3), Tolerance(-0.05, 0.15)
@@ -118,7 +118,7 @@ def test_a_batch_whose_parts_are_all_alike_is_halved_as_one():
     both = weights_of(x, distributions, NAMES[:2], alike)
     single = weights_of(x, distributions, ["rod_1"])
     np.testing.assert_array_equal(both, single)
-    with pytest.raises(DistributionError, match="all parts of its batch are alike"):
+    with pytest.raises(DistributionError, match="all parts of its batch are equal"):
         weights_of(x, distributions, ["rod_1"], alike)
     distributions["rod_2"] = replace(distributions["rod_2"], cp=2.0)
     with pytest.raises(DistributionError, match="different tolerances"):
@@ -131,8 +131,8 @@ def test_a_batch_whose_parts_are_all_alike_is_halved_as_one():
         (Constant(0.1), "no tolerance"),
         (Measured(np.array([0.1, 0.2])), "no tolerance"),
         (Fitted("normal", 0.0, 1.0, 0.5), "no tolerance"),
-        (TruncatedNormal(ZONE, cp=0.5, outside="clipped"), "as good as one deviation"),
-        (Arcsine(ZONE), "as good as one deviation"),
+        (TruncatedNormal(ZONE, cp=0.5, outside="clipped"), "nearly the same deviation"),
+        (Arcsine(ZONE), "nearly the same deviation"),
     ],
 )
 def test_what_cannot_be_halved_says_why(distribution, words):

@@ -36,7 +36,7 @@ from tolstat.model.checked import simulate
 from tolstat.model.view import Mark
 from tolstat.render.view_picture import draw_view
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.repeated_looks import followed
+from tolstat.statistics.limits.anytime_valid import anytime_valid
 from tolstat.study import memory_needed as size
 from tolstat.study.cost_entry import tolerance_words
 from tolstat.study.study import load
@@ -902,7 +902,7 @@ def test_what_is_aimed_at_is_shown_as_likely_as_within_a_standard_error(
 ):
     share = _aimed(trials, permitted)
     counts = np.arange(int(permitted * trials))
-    shown = [followed(n, trials).upper <= permitted for n in counts.tolist()]
+    shown = [anytime_valid(n, trials).upper <= permitted for n in counts.tolist()]
     assert 0.80 < binom.cdf(counts[shown].max(), trials, share) < 0.88
 
 

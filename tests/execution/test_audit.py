@@ -91,7 +91,7 @@ def test_a_large_error_beyond_the_limit_is_found(cliff):
     """One machine in 160 errs by 1 N: those chosen at random meet none of them."""
     found = findings_of(cliff).responses["force"]
     error = found.integration_error
-    assert found.limited.yields.beyond.value < 0.01
+    assert found.limited.yields.out_of_limit.value < 0.01
     assert error.at_random.trials == 30 and error.at_random.largest < 1.1e-3
     assert error.largest == pytest.approx(1, rel=2e-3)
     assert error.chosen["worst"].largest == error.largest

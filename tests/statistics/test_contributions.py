@@ -106,9 +106,9 @@ def test_a_few_jammed_machines_allow_no_interval():
     parts = {name: rng.normal(size=4000) for name in ("rod_1", "rod_2")}
     y = np.maximum(np.abs(parts["rod_1"] - parts["rod_2"]) - 3.2, 0)
     found = contributions(parts, {"loss": y}, {"rod": list(parts)})["loss"]
-    assert found.few_decide
+    assert found.dominated_by_few
     for each in (found.first_order["rod_1"], found.groups["rod"], found.unexplained):
-        assert not each.sure and "few trials decide" in each.reason
+        assert not each.sure and "few trials dominate" in each.reason
         assert np.isfinite(each.value)
     assert found.rank_regression["rod_1"].sure
     # understated by neighbours all the same: its lower end holds

@@ -12,12 +12,12 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.quantiles import quantile
 from tolstat.statistics.limits.difference import (
     LEAST_OF_MOMENTS,
-    MOST_TOGETHER,
-    below_together,
+    MOST_CORRELATED,
+    correlation_of_quantiles,
+    correlation_of_shares,
     difference,
     difference_of_ppk,
     exchange,
-    going_together,
 )
 from tolstat.statistics.limits.limit import Limit
 
@@ -37,10 +37,10 @@ def test_machines_that_change_sides_are_counted_with_exact_ends():
     )
     lower = share.high * (2 * lean.low - 1)  # leans to the better there
     assert lean.low < 0.5
-    assert found.beyond[:3] == pytest.approx(
+    assert found.out_of_limit[:3] == pytest.approx(
         (0.006, lower, share.high * (2 * lean.high - 1)), rel=1e-9
     )
-    nobody = exchange(*machines(1000, 0, 0, 0)).beyond
+    nobody = exchange(*machines(1000, 0, 0, 0)).out_of_limit
     assert nobody[:3] == pytest.approx(
         (0, -(1 - 0.0125 ** (1 / 1000)), 1 - 0.0125 ** (1 / 1000)), rel=1e-9
     )
@@ -53,7 +53,7 @@ def test_every_outcome_together_covers_the_difference_of_yields(shares):
     for w in range(n + 1):
         for b in range(n + 1 - w):
             p = stats.multinomial.pmf([w, b, n - w - b], n, [*shares, 1 - sum(shares)])
-            ends = exchange(*machines(n - w - b, w, b, 0)).beyond
+            ends = exchange(*machines(n - w - b, w, b, 0)).out_of_limit
             missed += p * (not ends.lower <= worse - better <= ends.upper)
     assert missed < 0.05
 
@@ -69,7 +69,7 @@ def test_a_difference_takes_both_intervals_by_squares():
     never, some = Estimate(math.inf, 0.9, math.inf), Estimate(0.8, 0.7, 1.0)
     assert difference(some, never)[:3] == (math.inf, pytest.approx(-0.1), math.inf)
     assert difference(never, some)[:2] == (-math.inf, -math.inf)
-    assert difference(never, never).reason == "none beyond in either"
+    assert difference(never, never).reason == "none out of limit in either"
     unsure = difference(some, Estimate(0.9, reason="needs 59"))
     assert unsure.value == pytest.approx(0.1) and unsure.reason == "needs 59"
 
@@ -79,9 +79,11 @@ def test_what_errs_together_is_a_correlation_that_is_never_sure():
     first = rng.random(500) < 0.2
     second = np.where(rng.random(500) < 0.3, rng.random(500) < 0.2, first)
     more = np.append(first, [True, False]), np.append(second, [False, True])
-    assert going_together(first, second) == pytest.approx(np.corrcoef(*more)[0, 1])
-    assert going_together(first, first) == MOST_TOGETHER
-    assert abs(going_together(first, np.ones(500, bool))) < 0.1
+    assert correlation_of_shares(first, second) == pytest.approx(
+        np.corrcoef(*more)[0, 1]
+    )
+    assert correlation_of_shares(first, first) == MOST_CORRELATED
+    assert abs(correlation_of_shares(first, np.ones(500, bool))) < 0.1
 
 
 def test_a_quantile_next_to_a_value_that_many_share_errs_alone():
@@ -89,8 +91,8 @@ def test_a_quantile_next_to_a_value_that_many_share_errs_alone():
     jam = np.maximum(np.abs(z) - 1.9, 0.0)
     found = [quantile(y, 0.95) for y in (jam, z, 0.9 * z)]
     assert found[0].lower == 0.0 < found[0].upper
-    assert below_together(jam, z, (found[0], found[1])) == 0.0
-    assert below_together(z, 0.9 * z, (found[1], found[2])) > 0.8
+    assert correlation_of_quantiles(jam, z, (found[0], found[1])) == 0.0
+    assert correlation_of_quantiles(z, 0.9 * z, (found[1], found[2])) > 0.8
 
 
 def test_ppk_by_moments_leaves_out_a_twentieth_at_a_time():
@@ -121,6 +123,6 @@ def test_ppk_by_moments_says_why_it_is_not_told_apart():
     z, limits = np.random.default_rng(3).normal(size=4000), (Limit(-4, 4),) * 2
     few = difference_of_ppk(z[:900], z[:900], limits)
     assert few.reason == f"needs {LEAST_OF_MOMENTS}"
-    assert "few trials decide" in difference_of_ppk(z, z**7, limits).reason
+    assert "few trials dominate" in difference_of_ppk(z, z**7, limits).reason
     still = difference_of_ppk(z, np.full(4000, 1.0), limits)
     assert np.isnan(still.value) and "does not spread" in still.reason

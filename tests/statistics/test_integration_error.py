@@ -9,7 +9,7 @@ from tolstat.statistics.integration_error import (
     integration_error,
     share_above_largest,
 )
-from tolstat.statistics.limits.verdict_changes import changing_sides
+from tolstat.statistics.limits.verdict_changes import verdict_changes
 
 
 def test_equals_take_turns():
@@ -72,9 +72,9 @@ def test_one_in_twenty_bounds_is_wrong_at_most():
 def test_sides_of_a_limit():
     values = np.array([0.0, 0.8, 0.95, 1.02, 1.3, np.nan, -2.2])
     trials, precise = np.array([0, 2, 3]), np.array([0.0, 1.01, 1.03])
-    found = changing_sides(values, trials, precise, (-2.0, 1.0))
+    found = verdict_changes(values, trials, precise, (-2.0, 1.0))
     assert found.near == 2 and found.changed == 1
     assert found.gap == pytest.approx(0.2)  # of 0.8, and of -2.2 from the other end
     assert found.at_most == pytest.approx(1 / 6)
-    every = changing_sides(values[:5], np.arange(5), values[:5], (-np.inf, 1.0))
+    every = verdict_changes(values[:5], np.arange(5), values[:5], (-np.inf, 1.0))
     assert every == (5, 0, np.inf, 0.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tests.statistics.test_beyond import parts
+from tests.statistics.test_out_of_limit import parts
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 from tolstat.statistics.sensitivity.pairs import BOTH_FAR, DIFFERENCE, SUM, pairs
 

@@ -18,9 +18,9 @@ from tolstat.statistics.intervals.moments import (
 )
 from tolstat.statistics.intervals.quantiles import quantiles
 from tolstat.statistics.intervals.statistic import quantiles_at
+from tolstat.statistics.limits.anytime_valid import anytime_valid
 from tolstat.statistics.limits.capability import by_moments, by_percentiles, by_share
 from tolstat.statistics.limits.limit import Limit, ppk_of, yield_of_ppk
-from tolstat.statistics.limits.repeated_looks import followed
 from tolstat.statistics.limits.yields import joint_yield, yield_of
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
@@ -51,7 +51,10 @@ def test_the_mean_of_a_normal_response():
 def test_what_all_trials_share_tells_no_mean_unless_a_range_is_declared():
     nothing = np.zeros(200)
     found = mean_of(nothing)
-    assert found.value == 0.0 and found.reason == "all alike: 1 in 42 could be anything"
+    assert (
+        found.value == 0.0
+        and found.reason == "all trials are equal: 1 unit in 42 may differ"
+    )
     share = mean_of(nothing, Reach((0.0, 1.0)))
     # as little as can be: each trial was none with the probability 1 - p
     assert share.lower == 0.0
@@ -100,7 +103,7 @@ def test_sigma_of_a_normal_response():
     heavy = np.random.default_rng(1).lognormal(0, 1, 10_000)
     assert sigma_of(heavy).upper > 1.3 * sigma_of(heavy).value
     few = np.where(np.arange(1000) < 19, np.arange(1000.0), 0.0)
-    assert sigma_of(few).reason == "only 18 trials are not alike"
+    assert sigma_of(few).reason == "only 18 trials differ from all others"
     assert sigma_of(few, Reach((0.0, 1000.0))).sure
 
 
@@ -162,7 +165,7 @@ def test_performance_that_cannot_be_told():
     assert "no trial" in by(np.empty(0), (0.0, 2.0)).ppk.reason
     # half of the machines or more, or all of the outermost, at one value
     tied = np.where(np.arange(10_000) < 200, 1.0, 0.0)
-    assert "one value" in by(tied, (-INF, 0.5)).ppk.reason
+    assert "the same value" in by(tied, (-INF, 0.5)).ppk.reason
     assert by(1e-9 * NORMAL, (-INF, 1.0)).ppk.reason == "over 100: hardly any spread"
 
 
@@ -176,11 +179,11 @@ def test_one_bar_for_verdict_and_ppk():
         assert ppk_of(1 - yield_of_ppk(1.33, limit.ends), limit.ends) == pytest.approx(
             1.33
         )
-    beyond = judged_of(NORMAL, 0, one.permitted).beyond
+    beyond = judged_of(NORMAL, 0, one.permitted).out_of_limit
     found = by_share(beyond, one)
     assert found.lower < 1.0 < found.upper
     assert found.value == pytest.approx(-stats.norm.ppf(beyond.value) / 3)
-    none = by_share(judged_of(NORMAL, 0, (-INF, 99.0)).beyond, Limit(-INF, 99.0))
+    none = by_share(judged_of(NORMAL, 0, (-INF, 99.0)).out_of_limit, Limit(-INF, 99.0))
     assert none.value == none.upper == INF and none.lower > 1
 
 
@@ -195,7 +198,7 @@ def judged_of(values, failed, limit, demanded=0.9973):
 def test_yield_with_failed_trials():
     values = np.arange(990.0)
     found = judged_of(values, 10, (-INF, 979.0))  # 10 beyond, 10 failed
-    assert found.beyond == followed(20, 1000)
+    assert found.out_of_limit == anytime_valid(20, 1000)
     assert found.least.value == pytest.approx(0.980)
     assert found.most.value == pytest.approx(0.990)
     assert found.verdict == "not met"
@@ -203,7 +206,7 @@ def test_yield_with_failed_trials():
 
 def test_one_failed_trial_in_384_counts():
     found = judged_of(np.zeros(383), 1, (-INF, 1.0), demanded=0.9)
-    assert found.beyond.value == pytest.approx(1 / 384)
+    assert found.out_of_limit.value == pytest.approx(1 / 384)
     assert found.least.value < found.most.value == 1.0
 
 
@@ -226,7 +229,7 @@ def test_all_limits_at_once():
         {"a": a, "b": b, "c": a}, Sample(status), {"a": (-INF, 899.0), "b": (10.0, INF)}
     )
     assert found.value == pytest.approx((1000 - 100 - 1) / 1000)
-    assert found == followed(899, 1000)
+    assert found == anytime_valid(899, 1000)
 
 
 def test_failed_trials_stand_where_the_limit_says_or_anywhere():
@@ -237,7 +240,7 @@ def test_failed_trials_stand_where_the_limit_says_or_anywhere():
     known = quantiles(x, [0.05, 0.95, 0.99])
     above = quantiles_at(values, Sample(status), [0.05, 0.95, 0.99], (-INF, 1.0))
     assert above[0.05] == known[0.05] and above[0.95] == known[0.95]
-    assert above[0.99].reason == "failed trials reach there"
+    assert above[0.99].reason == "failed trials may lie there"
     anywhere = quantiles_at(values, Sample(status), [0.05, 0.95], (-1.0, 1.0))
     assert anywhere[0.95].upper == known[0.95].upper
     assert anywhere[0.95].lower < known[0.95].lower

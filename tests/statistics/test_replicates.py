@@ -59,7 +59,7 @@ def test_a_summary_of_replicates():
     assert found.sigma.sure and found.quantiles[0.95].sure
     assert found.quantiles[0.99865].reason == "needs 22223"
     yields = found.limited.yields
-    assert yields.beyond.value == pytest.approx(np.mean((y > 12) | (status == 4)))
+    assert yields.out_of_limit.value == pytest.approx(np.mean((y > 12) | (status == 4)))
     assert yields.most.value - yields.least.value == pytest.approx(8 / 4096)
     assert yields.verdict == "met"
     assert found.limited.percentiles.ppk.reason.startswith("needs")
@@ -106,6 +106,6 @@ def test_what_replicates_cannot_tell():
     few = mean_of_replicates(np.arange(32.0), numbers(32))
     assert few.value == 15.5 and "no replicates of 16" in few.reason
     alike = mean_of_replicates(np.zeros(512), numbers(512))
-    assert alike.value == 0.0 and "alike" in alike.reason
+    assert alike.value == 0.0 and "equal" in alike.reason
     known = mean_of_replicates(np.zeros(512), numbers(512), Reach((0.0, 1.0)))
     assert (known.lower, known.upper) == (0.0, never_met(512, 16))

@@ -105,6 +105,6 @@ def _print(found: WhatIf) -> None:
 
 def _judged(limited: Limited) -> list[Cell]:
     """Write the share beyond, per million, and the verdict."""
-    beyond = limited.yields.beyond
+    beyond = limited.yields.out_of_limit
     said = estimate_in_words(beyond, PPM) if beyond.sure else beyond.reason
     return [said, limited.yields.verdict]

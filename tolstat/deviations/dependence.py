@@ -1,7 +1,6 @@
-"""Deviations that hang together: parts of one batch, and correlations.
+"""Dependent deviations: parts of one batch, and correlations.
 
-Both act on normal scores, so that every deviation keeps its own distribution (a
-Gaussian copula).
+Both act on normal scores (a Gaussian copula): each deviation keeps its distribution.
 """
 
 from __future__ import annotations
@@ -30,8 +29,8 @@ class Batch(NamedTuple):
     name : str
         Of the batch: the contributors' name without their number.
     share : float
-        Share of the variance of the normal scores that the batch's shift has; 1 makes
-        all its parts alike.
+        Share of the variance of the normal scores due to the batch; with 1 all its
+        parts are equal.
     """
 
     name: str
@@ -39,7 +38,7 @@ class Batch(NamedTuple):
 
 
 class Dependence(NamedTuple):
-    """Which deviations hang together.
+    """Which deviations depend on each other.
 
     Attributes
     ----------
@@ -54,19 +53,9 @@ class Dependence(NamedTuple):
 
 
 def joined(unit: Mapping[str, Array], dependence: Dependence) -> dict[str, Array]:
-    """Make unit samples hang together.
+    """Make independent unit samples of contributors and batches dependent.
 
-    Parameters
-    ----------
-    unit : mapping of str to float64[trial]
-        Independent unit samples of contributors and batches.
-    dependence : Dependence
-        What hangs together.
-
-    Returns
-    -------
-    dict of str to float64[trial]
-        Each still uniform; what hangs together with nothing is as it was, bit for bit.
+    Each float64[trial] stays uniform; independent ones stay as they are, bit for bit.
     """
     found = dict(unit)
     for name, (batch, share) in dependence.batches.items():
@@ -88,12 +77,12 @@ def joined(unit: Mapping[str, Array], dependence: Dependence) -> dict[str, Array
 
 
 def _unit(scores: Array) -> Array:
-    """Turn normal scores into unit samples; beyond 8 sigma rounding would reach 1."""
+    """Turn normal scores into unit samples; above 8 sigma rounding would reach 1."""
     return np.clip(np.asarray(ndtr(scores), np.float64), 2.0**-53, 1 - 2.0**-53)
 
 
 def groups(pairs: Iterable[Pair]) -> list[list[str]]:
-    """Sort correlated names into groups that nothing connects, each in order."""
+    """Sort correlated names into independent groups, each in order."""
     found: list[list[str]] = []
     for first, second in pairs:
         touched = [group for group in found if first in group or second in group]
@@ -104,25 +93,15 @@ def groups(pairs: Iterable[Pair]) -> list[list[str]]:
 
 
 def correlation_of_scores(group: list[str], dependence: Dependence) -> Array:
-    """Return the correlation matrix of the normal scores of a group.
+    """Return the correlation matrix of the normal scores of a group of contributors.
 
-    Parameters
-    ----------
-    group : list of str
-        Contributors.
-    dependence : Dependence
-        With their rank correlations; pairs not given are uncorrelated.
-
-    Returns
-    -------
-    float64[contributor, contributor]
-        2 sin(pi rho / 6) of the rank correlations rho: what makes them so (K. Pearson,
-        Drapers' Company Research Memoirs IV, 1907).
+    2 sin(pi rho / 6) of the rank correlations rho (K. Pearson, Drapers' Company
+    Research Memoirs IV, 1907); pairs not given are uncorrelated.
 
     Raises
     ------
     DependenceError
-        If no deviations can be correlated like that; the entries to change are named.
+        If it is not positive definite; the entries to change are named.
     """
     R = np.eye(len(group))
     given = {}
@@ -133,13 +112,13 @@ def correlation_of_scores(group: list[str], dependence: Dependence) -> Array:
             given[pair] = rank
     values, vectors = np.linalg.eigh(R)
     if values[0] < LEAST_EIGENVALUE:
-        # the deviations that would have a combination of negative variance
+        # these deviations would have a combination of negative variance
         weight = np.abs(vectors[:, 0])
-        guilty = {n for n, w in zip(group, weight, strict=True) if w > 0.1}
+        cause = {n for n, w in zip(group, weight, strict=True) if w > 0.1}
         named = [
             f"{a} with {b} ({rank:g})"
             for (a, b), rank in given.items()
-            if {a, b} <= guilty
+            if {a, b} <= cause
         ]
         raise DependenceError(
             "not positive definite: no parts can be correlated like this; bring nearer "

@@ -1,9 +1,8 @@
 """A distribution with half its tolerance.
 
-Its ends, and with them every deviation, are half as far from zero, or from the nearer
-end where it lies on one side of zero: +-0.2 mm becomes +-0.1 mm, 0..60 um becomes
-0..30 um, +16..+34 um becomes +16..+25 um, as a finer grade of the same position has it.
-The shape of the distribution stays, and so does Cp.
+Each deviation is half as far from zero, or from the nearer end of a tolerance on one
+side of zero: +-0.2 mm becomes +-0.1 mm, 0..60 um becomes 0..30 um, +16..+34 um becomes
++16..+25 um, as a finer grade of the same position. Shape and Cp stay.
 """
 
 from __future__ import annotations
@@ -20,15 +19,7 @@ from tolstat.errors import DistributionError
 
 @dataclass(frozen=True)
 class Nearer:
-    """Every deviation half as far from a centre.
-
-    Attributes
-    ----------
-    distribution : Distribution
-        As it was.
-    centre : float
-        SI.
-    """
+    """Every deviation of a distribution half as far from a centre, SI."""
 
     distribution: Distribution
     centre: float

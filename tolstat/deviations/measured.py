@@ -1,4 +1,4 @@
-"""Distributions of measured parts: as they are, or fitted."""
+"""Distributions of measured parts: the parts themselves, or a fit."""
 
 from __future__ import annotations
 
@@ -14,21 +14,15 @@ from tolstat.errors import DistributionError
 Array = NDArray[np.float64]
 
 FITS = ("normal", "lognormal")
-DOUBTFUL = 0.05  # p-value of a fit below which it is called so
+DOUBTFUL = 0.05  # p-value below which a fit is doubtful
 RESAMPLES = 999
-# parts of a simulated sample, at most: A^2 of so many is distributed as that of more
+# parts of a simulated sample, at most: A^2 of more has the same distribution
 MOST_SIMULATED = 2000
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Measured parts, each as likely as any other; nothing between or beyond them.
-
-    Attributes
-    ----------
-    values : float64[part]
-        Their deviations, SI, ascending.
-    """
+    """Measured parts, each equally likely: float64[part] deviations, SI, ascending."""
 
     values: Array
 
@@ -46,11 +40,10 @@ class Fitted:
     kind : str
         "normal", or "lognormal" (above zero).
     mean, sigma : float
-        Of the deviations, SI, or of their natural logarithms: maximum likelihood, the
-        standard deviation with N - 1.
+        Of the deviations, SI, or of their natural logarithms; sigma with N - 1.
     p_value : float
-        Of the Anderson-Darling test with both parameters estimated: how often a true
-        sample of this kind would fit worse, from 999 simulated samples.
+        Of the Anderson-Darling test with both parameters estimated, from 999 simulated
+        samples.
     """
 
     kind: str
@@ -74,15 +67,10 @@ def fit(values: Array, kind: str) -> Fitted:
     kind : str
         One of `FITS`.
 
-    Returns
-    -------
-    Fitted
-        With its goodness of fit.
-
     Raises
     ------
     DistributionError
-        If the parts are too few or alike, or not above zero for a lognormal one.
+        If the parts are too few or equal, or not above zero for a lognormal one.
     """
     if len(values) < 8:
         raise DistributionError(
@@ -95,13 +83,13 @@ def fit(values: Array, kind: str) -> Fitted:
             )
         values = np.log(values)
     if np.ptp(values) == 0:
-        raise DistributionError("all parts are alike; nothing can be fitted to them")
+        raise DistributionError("all parts are equal; nothing can be fitted to them")
     sigma = float(values.std(ddof=1))
     return Fitted(kind, float(values.mean()), sigma, _p_value(values))
 
 
 def _p_value(values: Array) -> float:
-    """Return how often a true normal sample would fit worse (Anderson-Darling)."""
+    """Return the share of true normal samples that fit worse (Anderson-Darling)."""
     from scipy import stats  # slow to import
 
     def tested(sample: Array, resamples: int) -> Any:

@@ -9,7 +9,7 @@ from tolstat.errors import ModelError, allowed_names
 
 
 def expand(name: str, known: Sequence[str]) -> list[str]:
-    """List the known names that a name stands for.
+    """List the known names that a name stands for, at least one.
 
     Parameters
     ----------
@@ -19,15 +19,10 @@ def expand(name: str, known: Sequence[str]) -> list[str]:
     known : sequence of str
         All names.
 
-    Returns
-    -------
-    list of str
-        At least one.
-
     Raises
     ------
     ModelError
-        If it stands for none; the nearest known name is in the message.
+        If it stands for none; the message has the nearest known name.
     """
     if name in known:
         return [name]
@@ -39,7 +34,7 @@ def expand(name: str, known: Sequence[str]) -> list[str]:
 
 
 def known_or_general(known: Iterable[str]) -> list[str]:
-    """List names, each numbered family also by its name without number."""
+    """List names, each numbered family also without its number."""
     names: dict[str, None] = {}
     for each in known:
         general = re.sub(r"_[0-9]+$", "", each)

@@ -1,7 +1,7 @@
-"""What a part costs by its tolerance, and the parts that it would then be.
+"""The price of a part by its tolerance, and its distribution with that tolerance.
 
-A price is of one part. It follows a law of half the tolerance's width, T, or stands in
-a list of tolerances, of which one is to be chosen.
+The price of one part follows a law of half the tolerance's width, T, or a list of
+tolerances, of which one is chosen.
 """
 
 from __future__ import annotations
@@ -15,23 +15,21 @@ from typing import Any, NamedTuple, cast
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.tolerance import Tolerance
 
-SAME = 1e-9  # of a tolerance: what binary numbers are off
+SAME = 1e-9  # of a tolerance: rounding errors
 
 
 class Law(NamedTuple):
-    """A price that falls steadily as the tolerance widens.
+    """A price that falls continuously as the tolerance widens.
 
     Attributes
     ----------
-    at : float
-        Half width at which the price is given, SI.
-    price : float
-        There.
+    at, price : float
+        Half a width, SI, and the price there.
     tightest, loosest : float
-        Half widths between which one may be chosen, SI.
+        Ends of the choice of half the width, SI.
     rate : float
         0: the price is reciprocal, price * at / T; else exponential,
-        price * exp((at - T) / rate): e times as much for each `rate` that T is less.
+        price * exp((at - T) / rate).
     """
 
     at: float
@@ -48,7 +46,7 @@ class Law(NamedTuple):
 
 
 class Offered(NamedTuple):
-    """One tolerance that can be had.
+    """A tolerance on offer.
 
     Attributes
     ----------
@@ -67,25 +65,25 @@ class Offered(NamedTuple):
 
 @dataclass(frozen=True)
 class Priced:
-    """A line of a study that says what its parts cost: they share one tolerance.
+    """An entry of a study with a price; its parts share one tolerance.
 
-    What can be chosen is a number: of a law the logarithm of half the tolerance's width
-    (SI), else the place in the list of what is offered, the loosest first.
+    The choice is a number: with a law the logarithm of half the tolerance's width (SI),
+    else the place in the list of offers, the loosest first.
 
     Attributes
     ----------
     name : str
-        As the line has it.
+        Of the entry.
     drawn : mapping of str to Distribution
-        By contributor, as the study has them, SI.
+        By contributor, as specified in the study, SI.
     law : Law or None
         Of the price.
     offered : tuple of Offered
-        Where there is no law: all that may be chosen, the loosest first.
+        Without a law: all choices, the loosest first.
     unit, shown : str
         SI unit of the deviations, and the unit in which the tolerance is written.
     words : str
-        The tolerance as drawn, as the line has it.
+        The specified tolerance, as written.
     """
 
     name: str
@@ -98,14 +96,14 @@ class Priced:
 
     @property
     def as_drawn(self) -> float:
-        """The choice that is the study's own."""
+        """The choice specified in the study."""
         if self.law:
             return math.log(half_of(self.drawn))
         halves = [half_of(each.distributions) for each in self.offered]
         return float(halves.index(half_of(self.drawn)))
 
     def is_drawn(self, choice: float) -> bool:
-        """Tell whether a choice is the study's own."""
+        """Tell whether a choice is that of the study."""
         return abs(choice - self.as_drawn) < SAME
 
     @property
@@ -116,13 +114,13 @@ class Priced:
         return float(len(self.offered) - 1), 0.0
 
     def half(self, choice: float) -> float:
-        """Return half the width of a tolerance that is chosen, SI."""
+        """Return half the width of the chosen tolerance, SI."""
         if self.law:
             return math.exp(choice)
         return half_of(self.offered[round(choice)].distributions)
 
     def cost(self, choice: float) -> float:
-        """Return the price of all parts of the line."""
+        """Return the price of all parts of the entry."""
         if self.law:
             return len(self.drawn) * self.law.of(math.exp(choice))
         return len(self.drawn) * self.offered[round(choice)].price
@@ -147,24 +145,11 @@ def half_of(distributions: Mapping[str, Distribution]) -> float:
     return zone.half
 
 
-def zone_with(zone: Tolerance, half: float) -> Tolerance:
-    """Return a zone made narrower or wider: towards zero, or its end nearest to it.
-
-    +-0.2 mm becomes +-0.1 mm, 0..60 um becomes 0..30 um, as a halved tolerance does.
-
-    Parameters
-    ----------
-    zone : Tolerance
-        SI.
-    half : float
-        Half the width that it is to have, SI.
-    """
-    still, ratio = zone.nearest, half / zone.half
-    return Tolerance(*(still + ratio * (end - still) for end in zone))
-
-
 def resized(distribution: Distribution, half: float) -> Distribution:
-    """Return a distribution with another tolerance, all other keys as they are.
+    """Return a distribution with another half width, SI, its other keys unchanged.
+
+    The zone changes towards zero, or its end nearest to it: +-0.2 mm becomes +-0.1 mm,
+    0..60 um becomes 0..30 um, as a halved tolerance does.
 
     Raises
     ------
@@ -173,5 +158,8 @@ def resized(distribution: Distribution, half: float) -> Distribution:
     """
     zone = zone_of(distribution)
     assert zone is not None  # checked when the study was loaded
-    made = dataclasses.replace(cast(Any, distribution), tolerance=zone_with(zone, half))
-    return cast(Distribution, made)
+    fixed, ratio = zone.nearest, half / zone.half
+    new = Tolerance(*(fixed + ratio * (end - fixed) for end in zone))
+    return cast(
+        Distribution, dataclasses.replace(cast(Any, distribution), tolerance=new)
+    )

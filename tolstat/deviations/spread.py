@@ -1,4 +1,4 @@
-"""What a distribution spreads over: its zone, its mean and its sigma."""
+"""The zone, the mean and the standard deviation of a distribution."""
 
 from __future__ import annotations
 
@@ -14,15 +14,10 @@ FAR, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
 
 
 class Spread(NamedTuple):
-    """Where a deviation lies, SI.
+    """Ends of the tolerance, mean and standard deviation, SI.
 
-    Attributes
-    ----------
-    lower, upper : float
-        Ends of its tolerance; of measured parts, where three sigma of a normal one
-        would lie.
-    mean, sigma : float
-        Of its distribution.
+    The ends of measured parts are the quantiles at three sigma of a normal
+    distribution.
     """
 
     lower: float
@@ -32,7 +27,7 @@ class Spread(NamedTuple):
 
 
 def spread_of(distribution: Distribution) -> Spread:
-    """Return the zone and the moments of a distribution.
+    """Return the spread of a distribution.
 
     Moments are integrals over the normal score, exact to rounding where the inverse
     distribution function is smooth.

@@ -1,4 +1,4 @@
-"""Random bits that depend on a seed and a name alone."""
+"""Random bits that depend only on a seed and a name."""
 
 from __future__ import annotations
 
@@ -11,23 +11,10 @@ from numpy.typing import NDArray
 def random_bits(
     seed: int, name: str, count: int, purpose: str = ""
 ) -> NDArray[np.uint64]:
-    """Return the first numbers of the stream of a name.
+    """Return the first uint64[count] numbers of the stream of a contributor or batch.
 
-    Parameters
-    ----------
-    seed : int
-        Of the study.
-    name : str
-        Of a contributor, or of a batch of parts.
-    count : int
-        How many; asking for more leaves the first as they were.
-    purpose : str
-        Other streams of the same name.
-
-    Returns
-    -------
-    uint64[count]
-        Independent and uniform.
+    They are independent and uniform. A larger count leaves the first as they are; a
+    purpose names another stream.
     """
     words = f"{seed}:{name}:{purpose}" if purpose else f"{seed}:{name}"
     digest = hashlib.sha256(words.encode()).digest()

@@ -13,7 +13,7 @@ class Tolerance(NamedTuple):
 
     @property
     def middle(self) -> float:
-        """Middle of the zone: where a centred process aims, unequal ends or not."""
+        """Middle of the zone, the aim of a centred process."""
         return 0.5 * (self.lower + self.upper)
 
     @property

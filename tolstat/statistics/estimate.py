@@ -1,4 +1,4 @@
-"""A number and how sure it is."""
+"""A number with its interval."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 RANDOM_ONLY = "for random trials only"
+FAILED_THERE = "failed trials may lie there"
 
 
 class Estimate(NamedTuple):
@@ -33,14 +34,25 @@ class Estimate(NamedTuple):
 
     @property
     def needs_more(self) -> bool:
-        """Whether more trials would give one: the reason says how many."""
+        """Whether more trials would give an interval: the reason says how many."""
         return self.reason.startswith("needs")
 
     @property
     def complement(self) -> Estimate:
-        """Of a share: that of all other machines."""
+        """Of a share: that of all other units."""
         ends = 1 - self.upper, 1 - self.lower
         return Estimate(1 - self.value, *ends, self.reason)
 
 
 NONE_DONE = Estimate(math.nan, reason="no trial is done")
+
+
+def enclosing(value: float, lower: float, upper: float) -> Estimate:
+    """Return an estimate whose interval always holds its value.
+
+    An infinite end means that failed trials may lie there: then there is no interval.
+    """
+    if not math.isfinite(lower + upper):
+        shown = value if math.isfinite(value) else math.nan
+        return Estimate(shown, reason=FAILED_THERE)
+    return Estimate(value, min(lower, value), max(upper, value))

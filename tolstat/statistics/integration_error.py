@@ -1,4 +1,4 @@
-"""The second error bar: how far integration errors move the numbers."""
+"""The errors of integration, and how far they move the statistics."""
 
 from __future__ import annotations
 
@@ -18,31 +18,31 @@ class IntegrationError(NamedTuple):
     Attributes
     ----------
     trials : int64[n]
-        Which trials, all of them done both times.
+        These trials, all of them done both times.
     errors : float64[n]
         Stored response less the precise one.
-    alike : bool[n]
-        Whether a trial can stand for those of like response that were not integrated
+    representative : bool[n]
+        Whether a trial represents those of similar response that were not integrated
         again.
     failed : int
-        Trials that were left out because they failed one of the two times.
+        Trials left out because they failed one of the two times.
     """
 
     trials: NDArray[np.int64]
     errors: Array
-    alike: Flags
+    representative: Flags
     failed: int
 
     @property
     def largest(self) -> float:
-        """Largest absolute error; NaN if there is none. It bounds no other trial's."""
+        """Largest absolute error, no bound for other trials; NaN if there is none."""
         return float(np.abs(self.errors).max()) if len(self.errors) else math.nan
 
     def of(self, trials: NDArray[np.int64]) -> IntegrationError:
-        """Return the errors of those that are among given trials, none left out."""
+        """Return the errors of those among given trials."""
         some = np.isin(self.trials, trials)
         return IntegrationError(
-            self.trials[some], self.errors[some], self.alike[some], 0
+            self.trials[some], self.errors[some], self.representative[some], 0
         )
 
     def removed(self, values: Array) -> Array:
@@ -56,28 +56,27 @@ class IntegrationError(NamedTuple):
         Returns
         -------
         float64[trial]
-            Precise in the trials integrated again. Any other less the error of that
-            one, of those that can stand for others, whose response is nearest to its
-            own; where several are equally near because they are equal, these take
-            turns. Where trials were chosen by the response, each so counts for
-            as many as it stands for, and not for as often as its kind was chosen.
+            Precise in the trials integrated again. In any other trial, less the error
+            of the representative trial of nearest response; several of equal response
+            take turns. So each counts for as many trials as it represents, even where
+            trials were chosen by their response.
         """
-        if not self.alike.any():
+        if not self.representative.any():
             return np.full_like(values, np.nan)
-        known = values[self.trials[self.alike]]
+        known = values[self.trials[self.representative]]
         order = np.argsort(known, kind="stable")
         levels, first, equal = np.unique(
             known[order], return_index=True, return_counts=True
         )
         nearest = np.searchsorted((levels[1:] + levels[:-1]) / 2, values)
         turn = _turns(nearest) % equal[nearest]
-        found = values - self.errors[self.alike][order[first[nearest] + turn]]
+        found = values - self.errors[self.representative][order[first[nearest] + turn]]
         found[self.trials] = values[self.trials] - self.errors
         return np.asarray(found)
 
 
 def _turns(groups: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Count, for each element, the ones before it in its group."""
+    """Count, for each element, the earlier ones of its group."""
     order = np.argsort(groups, kind="stable")
     ascending = groups[order]
     turns = np.empty_like(order)
@@ -86,7 +85,7 @@ def _turns(groups: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def integration_error(
-    values: Array, trials: NDArray[np.int64], precise: Array, alike: Flags
+    values: Array, trials: NDArray[np.int64], precise: Array, representative: Flags
 ) -> IntegrationError:
     """Compare a response with the same trials integrated precisely.
 
@@ -97,32 +96,21 @@ def integration_error(
     trials : int64[n]
         Which of them were integrated again.
     precise : float64[n]
-        What was found then; NaN where that failed.
-    alike : bool[n]
-        Whether a trial can stand for those of like response: it was chosen at random,
-        or by this response, and not by another one's values, which may choose what is
-        rare among its likes.
+        Their precise response; NaN where that failed.
+    representative : bool[n]
+        Whether a trial represents those of similar response: it was chosen at random or
+        by this response. Another response may choose trials that are rare among these.
     """
     errors = values[trials] - precise
     done = np.isfinite(errors)
     failed = int(np.count_nonzero(~done))
-    return IntegrationError(trials[done], errors[done], alike[done], failed)
+    return IntegrationError(trials[done], errors[done], representative[done], failed)
 
 
-def share_above_largest(trials: int, confidence: float = 0.95) -> float:
-    """Bound how many machines exceed the largest of some random ones.
+def share_above_largest(trials: int) -> float:
+    """Return the greatest share of units above the largest of independent trials.
 
-    Parameters
-    ----------
-    trials : int
-        Independent ones, of which the largest is taken.
-    confidence : float
-        Of the bound.
-
-    Returns
-    -------
-    float
-        Share of all machines that is exceeded at most: exact for a continuous
-        distribution, conservative for one with atoms; NaN without trials.
+    With 95 % confidence: exact for a continuous distribution, conservative for one with
+    point masses; NaN without trials.
     """
-    return 1 - (1 - confidence) ** (1 / trials) if trials else math.nan
+    return 1 - (1 - 0.95) ** (1 / trials) if trials else math.nan

@@ -1,4 +1,4 @@
-"""The trials of a run, and what may be said of them."""
+"""The trials of a run."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class Sample(NamedTuple):
     replicates : int
         Of the sampling: 0 where the trials are independent.
     each : float
-        Trials of the run for each of these: more than one where others were made
-        beside them for Sobol' indices.
+        Trials of the run for each of these: more than one where a run for Sobol'
+        indices has further trials.
     weights : Weights or None
-        Where the trials stand for other machines than were drawn; all of them have run.
+        Where the trials stand for units of other distributions; all of them have run.
     """
 
     status: NDArray[np.integer]
@@ -47,7 +47,7 @@ class Sample(NamedTuple):
 
     @property
     def ran(self) -> NDArray[np.bool_]:
-        """Which trials have run, failed ones among them."""
+        """Which trials have run, failed ones included."""
         found: NDArray[np.bool_] = self.status != Status.NOT_RUN
         return found
 
@@ -58,7 +58,7 @@ class Sample(NamedTuple):
 
     @property
     def replicate(self) -> NDArray[np.int64]:
-        """Number of the randomisation that each trial belongs to."""
+        """Number of the randomisation of each trial: int64[trial]."""
         return np.arange(len(self.status)) % max(self.replicates, 1)
 
     def weights_of(self, trials: NDArray[np.bool_]) -> Weights | None:

@@ -1,4 +1,4 @@
-"""What a run says about each response."""
+"""The statistics of a response."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ class Limited(NamedTuple):
     Attributes
     ----------
     limit : Limit
-        What is permitted, and of how many machines it is asked.
+        Permitted values and demanded yield.
     yields : Yield
         Shares and verdict.
     demanded_ppk : float
-        What is demanded, as the Ppk of a normal response.
+        The demanded yield as the Ppk of a normal response.
     equivalent : Estimate
-        Ppk of a normal response with as many machines beyond.
+        Ppk of a normal response with as many units out of limit.
     percentiles, moments : Performance
-        Pp and Ppk, either way.
+        Pp and Ppk by either method.
     """
 
     limit: Limit
@@ -54,14 +54,14 @@ class Limited(NamedTuple):
 
 @dataclass(frozen=True)
 class Summary:
-    """One response over all trials that were run.
+    """One response over all trials that have run.
 
     Attributes
     ----------
     mean, sigma : Estimate
         Mean and standard deviation of the trials that are done.
     least, largest : float
-        Of these; NaN if there are none, or if they stand for others.
+        Of these; NaN if there are none, or if they are weighted.
     quantiles : dict of float to Estimate
         By `QUANTILES`.
     limited : Limited or None
@@ -91,14 +91,9 @@ def summarize(
     sample : Sample
         The trials.
     limit : Limit, optional
-        What is permitted.
+        Of the response.
     declared : tuple of float, optional
         Declared range of the response; an open end is infinite.
-
-    Returns
-    -------
-    Summary
-        Every number with its 95 % interval, or why it has none.
     """
     done = values[sample.done]
     limited = None
@@ -108,11 +103,11 @@ def summarize(
             limit,
             judged,
             limit.ppk,
-            by_share(judged.beyond, limit),
+            by_share(judged.out_of_limit, limit),
             by_percentiles(values, sample, limit),
             by_moments(values, sample, limit, declared),
         )
-    if sample.weights:  # the outermost trial stands for no machine
+    if sample.weights:  # the outermost trial is not the outermost unit
         done = done[:0]
     permitted = limit.permitted if limit else None
     reach = Reach(declared, permitted)

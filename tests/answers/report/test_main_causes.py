@@ -134,7 +134,7 @@ def test_the_single_one_is_named_where_no_pair_explains_more(run):
 def test_a_gain_is_claimed_only_where_the_intervals_lie_apart(run, lower, upper, told):
     found = report_of(run)
     gap = found.responses["gap"]
-    yields = gap.limited.yields._replace(beyond=Estimate(10e-3, 1e-3, 20e-3))
+    yields = gap.limited.yields._replace(out_of_limit=Estimate(10e-3, 1e-3, 20e-3))
     (pair,) = gap.causes.pairs
     then = Estimate(lower, lower, upper)
     causes = gap.causes._replace(pairs=(pair._replace(halved=then),))

@@ -225,7 +225,7 @@ def test_each_number_of_the_verdict_stands_under_its_head(report):
         path = f"responses/{name}/limited"
         needed = [f"{path}/yields/needed"] * (f"{path}/yields/needed" in row)
         assert row == [
-            f"{path}/limit/demanded", *needed, f"{path}/yields/beyond/value",
+            f"{path}/limit/demanded", *needed, f"{path}/yields/out_of_limit/value",
             f"{path}/equivalent/value", f"{path}/demanded_ppk",
         ]  # fmt: skip
 
@@ -241,8 +241,8 @@ def test_each_difference_stands_under_its_head(comparison):
 
 def test_a_share_is_printed_per_cent_and_per_million(report):
     numbers = {path: words for path, _, words in report.page.numbers}
-    limit = report.found["responses"]["jam_share"]["limited"]["yields"]["beyond"]
-    beyond = "responses/jam_share/limited/yields/beyond/value"
+    limit = report.found["responses"]["jam_share"]["limited"]["yields"]["out_of_limit"]
+    beyond = "responses/jam_share/limited/yields/out_of_limit/value"
     assert says(numbers[beyond], 1e6 * limit["value"]) and limit["value"] > 1e-3
     within = report.found["joint"]["within"]["value"]
     assert says(numbers["joint/within/value"], 100 * within)
@@ -342,7 +342,7 @@ def test_what_lies_beyond_the_limit_is_coloured(report):
         drawn = edges[:-1][heights > 0]
         assert (sign * (drawn - 50.0) >= -1e-9).all()  # %
         assert (colour[0] > 0.5) == (sign > 0)
-    share = report.found["responses"]["jam_share"]["limited"]["yields"]["beyond"][
+    share = report.found["responses"]["jam_share"]["limited"]["yields"]["out_of_limit"][
         "value"
     ]
     counted = beyond[0].values.sum()
@@ -675,7 +675,7 @@ def test_the_first_page_names_culprits_and_what_halving_them_gains(report):
     )
     assert len(halved) == 1
     known = report.found["responses"]["jam_share"]
-    assert says(halved[0][1], 1e6 * known["limited"]["yields"]["beyond"]["value"])
+    assert says(halved[0][1], 1e6 * known["limited"]["yields"]["out_of_limit"]["value"])
     gain = known["culprits"]["pairs"][0]["halved"]["value"]
     assert says(halved[0][0], 1e6 * gain) or halved[0][0] == "0"
     contributions = found["contributions"]
@@ -704,7 +704,7 @@ def test_who_drives_the_machines_beyond_is_told_of_the_stored_columns(report, mi
     phase = found["contributors"]["runout_phase_7"]["halved"]
     assert phase["value"] is None and phase["reason"] == "a full turn is no tolerance"
     part = section_of(report.text, "jam_share")
-    part = part[part.index("Who drives") : part.index("<h3>Named")]
+    part = part[part.index("Who drives") : part.index("<h3>Contributions")]
     assert "<strong>rods</strong>" in part and "<strong>cranks</strong>" not in part
 
 
@@ -715,7 +715,7 @@ def section_of(page, response):
 
 def test_where_a_few_machines_decide_noise_is_not_drawn(report):
     few = {
-        name: report.found["responses"][name]["contributions"]["few_decide"]
+        name: report.found["responses"][name]["contributions"]["dominated_by_few"]
         for name in report.found["interest"]
     }
     assert few["extra_loss"] and not few["shaft_9_moment"]
@@ -750,7 +750,7 @@ def test_indices_of_a_few_machines_are_not_drawn(toy, toy_study):
     text = toy_study.read_text().replace("trials = 1000", "trials = 5000")
     toy_study.write_text('sampling = "saltelli"\n' + text)
     page, found = page_of(tolstat.run(toy_study, model=Jams()))
-    assert found["responses"]["gap"]["indices"]["few_decide"]
+    assert found["responses"]["gap"]["indices"]["dominated_by_few"]
     assert "groups of trials would be noise" in page
     assert "Contributions, the largest first" not in page
 

@@ -88,10 +88,10 @@ def test_limits_are_those_of_the_stored_columns(mill, found, columns):
         x, limit = columns[name], found["responses"][name]["limited"]
         beyond = int(((x < lower) | (x > upper)).sum())
         known = ever_looked_at(beyond, len(x))
-        assert limit["yields"]["beyond"]["value"] == beyond / len(x)
+        assert limit["yields"]["out_of_limit"]["value"] == beyond / len(x)
         found_ends = (
-            limit["yields"]["beyond"]["lower"],
-            limit["yields"]["beyond"]["upper"],
+            limit["yields"]["out_of_limit"]["lower"],
+            limit["yields"]["out_of_limit"]["upper"],
         )
         assert found_ends == pytest.approx(known, rel=0.02, abs=2e-6)
         good = limit["yields"]["least"]
@@ -168,7 +168,7 @@ def test_the_table_for_spreadsheets_holds_the_findings_in_the_units_it_names(
         if limited is None:
             assert row.loc["lower limit [unit]":"Ppk by percentiles upper"].isna().all()
             continue
-        beyond = limited["yields"]["beyond"]
+        beyond = limited["yields"]["out_of_limit"]
         assert row["fraction out of limit lower [ppm]"] == pytest.approx(
             1e6 * beyond["lower"]
         )
@@ -198,7 +198,7 @@ def test_failed_trials_turn_no_number_better(toy, toy_study):
     limit = found["responses"]["gap"]["limited"]
     bad, good = limit["yields"]["least"], limit["yields"]["most"]
     assert good["value"] - bad["value"] == pytest.approx(failed / 1000)
-    assert limit["yields"]["beyond"]["value"] >= failed / 1000
+    assert limit["yields"]["out_of_limit"]["value"] >= failed / 1000
     share = found["trials"]["failures"]
     assert share["lower"] < failed / 1000 < share["upper"]
     assert found["responses"]["gap"]["mean"]["value"] is not None

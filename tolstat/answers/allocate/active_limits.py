@@ -8,10 +8,10 @@ import numpy as np
 
 from tolstat.answers.allocate.allocation import Line
 from tolstat.answers.allocate.fresh_runs import Proof
+from tolstat.answers.allocate.optimizer import Choice
 from tolstat.answers.allocate.search import Searching
 from tolstat.deviations.prices import Priced
 from tolstat.statistics.intervals.proportions import proportion
-from tolstat.statistics.reweighting.cheapest import Choice
 from tolstat.study.cost_entry import tolerance_words
 
 FREE = 0.02  # of the share that a limit permits: as good as nothing

@@ -22,13 +22,13 @@ from tolstat.answers.allocate.trade_off import (
     points_about,
 )
 from tolstat.catalogue import place_of
-from tolstat.deviations.density_ratio import Weighting
+from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.errors import DistributionError, StudyError
 from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.workers.crew import Workers
 from tolstat.literal import visible
 from tolstat.model.contract import Model
-from tolstat.statistics.limits.repeated_looks import followed
+from tolstat.statistics.limits.anytime_valid import anytime_valid
 from tolstat.statistics.limits.sample_size import grown
 from tolstat.statistics.limits.yields import CONFIDENCE
 from tolstat.store.commands import command
@@ -109,10 +109,10 @@ def allocated(
     longest = max(most, longest)
     if too_large(longest, study.description):
         longest = most  # an answer does without
-    shown = followed(0, most, CONFIDENCE).upper  # with none beyond
+    shown = anytime_valid(0, most, CONFIDENCE).upper  # with none beyond
     asks = f"{strictest} may have {1e6 * share:.6g} ppm beyond"
     least = 1
-    while (open_to := followed(0, LONGEST * least, CONFIDENCE).upper) > share:
+    while (open_to := anytime_valid(0, LONGEST * least, CONFIDENCE).upper) > share:
         least = grown(least * open_to / share)
     if shown > share:
         raise StudyError(
@@ -158,7 +158,7 @@ def _check(study: Study) -> None:
         tightest, loosest = map(line.distributions, line.ends)
         drawn = {**deviating.distributions, **loosest}
         try:
-            Weighting(nowhere, drawn, deviating.dependence).weights(tightest)
+            DensityRatio(nowhere, drawn, deviating.dependence).weights(tightest)
         except DistributionError as error:
             raise StudyError(
                 f"{source}: {line.name} has a cost, and cannot be weighted: {error}; "

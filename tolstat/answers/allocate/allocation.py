@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tolstat.answers.allocate.optimizer import Choice
 from tolstat.model.view import Axis, Chart, Curve, Mark, Panel
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.reweighting.cheapest import Choice
 
 BEYOND = Axis("machines beyond any limit", "1", "ppm", logarithmic=True)
 BELOW = 0.1  # of the least share that is shown: lower ends of intervals are seen so far

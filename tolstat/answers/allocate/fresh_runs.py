@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.answers.allocate.allocation import Scheme
+from tolstat.answers.allocate.optimizer import Choice
 from tolstat.answers.allocate.reweighted_pool import beyond_each
 from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import MET, NOT_MET, Yield, joint_yield, yield_of
-from tolstat.statistics.reweighting.cheapest import Choice
 from tolstat.statistics.sample import Sample
 from tolstat.study.cost_entry import tolerance_words, with_tolerances
 from tolstat.study.given_points import Case
@@ -179,7 +179,7 @@ class FreshRuns:
             self.cost(choice),
             self._words(choice),
             {each.name: _typed(each.half(x)) for each, x in pairs},
-            {name: each.beyond for name, each in yields.items()},
+            {name: each.out_of_limit for name, each in yields.items()},
             beyond_any,
             trials,
             seed,

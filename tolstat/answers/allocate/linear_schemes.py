@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
+from tolstat.answers.allocate.optimizer import Choice
 from tolstat.deviations.density_ratio import correlations
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.distributions.constant import Constant
@@ -13,7 +14,6 @@ from tolstat.deviations.spread import Spread, spread_of
 from tolstat.execution.diagnostics.slopes_and_corners import slopes
 from tolstat.execution.workers.crew import Workers
 from tolstat.statistics.limits.limit import Limit
-from tolstat.statistics.reweighting.cheapest import Choice
 from tolstat.statistics.sensitivity.linear import Scatter, root_sum_square
 from tolstat.study.study import Study
 

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from tolstat.answers.allocate.optimizer import Choice
 from tolstat.deviations.density_ratio import (
     FARTHEST,
-    Weighting,
-    all_alike,
-    hanging_together,
+    DensityRatio,
+    dependent_groups,
+    equal_parts,
 )
 from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.distributions import Distribution
@@ -23,7 +24,6 @@ from tolstat.deviations.prices import Priced
 from tolstat.execution.trial_table import Trials
 from tolstat.statistics.intervals.gamma_interval import gamma_ends
 from tolstat.statistics.limits.limit import Limit, within
-from tolstat.statistics.reweighting.cheapest import Choice
 from tolstat.study.study import Study
 
 Array = NDArray[np.float64]
@@ -170,7 +170,7 @@ class _Rows:
         for line in self.priced:
             beside.update(line.distributions(line.ends[1]))
         dependence = study.deviating.dependence
-        self._weighting = Weighting(
+        self._weighting = DensityRatio(
             deviations, {name: beside[name] for name in deviations}, dependence
         )
         self._blocks = _blocks(study)
@@ -247,7 +247,7 @@ class _Table:
         of = drawn[self._name]
         scores = np.linspace(-FARTHEST, FARTHEST, NODES)
         at = of.deviations(np.asarray(ndtr(scores), np.float64))
-        self._weighting = Weighting({self._name: at}, {self._name: of}, Dependence())
+        self._weighting = DensityRatio({self._name: at}, {self._name: of}, Dependence())
         self._at: dict[int, tuple[Array, Array]] = {}
         self._places = []
         for name in drawn:
@@ -308,8 +308,8 @@ def _blocks(study: Study) -> list[_Block]:
     found: list[_Block] = []
     for i, each in enumerate(study.deviating.priced):
         own = list(each.drawn)
-        joints = hanging_together(own, dependence)
-        joints += [all_alike(name, dependence) for name in own]
+        joints = dependent_groups(own, dependence)
+        joints += [equal_parts(name, dependence) for name in own]
         names = frozenset(name for joint in joints for name in joint)
         made = _Block((i,), names, all(len(joint) == 1 for joint in joints))
         for block in [block for block in found if block.names & names]:

@@ -10,6 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.answers.allocate.fresh_runs import FreshRuns, Proof
+from tolstat.answers.allocate.optimizer import (
+    Cheapest,
+    Choice,
+    DesignVariable,
+    cheapest,
+)
 from tolstat.answers.allocate.reweighted_pool import (
     MISS,
     Pool,
@@ -19,9 +25,8 @@ from tolstat.answers.allocate.reweighted_pool import (
 from tolstat.execution.run_loop import Progress
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Interrupted
-from tolstat.statistics.limits.repeated_looks import followed
+from tolstat.statistics.limits.anytime_valid import anytime_valid
 from tolstat.statistics.limits.yields import MET
-from tolstat.statistics.reweighting.cheapest import Cheapest, Choice, Dial, cheapest
 from tolstat.study.study_schema import MOST_SEED
 
 Array = NDArray[np.float64]
@@ -51,8 +56,9 @@ class Searching:
         self.runs, self.priced = runs, study.deviating.priced
         self.permitted = np.array([1 - each.demanded for each in study.limits.values()])
         self.pool = Pool(study)
-        self.dials = [
-            Dial(each.cost, *each.ends, len(each.offered)) for each in self.priced
+        self.variables = [
+            DesignVariable(each.cost, *each.ends, len(each.offered))
+            for each in self.priced
         ]
         self.drawn: Choice = tuple(each.as_drawn for each in self.priced)
         self.tightest, self.loosest = (
@@ -88,7 +94,7 @@ class Searching:
         every, times = True, 1.0
         for number in range(1, MOST_PROVED + 1):
             self.runs.tell(Progress(0, 0, 0, f"search {number}"))
-            found = cheapest(self.dials, self.above(times * self.permitted), start)
+            found = cheapest(self.variables, self.above(times * self.permitted), start)
             if found is None and (best or self.at_tightest):
                 break
             # where weights show nothing that meets the limits, a run may
@@ -208,7 +214,7 @@ class Searching:
     def cheapest_for(self, share: float, start: Choice) -> Cheapest | None:
         """Find the cheapest tolerances for a share beyond any limit, likely as not."""
         excess = self._excess(slice(-1, None), np.array([share]), EVEN)
-        return cheapest(self.dials, excess, start)
+        return cheapest(self.variables, excess, start)
 
     def beyond_any(self, choice: Choice) -> float:
         """Return the share beyond any limit that is exceeded as likely as not."""
@@ -247,5 +253,7 @@ def _aimed(trials: int, permitted: float) -> float:
     One standard error below the most that they can.
     """
     counts = range(math.ceil(permitted * trials))
-    few = bisect_left(counts, True, key=lambda n: followed(n, trials).upper > permitted)
+    few = bisect_left(
+        counts, True, key=lambda n: anytime_valid(n, trials).upper > permitted
+    )
     return max(few - 1 - math.sqrt(few), 0.5) / trials

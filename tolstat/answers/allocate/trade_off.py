@@ -9,9 +9,9 @@ import numpy as np
 from tolstat.answers.allocate.allocation import Point
 from tolstat.answers.allocate.fresh_runs import Proof
 from tolstat.answers.allocate.linear_schemes import LinearSchemes
+from tolstat.answers.allocate.optimizer import Choice, cheapest
 from tolstat.answers.allocate.search import Searching
 from tolstat.execution.run_loop import Progress
-from tolstat.statistics.reweighting.cheapest import Choice, cheapest
 
 CURVE = 2.0 ** np.arange(-4.5, 5.0, 1.5)  # times the share beyond any limit
 BISECTIONS = 5
@@ -127,7 +127,7 @@ def linear_answers(search: Searching) -> dict[str, Choice]:
         ("root sum square", linear.root_sum_square),
         ("worst case", linear.worst_case),
     ):
-        if found := cheapest(search.dials, excess, search.tightest):
+        if found := cheapest(search.variables, excess, search.tightest):
             choices[name] = search.runs.as_written(found.choice)
         else:
             search.notes.append(f"no tolerances meet the limits by {name}")

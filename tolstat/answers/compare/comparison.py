@@ -19,7 +19,7 @@ from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.intervals.proportions import proportion
 from tolstat.statistics.intervals.replicates import share_from_replicates
 from tolstat.statistics.intervals.statistic import quantiles_at
-from tolstat.statistics.limits.difference import below_together, difference
+from tolstat.statistics.limits.difference import correlation_of_quantiles, difference
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import Summary, summarize
 from tolstat.store.stored_run import Run
@@ -296,7 +296,7 @@ def _shift(
         if pair.sample.replicates:
             found[share] = Estimate(b.value - a.value, reason=RANDOM_ONLY)
             continue
-        found[share] = difference(a, b, below_together(first, second, (a, b)))
+        found[share] = difference(a, b, correlation_of_quantiles(first, second, (a, b)))
     return Shift(differences.mean, found)
 
 

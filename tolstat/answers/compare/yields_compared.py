@@ -18,10 +18,10 @@ from tolstat.statistics.intervals.replicates import (
 from tolstat.statistics.limits.capability import by_share
 from tolstat.statistics.limits.difference import (
     Exchange,
+    correlation_of_shares,
     difference,
     difference_of_ppk,
     exchange,
-    going_together,
 )
 from tolstat.statistics.limits.limit import within
 from tolstat.statistics.sample import Sample
@@ -96,7 +96,7 @@ def yields_of(pair: Pair, name: str) -> YieldsCompared | None:
     replicated = samples[0].replicates or samples[1].replicates
     if pair.sample is not None:
         changes = _exchange(good[0], good[1], pair.sample)
-        more, together = changes.beyond, going_together(good[0], good[1])
+        more, together = changes.out_of_limit, correlation_of_shares(good[0], good[1])
     ppk_more = difference(ppks[0], ppks[1], together)
     if replicated:
         moments = _unsure(moments)
@@ -128,7 +128,7 @@ def _exchange(first: Machines, second: Machines, sample: Sample) -> Exchange:
     more = first.astype(np.float64) - second
     share = Reach((-1.0, 1.0))
     beyond = mean_of_replicates(more, sample.replicate[sample.ran], share)
-    return found._replace(beyond=beyond)
+    return found._replace(out_of_limit=beyond)
 
 
 def _unsure(found: Estimate) -> Estimate:

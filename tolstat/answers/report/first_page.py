@@ -135,7 +135,7 @@ def _limit_row(found: RunSummary, name: str) -> list[Cell]:
         response_cell(response, link),
         limit_cell(limited.limit),
         verdict_cell(limited.yields),
-        Cell((ppm(limited.yields.beyond),), below),
+        Cell((ppm(limited.yields.out_of_limit),), below),
         Cell((Number(limited.equivalent),), demanded_ppk(limited.limit)),
         _cause_cell(each),
         _effect_cell(each, limited),
@@ -184,7 +184,7 @@ def _effect_cell(each: ResponseSummary, limited: Limited) -> Cell:
     main = each.causes.main if each.causes else None
     if main is None:
         return Cell(())
-    same = main.halved.sure and not differ(main.halved, limited.yields.beyond)
+    same = main.halved.sure and not differ(main.halved, limited.yields.out_of_limit)
     return Cell((ppm(main.halved),), text("no significant change") if same else ())
 
 
@@ -209,8 +209,8 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
         if judged.verdict == MET or causes is None or (main := causes.main) is None:
             continue
         if (
-            differ(main.halved, judged.beyond)
-            and main.halved.value < judged.beyond.value
+            differ(main.halved, judged.out_of_limit)
+            and main.halved.value < judged.out_of_limit.value
         ):
             steps.append(_tighten(found, name, causes))
             break
@@ -248,7 +248,7 @@ def _tighten(found: RunSummary, name: str, causes: Causes) -> Parts:
         listed([Name(part) for part in parts])
         if len(parts) <= MOST_NAMED
         else Name(causes.leading[0]),
-        ": ", Name(name), " falls from ", ppm(each.limited.yields.beyond), " to ",
+        ": ", Name(name), " falls from ", ppm(each.limited.yields.out_of_limit), " to ",
         ppm(main.halved),
         (". Prove it with a fresh run: ", Typed(command)) if command else None, ".",
     )  # fmt: skip
@@ -280,7 +280,7 @@ def _variance(name: str, each: ReportedResponse) -> Parts:
     found = each.contributions
     if found is None:
         return ()
-    few = found.few_decide
+    few = found.dominated_by_few
     grouped = {member for members in each.members.values() for member in members}
     single = [part for part in found.first_order if part not in grouped]
     known: dict[str, Estimate] = {}
@@ -325,7 +325,11 @@ def ranges_figure(found: RunSummary) -> Figure | None:
         for name in found.limited
         if (each := found.responses[name]).limited and each.limited
     }
-    shares = {n: x.yields.beyond for n, x in limited.items() if x.yields.beyond.sure}
+    shares = {
+        n: x.yields.out_of_limit
+        for n, x in limited.items()
+        if x.yields.out_of_limit.sure
+    }
     if len(shares) < 2:
         return None
     import numpy as np

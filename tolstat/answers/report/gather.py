@@ -31,9 +31,9 @@ from tolstat.errors import PictureError, allowed_names
 from tolstat.statistics.intervals.moments import unseen
 from tolstat.statistics.intervals.replicates import never_met
 from tolstat.statistics.limits.yields import CONFIDENCE, joint_yield
+from tolstat.statistics.point_mass import PointMass, point_mass_of
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sensitivity.linear import departures, root_sum_square
-from tolstat.statistics.shapes import Atom, atom_of
 from tolstat.statistics.summary import Summary, summarize
 from tolstat.store.stored_run import Run
 
@@ -224,11 +224,11 @@ def all_limits(drawn: Drawn) -> AllLimits | None:
     return AllLimits(n, within, min(n * (1 - CONFIDENCE) / 2, 1.0))
 
 
-def _point_mass(name: str, drawn: Drawn) -> Atom | None:
+def _point_mass(name: str, drawn: Drawn) -> PointMass | None:
     """Return the value that many trials share."""
     sample = drawn.sample
     replicate = sample.replicate[sample.done] if sample.replicates else None
-    return atom_of(drawn.done(name), replicate)
+    return point_mass_of(drawn.done(name), replicate)
 
 
 def title_block_of(run: Run) -> TitleBlock:

@@ -15,7 +15,7 @@ from tolstat.statistics.integration_error import (
     share_above_largest,
 )
 from tolstat.statistics.intervals.statistic import quantiles_at
-from tolstat.statistics.limits.verdict_changes import Sides, changing_sides
+from tolstat.statistics.limits.verdict_changes import VerdictChanges, verdict_changes
 from tolstat.statistics.limits.yields import yield_of
 from tolstat.statistics.summary import Summary
 from tolstat.status import Status
@@ -87,20 +87,22 @@ def _effect(drawn: Drawn, better: Array, of: Summary) -> Effect:
     sigma = float(done.std(ddof=1)) if len(done) > 1 else math.nan
     limit = of.limited.limit.permitted if of.limited else None
     quantiles = quantiles_at(better, sample, of.quantiles, limit)
-    again = yield_of(better, sample, limit).beyond if limit else None
+    again = yield_of(better, sample, limit).out_of_limit if limit else None
     return Effect(
         of.mean.value - float(done.mean()),
         of.sigma.value - sigma,
         {share: of.quantiles[share].value - q.value for share, q in quantiles.items()},
-        of.limited.yields.beyond.value - again.value if of.limited and again else None,
+        of.limited.yields.out_of_limit.value - again.value
+        if of.limited and again
+        else None,
     )
 
 
 def _sides(
     drawn: Drawn, error: IntegrationError, values: Array, limit: tuple[float, float]
-) -> Sides:
+) -> VerdictChanges:
     """Count changes of side among the trials that the statistics rest on."""
     counted = np.full_like(values, np.nan)
     counted[drawn.trials] = values[drawn.trials]
     own = error.of(drawn.trials)
-    return changing_sides(counted, own.trials, values[own.trials] - own.errors, limit)
+    return verdict_changes(counted, own.trials, values[own.trials] - own.errors, limit)

@@ -12,13 +12,13 @@ from tolstat.document.inline import Number
 from tolstat.render.json_schema import share_words
 from tolstat.render.tables import Row
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.verdict_changes import Sides
+from tolstat.statistics.limits.verdict_changes import VerdictChanges
 from tolstat.statistics.limits.yields import MET, NOT_MET, UNDECIDED
+from tolstat.statistics.point_mass import PointMass
 from tolstat.statistics.sensitivity.contributions import Contributions
 from tolstat.statistics.sensitivity.linear import Departure, Linear
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 from tolstat.statistics.sensitivity.pairs import Together
-from tolstat.statistics.shapes import Atom
 from tolstat.statistics.summary import QUANTILES, Summary
 from tolstat.store.run_records import Chosen
 from tolstat.store.stored_diagnostics import WorstCase
@@ -240,7 +240,7 @@ class IntegrationErrors(NamedTuple):
         over its range.
     effect : Effect or None
         None where no trial tells.
-    sides : Sides or None
+    sides : VerdictChanges or None
         Trials that change sides of the limit; None without one.
     """
 
@@ -252,7 +252,7 @@ class IntegrationErrors(NamedTuple):
     above: float
     chosen: Mapping[str, LargestError]
     effect: Effect | None
-    sides: Sides | None
+    sides: VerdictChanges | None
 
 
 class SobolIndices(NamedTuple):
@@ -316,7 +316,7 @@ class ReportedResponse(ResponseSummary):
         By side, of a limited response.
     worst_trials : tuple of WorstTrial
         The worst first, of a limited response.
-    point_mass : Atom or None
+    point_mass : PointMass or None
         The value that many trials share; of a response in focus, as all that follow.
     contributions : Contributions or None
         Variance contributions.
@@ -334,7 +334,7 @@ class ReportedResponse(ResponseSummary):
     departures: tuple[Departure, ...]
     worst_cases: Mapping[str, WorstCase]
     worst_trials: tuple[WorstTrial, ...]
-    point_mass: Atom | None = None
+    point_mass: PointMass | None = None
     contributions: Contributions | None = None
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     indices: SobolIndices | None = None
@@ -349,7 +349,7 @@ class ReportedResponse(ResponseSummary):
         """
         if self.contributions is None:
             return []
-        few = self.contributions.few_decide
+        few = self.contributions.dominated_by_few
         known = {
             name: abs(each.value) if few else each.value
             for name, each in (
@@ -449,7 +449,7 @@ class RunSummary(Answer):
             limited = self.responses[name].limited
             assert limited
             judged = limited.yields
-            return WORST_FIRST.index(judged.verdict), -judged.beyond.value
+            return WORST_FIRST.index(judged.verdict), -judged.out_of_limit.value
 
         named = [name for name, each in self.responses.items() if each.limited]
         return sorted(named, key=place)
@@ -546,7 +546,9 @@ def summary_cells(each: Summary, scale: Scale) -> dict[str, Number | str]:
         ),
         "verdict": yields.verdict if yields else "",
         "yield [%]": Number(yields.least if yields else none, PER_CENT),
-        "fraction out of limit [ppm]": Number(yields.beyond if yields else none, PPM),
+        "fraction out of limit [ppm]": Number(
+            yields.out_of_limit if yields else none, PPM
+        ),
         "equivalent Ppk": Number(limited.equivalent if limited else none, AS_IS),
         "Ppk by percentiles": Number(
             limited.percentiles.ppk if limited else none, AS_IS

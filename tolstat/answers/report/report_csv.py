@@ -105,7 +105,7 @@ def _against(limited: Limited | None, scale: Scale) -> Cells:
         limited.limit if limited else None, yields.verdict if yields else "", scale
     )
     yield from _estimate("within", yields.least if yields else NONE, PER_CENT)
-    yield from _estimate("beyond", yields.beyond if yields else NONE, PPM)
+    yield from _estimate("beyond", yields.out_of_limit if yields else NONE, PPM)
     yield from _estimate("as Ppk", limited.equivalent if limited else NONE, PLAIN)
     by_percentiles = limited.percentiles.ppk if limited else NONE
     yield from _estimate("Ppk by percentiles", by_percentiles, PLAIN)

@@ -140,7 +140,7 @@ def contributions(each: ReportedResponse) -> Figure | None:
         )
     else:
         assert each.contributions
-        few, first = each.contributions.few_decide, each.contributions.first_order
+        few, first = each.contributions.dominated_by_few, each.contributions.first_order
         rows = [("alone (first order)", first)]
         said = (
             "Variance contribution of each contributor alone, with 95 % intervals "
@@ -201,7 +201,10 @@ def scatter(drawn: Drawn, name: str, each: ReportedResponse) -> Figure | None:
     Where few trials dominate its variance, over what differs significantly among
     out-of-limit trials.
     """
-    leading, few = each.leading, each.contributions and each.contributions.few_decide
+    leading, few = (
+        each.leading,
+        each.contributions and each.contributions.dominated_by_few,
+    )
     if few:
         leading = each.causes.significant if each.causes else []
     if not (leading := leading[:SCATTERED]):

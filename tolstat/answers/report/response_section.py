@@ -152,7 +152,7 @@ def _causes(found: Report, each: ReportedResponse) -> Section | None:
     if causes.pairs:
         blocks.append(paragraph(_pairs(causes)))
     if causes.contributors and causes.out_of_limit:
-        blocks.append(_causes_table(found, causes, limited.yields.beyond))
+        blocks.append(_causes_table(found, causes, limited.yields.out_of_limit))
         blocks.append(note(
             "Among out-of-limit trials: mean less that of all trials, and root mean "
             "square distance from it, both in sigmas of all trials. Level: how often "
@@ -233,7 +233,7 @@ def _contributions(found: Report, each: ReportedResponse) -> Section | None:
     if not every:
         return None
     blocks: list[Block | None] = []
-    if known and known.few_decide:
+    if known and known.dominated_by_few:
         blocks.append(paragraph(
             "Few trials dominate the variance. The trials tell what parts contribute "
             "together at least, and not what each contributes alone."
@@ -255,7 +255,7 @@ def _contributors(each: ReportedResponse) -> list[str]:
 
 
 def _groups_table(found: Report, each: ReportedResponse, known: Contributions) -> Table:
-    few = known.few_decide
+    few = known.dominated_by_few
 
     def size(group: str) -> float:
         for shares in (known.together, known.groups):
@@ -285,7 +285,7 @@ def _contributors_table(
     found: Report, each: ReportedResponse, known: Contributions | None, every: list[str]
 ) -> Table:
     scales = found.of.scales
-    alone = known.first_order if known and not known.few_decide else {}
+    alone = known.first_order if known and not known.dominated_by_few else {}
     ranks = known.rank_regression if known else {}
     linear = each.linear.shares if each.linear else {}
     columns: dict[str, Mapping[str, Number | Parts]] = {
@@ -319,14 +319,16 @@ def _remarks(found: Report, known: Contributions) -> Parts:
             "Not explained by contributors alone: ", Number(known.unexplained, PART),
             f" ({rest}). ",
         )
-        if not known.few_decide
+        if not known.dominated_by_few
         else None,
         "Ranks explain ", Number(known.explained, PART), ". ",
         "Shares come from a linear regression, which explains nearly all. "
         if known.linear
         else "Shares come from nearest neighbours, which understate what parts do "
         "together. ",
-        None if known.linear or known.few_decide else "Estimates below 0 are chance. ",
+        None
+        if known.linear or known.dominated_by_few
+        else "Estimates below 0 are chance. ",
         "They hold for trials such as those seen; a rarer kind would change them.",
         " Deviations are correlated: shares overlap and need not add up to 100 %."
         if found.assumptions.correlation

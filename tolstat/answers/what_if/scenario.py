@@ -14,10 +14,10 @@ from tolstat.answers.report.summary_table import notes_of, reading_of, summaries
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.answers.what_if.study_entries import run_that_tells
 from tolstat.answers.what_if.what_if_answer import Asked, Changed, Weighed, WhatIf
-from tolstat.deviations.density_ratio import Weighting, all_alike, hanging_together
+from tolstat.deviations.density_ratio import DensityRatio, dependent_groups, equal_parts
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.names import expand
-from tolstat.deviations.overlap import Cover, check_covered, cover_of
+from tolstat.deviations.overlap import Overlap, check_overlap, overlap_of
 from tolstat.errors import (
     DependenceError,
     DistributionError,
@@ -108,7 +108,7 @@ def what_if(
             },
             len(drawn.trials),
             weights.number,
-            found.cover.worth * len(drawn.trials),
+            found.cover.efficiency * len(drawn.trials),
         ),
         joint_findings(weighted),
         joint_findings(drawn),
@@ -242,7 +242,7 @@ class _Covered(NamedTuple):
     """What the trials say of other deviations."""
 
     worth: dict[str, float]  # effective trials for each, of each change by itself
-    cover: Cover
+    cover: Overlap
     weights: Weights
 
 
@@ -269,13 +269,13 @@ def _worth(asked: Deviations, study: Study, problems: Problems) -> dict[str, flo
         with problems.noting(f"[deviations] {name}", asked.words[name]):
             if name not in as_drawn.distributions:
                 raise DistributionError("it does not deviate in this run")
-            with_it = all_alike(name, as_drawn.dependence)
+            with_it = equal_parts(name, as_drawn.dependence)
             if any(asked.distributions.get(n) != new for n in with_it):
                 raise DistributionError(
-                    f"all parts of its batch are alike: {', '.join(with_it)}"
+                    f"all parts of its batch are equal: {', '.join(with_it)}"
                 )
             try:
-                found[name] = check_covered(as_drawn.distributions[name], new)
+                found[name] = check_overlap(as_drawn.distributions[name], new)
             except DistributionError as error:
                 drawn = as_drawn.words[name]
                 raise DistributionError(f"{error}; drawn was {drawn}") from None
@@ -287,22 +287,22 @@ def _cover(
     study: Study,
     trials: int,
     worth: Mapping[str, float],
-) -> Cover:
+) -> Overlap:
     """Check that the trials are worth enough for all changes together."""
     as_drawn = study.deviating
     try:
-        found = cover_of(as_drawn.distributions, as_drawn.dependence, new, trials)
+        found = overlap_of(as_drawn.distributions, as_drawn.dependence, new, trials)
     except DistributionError as error:
-        joint = hanging_together(new, as_drawn.dependence)
+        joint = dependent_groups(new, as_drawn.dependence)
         left = [name for group in joint for name in group if name not in new]
         more = f": {', '.join(left)} too" if left else ""
         raise DistributionError(f"{error}{more}") from None
-    if found.worth * trials < LEAST_EFFECTIVE:
+    if found.efficiency * trials < LEAST_EFFECTIVE:
         least = sorted(worth, key=lambda name: worth[name])
         each = ", ".join(f"{name} alone {100 * worth[name]:.2g} %" for name in least)
         raise DistributionError(
-            f"{found.worth * trials:.0f} effective trials would be left of {trials}, "
-            f"and {LEAST_EFFECTIVE} are needed ({each})"
+            f"{found.efficiency * trials:.0f} effective trials would be left of "
+            f"{trials}, and {LEAST_EFFECTIVE} are needed ({each})"
         )
     return found
 
@@ -311,5 +311,5 @@ def _ratio(drawn: Drawn, study: Study, asked: Deviations) -> Any:
     """Return the weights of the trials: float64[trial]."""
     as_drawn = study.deviating
     values = {name: drawn.values(name) for name in as_drawn.distributions}
-    weighting = Weighting(values, as_drawn.distributions, as_drawn.dependence)
+    weighting = DensityRatio(values, as_drawn.distributions, as_drawn.dependence)
     return weighting.weights(asked.distributions)

@@ -1,8 +1,9 @@
 """Distributions of a deviation, one in each file.
 
-A distribution is a frozen dataclass whose fields, declared with `key`, are its keys in
-the study file; it raises `DistributionError` when they do not fit each other. It has
-one method, `deviations(u)`: the inverse distribution function at 0 < u < 1, SI.
+A distribution is a frozen dataclass. Its fields, declared with `key`, are its keys in
+the study file, SI; `tolerance` is the permitted zone. It raises `DistributionError`
+when they do not fit each other. Its one method, `deviations(u)`, is the inverse
+distribution function at 0 < u < 1, SI.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ THREE_SIGMA = 0.9986501019683699
 
 
 class Distribution(Protocol):
-    """What every file of this folder holds."""
+    """The distribution that each file of this folder holds."""
 
     def deviations(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
         """Turn unit samples (0 < u < 1) into deviations, SI."""
@@ -40,7 +41,7 @@ def key(
     reads : str
         "number"; "quantity" or "tolerance", in the unit of the contributor; "word".
     default : optional
-        Its value where the study says nothing; without one the key is required.
+        Value of a key that the study leaves out; without one the key is required.
     choices : sequence of str
         The words allowed.
     """

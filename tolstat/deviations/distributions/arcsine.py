@@ -1,4 +1,4 @@
-"""Arcsine distribution: what swings to and fro, met at a random moment."""
+"""Arcsine distribution: an oscillation at a random moment."""
 
 from __future__ import annotations
 
@@ -13,13 +13,7 @@ from tolstat.deviations.tolerance import Tolerance
 
 @dataclass(frozen=True)
 class Arcsine:
-    """Sine of a random phase between the ends of the tolerance (JCGM 101, 6.4.6).
-
-    Attributes
-    ----------
-    tolerance : Tolerance
-        The permitted zone, SI: the ends are the likeliest deviations.
-    """
+    """Sine of a random phase between the ends of the tolerance (JCGM 101, 6.4.6)."""
 
     tolerance: Tolerance = key("tolerance")
 

@@ -1,4 +1,4 @@
-"""Beta distribution: ends, and any lean between them."""
+"""Beta distribution: two ends, and any skewness between them."""
 
 from __future__ import annotations
 
@@ -19,11 +19,9 @@ class Beta:
 
     Attributes
     ----------
-    tolerance : Tolerance
-        The permitted zone, SI.
     alpha, beta : float
-        Its shape: the density rises as the power alpha - 1 from the lower end and
-        falls as the power beta - 1 towards the upper one.
+        The density rises as the power alpha - 1 from the lower end and falls as the
+        power beta - 1 towards the upper one.
     """
 
     tolerance: Tolerance = key("tolerance")
@@ -33,10 +31,9 @@ class Beta:
     def __post_init__(self) -> None:
         """Refuse shapes that are no distribution."""
         for name in ("alpha", "beta"):
-            if not getattr(self, name) > 0:
-                raise DistributionError(
-                    f"{name} = {getattr(self, name):g}: it must be above zero"
-                )
+            value = getattr(self, name)
+            if not value > 0:
+                raise DistributionError(f"{name} = {value:g}: it must be above zero")
 
     def deviations(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
         """Turn unit samples (0 < u < 1) into deviations, SI."""

@@ -1,4 +1,4 @@
-"""The same deviation in every machine."""
+"""The same deviation in every unit."""
 
 from __future__ import annotations
 
@@ -12,13 +12,7 @@ from tolstat.deviations.distributions import key
 
 @dataclass(frozen=True)
 class Constant:
-    """A part that was measured, or is departed from its nominal on purpose.
-
-    Attributes
-    ----------
-    value : float
-        Its deviation, SI.
-    """
+    """The deviation, SI, of a part that was measured, or deviates on purpose."""
 
     value: float = key("quantity")
 

@@ -1,4 +1,4 @@
-"""Lognormal distribution: never below one end, with a long tail to the other."""
+"""Lognormal distribution: it begins at one end, with a long tail to the other."""
 
 from __future__ import annotations
 
@@ -23,8 +23,6 @@ class Lognormal:
 
     Attributes
     ----------
-    tolerance : Tolerance
-        The permitted zone, SI; its lower end is never passed.
     median : float
         Half of the parts lie below, SI.
     """

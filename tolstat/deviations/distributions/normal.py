@@ -19,8 +19,6 @@ class Normal:
 
     Attributes
     ----------
-    tolerance : Tolerance
-        The permitted zone, SI.
     cp : float, optional
         Half the tolerance over three standard deviations.
     cpk : float, optional

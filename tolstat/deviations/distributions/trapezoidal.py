@@ -18,11 +18,9 @@ class Trapezoidal:
 
     Attributes
     ----------
-    tolerance : Tolerance
-        The permitted zone, SI.
     plateau : Tolerance, optional
-        Where all deviations are alike likely, SI; the middle half of the tolerance if
-        not given.
+        Where all deviations are equally likely; the middle half of the tolerance if not
+        given.
     """
 
     tolerance: Tolerance = key("tolerance")

@@ -18,8 +18,6 @@ class Triangular:
 
     Attributes
     ----------
-    tolerance : Tolerance
-        The permitted zone, SI.
     mode : float, optional
         The most likely deviation, SI; the middle of the tolerance if not given.
     """

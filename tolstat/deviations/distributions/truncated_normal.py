@@ -1,4 +1,4 @@
-"""Truncated normal distribution: what inspection makes of a normal process."""
+"""Truncated normal distribution: a normal process after inspection."""
 
 from __future__ import annotations
 
@@ -14,15 +14,13 @@ from tolstat.deviations.distributions.normal import Normal
 
 @dataclass(frozen=True, kw_only=True)
 class TruncatedNormal(Normal):
-    """Normal process whose parts outside the tolerance never reach the machine.
+    """Normal process, whose parts outside the tolerance are not used as they are.
 
     Attributes
     ----------
-    tolerance, cp, cpk, shift
-        Of the process before inspection, as of the normal distribution.
     outside : str
-        What happens to parts outside: "screened", they are thrown away and others take
-        their place; "clipped", they are reworked to the end that they missed.
+        "screened": other parts replace those outside; "clipped": they are reworked to
+        the end that they missed.
     """
 
     outside: str = key("word", choices=("screened", "clipped"))

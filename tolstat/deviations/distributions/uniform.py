@@ -1,4 +1,4 @@
-"""Uniform distribution: nothing is known but the ends."""
+"""Uniform distribution: only the ends are known."""
 
 from __future__ import annotations
 
@@ -13,13 +13,7 @@ from tolstat.deviations.tolerance import Tolerance
 
 @dataclass(frozen=True)
 class Uniform:
-    """Every deviation inside the tolerance is as likely as any other.
-
-    Attributes
-    ----------
-    tolerance : Tolerance
-        The permitted zone, SI.
-    """
+    """Every deviation inside the tolerance is as likely as any other."""
 
     tolerance: Tolerance = key("tolerance")
 

@@ -1,4 +1,4 @@
-"""Weibull distribution: never below one end, of a chosen shape."""
+"""Weibull distribution: it begins at one end, with a chosen shape."""
 
 from __future__ import annotations
 
@@ -22,8 +22,6 @@ class Weibull:
 
     Attributes
     ----------
-    tolerance : Tolerance
-        The permitted zone, SI; its lower end is never passed.
     shape : float
         1 is exponential, 2 the eccentricity of a bore that is normal in both directions
         (Rayleigh), 3.6 almost symmetric.

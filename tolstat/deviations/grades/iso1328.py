@@ -1,7 +1,7 @@
 """ISO 1328-1:2013: flank tolerance classes of cylindrical gears.
 
-The edition of 1995 rounded the diameter and the module to ranges first; classes of the
-two editions do not give the same values.
+The edition of 1995 rounded the diameter and the module to ranges first: its classes
+give other values.
 
 References
 ----------
@@ -20,7 +20,7 @@ EDITION = "ISO 1328-1:2013"
 CLASSES = range(1, 12)
 
 
-# many values are exact ties, such as 4.75 um, which binary fractions miss
+# many values are exact ties, such as 4.75 um, which binary fractions do not hold
 _DECIMAL = Context(prec=40, rounding=ROUND_HALF_UP)
 
 
@@ -35,7 +35,7 @@ def _rounded(micrometres: Decimal) -> float:
 
 
 def _millimetres(metres: float) -> Decimal:
-    """Return a length as a drawing has it: 12 figures, no more are meant."""
+    """Return a length as on a drawing: 12 figures."""
     return (1000 * Decimal(f"{metres:.12g}")).normalize()
 
 
@@ -59,31 +59,16 @@ def _checked(
 
 
 def _of_class(micrometres: Decimal, flank_class: int) -> Decimal:
-    """Turn a value of class 5 into that of another: the root of two for each class."""
+    """Turn a value of class 5 into that of another: root 2 for each class."""
     twice, once = divmod(flank_class - 5, 2)
     value = _DECIMAL.multiply(micrometres, _DECIMAL.power(Decimal(2), twice))
     return _DECIMAL.multiply(value, _DECIMAL.sqrt(Decimal(2))) if once else value
 
 
 def single_pitch(diameter: float, module: float, flank_class: int) -> float:
-    """Return the tolerance of the single pitch deviation, f_pT.
+    """Return the tolerance of the single pitch deviation, f_pT, m, to either side.
 
-    Parameters
-    ----------
-    diameter, module : float
-        Reference diameter and normal module, m.
-    flank_class : int
-        1 to 11.
-
-    Returns
-    -------
-    float
-        m; the deviation may be as much to either side.
-
-    Raises
-    ------
-    GradeError
-        If the standard does not cover them.
+    Arguments and errors as of `zone`.
     """
     d, m = _checked(diameter, module, flank_class)
     f_pT = Decimal("0.001") * d + Decimal("0.4") * m + 5
@@ -91,7 +76,7 @@ def single_pitch(diameter: float, module: float, flank_class: int) -> float:
 
 
 def run_out(diameter: float, module: float, flank_class: int) -> float:
-    """Return the tolerance of the radial run-out, F_rT; arguments as `single_pitch`."""
+    """Return the tolerance of the radial run-out, F_rT, m; arguments as of `zone`."""
     d, m = _checked(diameter, module, flank_class)
     root = _DECIMAL.sqrt(d)
     F_pT = Decimal("0.002") * d + Decimal("0.55") * root + Decimal("0.7") * m + 12
@@ -99,7 +84,7 @@ def run_out(diameter: float, module: float, flank_class: int) -> float:
 
 
 def zone(error: str, diameter: float, module: float, flank_class: int) -> Tolerance:
-    """Return the zone that a class permits a deviation of a gear.
+    """Return the zone of a deviation of a gear in a class, m.
 
     Parameters
     ----------
@@ -111,10 +96,10 @@ def zone(error: str, diameter: float, module: float, flank_class: int) -> Tolera
     flank_class : int
         1 to 11.
 
-    Returns
-    -------
-    Tolerance
-        m.
+    Raises
+    ------
+    GradeError
+        If the standard does not cover them.
     """
     if error == "run-out":
         return Tolerance(0.0, 0.5 * run_out(diameter, module, flank_class))

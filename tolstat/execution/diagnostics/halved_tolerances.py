@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations.density_ratio import Weighting
+from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.halved import halved
 from tolstat.deviations.samplers.saltelli import OWN
@@ -56,7 +56,7 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     }
     if not every or not beyond:
         return {}
-    weighting = Weighting(every, deviating.distributions, deviating.dependence)
+    weighting = DensityRatio(every, deviating.distributions, deviating.dependence)
     contributors = study.description.contributors
     kinds = kinds_of_part(list(every), contributors).values()
     found: dict[str, dict[Members, Halved]] = {name: {} for name in beyond}

@@ -22,33 +22,28 @@ def mean_between(
     confidence: float = 0.95,
     weights: Weights | None = None,
 ) -> tuple[float, float]:
-    """Bound the mean of a distribution that lies between two ends.
+    """Bound the mean of a distribution that lies between two ends, whatever its shape.
 
-    Whoever bets in each trial that the mean is more than m, and stakes what the trials
-    before suggest, multiplies his capital by 2/(1 - confidence) with at most half of
-    the rest of the probability if the mean is m. Those m that have not made him so rich
-    in the end, nor one who bets on less, are the interval. Nothing else is asked of the
-    distribution: no moment, no shape, no number of trials. Of a normal one the interval
-    is 1.4 times as wide as Student's if the ends are near, and more the farther off
-    they are: with ends at 16 sigmas, 2.6 times at 200 trials and 1.4 at 10 000.
+    A gambler bets in each trial that the mean is more than m, with a stake that the
+    earlier trials suggest. If the mean is m, the capital grows by 2/(1 - confidence)
+    with at most half the error probability. The interval holds each m at which neither
+    this gambler nor one who bets on less grows so rich. It needs no moment, no shape
+    and no number of trials. Of a normal distribution it is 1.4 times as wide as
+    Student's with near ends. With ends at 16 sigmas it is 2.6 times as wide at 200
+    trials and 1.4 times at 10 000.
 
     Parameters
     ----------
     values : float64[n]
-        Independent, none NaN, in an order that has nothing to do with their size.
+        Independent, none NaN, in an order independent of their size.
     lower, upper : float
-        Ends of the distribution; no value lies beyond them.
+        Ends of the distribution; no value lies outside.
     confidence : float
         Of the interval; each side errs with at most half the rest.
     weights : Weights, optional
-        With these the mean is that of the machines that the values stand for: a bet
-        that it is more than m pays the weight times value less m, whose mean is zero if
-        the mean is m. What the cap cuts off may at worst all lie at the near end.
-
-    Returns
-    -------
-    tuple of float
-        Both ends of the interval.
+        With these the mean is that of the units that the values stand for: a bet pays
+        the weight times value less m, whose mean is zero if the mean is m. What the cap
+        cuts off may at worst all lie at the near end.
 
     References
     ----------
@@ -65,20 +60,13 @@ def mean_between(
 def least_mean(
     values: Array, lower: float, miss: float, weights: Weights | None = None
 ) -> float:
-    """Bound the mean from below; the distribution may reach up as far as it will.
+    """Bound the mean from below; the distribution has no upper end.
 
-    Parameters
-    ----------
-    values, weights
-        As of `mean_between`.
-    lower : float
-        Least possible value.
-    miss : float
-        Probability with which the bound may lie above the mean.
+    The bound lies above the mean with a probability of at most `miss`.
     """
     from scipy.optimize import brentq  # slow to import
 
-    # only the size of the first stakes hangs on it: measured to do no harm
+    # only the size of the first stakes depends on it: measured to do no harm
     scale = float(values.max()) - lower
     if scale <= 0:
         return lower
@@ -87,7 +75,7 @@ def least_mean(
     bets = y, _stakes(y, wanted, weights), wanted, weights
     if not _gain(tiny, *bets) > 0:
         return lower
-    # nobody wins who bets on more than the largest; a closure would stay in memory
+    # no bet on more than the largest wins; a closure would stay in memory
     m = brentq(_gain, tiny, 1.0, args=bets, xtol=1e-15, rtol=PRECISION)
     return lower + scale * float(m)
 
@@ -95,25 +83,16 @@ def least_mean(
 def surely_more(
     machines: NDArray[np.bool_], share: float, miss: float, weights: Weights
 ) -> bool:
-    """Tell whether the share of machines is more than a given one.
+    """Tell whether the share of flagged units exceeds a share above 0.
 
-    Parameters
-    ----------
-    machines : bool[n]
-        Which of them have the property; in an order as of `mean_between`.
-    share : float
-        Above 0.
-    miss : float
-        Probability with which one may be told so wrongly.
-    weights : Weights
-        Of the machines.
+    It errs with a probability of at most `miss`; the order is that of `mean_between`.
     """
     y, wanted = machines.astype(np.float64), math.log(1 / miss)
     return _gain(share, y, _stakes(y, wanted, weights), wanted, weights) > 0
 
 
 def _stakes(y: Array, wanted: float, weights: Weights | None) -> Array:
-    """Choose what is staked in each trial."""
+    """Choose the stake of each trial."""
     n = len(y)
     count = np.arange(1, n + 1)
     if weights is None:
@@ -130,7 +109,7 @@ def _stakes(y: Array, wanted: float, weights: Weights | None) -> Array:
 def _gain(
     m: float, y: Array, stake: Array, wanted: float, weights: Weights | None
 ) -> float:
-    """Return the logarithm of the capital over what is wanted."""
+    """Return the logarithm of the final capital, less the wanted one."""
     if weights is None:
         capital = np.minimum(stake, MOST_STAKED / m)
         capital *= y - m

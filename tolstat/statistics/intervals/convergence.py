@@ -1,4 +1,4 @@
-"""How an estimate settles as trials are added."""
+"""How an estimate converges as trials are added."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ def running(
     sample: Sample,
     limit: tuple[float, float] | None = None,
 ) -> Running:
-    """Estimate a statistic from ever more of the trials.
+    """Estimate a statistic from ever more trials.
 
     Parameters
     ----------
     statistic : Statistic
-        Which.
+        Of the response.
     values : float64[trial]
         The response; NaN in trials that are not done.
     sample : Sample
         The trials.
     limit : tuple of float, optional
-        For the share beyond.
+        Least and greatest permitted value, for the share out of limit.
 
     Returns
     -------

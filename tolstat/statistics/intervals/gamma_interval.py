@@ -14,8 +14,8 @@ def gamma_ends(
 
     Parameters
     ----------
-    counts : float64[machine]
-        What each machine that was counted adds to the sum.
+    counts : float64[unit]
+        What each counted unit adds to the sum.
     one_more : float
         What the next one might add; above 0.
     confidence : float

@@ -11,24 +11,16 @@ from tolstat.statistics.estimate import Estimate
 Array = NDArray[np.float64]
 
 PARTS = 20
-HEAVY = "no trustworthy interval: a few trials decide the variance"
+HEAVY = "no trustworthy interval: few trials dominate the variance"
 
 
 def jackknifed(
     whole: Array, left_out: Array, confidence: float, *, trusted: bool = True
 ) -> list[Estimate]:
-    """Give each number the interval of the jackknife, where that is to be trusted.
+    """Give the interval of the jackknife to each number of float64[number].
 
-    Parameters
-    ----------
-    whole : float64[number]
-        Of all trials.
-    left_out : float64[part, number]
-        The same with one part of them left out; `PARTS` of them.
-    confidence : float
-        Of the intervals, Student's.
-    trusted : bool
-        Whether a few trials do not decide the variance.
+    Student's, from float64[part, number] with one of `PARTS` parts left out. None where
+    it is not trusted, because few trials dominate the variance.
     """
     if not trusted:
         return [Estimate(float(v), reason=HEAVY) for v in whole]

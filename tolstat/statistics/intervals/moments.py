@@ -1,10 +1,10 @@
-"""Mean and standard deviation (sigma), with intervals that need no shape.
+"""Mean and standard deviation (sigma), with intervals for any distribution.
 
-No sample tells the mean of a response that may be anything: one machine in a thousand,
-far enough away, decides it, and mostly is not in the sample. A guard that looks at the
-sample for such machines opens exactly when they are missing. So each interval holds for
-any distribution between two ends: those that the response declares (a share: 0 to 1),
-and else twice the spread of trials and limit beyond these, which is said beside it.
+No sample bounds the mean of an arbitrary response: one unit in a thousand, far enough
+away, changes it, and is mostly not in the sample. A check of the sample for such units
+fails exactly when they are missing. So each interval holds for any distribution between
+two ends: those that the response declares (a share: 0 to 1); otherwise twice the spread
+of trials and limit outside these, an assumption that is printed with the number.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betaincinv
 
-from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.estimate import NONE_DONE, Estimate, enclosing
 from tolstat.statistics.intervals.betting import mean_between
 from tolstat.statistics.reweighting.weights import Weights
 
@@ -25,13 +25,13 @@ Array = NDArray[np.float64]
 Ends = tuple[float, float]
 OPEN: Ends = (-math.inf, math.inf)
 
-LEAST = 20  # trials from which an interval says more than the ends it lies between
-REACH = 2.0  # beyond trials and limit that is reckoned with, over their own spread
-LEAST_LEAVING = 20  # trials that leave an atom from which sigma has an interval
-MOST_ALIKE = 0.5  # share of the trials that is an atom of that kind
+LEAST = 20  # trials from which an interval is narrower than its ends
+REACH = 2.0  # assumed distance outside trials and limit, over their own spread
+LEAST_LEAVING = 20  # trials outside a point mass from which sigma has an interval
+MOST_EQUAL = 0.5  # share of the trials from which one value is such a point mass
 MOST_KURTOSIS = 0.2  # excess kurtosis over the root of the number of trials
-PILOT = 10  # one trial in so many tells from where squares are counted
-SHARED = 0.8  # of the error of sigma that is the squares' own; the rest is the mean's
+PILOT = 10  # one trial in so many gives the centre of the squares
+SHARED = 0.8  # of the error of sigma for the squares; the rest is for the mean
 
 
 class Moments(NamedTuple):
@@ -51,7 +51,7 @@ def moments(values: Array) -> Moments:
         mean = float(values[0]) if n else math.nan
         return Moments(n, mean, math.nan, math.nan, math.nan)
     mean, sigma = float(values.mean()), float(values.std(ddof=1))
-    # all alike but for the rounding of the mean
+    # all equal but for the rounding of the mean
     if sigma <= 1e-14 * abs(mean):
         return Moments(n, mean, 0.0, 0.0, 0.0)
     scores = (values - mean) / values.std()
@@ -62,19 +62,14 @@ def moments(values: Array) -> Moments:
 
 
 def tails_are_light(m: Moments) -> bool:
-    """Tell whether a few extreme values do not decide what the variance is."""
+    """Tell whether few extreme values do not dominate the variance."""
     return m.kurtosis <= MOST_KURTOSIS * math.sqrt(m.n)
 
 
-def unseen(trials: int, confidence: float = 0.95) -> float:
-    """Return the share of the machines that may lie beyond all trials.
+def unseen(trials: int) -> float:
+    """Return the share of the units that may lie outside all independent trials.
 
-    Parameters
-    ----------
-    trials : int
-        Independent ones.
-    confidence : float
-        That no more lie below the least or above the largest of them.
+    With 95 % confidence no more lie below the least or above the largest of them.
 
     References
     ----------
@@ -83,18 +78,18 @@ def unseen(trials: int, confidence: float = 0.95) -> float:
     """
     if trials < 2:
         return 1.0
-    return float(1 - betaincinv(trials - 1, 2, 1 - confidence))
+    return float(1 - betaincinv(trials - 1, 2, 1 - 0.95))
 
 
 class Reach(NamedTuple):
-    """Between which ends a response is taken to lie.
+    """The ends between which a response is assumed to lie.
 
     Attributes
     ----------
     declared : tuple of float, optional
-        Range that it cannot leave, whatever the machine; an open end is infinite.
+        Range that no unit can leave; an open end is infinite.
     limit : tuple of float, optional
-        Permitted values: they tell at which scale machines matter, seen or not.
+        Permitted values: they give the scale of a relevant deviation.
     """
 
     declared: Ends | None = None
@@ -114,13 +109,7 @@ class Reach(NamedTuple):
         return self.declared is not None and all(map(math.isfinite, self.declared))
 
     def ends(self, values: Array) -> Ends:
-        """Return the ends that are reckoned with; equal where nothing tells them.
-
-        Parameters
-        ----------
-        values : float64[n]
-            The trials, none NaN.
-        """
+        """Return the ends, from float64[n] trials; equal where there is no scale."""
         seen = [float(values.min()), float(values.max())]
         seen += [end for end in self.limit or () if math.isfinite(end)]
         least, largest = min(seen), max(seen)
@@ -148,17 +137,17 @@ def mean_of(
     values : float64[n]
         Independent, none NaN, in any order.
     reach : Reach
-        What is known of how far the response may lie out.
+        Ends of the response.
     confidence : float
         Of the interval.
     weights : Weights, optional
-        Where the values stand for other machines than were drawn.
+        Where the values stand for units of other distributions.
 
     Returns
     -------
     Estimate
-        With an interval that holds for any distribution between the ends of the reach;
-        see `mean_between`. None where all trials are alike and nothing tells an end.
+        With an interval that holds for any distribution between the ends; see
+        `mean_between`. None where all trials are equal and no end is known.
     """
     mean = _average(values, weights) if len(values) else math.nan
     if reason := _missing(values, reach, weights):
@@ -167,7 +156,7 @@ def mean_of(
     lower, upper = mean_between(
         values[order], *reach.ends(values), confidence, weights and weights.part(order)
     )
-    return Estimate(mean, min(lower, mean), max(upper, mean))
+    return enclosing(mean, lower, upper)
 
 
 def sigma_of(
@@ -176,18 +165,10 @@ def sigma_of(
     confidence: float = 0.95,
     weights: Weights | None = None,
 ) -> Estimate:
-    """Estimate the standard deviation of independent draws.
+    """Estimate the standard deviation, as `mean_of` does the mean.
 
-    Parameters
-    ----------
-    values, reach, confidence, weights
-        As of `mean_of`.
-
-    Returns
-    -------
-    Estimate
-        With an interval from that of the mean of squares. None where fewer than twenty
-        trials leave a value that half of them share: these decide it.
+    The interval comes from that of the mean of squares. There is none where fewer than
+    twenty trials differ from a value that half of them share: these dominate sigma.
     """
     sigma = float(values.std(ddof=1)) if len(values) > 1 else math.nan
     met = values
@@ -199,7 +180,7 @@ def sigma_of(
     lower, upper = reach.ends(values)
     order = order_of(len(values))
     values, mixed = values[order], weights and weights.part(order)
-    # E(x - c)^2 = sigma^2 + (mean - c)^2, and a tenth of the trials tell a good c
+    # E(x - c)^2 = sigma^2 + (mean - c)^2, and a tenth of the trials give a good c
     pilot = max(len(values) // PILOT, 1)
     first, rest = np.split(np.arange(len(values)), [pilot])
     c = _average(values[:pilot], mixed and mixed.part(first))
@@ -213,18 +194,13 @@ def sigma_of(
     near = max(left - c, c - right, 0.0) ** 2
     far = max((left - c) ** 2, (right - c) ** 2)
     least, most = math.sqrt(max(low - far, 0.0)), math.sqrt(max(high - near, 0.0))
-    return Estimate(sigma, min(least, sigma), max(most, sigma))
+    return enclosing(sigma, least, most)
 
 
 def few_leave(values: Array, reach: Reach = ANYWHERE) -> str:
-    """Say that few trials leave the value that half of them share; empty otherwise.
+    """Say that few trials differ from the value that half of them share.
 
-    Parameters
-    ----------
-    values : float64[n]
-        None NaN.
-    reach : Reach
-        With a declared range the few decide nothing.
+    Empty otherwise, and with a declared range: there they dominate nothing.
     """
     if not len(values) or reach.known:
         return ""
@@ -232,14 +208,14 @@ def few_leave(values: Array, reach: Reach = ANYWHERE) -> str:
     middle = ordered[len(ordered) // 2]
     first, after = np.searchsorted(ordered, [middle, np.nextafter(middle, math.inf)])
     leaving = len(ordered) - int(after - first)
-    if leaving >= LEAST_LEAVING or leaving > (1 - MOST_ALIKE) * len(ordered):
+    if leaving >= LEAST_LEAVING or leaving > (1 - MOST_EQUAL) * len(ordered):
         return ""
-    few = "1 trial is" if leaving == 1 else f"{leaving} trials are"
-    return f"only {few} not alike"
+    few = "1 trial differs" if leaving == 1 else f"{leaving} trials differ"
+    return f"only {few} from all others"
 
 
 def _average(values: Array, weights: Weights | None) -> float:
-    """Return the mean of float64[n] trials, or of what they stand for."""
+    """Return the mean of float64[n] trials, or of the units that they stand for."""
     if weights is None or not weights.values.any():
         return float(values.mean())
     return float(np.average(values, weights=weights.values))
@@ -256,12 +232,12 @@ def _missing(values: Array, reach: Reach, weights: Weights | None = None) -> str
     lower, upper = reach.ends(values)
     if lower == upper:
         share = unseen(weights.number if weights else len(values))
-        return f"all alike: 1 in {math.floor(1 / share)} could be anything"
+        return f"all trials are equal: 1 unit in {math.floor(1 / share)} may differ"
     return ""
 
 
 @lru_cache(maxsize=8)
 def order_of(n: int) -> NDArray[np.int64]:
-    """Return the order in which n trials are bet on, which follows nothing of them."""
-    # an old generator, which is the same for ever
+    """Return the order in which n trials are bet on, independent of their values."""
+    # an old generator, whose numbers never change
     return np.random.RandomState(n).permutation(n)

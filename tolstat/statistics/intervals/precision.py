@@ -1,4 +1,4 @@
-"""How precise a statistic is, and how many trials make it as precise as is wanted."""
+"""How precise a statistic is, and how many trials reach a requested precision."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ Array = NDArray[np.float64]
 
 FIRST = 1024  # trials of the first stage
 RESERVE = 1.1  # more trials than the first stage alone would suggest
-AHEAD = 8  # times as many trials: what they would tell is looked at, and no farther
+AHEAD = 8  # times as many trials are foreseen, and no more
 MULTIPLE = 256  # stages are a multiple of it
 
 
 class Precision(NamedTuple):
-    """What is wanted of a statistic.
+    """A requested precision.
 
     Attributes
     ----------
     statistic : Statistic
-        Of which response.
+        Of a response.
     within : float
         Half the width of its 95 % interval: SI, or a share of the number itself.
     relative : bool
@@ -41,7 +41,7 @@ class Precision(NamedTuple):
     relative: bool
 
     def missing(self, estimate: Estimate) -> float:
-        """Return half the interval over what is wanted: at most 1 when reached."""
+        """Return half the interval over what is requested: at most 1 when reached."""
         if not estimate.sure:
             return math.inf
         wanted = self.within * (abs(estimate.value) if self.relative else 1.0)
@@ -58,7 +58,7 @@ def trials_wanted(
     limits: Mapping[str, Ends],
     ranges: Mapping[str, Ends],
 ) -> float:
-    """Say how many trials are needed in all, as far as those so far can tell.
+    """Estimate how many trials are needed in all.
 
     Parameters
     ----------
@@ -76,9 +76,9 @@ def trials_wanted(
     Returns
     -------
     float
-        0 when all is reached; else as many as reach it if more trials are like these:
-        eight times as many say how its interval shrinks, from there on it does so with
-        the root of the trials. A tenth more; infinite where there is none even then.
+        0 when all is reached; else as many as reach it if more trials are like these,
+        and a tenth more. The interval at eight times as many shows how it shrinks; from
+        there on it shrinks with the root of the trials. Infinite where there is none.
     """
     wanted, trials = 0.0, len(sample.status)
     for each in precisions:
@@ -89,7 +89,7 @@ def trials_wanted(
         now = each.missing(of(responses[name], sample))
         if now <= 1:
             continue
-        # repeated, replicates do not average, and neighbours in rank are the same
+        # repeated, replicates do not average, and neighbours in rank are equal
         then = now / math.sqrt(AHEAD)
         if not sample.replicates and each.statistic.kind != "quantile":
             often = sample._replace(status=np.tile(sample.status, AHEAD))
@@ -99,13 +99,9 @@ def trials_wanted(
 
 
 def _trials_until(now: float, then: float) -> float:
-    """Say when nothing is missing: in trials, over those so far.
+    """Return the trials at which nothing is missing, over those so far.
 
-    Parameters
-    ----------
-    now, then : float
-        What is missing with the trials so far, more than 1, and with eight times as
-        many.
+    `now`, more than 1, is missing now, `then` with eight times as many trials.
     """
     if then > 1 or math.isinf(now):
         return AHEAD * max(then, 1.0) ** 2
@@ -115,7 +111,7 @@ def _trials_until(now: float, then: float) -> float:
 
 
 def next_stage(trials: int, wanted: float) -> int:
-    """Say after how many trials to look again.
+    """Return the trials of the next look: at most eight times as many as now.
 
     Parameters
     ----------
@@ -124,16 +120,11 @@ def next_stage(trials: int, wanted: float) -> int:
     wanted : float
         Of `trials_wanted`, not 0.
 
-    Returns
-    -------
-    int
-        At most eight times as many as now.
-
     References
     ----------
     C. Stein, A two-sample test for a linear hypothesis whose power is independent of
-    the variance, Ann. Math. Stat. 16 (1945) 243-258: few looks, far apart, leave the
-    last interval nearly what it claims; measured in tests/coverage.
+    the variance, Ann. Math. Stat. 16 (1945) 243-258: few looks, far apart, keep
+    the coverage of the last interval nearly nominal; measured in tests/coverage.
     """
     most = min(wanted, AHEAD * trials)
     return MULTIPLE * math.ceil(most / MULTIPLE)

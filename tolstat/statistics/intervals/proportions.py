@@ -1,4 +1,4 @@
-"""Shares of trials with exact binomial intervals."""
+"""Shares with exact binomial intervals."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tolstat.statistics.estimate import Estimate
 
 
 def proportion(count: int, trials: int, confidence: float = 0.95) -> Estimate:
-    """Estimate a share from a count.
+    """Estimate a share from a count, with the interval of Clopper and Pearson.
 
     Parameters
     ----------
@@ -18,11 +18,6 @@ def proportion(count: int, trials: int, confidence: float = 0.95) -> Estimate:
         All trials, at least one.
     confidence : float
         Of the interval.
-
-    Returns
-    -------
-    Estimate
-        With the interval of Clopper and Pearson.
 
     References
     ----------

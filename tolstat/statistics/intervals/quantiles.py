@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import bdtr, bdtrik
 
-from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.estimate import FAILED_THERE, NONE_DONE, Estimate
 
 
 def quantile(
@@ -22,15 +22,15 @@ def quantile(
     values : float64[n]
         Independent draws, none NaN.
     share : float
-        Between 0 and 1: 0.95 is the value that 95 % of the machines stay below.
+        Between 0 and 1: 0.95 is the value that 95 % of the units lie below.
     confidence : float
         Of the interval; each side errs with at most half the rest.
 
     Returns
     -------
     Estimate
-        Median-unbiased, with the interval that holds for any continuous distribution,
-        and is conservative for one with atoms; none where no order statistic bounds
+        Median-unbiased, with an interval that holds for any continuous distribution and
+        is conservative for one with point masses; none where no order statistic bounds
         one of its sides at this number of trials.
 
     References
@@ -58,13 +58,13 @@ def quantiles(
     failed : int
         Trials that have no value.
     worst : int
-        Where these are counted: 1 above all others, -1 below; 0: nobody knows, and the
-        interval holds wherever they belong, the value being that of the others.
+        Where these are counted: 1 above all others, -1 below. 0: unknown; the interval
+        holds wherever they lie, and the value is that of the others.
 
     Returns
     -------
     dict of float to Estimate
-        Of all machines, failed ones among them; none where a failed one may stand.
+        Of all units, failed ones included; no interval where a failed one may lie.
     """
     ordered = np.sort(values)
     if not failed:
@@ -77,10 +77,10 @@ def quantiles(
         low = _of_ordered(above if worst > 0 else below, share, confidence)
         high = _of_ordered(below if worst < 0 else above, share, confidence)
         value = low.value if worst else median_unbiased(ordered, share)
-        found[share] = Estimate(value, low.lower, high.upper, low.reason or high.reason)
+        found[share] = Estimate(value, low.lower, high.upper)
         if not math.isfinite(low.lower + value + high.upper):
             shown = value if math.isfinite(value) else math.nan
-            reason = found[share].reason or "failed trials reach there"
+            reason = low.reason or high.reason or FAILED_THERE
             found[share] = Estimate(shown, reason=reason)
     return found
 
@@ -109,20 +109,20 @@ def trials_needed(share: float, confidence: float = 0.95) -> int:
 def median_unbiased(ordered: NDArray[np.float64], share: float) -> float:
     """Interpolate a quantile of ascending values: Hyndman and Fan's method 8.
 
-    `numpy.quantile` says the same, and sorts again.
+    `numpy.quantile` returns the same, but sorts again.
     """
     place = min(max((len(ordered) + 1 / 3) * share - 2 / 3, 0.0), len(ordered) - 1.0)
     below = int(place)
     above = min(below + 1, len(ordered) - 1)
     low, high = float(ordered[below]), float(ordered[above])
-    # both may be infinite, where failed trials stand
+    # both may be infinite: failed trials
     return low if low == high else low + (place - below) * (high - low)
 
 
 def _binomial_quantile(probability: float, n: int, share: float) -> int:
     """Return the least k with P(at most k of n) >= probability.
 
-    `scipy.stats.binom.ppf` says the same; importing it costs a second.
+    `scipy.stats.binom.ppf` returns the same; importing it takes a second.
     """
     k: int = max(0, math.ceil(float(bdtrik(probability, n, share))))
     one_less = k > 0 and bool(bdtr(k - 1, n, share) >= probability)

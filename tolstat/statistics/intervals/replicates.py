@@ -1,8 +1,8 @@
-"""Intervals of samples whose trials depend on each other, from their replicates.
+"""Intervals of Latin hypercube and Sobol' samples, from their replicates.
 
-The scatter between replicates tells how well the trials average what they have met. It
-does not tell of machines so rare that no replicate has met them: every interval reaches
-as far beyond it as these could move the number.
+The scatter between replicates shows how well the trials average what they contain. It
+does not show units so rare that no replicate contains one: every interval is widened by
+what these could contribute.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.estimate import NONE_DONE, Estimate, enclosing
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, few_leave
 from tolstat.statistics.intervals.quantiles import median_unbiased
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
-ALIKE = "all trials are alike"
+EQUAL = "all trials are equal"
 LEAST_IN_EACH = 16
-LEAST_BEYOND = 30  # trials beyond a quantile that are to be expected
+LEAST_BEYOND = 30  # expected trials beyond a quantile
 WIDER = 1.1  # than Student's interval: replicates of skewed statistics are not normal
 
 
 def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
-    """Return the share of the machines that all replicates may have missed.
+    """Return the share of the units that all replicates may have missed.
 
     Parameters
     ----------
@@ -37,19 +37,19 @@ def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
     replicates : int
         Independent of each other.
     confidence : float
-        Half the rest is the chance that a larger share is missed.
+        A larger share is missed with half the rest.
 
     Returns
     -------
     float
-        By the one-sided inequality of Chebyshev for the number met in each replicate:
-        its variance is taken to be at most that of independent trials.
+        By the one-sided inequality of Chebyshev for the number met in each replicate,
+        whose variance is assumed to be at most that of independent trials.
 
     References
     ----------
     A. B. Owen, Monte Carlo variance of scrambled net quadrature, SIAM J. Numer. Anal.
-    34 (1997) 1884-1910: so it is, but for a factor n/(n - 1), of Latin hypercubes; of
-    scrambled nets a larger factor is possible. That the bound holds was measured.
+    34 (1997) 1884-1910: true of Latin hypercubes but for a factor n/(n - 1); scrambled
+    nets may have a larger factor. The bound was measured to hold.
     """
     met = ((1 - confidence) / 2) ** (-1 / replicates) - 1
     return float(min(met * replicates / trials, 1.0))
@@ -70,7 +70,7 @@ def mean_of_replicates(
     replicate : int64[trial]
         Number of the independent randomisation that each trial belongs to.
     reach : Reach
-        What is known of how far the response may lie out.
+        Ends of the response.
     confidence : float
         Of the interval.
 
@@ -78,20 +78,19 @@ def mean_of_replicates(
     -------
     Estimate
         With Student's interval of the replicates' means, a tenth wider, and what the
-        share that was never met could add at the ends of the reach.
+        share that was never met could add at the ends.
 
     References
     ----------
     A. B. Owen, Monte Carlo Theory, Methods and Examples, chapter 17: randomised
     quasi-Monte Carlo, replicates.
     """
+    value = float(values.mean()) if len(values) else math.nan
     if reason := missing(values, replicate):
-        value = float(values.mean()) if len(values) else math.nan
         return Estimate(value, reason=reason)
-    value = float(values.mean())
     lower, upper = reach.ends(values)
     if lower == upper:
-        return Estimate(value, reason=ALIKE)
+        return Estimate(value, reason=EQUAL)
     each = np.bincount(replicate, values) / np.bincount(replicate)
     return _between(each, value, len(values), lower, upper, confidence)
 
@@ -119,18 +118,7 @@ def sigma_of_replicates(
     reach: Reach = ANYWHERE,
     confidence: float = 0.95,
 ) -> Estimate:
-    """Estimate the standard deviation of Latin hypercube or Sobol' trials.
-
-    Parameters
-    ----------
-    values, replicate, reach, confidence
-        As of `mean_of_replicates`.
-
-    Returns
-    -------
-    Estimate
-        With the interval of the mean of squares about the mean.
-    """
+    """Estimate the standard deviation, with the interval of the mean of squares."""
     value = float(values.std(ddof=1)) if len(values) > 1 else math.nan
     if reason := missing(values, replicate) or few_leave(values, reach):
         return Estimate(value, reason=reason)
@@ -140,29 +128,16 @@ def sigma_of_replicates(
     if found.reason:
         return Estimate(value, reason=found.reason)
     low, high = math.sqrt(max(found.lower, 0.0)), math.sqrt(found.upper)
-    return Estimate(value, min(low, value), max(high, value))
+    return enclosing(value, low, high)
 
 
-def share_from_replicates(
-    machines: NDArray[np.bool_], replicate: Numbers, confidence: float = 0.95
-) -> Estimate:
-    """Estimate a share of Latin hypercube or Sobol' trials.
+def share_from_replicates(units: NDArray[np.bool_], replicate: Numbers) -> Estimate:
+    """Estimate a share of Latin hypercube or Sobol' trials, as `mean_of_replicates`.
 
-    Parameters
-    ----------
-    machines : bool[trial]
-        Which of them have the property.
-    replicate, confidence
-        As of `mean_of_replicates`.
-
-    Returns
-    -------
-    Estimate
-        With an interval within 0 and 1; one that no trial has may be as large as what
-        was never met.
+    A property of bool[trial] units that no trial has may be as frequent as `never_met`.
     """
     share = Reach((0.0, 1.0))
-    return mean_of_replicates(machines.astype(np.float64), replicate, share, confidence)
+    return mean_of_replicates(units.astype(np.float64), replicate, share)
 
 
 def quantile_of_replicates(
@@ -173,7 +148,7 @@ def quantile_of_replicates(
     Parameters
     ----------
     values : float64[trial]
-        None NaN; infinite where a failed trial stands.
+        None NaN; infinite where a trial failed.
     replicate, confidence
         As of `mean_of_replicates`.
     share : float
@@ -182,8 +157,8 @@ def quantile_of_replicates(
     Returns
     -------
     Estimate
-        The values that lie at the ends of the interval of the share below it; none
-        where fewer than thirty trials are to be expected beyond it.
+        With the values at the ends of the interval of the share below it; none where
+        fewer than thirty trials are expected beyond it.
 
     References
     ----------
@@ -201,7 +176,7 @@ def quantile_of_replicates(
     in_order = replicate[np.argsort(values)]
 
     def share_of(stop: int) -> Estimate:
-        """Estimate the share of the machines that so many of the trials stand for."""
+        """Estimate the share of the units below the value at a place."""
         each = np.bincount(in_order[:stop], minlength=len(sizes)) / sizes
         return _between(each, stop / n, n, 0.0, 1.0, confidence)
 
@@ -214,17 +189,11 @@ def quantile_of_replicates(
 
     low = bisect_left(range(n), True, key=from_below) - 1
     high = min(bisect_left(range(n), True, key=from_above), n - 1)
-    lower, upper = float(ordered[low]), float(ordered[high])
-    if not math.isfinite(lower + upper):
-        return Estimate(
-            value if math.isfinite(value) else math.nan,
-            reason="failed trials reach there",
-        )
-    return Estimate(value, min(lower, value), max(upper, value))
+    return enclosing(value, float(ordered[low]), float(ordered[high]))
 
 
 def missing(values: Array, replicate: Numbers) -> str:
-    """Say why replicates give no interval; empty if they do."""
+    """Say why replicates give no interval; empty if they give one."""
     if not len(values):
         return NONE_DONE.reason
     sizes = np.bincount(replicate)

@@ -1,4 +1,4 @@
-"""Statistics of a response by name, each with the interval that its sampling allows."""
+"""Statistics of a response, each with the interval that its sampling allows."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def mean(
     sample : Sample
         The trials.
     reach : Reach
-        What is known of how far the response may lie out.
+        Ends of the response.
     confidence : float
         Of the interval.
     """
@@ -77,7 +77,7 @@ def quantiles_at(
     limit: tuple[float, float] | None = None,
     confidence: float = 0.95,
 ) -> dict[float, Estimate]:
-    """Estimate the values that shares of the machines stay below.
+    """Estimate the values that shares of the units lie below.
 
     Parameters
     ----------
@@ -88,8 +88,8 @@ def quantiles_at(
     shares : iterable of float
         Between 0 and 1.
     limit : tuple of float, optional
-        Permitted values. A failed trial stands beyond the end of a limit that has one;
-        else nobody knows where, and the interval holds wherever it is.
+        Permitted values. A failed trial is out of a limit with one end. Otherwise its
+        place is unknown, and the interval holds wherever it lies.
     confidence : float
         Of the intervals.
     """
@@ -102,7 +102,7 @@ def quantiles_at(
     replicate, weights = sample.replicate[sample.ran], sample.weights_of(sample.ran)
 
     def of(share: float, side: float) -> Estimate:
-        """Estimate it with failed trials on one side of all others."""
+        """Estimate one with failed trials on one side of all others."""
         placed = np.where(sample.done, values, side)[sample.ran]
         if weights:
             return weighted_quantile(placed, weights, share, confidence)
@@ -119,14 +119,13 @@ def quantiles_at(
         else:
             value = median_unbiased(ordered, share)
         reason = low.reason or high.reason
-        found[share] = Estimate(value, low.lower, high.upper, reason)
-        if reason:
-            found[share] = Estimate(value, reason=reason)
+        ends = (math.nan, math.nan) if reason else (low.lower, high.upper)
+        found[share] = Estimate(value, *ends, reason)
     return found
 
 
 class Statistic(NamedTuple):
-    """Which number of which response.
+    """A number of a response.
 
     Attributes
     ----------
@@ -166,6 +165,6 @@ class Statistic(NamedTuple):
             return quantiles_at(values, sample, [self.share], limit)[self.share]
         if self.kind == "beyond":
             assert limit is not None  # checked with the study
-            return yield_of(values, sample, limit).beyond
+            return yield_of(values, sample, limit).out_of_limit
         of = mean if self.kind == "mean" else sigma
         return of(values, sample, Reach(declared, limit))

@@ -1,6 +1,6 @@
 """Performance of a simulated response against its limit: Pp and Ppk.
 
-Simulated machines prove no stable process, so it is performance (Pp, Ppk) and not
+Simulated units do not prove a stable process. So it is performance (Pp, Ppk) and not
 capability (Cp, Cpk), ISO 22514-1.
 """
 
@@ -20,6 +20,7 @@ from tolstat.statistics.sample import Sample
 
 Array = NDArray[np.float64]
 
+CONFIDENCE = 0.95
 LOW, MIDDLE, HIGH = 0.00135, 0.5, 0.99865
 FAR = 100.0  # Ppk above which the spread is too small to be a measure
 ONE_END = Estimate(math.nan, reason="the limit has one end")
@@ -33,65 +34,103 @@ class Performance(NamedTuple):
     ppk: Estimate
 
 
-def by_percentiles(
-    values: Array, sample: Sample, limit: Limit, confidence: float = 0.95
-) -> Performance:
-    """Estimate Pp and Ppk from percentiles: for responses of any shape.
+def by_percentiles(values: Array, sample: Sample, limit: Limit) -> Performance:
+    """Estimate Pp and Ppk from percentiles: for responses of any distribution.
 
-    Parameters
-    ----------
-    values : float64[trial]
-        The response; NaN in trials that are not done.
-    sample : Sample
-        The trials.
-    limit : Limit
-        What is permitted.
-    confidence : float
-        Of the intervals.
-
-    Returns
-    -------
-    Performance
-        Pp = (U - L)/(X99.865 - X0.135), Ppk the lesser of (U - X50)/(X99.865 - X50) and
-        (X50 - L)/(X50 - X0.135). The intervals follow from those of the percentiles,
-        each with its share of the error: conservative. Independent trials need 3544.
+    Pp = (U - L)/(X99.865 - X0.135), Ppk the lesser of (U - X50)/(X99.865 - X50) and
+    (X50 - L)/(X50 - X0.135). The intervals follow from those of the percentiles, each
+    with its share of the error: conservative. Independent trials need 3544.
 
     References
     ----------
     ISO 22514-2:2017, method M4 (percentiles).
     """
-    lower, upper = limit.permitted
-    # up to three percentiles stand behind one number: share the error among them
-    shared = 1 - (1 - confidence) / 3
+    if not sample.done.any():
+        return Performance(NONE_DONE, NONE_DONE)
+    if np.ptp(values[sample.done]) == 0:  # more trials would not change it
+        return Performance(STILL, STILL)
+    # up to three percentiles determine one number: share the error among them
+    shared = 1 - (1 - CONFIDENCE) / 3
     shares = (LOW, MIDDLE, HIGH)
     found = quantiles_at(values, sample, shares, limit.permitted, shared)
     low, middle, high = found.values()
+    sides = [
+        _side(end, middle, high if sign > 0 else low, sign)
+        for end, sign in _ends_of(limit)
+    ]
+    spread = Estimate(
+        high.value - low.value, high.lower - low.upper, high.upper - low.lower
+    )
+    reason = next((side.reason for side in sides if side.reason), "")
+    return _performance(limit, sides, 1, spread, reason)
+
+
+def by_moments(
+    values: Array, sample: Sample, limit: Limit, declared: Ends | None = None
+) -> Performance:
+    """Estimate Pp and Ppk from mean and sigma, as for normal responses.
+
+    Pp = (U - L)/6s, Ppk the lesser of (U - mean)/3s and (mean - L)/3s. The intervals
+    follow from those of mean and sigma, each with half the error. They say something
+    about the share out of limit for normal responses alone.
+    """
     if not sample.done.any():
         return Performance(NONE_DONE, NONE_DONE)
-    if np.ptp(values[sample.done]) == 0:  # no number of trials would say more
+    half = 1 - (1 - CONFIDENCE) / 2
+    reach = Reach(declared, limit.permitted)
+    middle = mean(values, sample, reach, half)
+    spread = sigma(values, sample, reach, half)
+    if not spread.value > 0:
         return Performance(STILL, STILL)
-    ends = [(upper, high, 1), (lower, low, -1)]
-    sides = [
-        _side(end, middle, far, sign) for end, far, sign in ends if math.isfinite(end)
+    reason = middle.reason or spread.reason
+    if spread.sure and spread.lower <= 0:
+        reason = "sigma may be nearly zero"
+    sides = []
+    for end, sign in _ends_of(limit):
+        ratios = [
+            _ratio(sign * (end - m), 3 * s) for m in middle[:3] for s in spread[:3]
+        ]
+        sides.append(Estimate(ratios[0], min(ratios), max(ratios)))
+    return _performance(limit, sides, 6, spread, reason)
+
+
+def by_share(share: Estimate, limit: Limit) -> Estimate:
+    """Estimate the Ppk of a normal response with a share of the units out of limit.
+
+    Of a limit with two ends: centred, with half of them outside each end.
+    """
+    ppk, upper, lower = (ppk_of(each, limit.ends) for each in share[:3])
+    if not share.sure:
+        return Estimate(ppk, reason=share.reason)
+    return Estimate(ppk, lower, upper)
+
+
+def _ends_of(limit: Limit) -> list[tuple[float, int]]:
+    """List the ends that there are, each with its side."""
+    lower, upper = limit.permitted
+    return [
+        (end, sign) for end, sign in ((upper, 1), (lower, -1)) if math.isfinite(end)
     ]
-    reason = next((side.reason for side in sides if side.reason), "")
-    values_of = [side.value for side in sides]
+
+
+def _performance(
+    limit: Limit, sides: list[Estimate], widths: int, spread: Estimate, reason: str
+) -> Performance:
+    """Join the sides of Ppk, and divide the limit by so many widths for Pp."""
+    values = [side.value for side in sides]
     ppk = Estimate(
-        math.nan if np.isnan(values_of).any() else min(values_of),
+        math.nan if np.isnan(values).any() else min(values),
         min(side.lower for side in sides),
         min(side.upper for side in sides),
         reason,
     )
     pp = ONE_END
     if limit.ends == 2:
-        width = upper - lower
-        pp = Estimate(
-            _ratio(width, high.value - low.value),
-            _ratio(width, high.upper - low.lower),
-            _ratio(width, high.lower - low.upper),
-            reason,
+        value, most, least = (
+            _ratio((limit.upper - limit.lower) / widths, each) for each in spread[:3]
         )
-    return Performance(_worth_saying(pp), _worth_saying(ppk))
+        pp = Estimate(value, least, most, reason)
+    return Performance(_worth_printing(pp), _worth_printing(ppk))
 
 
 def _side(end: float, middle: Estimate, far: Estimate, sign: int) -> Estimate:
@@ -104,10 +143,10 @@ def _side(end: float, middle: Estimate, far: Estimate, sign: int) -> Estimate:
     if not (middle.sure and far.sure):
         return Estimate(value, reason=far.reason or middle.reason)
     if middle.lower == far.lower or middle.upper == far.upper:
-        return Estimate(math.nan, reason="half of the machines share one value")
+        return Estimate(math.nan, reason="half of the units have the same value")
     if far.lower == far.upper:
-        return Estimate(math.nan, reason="the outermost machines share one value")
-    # monotonous in either percentile: the extremes lie at the corners
+        return Estimate(math.nan, reason="the outermost units have the same value")
+    # monotonic in either percentile: the extremes lie at the corners
     corners = [
         ratio(m, f)
         for m in (middle.lower, middle.upper)
@@ -123,94 +162,10 @@ def _ratio(distance: float, spread: float) -> float:
     return distance / spread if spread != 0 else math.nan
 
 
-def _worth_saying(found: Estimate) -> Estimate:
-    """Say why there is no interval, or that the number is none."""
+def _worth_printing(found: Estimate) -> Estimate:
+    """Say why there is no interval, or that the spread is too small for a number."""
     if found.value > FAR or (found.sure and found.lower > FAR):
         return Estimate(math.nan, reason=f"over {FAR:g}: hardly any spread")
     if found.reason or not found.sure:
         return Estimate(found.value, reason=found.reason)
     return found
-
-
-def by_moments(
-    values: Array,
-    sample: Sample,
-    limit: Limit,
-    declared: Ends | None = None,
-    confidence: float = 0.95,
-) -> Performance:
-    """Estimate Pp and Ppk from mean and sigma, as for normal responses.
-
-    Parameters
-    ----------
-    values, sample, limit, confidence
-        As of `by_percentiles`.
-    declared : tuple of float, optional
-        Declared range of the response; an open end is infinite.
-
-    Returns
-    -------
-    Performance
-        Pp = (U - L)/6s, Ppk the lesser of (U - mean)/3s and (mean - L)/3s, with
-        intervals from those of mean and sigma, each with half the error. What they say
-        about the share beyond a limit holds for normal responses alone.
-    """
-    done = values[sample.done]
-    if not len(done):
-        return Performance(NONE_DONE, NONE_DONE)
-    half = 1 - (1 - confidence) / 2
-    reach = Reach(declared, limit.permitted)
-    middle = mean(values, sample, reach, half)
-    spread = sigma(values, sample, reach, half)
-    if not spread.value > 0:
-        return Performance(STILL, STILL)
-    reason = middle.reason or spread.reason
-    if spread.sure and spread.lower <= 0:
-        reason = "sigma may be next to nothing"
-    lower, upper = limit.permitted
-    ends_of_ppk = [
-        [
-            _ratio(sign * (end - m), 3 * s)
-            for m in (middle.value, middle.lower, middle.upper)
-            for s in (spread.value, spread.lower, spread.upper)
-        ]
-        for end, sign in ((upper, 1), (lower, -1))
-        if math.isfinite(end)
-    ]
-    ppk = Estimate(
-        min(of[0] for of in ends_of_ppk),
-        min(min(of) for of in ends_of_ppk),
-        min(max(of) for of in ends_of_ppk),
-        reason,
-    )
-    pp = ONE_END
-    if limit.ends == 2:
-        width = (upper - lower) / 6
-        pp = Estimate(
-            width / spread.value,
-            width / spread.upper,
-            _ratio(width, spread.lower),
-            reason,
-        )
-    return Performance(_worth_saying(pp), _worth_saying(ppk))
-
-
-def by_share(beyond: Estimate, limit: Limit) -> Estimate:
-    """Estimate the Ppk of a normal response that has as many machines beyond.
-
-    Of a limit with two ends: of one in the middle, with half of them beyond each.
-
-    Parameters
-    ----------
-    beyond : Estimate
-        Share of the machines beyond the limit.
-    limit : Limit
-        What is permitted.
-    """
-
-    def of(share: float) -> float:
-        return ppk_of(share, limit.ends)
-
-    if not beyond.sure:
-        return Estimate(of(beyond.value), reason=beyond.reason)
-    return Estimate(of(beyond.value), of(beyond.upper), of(beyond.lower))

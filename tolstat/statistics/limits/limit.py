@@ -1,4 +1,4 @@
-"""What is permitted of a response."""
+"""The limit of a response."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-DEMANDED = 0.9973  # yield that a limit asks for where the study says nothing
+DEMANDED = 0.9973  # yield where the study demands no other
 
 
 class Limit(NamedTuple):
-    """What is permitted of a response, and of how many machines it is asked.
+    """The permitted values of a response, and the yield that is demanded.
 
     Attributes
     ----------
     lower, upper : float
         Least and greatest permitted value, SI; infinite where an end is open.
     demanded : float
-        Share of the machines that is to be within.
+        Demanded yield.
     words : str
         The values as the study writes them.
     typed_ppk : float or None
-        The Ppk that the study demands; None where it demands a share.
+        The Ppk that the study demands; None where it demands a yield.
     """
 
     lower: float
@@ -45,19 +45,19 @@ class Limit(NamedTuple):
 
     @property
     def asked(self) -> tuple[float, ...]:
-        """Those of the ends that are numbers, and not 0."""
+        """The ends that are finite, and not 0."""
         return tuple(end for end in self.permitted if end and math.isfinite(end))
 
     @property
     def ppk(self) -> float:
-        """What is demanded, as the Ppk of a normal response."""
+        """The demanded yield as the Ppk of a normal response."""
         return self.typed_ppk or ppk_of(1 - self.demanded, self.ends)
 
 
 def within(
     values: NDArray[np.float64], permitted: tuple[float, float]
 ) -> NDArray[np.bool_]:
-    """Tell which values are permitted; NaN, of a failed machine, is not."""
+    """Tell which values are permitted; NaN, of a failed trial, is not."""
     lower, upper = permitted
     with np.errstate(invalid="ignore"):
         found: NDArray[np.bool_] = (values >= lower) & (values <= upper)
@@ -65,26 +65,18 @@ def within(
 
 
 def worst_side(permitted: tuple[float, float] | None) -> int:
-    """Tell on which side of all others a failed machine stands, by its limit."""
+    """Tell on which side of all others a failed trial counts, by its limit."""
     lower, upper = permitted or (-math.inf, math.inf)
     return int(math.isfinite(upper)) - int(math.isfinite(lower))
 
 
 def yield_of_ppk(ppk: float, ends: int) -> float:
-    """Return the yield that a Ppk demands: a normal response with it at each end.
-
-    Parameters
-    ----------
-    ppk : float
-        Distance of the mean from the end over three sigmas.
-    ends : int
-        Of the limit.
-    """
+    """Return the yield of a normal response that has a Ppk at each end of its limit."""
     return float(1 - ends * ndtr(-3 * float(ppk)))
 
 
 def ppk_of(beyond: float, ends: int) -> float:
-    """Return the Ppk of a normal response that has a share beyond its limit."""
+    """Return the Ppk of a normal response with a share out of limit."""
     if beyond <= 0:
         return math.inf
     return float(-ndtri(min(beyond / ends, 1.0)) / 3)

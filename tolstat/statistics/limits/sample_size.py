@@ -1,4 +1,4 @@
-"""How many trials will tell whether as many machines are within as is demanded."""
+"""How many trials decide whether a demanded yield is met."""
 
 from __future__ import annotations
 
@@ -15,30 +15,20 @@ from tolstat.statistics.intervals.replicates import (
     missing,
     never_met,
 )
-from tolstat.statistics.limits.repeated_looks import PRIOR, against
+from tolstat.statistics.limits.anytime_valid import PRIOR, evidence_against
 
-CHANCE = 0.8  # with which the trials that are said to be needed decide
+CHANCE = 0.8  # that the printed number of trials decides
 GROWTH = 1.25  # between numbers of trials that are tried
 MOST_TRIALS = 10**9
-POSTERIOR = 200  # shares that stand for what the trials leave open
+POSTERIOR = 200  # shares that represent the posterior
 
 
 def trials_that_decide(count: int, trials: int, share: float, confidence: float) -> int:
-    """Return how many trials will tell whether the property is rarer than a share.
+    """Return how many trials decide whether a property is rarer than a share.
 
-    Parameters
-    ----------
-    count, trials, confidence
-        As of `followed`.
-    share : float
-        That is to be exceeded or not.
-
-    Returns
-    -------
-    int
-        The least number, of those about a quarter apart, that decides with a chance of
-        80 %, over what the trials so far leave open of the share (Jeffreys'
-        posterior), and at which it can be found rarer; 0 if that is beyond 1e9.
+    The least number, in steps of a quarter, that decides with a chance of 80 % over
+    Jeffreys' posterior, and at which the property can be found rarer; 0 if it exceeds
+    1e9. Arguments as of `anytime_valid`.
     """
     wanted = math.log(2 / (1 - confidence))
     a, b = count + PRIOR, trials - count + PRIOR
@@ -47,7 +37,7 @@ def trials_that_decide(count: int, trials: int, share: float, confidence: float)
     def decides(growth: int) -> bool:
         n = grown(trials * GROWTH**growth)
         fewest, most = _deciding(n, share, wanted)
-        if fewest < count:  # even with no more beyond it could not be met
+        if fewest < count:  # not met even if no further unit is out of limit
             return False
         rarer = _at_most(fewest - count, n - trials, possible)
         oftener = 1 - _at_most(most - count - 1, n - trials, possible)
@@ -61,21 +51,12 @@ def trials_that_decide(count: int, trials: int, share: float, confidence: float)
 def replicates_that_decide(
     machines: NDArray[np.bool_], replicate: NDArray[np.int64], demanded: float
 ) -> int:
-    """Return how many trials will tell whether a share is as large as is demanded.
+    """Return how many trials decide whether a share is as large as demanded.
 
-    Parameters
-    ----------
-    machines, replicate
-        As of `share_from_replicates`.
-    demanded : float
-        Between 0 and 1.
-
-    Returns
-    -------
-    int
-        The least number, of those a quarter apart, that decides with a chance of 80 %
-        if the replicates scatter less as the root of the trials grows; 0 if that is
-        beyond 1e9. Where replicates are too small, as many as make them large enough.
+    The least number, in steps of a quarter, that decides with a chance of 80 % if the
+    scatter of the replicates falls with the root of the trials; 0 if it exceeds 1e9.
+    Where replicates are too small, as many as make them large enough. Arguments as of
+    `share_from_replicates`.
     """
     values = machines.astype(np.float64)
     if missing(values, replicate):
@@ -89,7 +70,7 @@ def replicates_that_decide(
     while (trials := math.ceil(GROWTH * trials)) <= MOST_TRIALS:
         part = n / trials
         wide, beyond = half * math.sqrt(part), rare * part
-        # what is estimated then differs from what is now, and from the truth
+        # the estimate then differs from that now, and from the truth
         scatter = max(error * math.sqrt(1 + part), 1e-12)
         met = ndtr((share - wide - beyond * share - demanded) / scatter)
         missed = ndtr((demanded - share - wide - beyond * (1 - share)) / scatter)
@@ -105,14 +86,14 @@ def grown(n: float) -> int:
 
 
 def _deciding(trials: int, share: float, wanted: float) -> tuple[int, int]:
-    """Return the largest count that tells "rarer", and the least that tells "not"."""
+    """Return the largest count that shows "rarer", and the least that shows "not"."""
     middle = math.floor(share * trials) + 1
 
     def rarer(count: int) -> bool:
-        return against(count, trials, share) >= wanted
+        return evidence_against(count, trials, share) >= wanted
 
     def oftener(count: int) -> bool:
-        return against(trials - count, trials, 1 - share) >= wanted
+        return evidence_against(trials - count, trials, 1 - share) >= wanted
 
     to, beyond = range(middle), range(middle, trials + 1)
     fewest = bisect_left(to, True, key=lambda count: not rarer(count)) - 1

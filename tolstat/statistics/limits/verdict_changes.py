@@ -1,4 +1,4 @@
-"""Which trials near a limit change sides once they are integrated precisely."""
+"""How many trials near a limit change sides when they are integrated precisely."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from tolstat.statistics.limits.limit import within
 Array = NDArray[np.float64]
 
 
-class Sides(NamedTuple):
-    """What integration errors do to the share of machines beyond a limit.
+class VerdictChanges(NamedTuple):
+    """The effect of integration errors on the share of units out of limit.
 
     Attributes
     ----------
     near : int
         Trials nearest to the limit that were integrated again, without a gap.
     changed : int
-        Trials integrated again that lie within one time and beyond the other.
+        Trials integrated again that are within the limit one time only.
     gap : float
         Distance from the limit of the nearest trial that was not integrated again:
-        while none of those errs by as much, only the changed ones change sides.
+        while no error of these is as large, only the changed ones change sides.
         Infinite if there is none.
     at_most : float
-        By how much the share beyond then moves at most: the changed ones, of all done.
+        Greatest change of the share out of limit then: the changed ones, of all done.
     """
 
     near: int
@@ -36,12 +36,12 @@ class Sides(NamedTuple):
     at_most: float
 
 
-def changing_sides(
+def verdict_changes(
     values: Array,
     trials: NDArray[np.int64],
     precise: Array,
     limit: tuple[float, float],
-) -> Sides:
+) -> VerdictChanges:
     """Count the trials that change sides of a limit.
 
     Parameters
@@ -51,7 +51,7 @@ def changing_sides(
     trials : int64[n]
         Which of them were integrated again, done both times.
     precise : float64[n]
-        What was found then.
+        Their precise response.
     limit : tuple of float
         Least and greatest permitted value.
     """
@@ -64,4 +64,4 @@ def changing_sides(
     near = int(np.count_nonzero(distance[trials] < gap))
     before, after = within(values[trials], limit), within(precise, limit)
     changed = int(np.count_nonzero(before != after))
-    return Sides(near, changed, gap, changed / done if done else math.nan)
+    return VerdictChanges(near, changed, gap, changed / done if done else math.nan)

@@ -1,4 +1,4 @@
-"""Shares and quantiles of other machines than were drawn, from weighted trials."""
+"""Shares and quantiles of other distributions, from weighted trials."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from bisect import bisect_left
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.statistics.estimate import NONE_DONE, Estimate, enclosing
 from tolstat.statistics.intervals.betting import surely_more
 from tolstat.statistics.intervals.gamma_interval import gamma_ends
 from tolstat.statistics.intervals.moments import order_of
@@ -17,35 +17,30 @@ from tolstat.statistics.reweighting.weights import Weights
 Array = NDArray[np.float64]
 
 
-def weighted_share(
-    machines: NDArray[np.bool_], weights: Weights, confidence: float = 0.95
-) -> Estimate:
-    """Estimate the share that machines would have if others were drawn.
+def weighted_share(units: NDArray[np.bool_], weights: Weights) -> Estimate:
+    """Estimate a share of the units of other distributions.
 
     Parameters
     ----------
-    machines : bool[trial]
-        Which of them have the property; the trials independent.
+    units : bool[trial]
+        Which of the independent trials have the property.
     weights : Weights
         Of the trials.
-    confidence : float
-        Of the interval.
 
     Returns
     -------
     Estimate
-        With the gamma interval of a sum of weighted counts. The heaviest of all trials
-        stands for the next machine beyond, which may be anywhere: conservative, and
-        above zero even where no machine is beyond. The value of more than half is what
-        the others leave: without any of them it is one.
+        With the gamma interval of a sum of weighted counts. The next unit is assumed as
+        heavy as the heaviest of all trials: conservative, and above zero even where no
+        trial has the property. A value above one half is one less that of the others.
     """
     if weights.too_few:
         return Estimate(math.nan, reason=weights.too_few)
     each, n = weights.values, len(weights.values)
-    counted = weights.capped[machines] / n
-    lower, upper = gamma_ends(counted, weights.most / n, confidence)
+    counted = weights.capped[units] / n
+    lower, upper = gamma_ends(counted, weights.most / n)
     upper = min(upper + weights.cut, 1.0)
-    value, others = (each[machines] / n).sum(), (each[~machines] / n).sum()
+    value, others = (each[units] / n).sum(), (each[~units] / n).sum()
     if value > others:
         value = 1 - others
         upper = max(upper, value)
@@ -53,32 +48,18 @@ def weighted_share(
     return Estimate(float(value), float(min(lower, value)), float(upper))
 
 
-def share_left(
-    machines: NDArray[np.bool_], weights: Weights, confidence: float = 0.95
-) -> Estimate:
-    """Estimate a share by that of the few machines left, as `weighted_share` does."""
-    return weighted_share(~machines, weights, confidence).complement
+def share_by_complement(units: NDArray[np.bool_], weights: Weights) -> Estimate:
+    """Estimate a share from that of the few other units, as `weighted_share` does."""
+    return weighted_share(~units, weights).complement
 
 
 def weighted_quantile(
     values: Array, weights: Weights, share: float, confidence: float = 0.95
 ) -> Estimate:
-    """Estimate a quantile of other machines than were drawn.
+    """Estimate a quantile of other distributions; values are infinite in failed trials.
 
-    Parameters
-    ----------
-    values : float64[trial]
-        None NaN; infinite where a failed trial stands.
-    weights, confidence
-        As of `weighted_share`.
-    share : float
-        Between 0 and 1.
-
-    Returns
-    -------
-    Estimate
-        Between the trials of which bets do not tell that more, or fewer, machines lie
-        below; none where the heaviest trials would leave one of them open.
+    The ends are the trials at which bets do not show that more, or fewer, units lie
+    below; none where the heaviest trials would leave one of them open.
     """
     if not len(values):
         return NONE_DONE
@@ -104,7 +85,4 @@ def weighted_quantile(
     from_below = surely_more(everything, 1 - share, miss, mixed_weights)
     if not from_below or high == n:
         return Estimate(shown, reason=f"{n} trials are too few with these weights")
-    lower, upper = float(at[low]), float(at[high])
-    if not math.isfinite(lower + upper):
-        return Estimate(shown, reason="failed trials reach there")
-    return Estimate(value, min(lower, value), max(upper, value))
+    return enclosing(value, float(at[low]), float(at[high]))

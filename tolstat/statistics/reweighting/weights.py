@@ -1,4 +1,4 @@
-"""Weights of trials that stand for other machines than were drawn."""
+"""Weights of trials that stand for units of other distributions."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-LEAST_EFFECTIVE = 150  # with fewer one heavy trial more or less decides it
+LEAST_EFFECTIVE = 150  # with fewer, one heavy trial dominates
 
 
 class Weights:
-    """How many machines each trial stands for, on the average one.
+    """How many units each trial stands for, one on average.
 
     Parameters
     ----------
     values : float64[trial]
-        Density of each trial where others are drawn over that as it was drawn.
+        Density of each trial in the new distributions over that in the sampled ones.
     most : float, optional
-        What intervals cap weights at, chosen without a look at the trials; the largest
-        if not given.
+        Cap of the weights in intervals, chosen independently of the trials; the largest
+        weight if not given.
     cut : float
-        Share of the other machines that lie above the cap, at most: intervals reckon
-        with these anywhere.
+        Greatest share of the new units above the cap: in intervals they may lie
+        anywhere.
     """
 
     def __init__(
@@ -35,32 +35,33 @@ class Weights:
 
     @cached_property
     def capped(self) -> Array:
-        """Weights as intervals take them: float64[trial]."""
+        """Weights in intervals: float64[trial]."""
         return np.minimum(self.values, self.most)
 
     @cached_property
     def number(self) -> int:
-        """How many independent trials they are worth; 0 of none."""
+        """Effective sample size; 0 of none."""
         return effective_number(self.values)
 
     @property
     def too_few(self) -> str:
-        """Say that these are too few; empty if they are enough."""
-        few = self.number < LEAST_EFFECTIVE
-        return f"{self.number} effective trials are too few" if few else ""
+        """Say that the effective sample size is too small; empty if it is enough."""
+        if self.number >= LEAST_EFFECTIVE:
+            return ""
+        return f"effective sample size {self.number}; {LEAST_EFFECTIVE} needed"
 
     def part(self, trials: NDArray[np.int64]) -> Weights:
-        """Return those of some trials, chosen without a look at them, in this order."""
+        """Return those of some trials, chosen independently of them, in this order."""
         return Weights(self.values[trials], self.most, self.cut)
 
     def of(self, trials: NDArray[np.bool_]) -> Weights:
-        """Return those of trials of one kind: what was cut off may all be of it."""
+        """Return those of trials of one kind: all units above the cap may be of it."""
         left = len(trials) / max(int(np.count_nonzero(trials)), 1)
         return Weights(self.values[trials], self.most, self.cut * left)
 
 
 def effective_number(weights: Array) -> int:
-    """Return how many independent trials float64[trial] weights are worth.
+    """Return the effective sample size of float64[trial] weights.
 
     References
     ----------

@@ -1,8 +1,8 @@
-"""Whose deviations a response's scatter is owed to, from the run at hand.
+"""Variance contributions of deviations to a response, from the trials of a run.
 
-No further trials: the rank regression sees what is monotonous, the first-order Sobol'
-index any main effect; what both leave is interaction, or chance. Where a linear
-regression explains nearly all, the indices come from it: they are many times as sharp.
+No further trials: the rank regression shows what is monotonic, the first-order Sobol'
+index any main effect; the remainder is interaction or chance. Where a linear regression
+explains nearly all, the indices come from it: their intervals are far narrower.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from tolstat.statistics.sensitivity.regression import Regressed
 Array = NDArray[np.float64]
 
 LEAST = 200  # trials from which the indices are given
-MOST_TOGETHER = 4  # contributors of a group whose neighbours still say something
+LARGEST_GROUP = 4  # contributors whose neighbours still are near
 MANY = 'needs a run with sampling = "saltelli": too many for neighbours'
 
 
@@ -40,21 +40,21 @@ class Contributions(NamedTuple):
     explained : Estimate
         Share of the variance of the ranks that this regression explains.
     first_order : dict of str to Estimate
-        Share of the variance owed to each contributor alone.
+        Share of the variance due to each contributor alone.
     groups : dict of str to Estimate
         The same, summed over the contributors of a group.
     together : dict of str to Estimate
-        Share owed to all of a group together, with what they do to each other; its
-        interval reaches to 1, because neighbours in several dimensions understate it;
-        none for groups of more than four.
+        Share due to all of a group, interactions included. Its interval reaches to 1,
+        because neighbours in several dimensions understate it; none for groups of more
+        than four.
     unexplained : Estimate
-        What no contributor explains alone: interaction, correlation or chance.
+        Remainder: interaction, correlation or chance.
     linear : bool
         Whether the shares come from a linear regression that explains nearly all; else
         from neighbours.
-    few_decide : bool
-        Whether a few trials decide the variance: its shares are noise then, but for
-        what parts do together, which has at least the lower end of its interval.
+    dominated_by_few : bool
+        Whether few trials dominate the variance: its shares are noise then, except for
+        the lower end of that of a group together.
     """
 
     rank_regression: dict[str, Estimate]
@@ -64,7 +64,7 @@ class Contributions(NamedTuple):
     together: dict[str, Estimate]
     unexplained: Estimate
     linear: bool = False
-    few_decide: bool = False
+    dominated_by_few: bool = False
 
 
 def contributions(
@@ -80,11 +80,11 @@ def contributions(
     Parameters
     ----------
     deviations : mapping of str to float64[n]
-        By contributor; those that deviate.
+        By contributor that deviates.
     responses : mapping of str to float64[n]
         None NaN.
     groups : mapping of str to names, optional
-        Contributors to be taken together.
+        Contributors of each group.
     confidence : float
         Of the intervals.
     independent : bool
@@ -95,8 +95,8 @@ def contributions(
     -------
     dict of str to Contributions
         By response, with intervals from a jackknife that leaves out a twentieth of the
-        trials at a time; shares of a variance that a few trials decide have none, but
-        for those of parts together, which are understated all the same.
+        trials at a time. Shares of a variance that few trials dominate have none, but
+        for those of groups together, which are understated all the same.
 
     References
     ----------
@@ -104,13 +104,13 @@ def contributions(
     F. Gamboa, P. Gremaud, T. Klein, A. Lagnoux, Global sensitivity analysis: a novel
     generation of mighty estimators based on rank statistics, Bernoulli 28 (2022), (7),
     with J. von Neumann's mean square successive difference (Ann. Math. Stat. 12 (1941)
-    367-395) instead of a product that closes the ring of the trials;
+    367-395) instead of a cyclic product;
     B. Broto, F. Bachoc, M. Depecker, Variance reduction for estimation of Shapley
     effects and adaptation to unknown input distribution, SIAM/ASA J. Uncertainty
     Quantification 8 (2020), 5.1: nearest neighbours.
     """
     names, groups = list(deviations), groups or {}
-    few = [g for g, members in groups.items() if len(members) <= MOST_TOGETHER]
+    few = [g for g, members in groups.items() if len(members) <= LARGEST_GROUP]
     spreading = {
         name: y for name, y in responses.items() if len(y) >= LEAST and np.ptp(y) > 0
     }
@@ -170,7 +170,7 @@ def contributions(
 
 
 def _together(joined: Estimate | None) -> Estimate:
-    """Let the interval of what parts do together reach to 1: it is understated."""
+    """Extend the interval of a group's share to 1: the share is understated."""
     if joined is None:
         return Estimate(math.nan, reason=MANY)
     return joined._replace(upper=1.0) if joined.sure else joined

@@ -1,4 +1,4 @@
-"""The linear answer: root sum square of slopes times sigmas."""
+"""Linear tolerance analysis: root sum square of slopes times sigmas."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from tolstat.statistics.estimate import Estimate
 
 Array = NDArray[np.float64]
 
-MATTERS = 0.05  # departure over the distance from the median that is worth a word
+MATTERS = 0.05  # departure over the distance from the median that is reported
 
 
 class Linear(NamedTuple):
-    """A response as linear tolerance analysis has it: normal.
+    """A response by linear tolerance analysis: normal.
 
     Attributes
     ----------
     mean, sigma : float
         Of the response.
     shares : dict of str to float
-        Share of its variance by contributor, as slope and sigma alone give it;
-        what these do not sum to is correlation.
+        Share of its variance by contributor, from slope and sigma alone; the remainder
+        is correlation.
     """
 
     mean: float
@@ -34,22 +34,12 @@ class Linear(NamedTuple):
     shares: dict[str, float]
 
     def quantile(self, share: float) -> float:
-        """Return the value that a share of the machines would stay below."""
+        """Return the value below which a share of the units would lie."""
         return self.mean + self.sigma * float(ndtri(share))
 
 
 class Scatter(NamedTuple):
-    """How deviations scatter, as drawn.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Contributors.
-    mean : float64[contributor]
-        Their means.
-    covariance : float64[contributor, contributor]
-        Their covariances: sigmas and correlations.
-    """
+    """Mean and covariance of the deviations, by contributor."""
 
     names: tuple[str, ...]
     mean: Array
@@ -71,9 +61,9 @@ def root_sum_square(
     Parameters
     ----------
     nominal : float
-        Response of the nominal machine.
+        Response of the nominal unit.
     slopes : mapping of str to float
-        By contributor, at the nominal machine.
+        By contributor, at the nominal unit.
     scatter : Scatter
         Of the deviations.
 
@@ -94,17 +84,17 @@ def root_sum_square(
 
 
 class Departure(NamedTuple):
-    """How far the linear answer is off at one quantile.
+    """The error of the linear answer at one quantile.
 
     Attributes
     ----------
     share : float
         Of the quantile.
     linear : float
-        What linear analysis says of it.
+        Its value by linear analysis.
     relative : float
         Its distance from the simulated value, over that value's distance from the
-        median; negative: it promises too much.
+        median; negative: too optimistic.
     fails : bool
         Clearly outside the interval, and off by more than a twentieth.
     """

@@ -13,35 +13,18 @@ Array = NDArray[np.float64]
 
 
 class Row:
-    """Trials in ascending order of one deviation.
-
-    Parameters
-    ----------
-    order : int64[n]
-        Their numbers in that order.
-    """
+    """Trials in ascending order of one deviation: int64[n]."""
 
     def __init__(self, order: NDArray[np.int64]) -> None:
         part = order % PARTS
         self.order = order
-        # runs of one part, which go together
+        # runs of one part are left out together
         self.first = np.flatnonzero(np.append(True, part[1:] != part[:-1]))
         self.last = np.append(self.first[1:], len(order)) - 1
         self.part = part[self.first]
 
     def differences(self, y: Array) -> tuple[float, Array]:
-        """Sum the squared differences of neighbours, and again without each part.
-
-        Parameters
-        ----------
-        y : float64[n]
-            Response.
-
-        Returns
-        -------
-        tuple of float, float64[part]
-            Of all, and where one part is left out and what stood beside it closes up.
-        """
+        """Sum the squared differences of neighbours, and again without each part."""
         y = y[self.order]
         # up to each trial, with as much room at either end
         upto = np.append(0.0, np.cumsum(np.diff(y) ** 2))
@@ -55,20 +38,9 @@ class Row:
 def first_orders(rows: Sequence[Row], y: Array) -> tuple[Array, Array]:
     """Estimate first-order Sobol' indices from neighbours in rank.
 
-    What is left of the variance of y among trials of the same deviation is half the
-    mean square of its differences to the next larger one.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        The trials in ascending order of each deviation.
-    y : float64[n]
-        Response.
-
-    Returns
-    -------
-    tuple of float64[contributor], float64[part, contributor]
-        Of all trials, and with one part of them left out.
+    The variance of y among trials of equal deviation is half the mean square of its
+    differences to the next larger one. Returns float64[contributor] of all trials, and
+    float64[part, contributor] with one part left out.
     """
     n = len(y)
     centred = y - y.mean()
@@ -93,28 +65,19 @@ def nearest(X: Array) -> NDArray[np.int64]:
     ranks = np.empty_like(order)
     np.put_along_axis(ranks, order, np.arange(len(X))[:, None], axis=0)
     tree = cKDTree(ranks)
-    # asked in the order of the tree, whose leaves are then at hand: three times faster
-    asked = tree.indices
-    _, near = tree.query(tree.data[asked], k=2)
+    # in the order of the tree, whose leaves are then in the cache: three times faster
+    places = tree.indices
+    _, near = tree.query(tree.data[places], k=2)
     found = np.empty(len(X), dtype=np.int64)
-    found[asked] = np.where(near[:, 0] == asked, near[:, 1], near[:, 0])
+    found[places] = np.where(near[:, 0] == places, near[:, 1], near[:, 0])
     return found
 
 
 def joint(neighbours: Sequence[NDArray[np.int64]], y: Array) -> tuple[Array, Array]:
-    """Estimate the share owed to groups: covariance of neighbours over the variance.
+    """Estimate the share due to groups: covariance of neighbours over the variance.
 
-    Parameters
-    ----------
-    neighbours : sequence of int64[n]
-        For each group the trial nearest to each trial.
-    y : float64[n]
-        Response.
-
-    Returns
-    -------
-    tuple of float64[group], float64[part, group]
-        Of all trials, and with one part of them left out.
+    `neighbours` holds for each group the trial nearest to each trial. Returns
+    float64[group] of all trials, and float64[part, group] with one part left out.
     """
     centred = y - y.mean()
     products = np.array([centred * centred[near] for near in neighbours])

@@ -1,4 +1,4 @@
-"""Pairs of contributors that only together explain the machines beyond a limit."""
+"""Pairs of contributors that only together explain the units out of limit."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from tolstat.statistics.intervals.proportions import proportion
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR, holm
 
 Array = NDArray[np.float64]
-Machines = NDArray[np.bool_]
+Units = NDArray[np.bool_]
 
 SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both far off"
-LEAST_EXPLAINED = 0.4  # share of the machines beyond that a named pair explains
-FAR = 0.05  # share of all machines that count as far off, if no more are beyond
-RANKED = 100_000  # trials among which a deviation has its place
-CHANCE = 4.0  # correlation that is no chance, times the root of the trials
-ONE_WAY = 0.9  # of the machines, from which a combination goes one way
+LEAST_EXPLAINED = 0.4  # share of the units out of limit that a pair explains
+FAR = 0.05  # outer part of all trials, if no more are out of limit
+RANKED = 100_000  # trials among which a deviation is ranked
+CHANCE = 4.0  # significant correlation, times the root of the trials
+ONE_WAY = 0.9  # share of the units from which a combination has one direction
 
 
 class Together(NamedTuple):
-    """Two contributors that together explain machines beyond, more than each alone.
+    """Two contributors that together explain units out of limit better than either.
 
     Attributes
     ----------
@@ -36,21 +36,19 @@ class Together(NamedTuple):
         Their names.
     how : str
         "difference": one high where the other is low; "sum": both high or both low;
-        "both far off": either of them to any side.
+        "both far off": both in the outer part, to either side.
     way : int
-        1 where the first of them is high, -1 where it is low, 0: either happens.
+        1 where the first is high, -1 where it is low, 0: either happens.
     level : float
-        How often chance alone would let some pair seem to matter so much, corrected for
-        the number of pairs after Holm.
+        p-value, corrected for the number of pairs after Holm.
     far : Estimate
-        Share of the machines beyond that have the combination far off.
+        Share of the units out of limit with the combination in its outer part.
     of_all : float
-        The same of all machines: 5 %, or as many as are beyond.
+        The same of all trials: 5 %, or as many as are out of limit.
     alone : float
-        Share of the machines beyond that have the one member far off, or the other:
-        the larger one.
+        Share of the units out of limit with one member in its outer part; the larger.
     single : float
-        The same of whichever contributor it is largest of.
+        The same of the contributor with the largest.
     """
 
     members: tuple[str, str]
@@ -64,64 +62,63 @@ class Together(NamedTuple):
 
 
 def pairs(
-    deviations: Mapping[str, Array], beyond: Mapping[str, Machines]
+    deviations: Mapping[str, Array], out: Mapping[str, Units]
 ) -> dict[str, list[Together]]:
-    """Find the pairs of contributors that together explain the machines beyond limits.
+    """Find the pairs of contributors that together explain the units out of limit.
 
     Parameters
     ----------
     deviations : mapping of str to float64[trial]
         By contributor; of independent trials.
-    beyond : mapping of str to bool[trial]
-        Which machines are beyond the limit of each response; failed ones among them.
+    out : mapping of str to bool[trial]
+        Which trials are out of the limit of each response; failed ones included.
 
     Returns
     -------
     dict of str to list of Together
-        By response; those that are clear, and far off in two of five of these machines
-        or more, and in more than either member is; what explains most comes first.
-        Contributors that hang together are no pair.
+        By response. Significant pairs, in the outer part in at least 40 % of these
+        units, and more often than either member; the highest share first. Correlated
+        contributors are no pair.
 
     Notes
     -----
     Deviations are compared as normal scores, and so are their distances from the
-    median. If only one of two contributors matters, the other one's scores are normal
-    in the machines beyond, whatever those of the first are; so then is the sum of the
-    products of both over the root of the sum of squares of the first. That is tried
-    with either as the first, and the one that tells less counts: a single contributor
-    makes no pair, however much it matters. For each pair the smaller of both levels
-    counts, of scores and of distances, doubled.
+    median. If only one of two contributors matters, the scores of the other are normal
+    in the units out of limit, whatever those of the first; then the sum of the products
+    of both over the root of the sum of squares of the first is normal too. Either takes
+    the role of the first, and the weaker result counts: a single contributor makes no
+    pair. For each pair the smaller level of scores and distances counts, doubled.
     """
-    told = {n: each for n, each in beyond.items() if 0 < each.sum() < len(each)}
-    found: dict[str, list[Together]] = {name: [] for name in beyond}
+    told = {n: each for n, each in out.items() if 0 < each.sum() < len(each)}
+    found: dict[str, list[Together]] = {name: [] for name in out}
     if len(deviations) < 2 or not told:
         return found
-    apart = ~_related(list(deviations.values()))
-    known = [p for p in combinations(range(len(deviations)), 2) if apart[p]]
+    dependent = _dependent(list(deviations.values()))
+    known = [p for p in combinations(range(len(deviations)), 2) if not dependent[p]]
     distances = {n: np.abs(x - np.median(x)) for n, x in deviations.items()}
     if known:
-        for name, machines in told.items():
-            found[name] = _pairs(deviations, distances, machines, known)
+        for name, units in told.items():
+            found[name] = _pairs(deviations, distances, units, known)
     return found
 
 
 def _pairs(
     deviations: Mapping[str, Array],
     distances: Mapping[str, Array],
-    beyond: Machines,
+    out: Units,
     known: list[tuple[int, int]],
 ) -> list[Together]:
-    """Find those of one limit among pairs of contributors, by their places."""
+    """Find those of one limit, among pairs of places of contributors."""
     names = list(deviations)
     z, far = (
-        np.array([_scores(x, beyond, n) for n, x in of.items()])
+        np.array([_scores(x, out, n) for n, x in of.items()])
         for of in (deviations, distances)
     )
     first, second = np.array(known).T
     signed, of_far = (_products(each)[first, second] for each in (z, far))
     levels = np.array([2 * ndtr(-np.abs(signed)), ndtr(-of_far)])
     corrected = holm(2 * levels.min(axis=0))
-    of_all = min(max(FAR, float(beyond.mean())), 0.5)
+    of_all = min(max(FAR, float(out.mean())), 0.5)
     two_ends, one_end = -ndtri(of_all / 2), -ndtri(of_all)
     alone = [_far_off(each, two_ends, one_end)[0] for each in z]
     found = []
@@ -145,9 +142,9 @@ def _pairs(
 
 
 def _far_off(u: Array, two_ends: float, one_end: float) -> tuple[float, int]:
-    """Return the share of float64[machine beyond] that is far off, and to which side.
+    """Return the share of float64[unit out of limit] in the outer part, and its side.
 
-    To one side where as good as all are on it; 0: to either.
+    One side where nearly all are on it; 0: either.
     """
     high = float(np.mean(u > 0))
     way = int(high >= ONE_WAY) - int(high <= 1 - ONE_WAY)
@@ -155,14 +152,14 @@ def _far_off(u: Array, two_ends: float, one_end: float) -> tuple[float, int]:
     return float(off.mean()), way
 
 
-def _scores(x: Array, beyond: Machines, name: str) -> Array:
-    """Return the normal scores that machines beyond have among all, ties by chance.
+def _scores(x: Array, out: Units, name: str) -> Array:
+    """Return the normal scores of units out of limit among all, equal values at random.
 
-    The same for ever, but each contributor's own: scores of independent contributors
-    whose ties fall alike would go together.
+    With random numbers of each contributor's own, which never change: common ones would
+    correlate independent contributors.
     """
     ordered = np.sort(x[:RANKED])
-    n, values = len(ordered), x[beyond]
+    n, values = len(ordered), x[out]
     low, high = (np.searchsorted(ordered, values, side) for side in ("left", "right"))
     own = np.random.RandomState(zlib.crc32(str(name).encode()))
     chance = own.random_sample(len(values))
@@ -171,20 +168,14 @@ def _scores(x: Array, beyond: Machines, name: str) -> Array:
 
 
 def _products(z: Array) -> Array:
-    """Return float64[i, j] normal scores: products of two, over the less telling one.
-
-    Parameters
-    ----------
-    z : float64[contributor, machine beyond]
-        Normal scores.
-    """
+    """Return float64[i, j]: products of two rows of scores over the weaker one."""
     products = z @ z.T
     squares = np.diag(products)
     return np.asarray(products / np.sqrt(np.maximum.outer(squares, squares)))
 
 
-def _related(columns: list[Array]) -> Machines:
-    """Tell bool[i, j] which contributors hang together, also by way of others."""
+def _dependent(columns: list[Array]) -> Units:
+    """Tell bool[i, j] which contributors are correlated, directly or through others."""
     from scipy.sparse.csgraph import connected_components  # slow to import
     from scipy.stats import rankdata
 

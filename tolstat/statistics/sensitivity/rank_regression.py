@@ -1,4 +1,4 @@
-"""Linear regression of ranks on ranks, and again without each part of the trials."""
+"""Linear regression of ranks on ranks, also without each part of the trials."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 def ascending(x: Array) -> NDArray[np.int64]:
-    """Return float64[n] in order, what is alike as it comes."""
+    """Return the order of float64[n]; equal values keep theirs."""
     order = np.argsort(x)
     ordered = x[order]
     # sorting stably takes four times as long, and only ties need it
@@ -29,27 +29,17 @@ def rank_regressions(
 ) -> list[tuple[Array, Array]]:
     """Regress ranks on ranks: standardised coefficients and the share explained.
 
-    Parameters
-    ----------
-    deviations : sequence of float64[n]
-        Of each contributor.
-    orders : sequence of int64[n]
-        The trials in ascending order of each of them.
-    responses : sequence of float64[n]
-        Each regressed by itself.
-
-    Returns
-    -------
-    list of (float64[contributor + 1], float64[part, contributor + 1])
-        For each response: of all trials, and with one part of them left out. What is
-        left is ranked anew: ranks of the whole would hide their own scatter.
+    `orders` holds the trials in ascending order of each deviation. Returns for each
+    response float64[contributor + 1] of all trials, and float64[part, contributor + 1]
+    with one part left out. The rest is ranked again: ranks of the whole would hide
+    their own scatter.
     """
     k = len(deviations)
     columns = [_Column(x, order) for x, order in zip(deviations, orders, strict=True)]
     columns += [_Column(y, ascending(y)) for y in responses]
     found = np.empty((PARTS + 1, len(responses), k + 1))
     ranks = np.empty((len(columns), len(orders[0])))
-    for left_out in range(PARTS + 1):  # the last time round none
+    for left_out in range(PARTS + 1):  # the last time none
         for row, column in zip(ranks, columns, strict=True):
             row[:] = column.centred_ranks(left_out)
         if left_out < PARTS:
@@ -57,7 +47,7 @@ def rank_regressions(
         # of whole numbers: these sums are exact up to 300 000 trials
         products = ranks @ ranks.T
         scale = np.sqrt(np.diag(products))
-        scale[scale == 0] = 1.0  # of what is alike in all trials
+        scale[scale == 0] = 1.0  # of what is equal in all trials
         correlations = products / np.outer(scale, scale)
         for i in range(len(responses)):
             g = correlations[:k, k + i]
@@ -67,35 +57,24 @@ def rank_regressions(
 
 
 class _Column:
-    """Numbers in known order, to be ranked again and again.
-
-    Parameters
-    ----------
-    x : float64[n]
-        The numbers.
-    order : int64[n]
-        Trials in ascending order of them.
-    """
+    """Numbers in known order, to be ranked many times."""
 
     def __init__(self, x: Array, order: NDArray[np.int64]) -> None:
         ordered = x[order]
         first = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1]))
-        self.bounds = np.append(first, len(x))  # of runs that are alike
+        self.bounds = np.append(first, len(x))  # of runs of equal values
         self.run = np.empty(len(x), dtype=np.int64)  # that each trial belongs to
         self.run[order] = np.repeat(np.arange(len(first)), np.diff(self.bounds))
         self.part = (order % PARTS).astype(np.uint8)
 
     def centred_ranks(self, left_out: int) -> NDArray[np.int32]:
-        """Rank the trials without one part: twice the rank, about a mean of 0.
+        """Rank the trials without one part (`PARTS`: none): twice the rank, mean 0.
 
-        Parameters
-        ----------
-        left_out : int
-            The part; `PARTS` for none. It is ranked too.
+        The part itself is ranked too.
         """
         kept = np.zeros(len(self.part) + 1, dtype=np.int32)
         np.cumsum(self.part != left_out, out=kept[1:])
         below = kept[self.bounds]
-        # what is alike ranks alike: amid the ranks that it takes up
+        # equal values share their mean rank
         ranks: NDArray[np.int32] = (below[:-1] + below[1:] - kept[-1])[self.run]
         return ranks

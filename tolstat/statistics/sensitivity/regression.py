@@ -1,4 +1,4 @@
-"""Shares of the variance of a response that is a weighted sum of the deviations."""
+"""Variance contributions to a linear response, by regression."""
 
 from __future__ import annotations
 
@@ -12,25 +12,13 @@ from tolstat.statistics.intervals.jackknife import PARTS, jackknifed
 
 Array = NDArray[np.float64]
 
-NEARLY_ALL = 0.99  # share of the variance that a linear machine's regression explains
+NEARLY_ALL = 0.99  # explained share of the variance of a linear response
 
 
 class Regressed:
-    """Linear regression of responses on independent deviations.
+    """Linear regression of responses, none constant, on independent deviations.
 
-    Parameters
-    ----------
-    deviations : sequence of float64[n]
-        Of each contributor.
-    responses : mapping of str to float64[n]
-        None constant.
-    confidence : float
-        Of the intervals.
-
-    Attributes
-    ----------
-    explained : dict of str to Estimate
-        Share of the variance of each response that its regression explains.
+    `explained` is the share of the variance of each response that it explains.
     """
 
     def __init__(
@@ -62,25 +50,13 @@ class Regressed:
             self.explained[name] = jackknifed(r[0], r[1:], confidence)[0]
 
     def linear(self, response: str) -> bool:
-        """Tell whether a regression surely explains nearly all of a response."""
+        """Tell whether the regression explains nearly all of a response."""
         return self.explained[response].lower >= NEARLY_ALL
 
     def shares(self, response: str, sums: Array, *, trusted: bool) -> list[Estimate]:
-        """Estimate shares of the variance of a linear response.
+        """Estimate sums of contributions: float64[sum, contributor], 0 or 1.
 
-        Parameters
-        ----------
-        response : str
-            Its name.
-        sums : float64[sum, contributor]
-            Which contributors to add up, 0 or 1.
-        trusted : bool
-            Whether a few trials do not decide the variance.
-
-        Returns
-        -------
-        list of Estimate
-            What is left to explain may be anybody's: upper ends reach that much higher.
+        Any contributor may have the remainder: upper ends are higher by it.
         """
         every = self._shares[response] @ sums.T
         rest = max(1 - self.explained[response].lower, 0.0)
@@ -94,18 +70,17 @@ class Regressed:
         ]
 
     def unexplained(self, response: str, *, trusted: bool) -> Estimate:
-        """Estimate what interactions may have: at most what the regression leaves."""
+        """Estimate the share of interactions: at most the remainder."""
         left = 1 - self._shares[response].sum(axis=1, keepdims=True)
-        left = np.maximum(left.round(12), 0.0)  # of a sum nothing but rounding
+        left = np.maximum(left.round(12), 0.0)  # without rounding errors
         found = jackknifed(left[0], left[1:], self.confidence, trusted=trusted)[0]
         return found._replace(lower=0.0) if found.sure else found
 
 
 def _shares_of(among: Array, with_y: Array, variance: float) -> Array:
-    """Split what the regression explains by coefficients and sigmas.
+    """Split the explained variance by coefficients and sigmas.
 
-    Not by coefficient and covariance: chance correlations of independent deviations
-    would add their noise.
+    Not by covariances: chance correlations of independent deviations would add noise.
     """
     slopes, *_ = np.linalg.lstsq(among, with_y, rcond=None)
     alone = slopes**2 * np.diag(among)

@@ -1,4 +1,4 @@
-"""First-order and total Sobol' indices from trials made for them."""
+"""First-order and total Sobol' indices from trials sampled for them."""
 
 from __future__ import annotations
 
@@ -19,33 +19,21 @@ LEAST = 500  # groups from which indices are given
 
 
 class Indices(NamedTuple):
-    """Shares of a response's variance.
-
-    Attributes
-    ----------
-    first : Estimate
-        Owed to the factor alone.
-    total : Estimate
-        Owed to the factor, alone and together with others.
-    """
+    """Shares of the variance due to a factor: alone, and with all interactions."""
 
     first: Estimate
     total: Estimate
 
 
-def sobol_indices(
-    groups: Array, factors: Sequence[str], confidence: float = 0.95
-) -> dict[str, Indices]:
+def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
     """Estimate the Sobol' indices of a response.
 
     Parameters
     ----------
     groups : float64[group, 2 + factor]
-        The response of machines A and B, and of A with one factor from B; none NaN.
+        The response of trials A and B, and of A with one factor from B; none NaN.
     factors : sequence of str
         Names, in the order of the columns.
-    confidence : float
-        Of the intervals.
 
     Returns
     -------
@@ -66,7 +54,7 @@ def sobol_indices(
             reason = "the response does not spread"
         none = Estimate(math.nan, reason=reason)
         return dict.fromkeys(factors, Indices(none, none))
-    # an offset adds nothing but noise to the first order
+    # an offset adds only noise to the first order
     f = groups - groups[:, :2].mean()
     A, B, AB = f[:, 0], f[:, 1], f[:, 2:]
     sums = np.column_stack(
@@ -82,7 +70,7 @@ def sobol_indices(
             for part, size in zip(parts, sizes, strict=True)
         ]
     )
-    found = jackknifed(value, left_out, confidence, trusted=light)
+    found = jackknifed(value, left_out, 0.95, trusted=light)
     k = len(factors)
     return {name: Indices(found[i], found[k + i]) for i, name in enumerate(factors)}
 

@@ -8,7 +8,7 @@ from scipy.integrate import quad
 from scipy.stats import beta, binom
 
 from tolstat.statistics.intervals.proportions import proportion
-from tolstat.statistics.limits.repeated_looks import against, followed
+from tolstat.statistics.limits.anytime_valid import anytime_valid, evidence_against
 from tolstat.statistics.limits.sample_size import trials_that_decide
 
 BAR = 0.0027
@@ -23,7 +23,7 @@ def test_the_evidence_is_an_averaged_ratio_of_likelihoods(count, trials):
         return binom.pmf(count, trials, p) / binom.pmf(count, trials, share)
 
     whole = quad(lambda p: ratio(p) * weight.pdf(p), 0, share, limit=200)[0]
-    assert np.exp(against(count, trials, share)) == pytest.approx(
+    assert np.exp(evidence_against(count, trials, share)) == pytest.approx(
         whole / weight.cdf(share), rel=1e-6
     )
 
@@ -32,11 +32,11 @@ def test_the_evidence_is_an_averaged_ratio_of_likelihoods(count, trials):
     ("count", "trials"), [(0, 1), (0, 4096), (5, 4096), (2048, 4096), (270, 100_000)]
 )
 def test_intervals_contain_those_of_one_look_and_are_mirrored(count, trials):
-    found, once = followed(count, trials), proportion(count, trials)
+    found, once = anytime_valid(count, trials), proportion(count, trials)
     assert found.value == once.value
     assert found.lower <= once.lower and once.upper <= found.upper
     assert found.upper - found.lower < 2 * (once.upper - once.lower)
-    mirrored = followed(trials - count, trials)
+    mirrored = anytime_valid(trials - count, trials)
     assert mirrored.lower == pytest.approx(1 - found.upper, abs=1e-12)
 
 
@@ -48,7 +48,7 @@ def test_looking_after_every_trial_errs_no_oftener_than_is_claimed():
         rng.random((600, looks[-1])) < share, np.append(0, looks[:-1]), axis=1
     ).cumsum(axis=1)
     ends = {
-        (count, n): (followed(count, n), proportion(count, n))
+        (count, n): (anytime_valid(count, n), proportion(count, n))
         for n, column in zip(looks.tolist(), counts.T, strict=True)
         for count in set(column.tolist())
     }
@@ -62,7 +62,7 @@ def test_looking_after_every_trial_errs_no_oftener_than_is_claimed():
 
 
 def test_none_beyond_is_enough_after_some_trials():
-    assert followed(0, 1700).upper < BAR < followed(0, 1600).upper
+    assert anytime_valid(0, 1700).upper < BAR < anytime_valid(0, 1600).upper
 
 
 @pytest.mark.parametrize("trials", [300, 2000])
@@ -73,12 +73,12 @@ def test_the_trials_that_decide_do_so_with_the_chance_that_is_stated(trials):
     for _ in range(400):
         share = rng.uniform(0, np.sqrt(4 * BAR)) ** 2  # its density there
         count = rng.binomial(trials, share)
-        found = followed(count, trials)
+        found = anytime_valid(count, trials)
         if not found.lower <= BAR <= found.upper:
             continue
         more = trials_that_decide(count, trials, BAR, 0.95)
         assert more > trials
-        again = followed(count + rng.binomial(more - trials, share), more)
+        again = anytime_valid(count + rng.binomial(more - trials, share), more)
         asked += 1
         decided += not again.lower <= BAR <= again.upper
     assert decided / asked > 0.8 - 3 * np.sqrt(0.16 / asked)

@@ -1,4 +1,4 @@
-"""Shares judged again and again while trials are added."""
+"""Anytime-valid shares: their intervals hold however often trials are added."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from tolstat.statistics.estimate import Estimate
 PRIOR = 0.5  # of Jeffreys' beta distribution, both parameters: it mixes the bets
 
 
-def followed(count: int, trials: int, confidence: float = 0.95) -> Estimate:
-    """Estimate a share, with an interval that holds however often one looks.
+def anytime_valid(count: int, trials: int, confidence: float = 0.95) -> Estimate:
+    """Estimate a share, with an anytime-valid interval.
 
     Parameters
     ----------
@@ -21,15 +21,15 @@ def followed(count: int, trials: int, confidence: float = 0.95) -> Estimate:
     trials : int
         All trials, at least one.
     confidence : float
-        That the interval holds the share after every trial, from the first to the last
-        that is ever added; each side errs with at most half the rest.
+        That the interval holds the share after every trial that is ever added; each
+        side errs with at most half the rest.
 
     Returns
     -------
     Estimate
-        Whose interval is 1.2 to 2.2 times as wide as that of Clopper and Pearson, which
-        holds at one number of trials, chosen beforehand: least with none, more with
-        more machines.
+        With an interval 1.2 to 2.2 times as wide as that of Clopper and Pearson, which
+        holds at one number of trials, chosen beforehand: 1.2 with a count of 0, more
+        with larger counts.
 
     References
     ----------
@@ -43,13 +43,13 @@ def followed(count: int, trials: int, confidence: float = 0.95) -> Estimate:
     return Estimate(count / trials, lower, upper)
 
 
-def against(count: int, trials: int, share: float) -> float:
+def evidence_against(count: int, trials: int, share: float) -> float:
     """Return the evidence that the property is rarer than a share: a logarithm.
 
     Parameters
     ----------
     count, trials
-        As of `followed`.
+        As of `anytime_valid`.
     share : float
         Between 0 and 1.
 
@@ -57,7 +57,7 @@ def against(count: int, trials: int, share: float) -> float:
     -------
     float
         Of the likelihood of smaller shares, averaged over Jeffreys' prior, over that of
-        this one: if the share is this or larger, it ever exceeds log(k) with a
+        this one. If the true share is not smaller, it ever exceeds log(k) with a
         probability of at most 1/k.
     """
     a, b = count + PRIOR, trials - count + PRIOR
@@ -72,14 +72,14 @@ def against(count: int, trials: int, share: float) -> float:
 
 
 def _most(count: int, trials: int, wanted: float) -> float:
-    """Return the largest share that the evidence against is not wanted at."""
+    """Return the largest share against which the evidence is not enough."""
     from scipy.optimize import brentq  # slow to import
 
     if count == trials:
         return 1.0
 
     def excess(share: float) -> float:
-        return max(against(count, trials, share), -1.0) - wanted
+        return max(evidence_against(count, trials, share), -1.0) - wanted
 
     nearly = 1 - 1e-15
     if excess(nearly) <= 0:

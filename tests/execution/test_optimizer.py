@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from tolstat.statistics.reweighting import cheapest as module
-from tolstat.statistics.reweighting.cheapest import Dial, cheapest
+from tolstat.answers.allocate import optimizer as module
+from tolstat.answers.allocate.optimizer import DesignVariable, cheapest
 
 COSTS = (7.0, 3.0, 20.0, 1.0)
 BOUND = 0.05
@@ -17,11 +17,11 @@ BOUND = 0.05
 
 def steady(cost):
     """A width, as its logarithm; its price is reciprocal."""
-    return Dial(lambda x: cost / math.exp(x), math.log(1e-3), math.log(0.2))
+    return DesignVariable(lambda x: cost / math.exp(x), math.log(1e-3), math.log(0.2))
 
 
 def listed(cost, options=7):
-    return Dial(lambda x: cost / width(x), options - 1.0, 0.0, options)
+    return DesignVariable(lambda x: cost / width(x), options - 1.0, 0.0, options)
 
 
 def width(x):
@@ -49,23 +49,23 @@ def by_hand(options):
 
 
 def test_of_lists_every_combination_is_tried_or_they_are_exchanged(monkeypatch):
-    dials = [listed(cost) for cost in COSTS]
-    found = cheapest(dials, lambda x: excess([*map(width, x)]))
+    variables = [listed(cost) for cost in COSTS]
+    found = cheapest(variables, lambda x: excess([*map(width, x)]))
     assert found.every and found.cost == pytest.approx(by_hand(7))
     monkeypatch.setattr(module, "MOST_TRIED", 100)
-    near = cheapest(dials, lambda x: excess([*map(width, x)]))
+    near = cheapest(variables, lambda x: excess([*map(width, x)]))
     assert not near.every and found.cost <= near.cost < 1.05 * found.cost
 
 
 @pytest.mark.parametrize("most", [64, 3])
 def test_lists_and_steady_choices_together(most, monkeypatch):
     monkeypatch.setattr(module, "MOST_SOLVED", most)
-    dials = [steady(COSTS[0]), *(listed(cost, 4) for cost in COSTS[1:3])]
+    variables = [steady(COSTS[0]), *(listed(cost, 4) for cost in COSTS[1:3])]
 
     def beyond(x):
         return excess([math.exp(x[0]), *map(width, x[1:])])
 
-    found = cheapest(dials, beyond)
+    found = cheapest(variables, beyond)
     best = math.inf
     for choice in itertools.product(range(4), repeat=2):
         room = BOUND**2 - sum(width(x) ** 2 for x in choice)
@@ -93,46 +93,46 @@ def unknown_at_the_ends(x):
 @pytest.mark.parametrize("most", [64, 1])
 def test_the_tightest_is_not_always_safe(most, monkeypatch):
     monkeypatch.setattr(module, "MOST_SOLVED", most)
-    dials = [steady(1.0), Dial(lambda x: 1.0 + x, 3.0, 0.0, 4)]
-    found = cheapest(dials, unknown_at_the_ends)
+    variables = [steady(1.0), DesignVariable(lambda x: 1.0 + x, 3.0, 0.0, 4)]
+    found = cheapest(variables, unknown_at_the_ends)
     assert found.choice == pytest.approx((math.log(BOUND), 3.0), rel=1e-3)
 
 
 def test_what_lies_beyond_moves_towards_what_keeps():
     """Solved for a slope that leads astray, between two ends that do not keep."""
-    dial = steady(1.0)
-    middle = 0.5 * (dial.tightest + dial.loosest)
+    variable = steady(1.0)
+    middle = 0.5 * (variable.tightest + variable.loosest)
 
     def about_the_middle(x):
         return np.array([abs(x[0] - middle) - 0.3, 2.0 * (x[0] - middle) - 0.4])
 
-    found = cheapest([dial], about_the_middle, (dial.tightest,))
+    found = cheapest([variable], about_the_middle, (variable.tightest,))
     assert found.choice[0] == pytest.approx(middle + 0.2, abs=0.01)
-    search = module._Search([dial], about_the_middle, None)
+    search = module._Search([variable], about_the_middle, None)
     within, beyond = np.array([0.5]), np.array([1.0])
-    span = dial.loosest - dial.tightest
-    (near,) = search._near(beyond, within, lambda x: (dial.tightest + span * x[0],))
+    span = variable.loosest - variable.tightest
+    (near,) = search._near(beyond, within, lambda x: (variable.tightest + span * x[0],))
     assert near == pytest.approx(middle + 0.2, abs=0.002) and near <= middle + 0.2001
 
 
 @pytest.mark.parametrize(("kept", "begin"), [(0.5, 0.9), (0.0, 0.9), (0.25, 0.25)])
 def test_where_no_slope_shows_the_way_begin_middle_or_tightest_may_keep(kept, begin):
     """Only one of them does; from there as far as it goes towards what was solved."""
-    dial = Dial(lambda x: 9.0 - x, 0.0, 1.0)
+    variable = DesignVariable(lambda x: 9.0 - x, 0.0, 1.0)
 
     def about(x):
         return np.array([-1.0 if abs(x[0] - kept) < 0.125 else 1.0])
 
-    found = cheapest([dial], about, (begin,))
+    found = cheapest([variable], about, (begin,))
     assert found.choice[0] == pytest.approx(kept + 0.125, abs=1e-3)
     assert about(found.choice)[0] < 0
 
 
 def test_of_lists_the_search_begins_where_it_keeps(monkeypatch):
     monkeypatch.setattr(module, "MOST_TRIED", 10)
-    dials = [Dial(lambda x: 1.0 + x, 4.0, 0.0, 5)] * 4
+    variables = [DesignVariable(lambda x: 1.0 + x, 4.0, 0.0, 5)] * 4
 
     def between(x):
         return np.array([abs(sum(x) - 7.0) - 1.5])
 
-    assert cheapest(dials, between).cost == pytest.approx(4 + 6)
+    assert cheapest(variables, between).cost == pytest.approx(4 + 6)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.deviations.density_ratio import Weighting
+from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions.normal import Normal
 from tolstat.deviations.distributions.triangular import Triangular
 from tolstat.deviations.distributions.uniform import Uniform
-from tolstat.deviations.overlap import check_covered, cover_of
+from tolstat.deviations.overlap import check_overlap, overlap_of
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import DistributionError
 
@@ -42,9 +42,11 @@ def of_normal(sigma, mean=0.0):
     ],
 )
 def test_effective_trials_are_those_of_the_closed_form(drawn, new, worth):
-    assert check_covered(drawn, new) == pytest.approx(worth, rel=0.01)
-    both = cover_of({"a": drawn, "b": drawn}, Dependence(), {"a": new, "b": new}, 1000)
-    assert both.worth == pytest.approx(worth**2, rel=0.05)
+    assert check_overlap(drawn, new) == pytest.approx(worth, rel=0.01)
+    both = overlap_of(
+        {"a": drawn, "b": drawn}, Dependence(), {"a": new, "b": new}, 1000
+    )
+    assert both.efficiency == pytest.approx(worth**2, rel=0.05)
 
 
 @pytest.mark.parametrize(
@@ -52,25 +54,25 @@ def test_effective_trials_are_those_of_the_closed_form(drawn, new, worth):
     [
         (normal(1), normal(1.45), "tails are too heavy"),  # from sqrt 2 on: no variance
         (Triangular(Tolerance(-1, 1)), uniform(-1, 1), "tails are too heavy"),
-        (uniform(0, 1), uniform(0, 1.25), "20 % of these parts lie where none was"),
+        (uniform(0, 1), uniform(0, 1.25), "20 % of these parts lie outside"),
         (uniform(-3, 3), normal(1), "0.27 % of these parts"),
-        (normal(1), normal(1, 4), "lie where none was drawn"),
+        (normal(1), normal(1, 4), "lie outside the sampled range"),
     ],
 )
 def test_what_trials_do_not_cover_is_refused(drawn, new, said):
     with pytest.raises(DistributionError, match=said):
-        check_covered(drawn, new)
+        check_overlap(drawn, new)
 
 
 def test_the_cap_leaves_to_the_cut_what_lies_above_it():
     drawn, new = {"a": normal(1)}, {"a": normal(1, 0.8)}
-    found = cover_of(drawn, Dependence(), new, 4000)
+    found = overlap_of(drawn, Dependence(), new, 4000)
     # weights exp(0.8 z - 0.32): above the cap from there on, and so much of the excess
     z = (np.log(found.most) + 0.32) / 0.8
     excess = stats.norm.sf(z - 0.8) - found.most * stats.norm.sf(z)
     assert found.cut == pytest.approx(excess, rel=0.2)
     assert 0.5 < 4000 * stats.norm.sf(z) / np.log(40) < 2
-    narrower = cover_of(drawn, Dependence(), {"a": normal(0.5)}, 4000)
+    narrower = overlap_of(drawn, Dependence(), {"a": normal(0.5)}, 4000)
     assert narrower.most == pytest.approx(2, rel=1e-3) and narrower.cut < 1e-6
 
 
@@ -79,13 +81,13 @@ CLOSE = Dependence({}, {("a", "b"): 0.9})
 
 def test_of_correlated_parts_one_alone_may_not_be_told():
     drawn = {"a": normal(1), "b": normal(1)}
-    with pytest.raises(DistributionError, match="hang together, change all"):
-        cover_of(drawn, CLOSE, {"a": normal(0.5)}, 4000)
-    both = cover_of(drawn, CLOSE, {"a": normal(0.5), "b": normal(0.5)}, 4000)
-    assert both.worth == pytest.approx(of_normal(0.5) ** 2, rel=0.05)
+    with pytest.raises(DistributionError, match="change all parts that are correlated"):
+        overlap_of(drawn, CLOSE, {"a": normal(0.5)}, 4000)
+    both = overlap_of(drawn, CLOSE, {"a": normal(0.5), "b": normal(0.5)}, 4000)
+    assert both.efficiency == pytest.approx(of_normal(0.5) ** 2, rel=0.05)
     alike = Dependence({n: Batch("x", 1.0) for n in "ab"})
-    once = cover_of(drawn, alike, {"a": normal(0.5), "b": normal(0.5)}, 4000)
-    assert once.worth == pytest.approx(of_normal(0.5), rel=0.02)
+    once = overlap_of(drawn, alike, {"a": normal(0.5), "b": normal(0.5)}, 4000)
+    assert once.efficiency == pytest.approx(of_normal(0.5), rel=0.02)
 
 
 def test_weights_are_ratios_of_densities_of_whatever_is_new():
@@ -94,11 +96,11 @@ def test_weights_are_ratios_of_densities_of_whatever_is_new():
     x = {"a": z[0], "b": rho * z[0] + np.sqrt(1 - rho**2) * z[1]}
     together = Dependence({}, {("a", "b"): 0.5})
     drawn = {"a": normal(1), "b": normal(1)}
-    found = Weighting(x, drawn, together).weights({"b": normal(0.8, 0.3)})
+    found = DensityRatio(x, drawn, together).weights({"b": normal(0.8, 0.3)})
     points = np.stack([x["a"], x["b"]], axis=1)
     new = stats.multivariate_normal([0, 0.3], [[1, 0.8 * rho], [0.8 * rho, 0.64]])
     old = stats.multivariate_normal([0, 0], [[1, rho], [rho, 1]])
     known = new.pdf(points) / old.pdf(points)
     np.testing.assert_allclose(found, known, rtol=3e-3, atol=1e-9)
     with pytest.raises(DistributionError, match="did not deviate"):
-        Weighting(x, drawn, together).weights({"c": normal(1)})
+        DensityRatio(x, drawn, together).weights({"c": normal(1)})

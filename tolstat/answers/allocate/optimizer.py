@@ -1,4 +1,4 @@
-"""The cheapest choice that keeps to some bounds: steadily, out of lists, or both."""
+"""The cheapest choice within bounds: continuous, from lists, or both."""
 
 from __future__ import annotations
 
@@ -14,26 +14,19 @@ from scipy.optimize import minimize
 Array = NDArray[np.float64]
 Choice = tuple[float, ...]
 
-MOST_TRIED, MOST_SOLVED = 4096, 64  # combinations of lists, without and with the others
-STEP = 1e-4  # of what is chosen steadily, for slopes
+MOST_TRIED, MOST_SOLVED = 4096, 64  # combinations of lists, without and with others
+STEP = 1e-4  # of continuous variables, for slopes
 MOST_STEPS = 60
-HALVINGS = 12  # from what keeps to the bounds towards what does not quite
+HALVINGS = 12  # from inside the bounds towards just outside
 MET = 1e-4  # of a bound: a logarithm, or a share of the room
-LITTLE = 1e-4  # of the cost: what is not worth a move
+LITTLE = 1e-4  # of the cost: less is not worth a move
 
 
-class Dial(NamedTuple):
-    """What can be chosen of one thing.
+class DesignVariable(NamedTuple):
+    """A design variable, and the cost of a choice.
 
-    Attributes
-    ----------
-    cost : callable
-        Of a choice.
-    tightest, loosest : float
-        Ends of what can be chosen; the cost is least at the loosest.
-    listed : int
-        0: everything between; else only the whole numbers from 0 to this less 1, of
-        which 0 is the loosest.
+    From tightest to loosest, where the cost is least; with a list, the whole numbers
+    from 0, the loosest, to `listed` less 1.
     """
 
     cost: Callable[[float], float]
@@ -43,17 +36,10 @@ class Dial(NamedTuple):
 
 
 class Cheapest(NamedTuple):
-    """A choice that keeps to the bounds.
+    """A choice within the bounds, one number for each variable, and its cost.
 
-    Attributes
-    ----------
-    choice : tuple of float
-        One of each dial.
-    cost : float
-        Of all.
-    every : bool
-        Whether every combination of lists was looked at; else they were exchanged one
-        or two at a time until none was cheaper.
+    `every` tells whether every combination of lists was tried; else they were exchanged
+    one or two at a time until none was cheaper.
     """
 
     choice: Choice
@@ -62,33 +48,32 @@ class Cheapest(NamedTuple):
 
 
 def cheapest(
-    dials: Sequence[Dial],
+    variables: Sequence[DesignVariable],
     excess: Callable[[Choice], Array],
     start: Choice | None = None,
 ) -> Cheapest | None:
-    """Find the cheapest choice that keeps to all bounds.
+    """Find the cheapest choice within all bounds.
 
     Parameters
     ----------
-    dials : sequence of Dial
-        What can be chosen.
+    variables : sequence of DesignVariable
+        To be chosen.
     excess : callable
-        float64[bound] of a choice: how far it is beyond each bound, 0 or less where it
-        keeps to it; smooth in what is chosen steadily, and not always least at the
-        tightest.
+        float64[bound] of a choice: its distance outside each bound, 0 or less within;
+        smooth in continuous variables, and not always least at the tightest.
     start : tuple of float, optional
-        A choice to begin with; halfway between the ends if not given.
+        First choice; halfway between the ends if not given.
 
     Returns
     -------
     Cheapest or None
-        Steady dials by sequential quadratic programming, lists by trying them in order
-        of their cost; None where nothing that was tried keeps to the bounds: of the
-        steady ones both ends, the start, the middle, and what was solved for.
+        Continuous variables by sequential quadratic programming, lists in order of
+        their cost. None where no choice that was tried is within the bounds: of the
+        continuous ones both ends, the start, the middle, and the solution.
     """
-    search = _Search(dials, excess, start)
-    count = math.prod(dial.listed or 1 for dial in dials)
-    every = count <= (MOST_SOLVED if search.steady else MOST_TRIED)
+    search = _Search(variables, excess, start)
+    count = math.prod(variable.listed or 1 for variable in variables)
+    every = count <= (MOST_SOLVED if search.continuous else MOST_TRIED)
     found = search.every() if every else search.exchanged()
     return Cheapest(found, search.cost(found), every) if found else None
 
@@ -96,29 +81,33 @@ def cheapest(
 class _Search:
     def __init__(
         self,
-        dials: Sequence[Dial],
+        variables: Sequence[DesignVariable],
         excess: Callable[[Choice], Array],
         start: Choice | None,
     ) -> None:
-        self.dials, self.excess = dials, excess
-        self.steady = [i for i, dial in enumerate(dials) if not dial.listed]
-        self.listed = [i for i, dial in enumerate(dials) if dial.listed]
+        self.variables, self.excess = variables, excess
+        self.continuous = [
+            i for i, variable in enumerate(variables) if not variable.listed
+        ]
+        self.listed = [i for i, variable in enumerate(variables) if variable.listed]
         self.start = start or tuple(
             float((d.listed - 1) // 2) if d.listed else 0.5 * (d.tightest + d.loosest)
-            for d in dials
+            for d in variables
         )
 
     def cost(self, choice: Choice) -> float:
-        return sum(dial.cost(x) for dial, x in zip(self.dials, choice, strict=True))
+        return sum(
+            variable.cost(x) for variable, x in zip(self.variables, choice, strict=True)
+        )
 
     def keeps(self, choice: Choice) -> bool:
         return bool(np.all(self.excess(choice) <= MET))
 
     def every(self) -> Choice | None:
         """Try the combinations of lists, the cheapest first."""
-        least = [dial.loosest for dial in self.dials]
+        least = [variable.loosest for variable in self.variables]
         tried = []
-        for chosen in product(*(range(self.dials[i].listed) for i in self.listed)):
+        for chosen in product(*(range(self.variables[i].listed) for i in self.listed)):
             whole = list(least)
             for i, x in zip(self.listed, chosen, strict=True):
                 whole[i] = float(x)
@@ -133,24 +122,26 @@ class _Search:
         return best
 
     def exchanged(self) -> Choice | None:
-        """Move lists by one, or two of them, while that is cheaper."""
-        # tight is not always safe: what is bounded may be known better between
-        tight = tuple(dial.tightest for dial in self.dials)
+        """Move one or two lists by one while that is cheaper."""
+        # the tightest is not always safe: estimates may be sharper between
+        tight = tuple(variable.tightest for variable in self.variables)
         current = self.settled(tight) or self.settled(self.start)
         while current and (cheaper := self._cheaper(current)):
             current = cheaper
         return current
 
     def _cheaper(self, current: Choice) -> Choice | None:
-        """Return a neighbour that keeps to the bounds and is cheaper.
+        """Return a cheaper neighbour within the bounds.
 
-        The cheapest one; with steady ones, which follow each move, the first found.
+        The cheapest one; the first found where continuous ones follow each move.
         """
         known = self.cost(current) * (1 - LITTLE)
         near = []
         for each in self._neighbours(current):
-            least = [dial.loosest if not dial.listed else x
-                     for dial, x in zip(self.dials, each, strict=True)]  # fmt: skip
+            pairs = zip(self.variables, each, strict=True)
+            least = [
+                x if variable.listed else variable.loosest for variable, x in pairs
+            ]
             near.append((self.cost(tuple(least)), each))
         for bound, choice in sorted(near):
             if bound >= known:
@@ -161,32 +152,32 @@ class _Search:
         return None
 
     def _neighbours(self, current: Choice) -> Iterator[Choice]:
-        """Yield choices with one list moved; with two where none is steady."""
+        """Yield choices with one list moved; with two where none is continuous."""
         moves = [
             (i, x)
             for i in self.listed
             for x in (current[i] - 1, current[i] + 1)
-            if 0 <= x < self.dials[i].listed
+            if 0 <= x < self.variables[i].listed
         ]
         for i, x in moves:
             one = (*current[:i], x, *current[i + 1 :])
             yield one
-            for j, y in moves if not self.steady else ():
+            for j, y in moves if not self.continuous else ():
                 if j > i:
                     yield (*one[:j], y, *one[j + 1 :])
 
     def settled(self, choice: Choice) -> Choice | None:
-        """Choose the steady ones, with the lists as they are; None if nothing keeps."""
-        if not self.steady:
+        """Choose the continuous ones for given lists; None if no choice is within."""
+        if not self.continuous:
             return choice if self.keeps(choice) else None
-        tightest = np.array([self.dials[i].tightest for i in self.steady])
-        loosest = np.array([self.dials[i].loosest for i in self.steady])
+        tightest = np.array([self.variables[i].tightest for i in self.continuous])
+        loosest = np.array([self.variables[i].loosest for i in self.continuous])
         span = loosest - tightest
 
         def at(share: Array) -> Choice:
             whole = list(choice)
-            # a step for a slope may lead past an end
-            for i, x in zip(self.steady, tightest + span * share, strict=True):
+            # a step for a slope may pass an end
+            for i, x in zip(self.continuous, tightest + span * share, strict=True):
                 whole[i] = float(x)
             return tuple(whole)
 
@@ -195,9 +186,9 @@ class _Search:
         if self.keeps(at(loose)):
             return at(loose)
         scale = self.cost(at(middle))
-        own = np.array([self.start[i] for i in self.steady])
+        own = np.array([self.start[i] for i in self.continuous])
         begin = np.clip((own - tightest) / span, 0.0, 1.0)
-        with np.errstate(invalid="ignore"):  # how far beyond may be infinite
+        with np.errstate(invalid="ignore"):  # an excess may be infinite
             solved = minimize(
                 lambda share: self.cost(at(share)) / scale,
                 begin,
@@ -218,14 +209,14 @@ class _Search:
         return min(near, key=self.cost, default=None)
 
     def _near(
-        self, beyond: Array, within: Array, at: Callable[[Array], Choice]
+        self, outside: Array, within: Array, at: Callable[[Array], Choice]
     ) -> Choice:
-        """Move what is not quite within the bounds towards what is, until it is."""
-        known, there = 0.0, 1.0  # of the way from within to beyond
+        """Move a choice just outside the bounds towards one within, until it is."""
+        known, there = 0.0, 1.0  # of the way from within to outside
         for _ in range(HALVINGS):
             middle = 0.5 * (known + there)
-            if self.keeps(at(within + middle * (beyond - within))):
+            if self.keeps(at(within + middle * (outside - within))):
                 known = middle
             else:
                 there = middle
-        return at(within + known * (beyond - within))
+        return at(within + known * (outside - within))

@@ -110,5 +110,8 @@ def test_too_few_effective_trials_give_no_number():
     weights = np.zeros(1000)
     weights[: LEAST_EFFECTIVE - 1] = 1000 / (LEAST_EFFECTIVE - 1)
     found = weighted_share(weights > 0, Weights(weights))
-    assert np.isnan(found.value) and "149 effective trials are too few" in found.reason
+    assert (
+        np.isnan(found.value)
+        and found.reason == "effective sample size 149; 150 needed"
+    )
     assert effective_number(np.zeros(5)) == 0

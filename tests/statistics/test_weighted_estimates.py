@@ -9,7 +9,7 @@ from scipy.stats import norm
 from tolstat.statistics.intervals.betting import mean_between
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.reweighting.weighted_estimates import (
-    share_left,
+    share_by_complement,
     weighted_quantile,
     weighted_share,
 )
@@ -53,7 +53,7 @@ def test_what_is_cut_off_widens_every_interval():
     beyond = Z > 1.0
     sharp, wide = weighted_share(beyond, HALVED), weighted_share(beyond, cut)
     assert wide.upper == pytest.approx(sharp.upper + 0.01)
-    left = share_left(~beyond, cut)
+    left = share_by_complement(~beyond, cut)
     assert left.lower == pytest.approx(1 - wide.upper)
     a, b = (mean_between(Z, -5.0, 5.0, weights=w) for w in (HALVED, cut))
     assert b[1] - a[1] > 0.03 and a[0] - b[0] > 0.03
@@ -68,9 +68,9 @@ def test_where_no_machine_is_left_none_is_said_to_be():
     whole, nothing = (weighted_share(of, HALVED) for of in (all_of_them, none))
     assert whole.value == 1 == whole.upper > whole.lower > 0.9
     assert nothing.value == 0 == nothing.lower < nothing.upper < 0.1
-    assert share_left(none, HALVED)[:3] == (0.0, 0.0, 1 - whole.lower)
+    assert share_by_complement(none, HALVED)[:3] == (0.0, 0.0, 1 - whole.lower)
     for most in (Z < 2.0, Z > -0.1):
-        a, b = weighted_share(most, HALVED), share_left(~most, HALVED)
+        a, b = weighted_share(most, HALVED), share_by_complement(~most, HALVED)
         assert a.lower < a.value < a.upper
         assert a.value + weighted_share(~most, HALVED).value == pytest.approx(1)
         assert b.value == pytest.approx(1 - a.value)
@@ -100,9 +100,9 @@ def test_failed_trials_weigh_too():
     failing = norm.sf(1.6)
     assert sample.failures.lower < failing < sample.failures.upper
     yields = found.limited.yields
-    assert yields.beyond.lower < failing < yields.beyond.upper
+    assert yields.out_of_limit.lower < failing < yields.out_of_limit.upper
     assert yields.most.value == 1.0
-    assert found.quantiles[0.99].reason == "failed trials reach there"
+    assert found.quantiles[0.99].reason == "failed trials may lie there"
     # the mean of those that are done
     known = -0.5 * norm.pdf(1.6) / norm.cdf(1.6)
     assert found.mean.lower < known < found.mean.upper
@@ -112,7 +112,9 @@ def test_too_few_effective_trials_give_no_interval():
     heavy = Weights(np.where(np.arange(N) < 100, 30.0, 0.0))
     assert heavy.number == 100
     for found in (weighted_share(Z > 0, heavy), weighted_quantile(Z, heavy, 0.5)):
-        assert found.reason == "100 effective trials are too few" and not found.sure
+        assert (
+            found.reason == "effective sample size 100; 150 needed" and not found.sure
+        )
 
 
 def test_where_nobody_knows_the_side_of_a_failed_trial_a_quantile_is_weighted_too():

@@ -1,0 +1,83 @@
+"""A value that many units share, such as no loss at all."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.replicates import share_from_replicates
+from tolstat.statistics.limits.anytime_valid import anytime_valid
+
+Array = NDArray[np.float64]
+
+LEAST_EQUAL = 0.005  # fraction of the trials with one value that is a point mass
+NEAR = 1e-4  # of the range of 99.5 % of the trials: closer values count as equal
+LEAST_NEAR = 5, 0.1  # trials, and fraction of them, that nearly equal values need
+
+
+class PointMass(NamedTuple):
+    """A value that many units share: its middle, its ends, the fraction that has it."""
+
+    value: float
+    least: float
+    largest: float
+    share: Estimate
+
+    def without(self, values: Array) -> Array:
+        """Return those of float64[n] that have another value."""
+        return values[(values < self.least) | (values > self.largest)]
+
+
+def point_mass_of(
+    values: Array, replicate: NDArray[np.int64] | None = None
+) -> PointMass | None:
+    """Find the value that more units share than chance allows.
+
+    Parameters
+    ----------
+    values : float64[n]
+        None NaN.
+    replicate : int64[n], optional
+        Number of the randomisation that each belongs to; independent without it.
+
+    Returns
+    -------
+    PointMass or None
+        The value that at least 0.5 % have exactly. Else at least 10 % that lie within a
+        ten thousandth of the range of 99.5 % of them (a loss that is zero but for
+        smoothed friction). None for a response without either.
+    """
+    n = len(values)
+    if n < 2 or np.ptp(values) == 0:
+        return None
+    ordered = np.sort(values)
+    _, starts, counts = np.unique(ordered, return_index=True, return_counts=True)
+    most = int(counts.argmax())
+    if counts[most] >= max(2, LEAST_EQUAL * n):
+        first = int(starts[most])
+        return _described(values, replicate, ordered[first : first + counts[most]])
+    trials, share = LEAST_NEAR
+    for side, end in ((0.995, 0), (0.005, -1)):
+        width = NEAR * abs(np.quantile(ordered, side) - ordered[end])
+        counts = np.searchsorted(ordered, ordered + width, side="right") - np.arange(n)
+        most = int(counts.argmax())
+        if counts[most] >= max(trials, share * n):
+            return _described(values, replicate, ordered[most : most + counts[most]])
+    return None
+
+
+def _described(
+    values: Array, replicate: NDArray[np.int64] | None, equal: Array
+) -> PointMass:
+    """Describe the values that count as equal; ascending."""
+    middle, least, largest = (float(equal[i]) for i in (len(equal) // 2, 0, -1))
+    if replicate is None:
+        # anytime-valid: it is reported only where values are equal
+        share = anytime_valid(len(equal), len(values))
+    else:
+        units = (values >= least) & (values <= largest)
+        share = share_from_replicates(units, replicate)
+    return PointMass(middle, least, largest, share)
