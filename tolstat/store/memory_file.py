@@ -18,26 +18,10 @@ class MemoryFile(io.RawIOBase):
         self._pages: dict[int, bytearray] = {}
         self._at = self.size = 0
 
-    def readable(self) -> bool:
-        """Return that it can be read."""
-        return True
-
-    def writable(self) -> bool:
-        """Return that it can be written."""
-        return True
-
-    def seekable(self) -> bool:
-        """Return that it has places."""
-        return True
-
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
         """Go to a place."""
         start = {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: self.size}
         self._at = start[whence] + offset
-        return self._at
-
-    def tell(self) -> int:
-        """Return the place."""
         return self._at
 
     def truncate(self, size: int | None = None) -> int:

@@ -142,7 +142,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                 rows.write(name, encoded(values))
             rows.write(CLOCK, clock_of(0.0))
             if before := self._rows:
-                for name in self._kept(before):
+                for name in before.places.keys() - {*run.known}:  # what trials fill
                     count = min(places[name].length, before.places[name].length)
                     rows.write(name, before.read(name, 0, count))
             rows.sync()
@@ -164,15 +164,6 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         for name in self.run.known:
             yield name, encoded(self.run.columns[name][trials])
 
-    def _kept(self, rows: Rows) -> list[str]:
-        """Name the columns that trials fill."""
-        own = [*self._answers(), STATUS, CHECKSUM, ALONE, CLOCK]
-        return [*own, *rows.of_nominal]
-
-    def _answers(self) -> list[str]:
-        names = [each.name for each in self.run.responses]
-        return [*names, STEPS] if self.run.steps is not None else names
-
     def write_drawn(self, trials: slice) -> None:
         """Store the deviations of trials that are drawn now, before they run."""
         with self._writing() as rows:
@@ -182,8 +173,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def write_nominal(self, outcome: Answers) -> None:
         """Store the machine without deviations."""
-        values = {f"{NOMINAL}/{name}": v for name, v in self._filled(outcome)}
-        values[f"{NOMINAL}/{STATUS}"] = outcome.status.astype(np.uint8)
+        values = {f"{NOMINAL}/{name}": v for name, v in self._filled(outcome).items()}
         with self._writing() as rows:
             for name in rows.of_nominal:
                 rows.write(name, values[name])
@@ -201,11 +191,10 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         found = _in_a_row(self._unsafe)
         with self._writing() as rows:
             for trials, outcome in found:
-                columns = dict(self._filled(outcome))
-                for name, values in columns.items():
-                    rows.write(name, values, trials.start)
-                columns[STATUS] = outcome.status.astype(np.uint8)
-                columns.update(self._given(trials))
+                columns = self._filled(outcome)
+                for name in columns.keys() - {STATUS}:
+                    rows.write(name, columns[name], trials.start)
+                columns |= self._given(trials)
                 every = [columns[n].astype(rows.places[n].dtype) for n in rows.columns]
                 rows.write(CHECKSUM, fingerprints(every, trials.start), trials.start)
             rows.sync()
@@ -215,11 +204,13 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             rows.write(CLOCK, clock_of(spent))
         self._unsafe, self._safe = [], time.monotonic()
 
-    def _filled(self, outcome: Answers) -> list[tuple[str, NDArray[Any]]]:
-        columns = [*outcome.responses.T]
+    def _filled(self, outcome: Answers) -> dict[str, NDArray[Any]]:
+        """Return the columns that trials fill."""
+        names = [each.name for each in self.run.responses]
+        found = dict(zip(names, outcome.responses.T, strict=True))
         if outcome.steps is not None:
-            columns.append(outcome.steps)
-        return list(zip(self._answers(), columns, strict=True))
+            found[STEPS] = outcome.steps
+        return {**found, STATUS: outcome.status.astype(np.uint8)}
 
     @contextmanager
     def _writing(self) -> Iterator[Rows]:
