@@ -27,14 +27,14 @@ from tolstat.machines.rolling_block.modes import (
     unit_shapes,
 )
 from tolstat.machines.rolling_block.parameters import drives, nominal
-from tolstat.machines.rolling_block.settings import Settings
-from tolstat.machines.rolling_block.speeds import (
+from tolstat.machines.rolling_block.resonance import (
     forbidden,
     free_gaps,
     free_speeds,
     named_orders,
     speed_margin,
 )
+from tolstat.machines.rolling_block.settings import Settings
 
 RPM = np.pi / 30
 B = np.zeros((8, 9))  # twists of the links from the angles, by the paper's numbers

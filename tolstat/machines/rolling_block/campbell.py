@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tolstat.machines.rolling_block.resonance import forbidden, free_gaps, named_orders
 from tolstat.machines.rolling_block.seen import Seen
-from tolstat.machines.rolling_block.speeds import forbidden, free_gaps, named_orders
 from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span, bands_of
 from tolstat.statistics.intervals.proportions import proportion
 

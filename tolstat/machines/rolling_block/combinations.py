@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from tolstat.machines.rolling_block.gearbox import COMBINATIONS, ratios
 from tolstat.machines.rolling_block.modes import modes_of
 from tolstat.machines.rolling_block.parameters import nominal
+from tolstat.machines.rolling_block.resonance import free_speeds
 from tolstat.machines.rolling_block.seen import Seen
-from tolstat.machines.rolling_block.speeds import free_speeds
 from tolstat.machines.rolling_block.topology import LINK_NAMES, MASSES
 from tolstat.model.view import Axis, Listing
 
