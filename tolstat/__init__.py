@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from tolstat.answers.views.machine_view import view
     from tolstat.answers.views.replay import replay
     from tolstat.answers.views.trajectory import trajectory
-    from tolstat.answers.what_if.scenario import what_if
+    from tolstat.answers.what_if.fresh_study import fresh_study
+    from tolstat.answers.what_if.reweighted_trials import what_if
     from tolstat.catalogue import names as models
     from tolstat.execution.continuation import extend, resume
     from tolstat.execution.execute import run
@@ -72,6 +73,7 @@ _HOMES = {
     "compare": "tolstat.answers.pages",
     "evaluate": "tolstat.answers.views.evaluate",
     "extend": "tolstat.execution.continuation",
+    "fresh_study": "tolstat.answers.what_if.fresh_study",
     "limited": "tolstat.answers.relimit",
     "models": "tolstat.catalogue",
     "open": "tolstat.store.open_run",
@@ -84,7 +86,7 @@ _HOMES = {
     "trajectory": "tolstat.answers.views.trajectory",
     "verify": "tolstat.execution.verification",
     "view": "tolstat.answers.views.machine_view",
-    "what_if": "tolstat.answers.what_if.scenario",
+    "what_if": "tolstat.answers.what_if.reweighted_trials",
 }
 _ELSEWHERE = {"models": "names"}
 
@@ -92,8 +94,9 @@ __all__ = [
     "Axis", "Band", "Chart", "Contributor", "Curve", "Description", "History",
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
     "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "column",
-    "compare", "evaluate", "extend", "limited", "models", "open", "replay", "report",
-    "resume", "run", "setting", "summary", "trajectory", "verify", "view", "what_if",
+    "compare", "evaluate", "extend", "fresh_study", "limited", "models", "open",
+    "replay", "report", "resume", "run", "setting", "summary", "trajectory", "verify",
+    "view", "what_if",
 ]  # fmt: skip
 
 

@@ -173,9 +173,9 @@ def compared(cases, folder, trials=4096, more=10):
         fresh = tolstat.run(study, output=folder / f"fresh-{place}.h5")
         own, answers = summaries_of(drawn_trials(fresh)), []
         for name, each in found.responses.items():
-            if not each.limited:
+            if not each.scenario.limited:
                 continue
-            three = each.as_run, each, own[name]
+            three = each.baseline, each.scenario, own[name]
             beyond = (of.limited.yields.out_of_limit for of in three)
             answers.append(Answer(f"{name} beyond", *beyond))
             answers.append(Answer(f"{name} mean", *(of.mean for of in three)))
@@ -185,7 +185,7 @@ def compared(cases, folder, trials=4096, more=10):
                 answers.append(Answer(f"{name} {100 * share:g} %", *numbers))
             numbers = (of.limited.moments.ppk for of in three)
             answers.append(Answer(f"{name} Ppk", *numbers))
-        yield case, found.what_if.effective, answers
+        yield case, found.effective_sample_size, answers
 
 
 def _words(estimate: Estimate, factor: float = 1e6) -> str:

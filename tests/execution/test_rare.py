@@ -7,9 +7,11 @@ import io
 import json
 import math
 import re
+import shlex
 import shutil
 import tomllib
 from importlib.metadata import version
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -19,7 +21,6 @@ from scipy.special import ndtr
 from scipy.stats import norm
 
 import tolstat
-from tests.asking.test_what_if import own_run_of
 from tests.execution.test_audit import Cliff
 from tests.execution.test_going_on import Enough, same
 from tests.store.tampering import resealed
@@ -253,9 +254,9 @@ def test_a_forged_answer_shows_in_the_draws_after_it(run):
 def test_it_is_no_sample(run, tmp_path):
     with pytest.raises(StudyError, match="made for a number of trials"):
         tolstat.extend(run.path, 8000)
-    with pytest.raises(PictureError, match="were sought and are no sample"):
+    with pytest.raises(PictureError, match="are no random sample"):
         tolstat.compare(run, run, tmp_path / "pair.html")
-    with pytest.raises(PictureError, match="were sought and are no sample"):
+    with pytest.raises(PictureError, match="are no random sample"):
         tolstat.what_if(run, {"A": "+-0.1 mm"})
     with pytest.raises(PictureError, match="drawn for the limit that its study has"):
         tolstat.limited(run, {"gap": ">= 0.1 mm"})
@@ -270,23 +271,31 @@ def test_it_is_no_sample(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("asked", "limits", "sampling"),
+    ("asked", "limits"),
     [
-        (("report", "--limit", "gap >= 0.1 mm"), {"gap": ">= 0.1 mm"}, "rare"),
-        (("what-if", "A=+-0.1 mm"), {"gap": ">= 0.2 mm"}, "random"),
-        (("compare", "AGAIN"), {"gap": ">= 0.2 mm"}, "random"),
+        (("report", "--limit", "gap >= 0.1 mm"), {"gap": ">= 0.1 mm"}),
+        (("what-if", "A=+-0.1 mm"), {"gap": ">= 0.2 mm"}),
     ],
 )
-def test_what_it_does_not_tell_a_run_of_its_own_does(
-    run, study, asked, limits, sampling
-):
+def test_what_it_does_not_tell_a_run_of_its_own_does(run, asked, limits):
     """As the refusal says, word for word."""
-    name, *options = (str(run.path) if each == "AGAIN" else each for each in asked)
+    name, *options = asked
     refused = command(name, run.path, *options)
     assert refused.exit_code == 2
-    typed, table = own_run_of(refused.output.replace("\n", " ").strip())
-    assert table["limits"] == limits and table["sampling"] == sampling
-    assert command("run", *typed, "--trials", "5000").exit_code in (0, 3)
+    (typed,) = re.findall("`tolstat (.*)` writes the study", refused.output)
+    written = command(*shlex.split(typed))
+    assert written.exit_code == 0, written.output
+    path = Path(shlex.split(typed)[-1])
+    table = tomllib.loads(path.read_text())
+    assert table["limits"] == limits
+    assert table["sampling"] in ("rare", {"rare": "gap"})
+    assert command("run", path, "--trials", "5000").exit_code in (0, 3)
+
+
+def test_a_comparison_needs_random_trials(run):
+    refused = command("compare", run.path, run.path)
+    assert refused.exit_code == 2
+    assert 'need a run with sampling = "random"' in refused.output
 
 
 def test_another_response_is_sought_by_a_run_of_its_own(toy, tmp_path):
@@ -298,19 +307,19 @@ def test_another_response_is_sought_by_a_run_of_its_own(toy, tmp_path):
     run = tolstat.run(study, model=toy, output=tmp_path / "run.h5")
     with pytest.raises(PictureError) as refused:
         rare_findings(run, ["ratio"])
-    assert 'write there `sampling = { rare = "ratio" }`; then' in str(refused.value)
-    with pytest.raises(PictureError) as refused:
+    assert "tells of gap alone" in str(refused.value)
+    with pytest.raises(PictureError):
         tolstat.limited(run, {"ratio": "<= 0.8"})
-    change = (
-        'in [limits] `ratio = "<= 0.8"` in place of ratio and `sampling = { rare = '
-    )
-    assert f'{change}"ratio" }}`; then' in str(refused.value)
+    text = tolstat.fresh_study(run, {}, limits={"ratio": "<= 0.8"}, model=toy)
+    fresh = tomllib.loads(text)
+    assert fresh["limits"] == {"gap": "<= 4 mm", "ratio": "<= 0.8"}
+    assert fresh["sampling"] == {"rare": "ratio"}
     with pytest.raises(PictureError, match="response rato: unknown; did you mean"):
         rare_findings(run, ["rato"])
     only = tolstat.run(
         {**study, "limits": {"gap": "<= 4 mm"}}, model=toy, output=tmp_path / "only.h5"
     )
-    with pytest.raises(PictureError, match='there `sampling = "random"`; then'):
+    with pytest.raises(PictureError, match="tells of gap alone"):
         rare_findings(only, ["ratio"])
 
 

@@ -11,7 +11,8 @@ from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import UNDECIDED, Yield
-from tolstat.units.scale import AS_IS, KNOWN, PPM
+from tolstat.statistics.summary import QUANTILES, Summary
+from tolstat.units.scale import AS_IS, KNOWN, PER_CENT, PPM, Scale
 
 
 def response_cell(response: Response, link: str = "") -> Cell:
@@ -56,3 +57,38 @@ def ppk_cell(found: Estimate) -> Cell:
 def or_reason(found: Estimate, number: Number) -> Parts:
     """Write a number, or why there is none."""
     return text(found.reason) if math.isnan(found.value) else text(number)
+
+
+def summary_cells(
+    each: Summary, scale: Scale, whose: str = ""
+) -> dict[str, Number | str]:
+    """Return cells of a wide table: the numbers of a response, and of its limit.
+
+    `whose` stands before each head.
+    """
+    none = Estimate(math.nan)
+    limited, yields = each.limited, each.limited.yields if each.limited else None
+    ends = limited.limit.permitted if limited else (math.nan, math.nan)
+    lower, upper = (end if math.isfinite(end) else math.nan for end in ends)
+    demanded = limited.limit.demanded if limited else math.nan
+    out = yields.out_of_limit if yields else none
+    by_percentiles = limited.percentiles.ppk if limited else none
+    cells: dict[str, Number | str] = {
+        "mean [unit]": Number(each.mean, scale),
+        "sigma [unit]": Number(each.sigma, scale),
+        "least [unit]": Number(each.least, scale),
+        **{
+            f"{share_words(share)} [unit]": Number(each.quantiles[share], scale)
+            for share in QUANTILES
+        },
+        "largest [unit]": Number(each.largest, scale),
+        "lower limit [unit]": Number(lower, scale),
+        "upper limit [unit]": Number(upper, scale),
+        "demanded [%]": Number(demanded, PER_CENT),
+        "verdict": yields.verdict if yields else "",
+        "yield [%]": Number(yields.least if yields else none, PER_CENT),
+        "fraction out of limit [ppm]": Number(out, PPM),
+        "equivalent Ppk": Number(limited.equivalent if limited else none, AS_IS),
+        "Ppk by percentiles": Number(by_percentiles, AS_IS),
+    }
+    return {whose + head: cell for head, cell in cells.items()}

@@ -1,4 +1,4 @@
-"""Limits asked anew of a stored run: nothing is simulated."""
+"""Other limits for a stored run; nothing is simulated."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from tolstat.answers.what_if.study_entries import in_section, lines_of_limits
 from tolstat.deviations.names import expand
 from tolstat.errors import PictureError, TolstatError
 from tolstat.execution.continuation import study_of
@@ -21,7 +20,6 @@ from tolstat.execution.trial_table import Trials
 from tolstat.model.contract import Model
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
-from tolstat.store.fresh_run_advice import own_run
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_diagnostics import Diagnostics, Worst
 from tolstat.store.stored_run import Run
@@ -30,7 +28,7 @@ from tolstat.study.problems import Problems
 from tolstat.study.study_bounds import check_lines
 from tolstat.units.grammar import unit_of
 
-ANEW = "asked anew, not of the study"
+REQUESTED = "requested limits, not those of the study"
 
 
 def limited(
@@ -79,7 +77,7 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     if run.aim:
         raise PictureError(
             f"{run.path}: the trials of a rare run were drawn for the limit that its "
-            f"study has of {run.aim}; {_sought_anew(run, limits, list(read))}"
+            f"study has of {run.aim}, and tell of no other limit"
         )
     before = run.limits
     for name, given in limits.items():
@@ -93,21 +91,11 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     }
     said = "; ".join(f"{name} {limit.words}" for name, limit in read.items())
     note = (
-        f"{ANEW}: {said}; trials next to these limits were not integrated again for "
-        "that, and worst cases are those of the study's limits"
+        f"{REQUESTED}: {said}; the audit and the worst cases are those of the study's "
+        "limits"
     )
     shown = {name: unit_of(limit.words) for name, limit in read.items()}
     return run.limited(now, shown, note)
-
-
-def _sought_anew(run: Run, limits: Mapping[str, Any], names: list[str]) -> str:
-    """Say which run tells of other limits what a rare one does; of one, if several."""
-    name = run.aim if run.aim in names or not names else names[0]
-    lines = lines_of_limits(limits, run)
-    change = f"write there {in_section('limits', lines, run)}"
-    if len(run.limits | dict.fromkeys(names)) > 1:
-        change += f' and `sampling = {{ rare = "{name}" }}`'
-    return own_run(run, change, "limited")
 
 
 def _worst(run: Run, name: str, limit: Limit) -> list[Worst]:

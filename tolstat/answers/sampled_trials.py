@@ -11,7 +11,6 @@ from tolstat.deviations.samplers.saltelli import OWN
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.commands import command
-from tolstat.store.fresh_run_advice import AT_RANDOM, own_run
 from tolstat.store.run_records import Sampled
 from tolstat.store.stored_run import Run
 
@@ -79,9 +78,9 @@ def no_sample(run: Run) -> str:
     """Say why the machines of a run are no sample of those of its study."""
     if run.aim:
         return (
-            f"{run.path}: machines of a rare run were sought and are no sample; "
-            f"`{command('report', run.path)}` tells the share beyond the limit of "
-            f"{run.aim}; of all else {own_run(run, AT_RANDOM, 'random')}"
+            f"{run.path}: trials of a rare run are no random sample; "
+            f"`{command('report', run.path)}` says how many are out of the limit of "
+            f'{run.aim}; all other answers need a run with sampling = "random"'
         )
     shown = command("export", run.path, "-o", run.path.with_suffix(".csv"))
     if run.grid:

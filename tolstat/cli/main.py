@@ -21,6 +21,7 @@ from tolstat.cli.options import (
 )
 from tolstat.cli.power import Power, powered, workers
 from tolstat.cli.stock import batch, doctor, export, runs
+from tolstat.cli.what_if import what_if
 
 MOST_COMPARED = 26  # runs: each has a letter
 
@@ -233,31 +234,6 @@ def report(
     report_run(source, output, form or "html", responses, limits)
 
 
-@main.command("what-if")
-@run_file
-@click.argument("deviations", metavar="NAME=TOLERANCE...", nargs=-1, required=True)
-@output_option("Also as a page of HTML.")
-@form
-@limits
-def what_if(
-    source: Path,
-    deviations: tuple[str, ...],
-    output: Path | None,
-    form: str | None,
-    limits: tuple[str, ...],
-) -> None:
-    """Say what a run would have found with other tolerances; nothing is simulated.
-
-    As in [deviations] of a study: rod_length="+-0.6 mm" crank_radius=IT11
-    runout='{ tolerance = "0..30 um", distribution = "uniform" }'. The stored trials are
-    weighted by the ratio of densities. What they do not cover is refused, with the
-    reason.
-    """
-    from tolstat.cli.weighing import ask_what_if
-
-    ask_what_if(source, deviations, limits, output, form or "")
-
-
 @main.command()
 @path_argument("runs", "A.h5 B.h5...", nargs=-1, required=True)
 @output_option("Also as a page of HTML.")
@@ -327,5 +303,5 @@ def models() -> None:
     list_models()
 
 
-for _command in (batch, runs, export, doctor):
+for _command in (what_if, batch, runs, export, doctor):
     main.add_command(_command)

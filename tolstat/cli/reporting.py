@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import gc
-import re
-import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import click
 
 from tolstat.answers import pages as making
 from tolstat.answers.report.ask import report
-from tolstat.errors import StudyError
+from tolstat.cli.typed_entries import limits_in
+from tolstat.errors import PictureError
 from tolstat.literal import visible
 from tolstat.render.output_file import check_output
 from tolstat.render.plain import as_json
 from tolstat.store.open_run import open as open_run
 
 Found = TypeVar("Found")
-NAMED = re.compile(r"\s*([^\W\d]\w*)\s*(\W.*?)\s*", re.DOTALL)
 
 
 def report_run(
@@ -28,7 +26,7 @@ def report_run(
     output: Path | None,
     form: str,
     responses: Sequence[str],
-    limits: Sequence[str],
+    limits: tuple[str, ...],
 ) -> None:
     """Write the report of a run.
 
@@ -42,8 +40,13 @@ def report_run(
     run = open_run(path)
     if limits:
         from tolstat.answers.relimit import limited
+        from tolstat.cli.what_if import fresh_run_advice
 
-        run = limited(run, limits_in(limits))
+        try:
+            run = limited(run, limits_in(limits))
+        except PictureError as error:
+            advice = fresh_run_advice(path, (), limits)
+            raise PictureError(f"{error}{advice}") from None
     found = report(run, responses)
     if form == "html":
         path = found.save(output or run.path.with_suffix(".html"))
@@ -52,31 +55,6 @@ def report_run(
         making.write(output, found.json() if form == "json" else found.csv())
     else:
         click.echo(found.json() if form == "json" else found.csv(), nl=False)
-
-
-def limits_in(texts: Sequence[str]) -> dict[str, Any]:
-    """Read limits as they are typed: "NAME <= 120 kN", or NAME = { ... } as in TOML."""
-    found: dict[str, Any] = {}
-    for text in texts:
-        named = NAMED.fullmatch(text)
-        if not named:
-            raise StudyError(f'--limit "{text}": such as "rod_force <= 120 kN"')
-        if named[1] in found:
-            raise StudyError(f'--limit "{text}": {named[1]} stands there already')
-        rest = named[2].strip()
-        found[named[1]] = value_in(rest[1:], text) if rest[0] == "=" else rest
-    return found
-
-
-def value_in(value: str, text: str) -> Any:
-    """Read a value as it is typed: as of TOML in braces or quotes, else a text."""
-    value = value.strip()
-    if value[:1] not in ("{", '"', "'"):
-        return value
-    try:
-        return tomllib.loads(f"value = {value}")["value"]
-    except (ValueError, RecursionError) as error:
-        raise StudyError(f"{text}: {error}") from None
 
 
 def deliver(

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple
 
 from tolstat.answers.answer import Answer
+from tolstat.answers.cells import summary_cells
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
-from tolstat.render.json_schema import share_words
 from tolstat.render.tables import Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.verdict_changes import VerdictChanges
@@ -19,11 +19,11 @@ from tolstat.statistics.sensitivity.contributions import Contributions
 from tolstat.statistics.sensitivity.linear import Departure, Linear
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 from tolstat.statistics.sensitivity.pairs import Together
-from tolstat.statistics.summary import QUANTILES, Summary
+from tolstat.statistics.summary import Summary
 from tolstat.store.run_records import Chosen
 from tolstat.store.stored_diagnostics import WorstCase
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import AS_IS, PER_CENT, PPM, Scale
+from tolstat.units.scale import Scale
 
 WORST_FIRST = (NOT_MET, UNDECIDED, MET)
 
@@ -522,35 +522,3 @@ class Report(RunSummary):
         from tolstat.answers.report.report_document import report_document
 
         return report_document(self)
-
-
-def summary_cells(each: Summary, scale: Scale) -> dict[str, Number | str]:
-    """Return cells of a wide table: the numbers of a response, and of its limit."""
-    none = Estimate(float("nan"))
-    limited, yields = each.limited, each.limited.yields if each.limited else None
-    ends = limited.limit.permitted if limited else (none.value, none.value)
-    lower, upper = (end if abs(end) < float("inf") else none.value for end in ends)
-    return {
-        "mean [unit]": Number(each.mean, scale),
-        "sigma [unit]": Number(each.sigma, scale),
-        "least [unit]": Number(each.least, scale),
-        **{
-            f"{share_words(share)} [unit]": Number(each.quantiles[share], scale)
-            for share in QUANTILES
-        },
-        "largest [unit]": Number(each.largest, scale),
-        "lower limit [unit]": Number(lower, scale),
-        "upper limit [unit]": Number(upper, scale),
-        "demanded [%]": Number(
-            limited.limit.demanded if limited else none.value, PER_CENT
-        ),
-        "verdict": yields.verdict if yields else "",
-        "yield [%]": Number(yields.least if yields else none, PER_CENT),
-        "fraction out of limit [ppm]": Number(
-            yields.out_of_limit if yields else none, PPM
-        ),
-        "equivalent Ppk": Number(limited.equivalent if limited else none, AS_IS),
-        "Ppk by percentiles": Number(
-            limited.percentiles.ppk if limited else none, AS_IS
-        ),
-    }

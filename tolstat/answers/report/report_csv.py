@@ -14,7 +14,6 @@ from tolstat.units.scale import Scale
 
 if TYPE_CHECKING:
     from tolstat.answers.compare.comparison import Comparisons, ResponseCompared
-    from tolstat.answers.what_if.what_if_answer import WhatIf
 
 FIGURES = 12  # what is left when units are converted
 UNIT, PER_CENT, PPM, PLAIN = "[unit]", "[%]", "[ppm]", ""
@@ -22,27 +21,6 @@ NONE = Estimate(math.nan)
 TIMES = {PER_CENT: 100.0, PPM: 1e6, PLAIN: 1.0}
 
 Cells = Iterator[tuple[str, Any]]  # heads, and what stands under them
-
-
-def what_if_csv(found: WhatIf) -> str:
-    """Write the answers to what-if, and behind them those as run; as `report_csv`."""
-    asked = found.what_if
-    changes = (f"{name}: {each.what_if}" for name, each in asked.deviations.items())
-    said = {"title": found.title, "what if": "; ".join(changes)}
-    return _table(
-        {
-            **said,
-            **_known(name, each.scale),
-            **dict(_nominal(each.nominal, each.scale)),
-            **dict(_numbers(each, each.scale)),
-            **dict(_against(each.limited, each.scale)),
-            **dict(_of("as run", _numbers(each.as_run, each.scale))),
-            **dict(_of("as run", _against(each.as_run.limited, each.scale))),
-            "trials": asked.trials,
-            "effective trials": asked.effective,
-        }
-        for name, each in found.responses.items()
-    )
 
 
 def comparison_csv(found: Comparisons) -> str:

@@ -13,13 +13,6 @@ from tolstat.units.scale import Scale
 
 __all__ = ["Cell", "estimate_in_words", "notes_of", "reading_of", "summaries_of"]
 
-WEIGHTED = (
-    "with each number its 95 % interval: of shares beyond limits from weighted counts, "
-    "of all else for any distribution of the response; shares and verdicts as run hold "
-    "however often one looks while trials are added, those of what-if for a single "
-    "look: so their intervals and verdicts may differ where the machines do not"
-)
-
 # a text, or a number with the ends of its interval
 Cell = str | tuple[str, str, str]
 
@@ -46,8 +39,6 @@ def estimate_in_words(estimate: Estimate, scale: Scale) -> Cell:
 
 def reading_of(run: Run, sample: Sample | None) -> list[str]:
     """Say what stands with each number of a table for the screen."""
-    if sample and sample.weights:
-        return [WEIGHTED]
     if sample and not sample.replicates:
         return [
             "with each number its 95 % interval: order statistics for quantiles; of "

@@ -1,89 +1,83 @@
-"""The answers of a run if its parts came from other distributions, and their page."""
+"""What a run would have found with other deviations, as types; SI."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
-from tolstat.answers.report.findings import JointFindings
-from tolstat.answers.report.template_page import page_of
-from tolstat.render.plain import share_words
-from tolstat.statistics.summary import QUANTILES, Summary
+from tolstat.answers.answer import Answer
+from tolstat.answers.cells import summary_cells
+from tolstat.answers.report.report_answer import AllLimits
+from tolstat.document.blocks import Document
+from tolstat.document.inline import Number
+from tolstat.render.tables import Row
+from tolstat.statistics.summary import Summary
 from tolstat.units.scale import Scale
 
 
-class Changed(NamedTuple):
-    """How a deviation is distributed, in words, and what that alone leaves.
+class Change(NamedTuple):
+    """How a contributor is distributed.
 
     Attributes
     ----------
-    as_run, what_if : str
-        As the run has it, and as is asked.
-    worth : float
-        Effective trials for each with this change alone.
+    baseline, scenario : str
+        In words.
+    fraction_left : float
+        Effective sample size with this change alone, as a fraction of the trials.
     """
 
-    as_run: str
-    what_if: str
-    worth: float
+    baseline: str
+    scenario: str
+    fraction_left: float
 
 
-class Asked(NamedTuple):
-    """What is asked, and what the stored trials are worth for it.
+class YieldAllLimits(NamedTuple):
+    """The yield of all limits, of the baseline and of the scenario."""
 
-    Attributes
-    ----------
-    deviations : dict of str to Changed
-        By contributor that changes; all others are as the run has them, and so are
-        batches and correlations.
-    trials, effective : int
-        Trials that are weighted, and how many independent ones they are worth.
-    expected : float
-        That number as the distributions have it, without the trials.
-    """
-
-    deviations: Mapping[str, Changed]
-    trials: int
-    effective: int
-    expected: float
+    baseline: AllLimits
+    scenario: AllLimits
 
 
-@dataclass(frozen=True)
-class Weighed(Summary):
-    """A response with what is asked, and beside it as the run has it.
+class ResponseWhatIf(NamedTuple):
+    """A response of the run, and of the scenario.
 
     Attributes
     ----------
+    baseline, scenario : Summary
+        Of the trials as they are; of the weighted trials.
     nominal : float
-        Of the nominal machine, SI.
+        Of the nominal trial.
     sentence : str
         What it is.
     scale : Scale
         How it is shown.
-    as_run : Summary
-        Without what is asked.
     """
 
+    baseline: Summary
+    scenario: Summary
     nominal: float
     sentence: str
     scale: Scale
-    as_run: Summary
 
 
-@dataclass(frozen=True)
-class WhatIf:
-    """The answers of a run if its parts came from other distributions; SI.
+@dataclass(frozen=True, repr=False)
+class WhatIf(Answer):
+    """What a run would have found with other deviations.
 
     Attributes
     ----------
     title, run, model : str
         Of the run.
-    what_if : Asked
-        What is asked.
-    joint, joint_as_run : JointFindings or None
-        All limits together; None without any.
-    responses : dict of str to Weighed
+    changes : dict of str to Change
+        By contributor; all others stay, and so do batches and correlations.
+    trials, effective_sample_size : int
+        Trials that are weighted; how many independent ones they are worth.
+    expected_sample_size : float
+        The same as the distributions have it, without the trials.
+    yield_all_limits : YieldAllLimits or None
+        None without limits.
+    responses : dict of str to ResponseWhatIf
         All of them.
     notes : tuple of str
         What must be known to read the numbers.
@@ -92,20 +86,42 @@ class WhatIf:
     title: str
     run: str
     model: str
-    what_if: Asked
-    joint: JointFindings | None
-    joint_as_run: JointFindings | None
-    responses: Mapping[str, Weighed]
+    changes: Mapping[str, Change]
+    trials: int
+    effective_sample_size: int
+    expected_sample_size: float
+    yield_all_limits: YieldAllLimits | None
+    responses: Mapping[str, ResponseWhatIf]
     notes: tuple[str, ...]
+    answers: ClassVar[str] = "what_if"
 
+    @property
+    def short(self) -> str:
+        """What it is, in a few words."""
+        changes = (f"{name} {each.scenario}" for name, each in self.changes.items())
+        return f"{self.run}; {'; '.join(changes)}"
 
-def make_what_if_page(found: WhatIf) -> str:
-    """Make the page of what is asked: HTML, every number on it one of the answers."""
-    return page_of(
-        "what_if.html",
-        found,
-        title=f"{found.title}: what if",
-        limited=[name for name, each in found.responses.items() if each.limited],
-        shares=QUANTILES,
-        share_words=share_words,
-    )
+    def document(self) -> Document:
+        """Return yields, limits and responses of baseline and scenario."""
+        from tolstat.answers.what_if.what_if_document import what_if_document
+
+        return what_if_document(self)
+
+    def rows(self) -> Sequence[Row]:
+        """Return a row for each response: the scenario, then the baseline."""
+        changes = (f"{name}: {each.scenario}" for name, each in self.changes.items())
+        scenario = "; ".join(changes)
+        return [
+            {
+                "title": self.title,
+                "scenario": scenario,
+                "response": name,
+                "unit": each.scale.shown,
+                "nominal [unit]": Number(each.nominal, each.scale),
+                **summary_cells(each.scenario, each.scale),
+                **summary_cells(each.baseline, each.scale, "baseline: "),
+                "trials": self.trials,
+                "effective sample size": self.effective_sample_size,
+            }
+            for name, each in self.responses.items()
+        ]

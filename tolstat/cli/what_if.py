@@ -1,0 +1,104 @@
+"""tolstat what-if: other tolerances without a run, or the study of a run with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from tolstat.cli.options import form, limits, output_option, path_option, run_file
+
+
+@click.command("what-if")
+@run_file
+@click.argument("deviations", metavar="NAME=TOLERANCE...", nargs=-1)
+@output_option("Also into a file: .html, .csv or .json.")
+@form
+@limits
+@path_option(
+    "--write",
+    metavar="STUDY.toml",
+    help="Instead of an answer, write the study of a fresh run that proves it.",
+)
+def what_if(
+    source: Path,
+    deviations: tuple[str, ...],
+    output: Path | None,
+    form: str | None,
+    limits: tuple[str, ...],
+    write: Path | None,
+) -> None:
+    """Say what a run would have found with other tolerances; nothing is simulated.
+
+    As in [deviations] of a study: rod_length="+-0.6 mm" crank_radius=IT11
+    runout='{ tolerance = "0..30 um", distribution = "uniform" }'. The stored trials are
+    weighted by the ratio of densities. What they do not cover is refused, with the
+    reason; --write STUDY.toml writes the study of a fresh run that covers it.
+    """
+    from tolstat.answers.what_if.reweighted_trials import what_if as ask
+    from tolstat.cli.delivery import check_delivery, deliver
+    from tolstat.cli.typed_entries import deviations_in, limits_in
+    from tolstat.errors import PictureError, StudyError
+
+    asked = deviations_in(deviations), limits_in(limits)
+    if write:
+        if output or form:
+            raise click.UsageError("--write writes a study, and no answer")
+        _write(write, source, *asked)
+        return
+    check_delivery(output, form)
+    try:
+        found = ask(source, asked[0], limits=asked[1])
+    except (PictureError, StudyError) as error:
+        advice = fresh_run_advice(source, deviations, limits)
+        raise type(error)(f"{error}{advice}") from None
+    deliver(found, output, form)
+
+
+def _write(path: Path, source: Path, deviations: Any, limits: Any) -> None:
+    """Write the study of a fresh run, and say how it is run."""
+    import os
+
+    from tolstat.answers.what_if.fresh_study import fresh_study
+    from tolstat.errors import RunFileError
+    from tolstat.literal import visible
+    from tolstat.render.output_file import check_folder, replace
+    from tolstat.store.commands import command
+    from tolstat.store.open_run import open as open_run
+
+    if path.suffix != ".toml":
+        raise RunFileError(f"{path}: a study ends in .toml")
+    check_folder(path)
+    if os.path.lexists(path):
+        raise RunFileError(f"{path} exists and is not replaced; give another name")
+    run = open_run(source)
+    text = fresh_study(run, deviations, limits=limits, folder=path.parent)
+    replace(path, text.encode())
+    typed = command("run", path, machine=run.machine)
+    click.echo(f"study in {visible(str(path))}; run it: {visible(typed)}")
+
+
+def fresh_run_advice(
+    source: Path, deviations: tuple[str, ...], limits: tuple[str, ...]
+) -> str:
+    """Say what writes the study of a fresh run; nothing where no study can say it."""
+    from tolstat.answers.what_if.fresh_study import fresh_study
+    from tolstat.cli.typed_entries import deviations_in, limits_in
+    from tolstat.errors import TolstatError
+    from tolstat.store.commands import as_typed, command
+    from tolstat.store.open_run import open as open_run
+    from tolstat.store.temporary_files import free_name
+
+    run = open_run(source)
+    try:
+        fresh_study(run, deviations_in(deviations), limits=limits_in(limits))
+    except TolstatError:
+        return ""
+    beside = run.study_file or run.path.with_suffix(".toml")
+    path = as_typed(free_name(beside, "what-if"))
+    limited = [word for each in limits for word in ("--limit", each)]
+    typed = command(
+        "what-if", source, *deviations, *limited, "--write", path, machine=run.machine
+    )
+    return f"\n  `{typed}` writes the study of a fresh run"
