@@ -11,9 +11,9 @@ import pytest
 from matplotlib.figure import Figure
 from rich.table import Table
 
-from tolstat.answers.report.template_page import environment
 from tolstat.cli.showing import Screen
 from tolstat.literal import csv_cell, visible
+from tolstat.render.page import environment
 from tolstat.render.page_picture import inline, page_figure
 from tolstat.render.picture import logarithmic, styled, write
 from tolstat.render.plain import csv_text

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tolstat.answers.allocate.allocate_tolerances import allocate
-    from tolstat.answers.pages import compare
+    from tolstat.answers.compare.compare_runs import compare
     from tolstat.answers.relimit import limited
     from tolstat.answers.report.ask import report, summary
     from tolstat.answers.views.evaluate import evaluate
@@ -70,7 +70,7 @@ _HOMES = {
     "Run": "tolstat.store.stored_run",
     "StudyNumber": "tolstat.model.description",
     "column": "tolstat.model.settings",
-    "compare": "tolstat.answers.pages",
+    "compare": "tolstat.answers.compare.compare_runs",
     "evaluate": "tolstat.answers.views.evaluate",
     "extend": "tolstat.execution.continuation",
     "fresh_study": "tolstat.answers.what_if.fresh_study",

@@ -11,11 +11,12 @@ import pytest
 
 import tolstat
 from tests.conftest import ROOT
+from tolstat.answers.compare.comparison import Comparison
 from tolstat.answers.what_if.what_if_answer import WhatIf
 from tolstat.render.json_schema import schema_of
 
 SCHEMAS = ROOT / "tolstat" / "answers" / "schemas"
-ANSWERS = {"what_if": WhatIf}
+ANSWERS = {"compare": Comparison, "what_if": WhatIf}
 
 
 def made(name):
@@ -48,6 +49,12 @@ def test_a_what_if_is_as_its_schema_says(gears):
     line = {"tolerance": "+-0.012 mm", "distribution": "uniform"}
     valid(tolstat.what_if(gears, {"R_out": line}))
     valid(tolstat.what_if(gears, {"R_out": line}, limits={}))
+
+
+def test_a_comparison_is_as_its_schema_says(gears, tmp_path):
+    study, path = ROOT / "runs/wave-gear.toml", tmp_path / "other.h5"
+    other = tolstat.run(study, trials=300, seed=2, output=path)
+    valid(tolstat.compare(gears, gears, other))
 
 
 if __name__ == "__main__":

@@ -305,29 +305,29 @@ def test_compare_on_the_screen_and_as_a_page(twins, tmp_path):
     assert done.exit_code == 0
     for words in (
         "B less A",
-        "% smaller in B",
+        "smaller in B, %",
         "240 of 240",
-        "variant: indeterminate and equalized",
+        "variant: indeterminate -> equalized",
     ):
         assert words in done.output
     page = tmp_path / "twins.html"
     assert call("compare", *twins, "-o", page).exit_code == 0
-    assert "machine by machine" in page.read_text()
-    found = json.loads(call("compare", *twins, "--json").stdout)
+    assert "trial by trial" in page.read_text()
+    (found,) = json.loads(call("compare", *twins, "--json").stdout)["differences"]
     assert found["responses"]["extra_loss"]["smaller"]["value"] > 0.9
     table = pd.read_csv(io.StringIO(call("compare", *twins, "--csv").stdout))
     assert list(table["response"]) == list(found["responses"])
     row, yaw = table.set_index("response").loc["yaw"], found["responses"]["yaw"]
     times = {"mrad": 1e3, "urad": 1e6, "rad": 1}[row["unit"]]
     more = row["second less first: mean upper [unit]"]
-    assert more == pytest.approx(times * yaw["shift"]["mean"]["upper"], rel=1e-9)
+    assert more == pytest.approx(times * yaw["mean"]["upper"], rel=1e-9)
     smaller = row["smaller in second lower [%]"]
     assert smaller == pytest.approx(100 * yaw["smaller"]["lower"])
     row, loss = table.set_index("response").loc["extra_loss"], found["responses"]
-    known = loss["extra_loss"]["yields"]
+    known = loss["extra_loss"]["limit"]
     assert row["worse"] == known["worse"] and row["better"] == known["better"]
-    more = row["second less first: beyond lower [ppm]"]
-    assert more == pytest.approx(1e6 * known["beyond_more"]["lower"])
+    more = row["second less first: fraction out of limit lower [ppm]"]
+    assert more == pytest.approx(1e6 * known["fraction_difference"]["lower"])
 
 
 def test_several_runs_are_compared_with_the_first(twins, tmp_path):
@@ -337,14 +337,16 @@ def test_several_runs_are_compared_with_the_first(twins, tmp_path):
     done = call("compare", *twins, other, "-o", page)
     assert done.exit_code == 0
     said = " ".join(done.output.split())
-    assert "240 done, 0 failed; same machines as in A" in said
-    assert "200 done, 0 failed; unpaired (seeds 75 and 76)" in said
-    assert "C less A, unpaired" in page.read_text()
-    found = json.loads(call("compare", *twins, other, "--json").stdout)["comparisons"]
-    assert [each["trials"]["kind"] for each in found] == ["same machines", "unpaired"]
-    assert found[0] == json.loads(call("compare", *twins, "--json").stdout)
+    assert "240 trials done, 0 failed" in said and "same trials (every" in said
+    assert "200 trials done, 0 failed" in said
+    assert "unpaired (seeds 75 and 76)" in said
+    assert "C less A" in page.read_text()
+    found = json.loads(call("compare", *twins, other, "--json").stdout)["differences"]
+    assert [each["pairing"]["kind"] for each in found] == ["same trials", "unpaired"]
+    two = json.loads(call("compare", *twins, "--json").stdout)
+    assert found[:1] == two["differences"]
     table = pd.read_csv(io.StringIO(call("compare", *twins, other, "--csv").stdout))
-    assert list(table["machines"].unique()) == ["same machines", "unpaired"]
+    assert list(table["pairing"].unique()) == ["same trials", "unpaired"]
     assert len(table) == sum(len(each["responses"]) for each in found)
 
 

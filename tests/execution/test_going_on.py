@@ -129,7 +129,7 @@ def test_a_run_in_part_has_a_report(tmp_path, trials):
         assert found["provenance"]["trials_done"] == part.counts["done"]
         assert found["provenance"]["seconds"] > 0
         tolstat.report(part)
-        tolstat.compare(part, part, tmp_path / "pair.html")
+        tolstat.compare(part, part)
     assert f"{part.trials - part.ended} of 1000 trials have not run" in " ".join(
         summary_table(part).notes
     )

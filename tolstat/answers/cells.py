@@ -59,13 +59,26 @@ def or_reason(found: Estimate, number: Number) -> Parts:
     return text(found.reason) if math.isnan(found.value) else text(number)
 
 
+def number_cells(
+    each: Summary, scale: Scale, whose: str = ""
+) -> dict[str, Number | str]:
+    """Return cells of a wide table: the numbers of a response."""
+    return {
+        f"{whose}mean [unit]": Number(each.mean, scale),
+        f"{whose}sigma [unit]": Number(each.sigma, scale),
+        f"{whose}least [unit]": Number(each.least, scale),
+        **{
+            f"{whose}{share_words(share)} [unit]": Number(each.quantiles[share], scale)
+            for share in QUANTILES
+        },
+        f"{whose}largest [unit]": Number(each.largest, scale),
+    }
+
+
 def summary_cells(
     each: Summary, scale: Scale, whose: str = ""
 ) -> dict[str, Number | str]:
-    """Return cells of a wide table: the numbers of a response, and of its limit.
-
-    `whose` stands before each head.
-    """
+    """Return cells of a wide table: the numbers of a response, and of its limit."""
     none = Estimate(math.nan)
     limited, yields = each.limited, each.limited.yields if each.limited else None
     ends = limited.limit.permitted if limited else (math.nan, math.nan)
@@ -73,22 +86,14 @@ def summary_cells(
     demanded = limited.limit.demanded if limited else math.nan
     out = yields.out_of_limit if yields else none
     by_percentiles = limited.percentiles.ppk if limited else none
-    cells: dict[str, Number | str] = {
-        "mean [unit]": Number(each.mean, scale),
-        "sigma [unit]": Number(each.sigma, scale),
-        "least [unit]": Number(each.least, scale),
-        **{
-            f"{share_words(share)} [unit]": Number(each.quantiles[share], scale)
-            for share in QUANTILES
-        },
-        "largest [unit]": Number(each.largest, scale),
-        "lower limit [unit]": Number(lower, scale),
-        "upper limit [unit]": Number(upper, scale),
-        "demanded [%]": Number(demanded, PER_CENT),
-        "verdict": yields.verdict if yields else "",
-        "yield [%]": Number(yields.least if yields else none, PER_CENT),
-        "fraction out of limit [ppm]": Number(out, PPM),
-        "equivalent Ppk": Number(limited.equivalent if limited else none, AS_IS),
-        "Ppk by percentiles": Number(by_percentiles, AS_IS),
+    return {
+        **number_cells(each, scale, whose),
+        f"{whose}lower limit [unit]": Number(lower, scale),
+        f"{whose}upper limit [unit]": Number(upper, scale),
+        f"{whose}demanded [%]": Number(demanded, PER_CENT),
+        f"{whose}verdict": yields.verdict if yields else "",
+        f"{whose}yield [%]": Number(yields.least if yields else none, PER_CENT),
+        f"{whose}fraction out of limit [ppm]": Number(out, PPM),
+        f"{whose}equivalent Ppk": Number(limited.equivalent if limited else none),
+        f"{whose}Ppk by percentiles": Number(by_percentiles),
     }
-    return {whose + head: cell for head, cell in cells.items()}

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from tolstat.cli.compare import compare
 from tolstat.cli.group import EXIT_CODES, Group
 from tolstat.cli.interrupting import LIMITS_NOT_MET
 from tolstat.cli.options import (
@@ -22,8 +23,6 @@ from tolstat.cli.options import (
 from tolstat.cli.power import Power, powered, workers
 from tolstat.cli.stock import batch, doctor, export, runs
 from tolstat.cli.what_if import what_if
-
-MOST_COMPARED = 26  # runs: each has a letter
 
 
 @click.group(
@@ -235,31 +234,6 @@ def report(
 
 
 @main.command()
-@path_argument("runs", "A.h5 B.h5...", nargs=-1, required=True)
-@output_option("Also as a page of HTML.")
-@form
-@closely
-def compare(
-    runs: tuple[Path, ...],
-    output: Path | None,
-    form: str | None,
-    responses: tuple[str, ...],
-) -> None:
-    """Compare runs, each with the first: B less A.
-
-    Machine by machine where both have the same machines, or the same qualities with
-    other tolerances: the same seed, sampling and, of a Latin hypercube, trials.
-    """
-    from tolstat.cli.comparing import compare_runs
-
-    if not 2 <= len(runs) <= MOST_COMPARED:
-        raise click.UsageError(
-            f"A.h5 B.h5...: two runs or more are compared, up to {MOST_COMPARED}"
-        )
-    compare_runs(runs, output, form or "", responses)
-
-
-@main.command()
 @path_argument("study", "STUDY.toml")
 @click.option(
     "--trials",
@@ -303,5 +277,5 @@ def models() -> None:
     list_models()
 
 
-for _command in (what_if, batch, runs, export, doctor):
+for _command in (what_if, compare, batch, runs, export, doctor):
     main.add_command(_command)

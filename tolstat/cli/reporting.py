@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeVar
 
 import click
 
@@ -15,10 +14,7 @@ from tolstat.cli.typed_entries import limits_in
 from tolstat.errors import PictureError
 from tolstat.literal import visible
 from tolstat.render.output_file import check_output
-from tolstat.render.plain import as_json
 from tolstat.store.open_run import open as open_run
-
-Found = TypeVar("Found")
 
 
 def report_run(
@@ -55,14 +51,3 @@ def report_run(
         making.write(output, found.json() if form == "json" else found.csv())
     else:
         click.echo(found.json() if form == "json" else found.csv(), nl=False)
-
-
-def deliver(
-    found: Found, output: Path | None, form: str, as_csv: Callable[[Found], str]
-) -> None:
-    """Write findings as JSON or CSV, to a file or the standard output."""
-    text = as_json(found) if form == "json" else as_csv(found)
-    if output:
-        making.write(output, text)
-    else:
-        click.echo(text, nl=False)

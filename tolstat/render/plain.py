@@ -14,29 +14,11 @@ from typing import Any
 import numpy as np
 
 from tolstat.literal import csv_cell
-from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.limit import Limit
-from tolstat.units.scale import KNOWN, PER_CENT
 
 
 def share_words(share: float) -> str:
     """Name a typed share: 0.00135 is "0.135 %", and nothing but 1 "100 %"."""
     return f"{100 * share:.{float_info.dig}g} %"
-
-
-def demand_words(limit: Limit) -> str:
-    """Say what a limit asks of the machines: 99.73 %, or a Ppk where one is typed."""
-    if limit.typed_ppk:
-        return f"Ppk {limit.typed_ppk:.{KNOWN}g}"
-    return share_words(limit.demanded)
-
-
-def in_line(share: Estimate) -> str:
-    """Write an estimated share in a line: 98.3 % (97.6..99.0 %)."""
-    value, lower, upper = PER_CENT.interval(*share[:3])
-    if math.isnan(share.value):
-        return share.reason
-    return f"{value} %" + (f" ({lower}..{upper} %)" if share.sure else "")
 
 
 def key_words(key: object) -> str:

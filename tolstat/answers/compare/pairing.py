@@ -1,4 +1,4 @@
-"""How two runs go together: the same machines, the same qualities, or unpaired."""
+"""How two runs are paired: the same trials, common random numbers, or unpaired."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from tolstat.store.stored_run import Run
 
 Array = NDArray[np.float64]
 
-MACHINES, QUALITIES, UNPAIRED = "same machines", "same qualities", "unpaired"
-ROUNDING = 1e-9  # of all deviations of a part: by less, an order is not another one
+TRIALS, NUMBERS, UNPAIRED = "same trials", "common random numbers", "unpaired"
+ROUNDING = 1e-9  # of all deviations of a part: by less, an order is the same
 NAMED = 6  # contributors in a sentence
 
 
@@ -30,7 +30,7 @@ class Pair(NamedTuple):
     first, second : Drawn
         The runs.
     kind : str
-        "same machines", "same qualities" or "unpaired".
+        "same trials", "common random numbers" or "unpaired".
     words : str
         How that was found, in a sentence.
     sample : Sample or None
@@ -61,17 +61,17 @@ class Pair(NamedTuple):
 
 
 def pair_of(first: Run, second: Run) -> Pair:
-    """Put two runs side by side, and find out how they go together.
+    """Put two runs side by side, and find out how they are paired.
 
-    A draw depends on the seed, the sampling, the number of the trial and the name of
-    the contributor. So machines of two studies have parts of the same quality, though
-    of other widths: then the order of all deviations of a part is the same in both
-    runs, which chance makes of no twenty trials. That is looked at, and not believed.
+    A sample depends on the seed, the sampling, the number of the trial and the name of
+    the contributor. So two studies with other tolerances have common random numbers:
+    the order of all deviations of a part is the same in both runs, which chance makes
+    of no twenty trials. This order is checked.
 
     Parameters
     ----------
     first, second : Run
-        Whose machines were drawn.
+        Whose trials were sampled.
 
     Returns
     -------
@@ -82,15 +82,15 @@ def pair_of(first: Run, second: Run) -> Pair:
     Raises
     ------
     PictureError
-        If they are runs of two machines, machines were not drawn, no response is in
+        If they are runs of two models, trials were not sampled, no response is in
         both, or no trial is done.
     """
     A, B = drawn_trials(first), drawn_trials(second)
     where = f"{first.path} and {second.path}"
     if first.model != second.model:
         raise PictureError(
-            f"{where} are of two machines, {first.model} and {second.model}; runs of "
-            "one machine can be compared"
+            f"{where} are of two models, {first.model} and {second.model}; runs of "
+            "one model can be compared"
         )
     if A is None or B is None:
         raise PictureError(no_sample(second if A else first))
@@ -122,7 +122,7 @@ def pair_of(first: Run, second: Run) -> Pair:
 
 
 def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:
-    """Tell how the first trials of two runs go together, and how that is known."""
+    """Tell how the first trials of two runs are paired, and how that is known."""
     runs = (A.run, B.run)
     for what, values in (
         ("seeds", [each.sampled.seed for each in (A, B)]),
@@ -141,7 +141,7 @@ def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:
     }
     other = {n: each for n, each in columns.items() if np.any(each[0] != each[1])}
     if not other:
-        return MACHINES, "every deviation is the same in both, to the last bit"
+        return TRIALS, "every deviation is the same in both, to the last bit"
     varying = {
         n: each for n, each in columns.items() if all(np.ptp(x) > 0 for x in each)
     }
@@ -151,11 +151,11 @@ def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:
     strangers = [n for n in otherwise if not _go_together(*varying[n])]
     if len(strangers) == len(varying):
         return UNPAIRED, "one seed, but no part has the same order of deviations"
-    words = f"the same unit samples: the order of all {common} deviations of a part is"
-    words += f" the same in both; widths differ: {_listed(list(other))}"
+    words = f"the order of all {common} deviations of a part is the same in both; "
+    words += f"widths differ: {_listed(list(other))}"
     if otherwise:
-        words += f"; another order, of parts that hang together: {_listed(otherwise)}"
-    return QUALITIES, words
+        words += f"; another order, of correlated parts: {_listed(otherwise)}"
+    return NUMBERS, words
 
 
 def _same_order(a: Array, b: Array) -> bool:

@@ -11,9 +11,9 @@ from urllib.parse import quote
 import numpy as np
 
 from tolstat.answers.rare.rare_answer import rare_summary
-from tolstat.answers.report.template_page import environment, style
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.errors import DamagedError, RunFileError, TolstatError
+from tolstat.render.page import environment, style
 from tolstat.render.plain import csv_text
 from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, yield_of
 from tolstat.store.open_run import open as open_run

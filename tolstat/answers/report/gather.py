@@ -267,5 +267,5 @@ def assumptions_of(run: Run) -> Assumptions:
     )
 
 
-# old names, until what-if, compare and sweep have moved
-responses_of_interest, joint_findings = responses_in_focus, all_limits
+# old name, until sweep has moved
+responses_of_interest = responses_in_focus

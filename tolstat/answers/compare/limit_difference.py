@@ -1,4 +1,4 @@
-"""Machines within and beyond a limit in two designs: shares, Ppk, who changes sides."""
+"""Trials out of limit in two designs: fractions, Ppk, trials that change sides."""
 
 from __future__ import annotations
 
@@ -26,43 +26,49 @@ from tolstat.statistics.limits.difference import (
 from tolstat.statistics.limits.limit import within
 from tolstat.statistics.sample import Sample
 
-Machines = NDArray[np.bool_]
+Flags = NDArray[np.bool_]
 
 
-class YieldsCompared(NamedTuple):
-    """What a limit makes of two designs; differences are second less first.
+class LimitDifference(NamedTuple):
+    """Two designs and their limits; differences are second less first.
 
     Attributes
     ----------
     limits : tuple of str
         By which each is judged: its own, or that of the other where it has none.
-    beyond : tuple of Estimate
-        Share beyond in each, failed machines among them.
+    fractions_out_of_limit : tuple of Estimate
+        Of each, at one look; failed trials are out of limit.
     worse, better : int or None
-        Machines that are within in the first and beyond in the second, and the other
-        way round; None of unpaired runs.
-    beyond_more : Estimate
-        Share beyond in the second less that in the first.
-    ppk : tuple of Estimate
-        Of a normal response with as many beyond, in each.
-    ppk_more : Estimate
-        Their difference.
-    ppk_more_by_moments : Estimate
-        Difference of Ppk from mean and sigma.
+        Trials that are within in the first and out of limit in the second, and the
+        other way round; None of unpaired runs.
+    fraction_difference : Estimate
+        Of the fractions out of limit.
+    equivalent_ppk : tuple of Estimate
+        Ppk of a normal response with the same fraction out of limit, of each.
+    equivalent_ppk_difference : Estimate
+        Of these.
+    ppk_difference_by_moments : Estimate
+        Of Ppk from mean and sigma.
     """
 
     limits: tuple[str, str]
-    beyond: tuple[Estimate, Estimate]
+    fractions_out_of_limit: tuple[Estimate, Estimate]
     worse: int | None
     better: int | None
-    beyond_more: Estimate
-    ppk: tuple[Estimate, Estimate]
-    ppk_more: Estimate
-    ppk_more_by_moments: Estimate
+    fraction_difference: Estimate
+    equivalent_ppk: tuple[Estimate, Estimate]
+    equivalent_ppk_difference: Estimate
+    ppk_difference_by_moments: Estimate
+
+    @property
+    def significant(self) -> int:
+        """1 for significantly more trials out of limit in the second, -1 for fewer."""
+        found = self.fraction_difference
+        return int(found.lower > 0) - int(found.upper < 0)
 
 
-def yields_of(pair: Pair, name: str) -> YieldsCompared | None:
-    """Compare the machines within and beyond the limit of a response.
+def limit_difference(pair: Pair, name: str) -> LimitDifference | None:
+    """Compare the trials out of the limit of a response.
 
     Parameters
     ----------
@@ -73,9 +79,9 @@ def yields_of(pair: Pair, name: str) -> YieldsCompared | None:
 
     Returns
     -------
-    YieldsCompared or None
-        Of the machines that are compared: those that ran in both where they are
-        paired. None where neither study limits the response.
+    LimitDifference or None
+        Of the trials that ran in both where they are paired. None where neither study
+        limits the response.
     """
     own = [drawn.run.limits.get(name) for drawn in (pair.first, pair.second)]
     known = [limit for limit in own if limit is not None]
@@ -101,7 +107,7 @@ def yields_of(pair: Pair, name: str) -> YieldsCompared | None:
     if replicated:
         moments = _unsure(moments)
         ppk_more = _unsure(ppk_more) if pair.sample else ppk_more
-    return YieldsCompared(
+    return LimitDifference(
         (limits[0].words, limits[1].words),
         (a, b),
         changes.worse if changes else None,
@@ -113,22 +119,22 @@ def yields_of(pair: Pair, name: str) -> YieldsCompared | None:
     )
 
 
-def _share(machines: Machines, sample: Sample) -> Estimate:
-    """Estimate a share of the trials that ran, at one look."""
+def _share(flags: Flags, sample: Sample) -> Estimate:
+    """Estimate a fraction of the trials that ran, at one look."""
     if sample.replicates:
-        return share_from_replicates(machines, sample.replicate[sample.ran])
-    return proportion(int(machines.sum()), len(machines))
+        return share_from_replicates(flags, sample.replicate[sample.ran])
+    return proportion(int(flags.sum()), len(flags))
 
 
-def _exchange(first: Machines, second: Machines, sample: Sample) -> Exchange:
-    """Count who changes sides among trials, which may depend on each other."""
+def _exchange(first: Flags, second: Flags, sample: Sample) -> Exchange:
+    """Count the trials that change sides; they may depend on each other."""
     found = exchange(first, second)
     if not sample.replicates:
         return found
     more = first.astype(np.float64) - second
     share = Reach((-1.0, 1.0))
-    beyond = mean_of_replicates(more, sample.replicate[sample.ran], share)
-    return found._replace(out_of_limit=beyond)
+    less = mean_of_replicates(more, sample.replicate[sample.ran], share)
+    return found._replace(out_of_limit=less)
 
 
 def _unsure(found: Estimate) -> Estimate:

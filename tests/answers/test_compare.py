@@ -1,0 +1,338 @@
+"""Designs of the same trials: differences by hand, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import tolstat
+from tests.conftest import Toy
+from tests.store.tampering import resealed
+from tolstat.answers.compare.pairing import pair_of
+from tolstat.document.blocks import Gallery, Paragraph, Section, Table
+from tolstat.errors import PictureError
+from tolstat.render.screen import as_text
+
+
+def blocks_of(found):
+    """All blocks of a document, those in sections among them."""
+    left, every = [*found.document().blocks], []
+    while left:
+        block = left.pop(0)
+        every.append(block)
+        if isinstance(block, Section):
+            left = [*block.blocks, *left]
+    return every
+
+
+def tables_of(found, title):
+    return [b for b in blocks_of(found) if isinstance(b, Table) and b.title == title]
+
+
+@pytest.fixture(scope="module")
+def pair(mill, linked):
+    return tolstat.compare(mill, linked)
+
+
+def test_differences_are_trial_by_trial(pair, mill, linked):
+    found = json.loads(pair.json())
+    (less,) = found["differences"]
+    difference = linked.column("rod_force_1") - mill.column("rod_force_1")
+    each = less["responses"]["rod_force_1"]
+    known = np.quantile(difference, 0.95, method="median_unbiased")
+    quantile = each["trial_by_trial"]["quantiles"]["95 %"]["value"]
+    assert quantile == pytest.approx(known)
+    mean = each["trial_by_trial"]["mean"]["value"]
+    assert mean == pytest.approx(difference.mean())
+    smaller = int((difference < 0).sum())
+    assert each["smaller"]["value"] == smaller / 2200
+    low = stats.beta.ppf(0.025, smaller, 2200 - smaller + 1)
+    assert each["smaller"]["lower"] == pytest.approx(low)
+    assert less["settings"] == {"variant": ["indeterminate", "equalized"]}
+    assert less["pairing"]["done_in_both"] == 2200
+    assert less["focus"][0] == "extra_loss"
+    # a link that shares the load never lets the carriage jam
+    assert less["responses"]["jam_share"]["larger"]["value"] == 0
+
+
+def test_the_screen_shows_the_difference_of_quantiles_and_promises_one_look(pair):
+    """That of the quantiles beside it, as a reader takes it."""
+    (table,) = tables_of(pair, "Responses")
+    heads = [column.head for column in table.columns]
+    row = next(row for row in table.rows if row[0].main[0].text == "rod_force_1")
+    a, b, less = (
+        row[heads.index(head)].main[0].value.value
+        for head in ("A: 95 %", "B: 95 %", "B - A: 95 %")
+    )
+    assert less == pytest.approx(b - a, abs=20)
+    known = pair.differences[0].responses["rod_force_1"]
+    assert abs(less - known.trial_by_trial.quantiles[0.95].value) > 100
+    promise = pair.differences[0].pairing.promise
+    text = " ".join(
+        as_text(each.parts) for each in blocks_of(pair) if isinstance(each, Paragraph)
+    )
+    assert "at every look" not in text + promise
+    assert "for a single look" in promise and promise in text
+
+
+def test_every_number_of_the_page_is_one_of_the_answer(pair):
+    numbers = re.findall(r'data-value="([^"]+)">([^<]*)<', pair.html())
+    assert len(numbers) > 300
+
+    def leaves(found):
+        if isinstance(found, dict | list):
+            for each in found.values() if isinstance(found, dict) else found:
+                yield from leaves(each)
+        else:
+            yield repr(float(found)) if isinstance(found, float | int) else found
+
+    known = {*leaves(json.loads(pair.json()))}
+    for value, words in numbers:
+        assert repr(float(value)) in known or value in ("inf", "-inf"), value
+        assert words.strip(), value
+
+
+def test_each_difference_stands_under_its_head(pair):
+    (table,) = tables_of(pair, "Differences trial by trial")
+    (less,) = pair.differences
+    assert [column.head for column in table.columns[2:4]] == ["mean", "least"]
+    assert table.columns[-1].head == "largest"
+    for (name, each), row in zip(less.responses.items(), table.rows, strict=True):
+        of = each.trial_by_trial
+        assert row[0].main[0].text == name
+        numbers = [cell.main[0].value for cell in row[2:]]
+        assert numbers == [of.mean, of.least, *of.quantiles.values(), of.largest]
+
+
+def test_captions_count_each_design_or_both(toy, toy_study, tmp_path):
+    """B fails where the second part is long too."""
+
+    class Other(type(toy)):
+        def evaluate(self, deviations, settings):
+            outcome = super().evaluate(deviations, settings)
+            long = deviations[:, 1] > 0.8e-3
+            return outcome._replace(status=np.where(long, 4, outcome.status))
+
+    A = tolstat.run(toy_study, model=toy, output=tmp_path / "A.h5")
+    B = tolstat.run(toy_study, model=Other(), output=tmp_path / "B.h5")
+    found = tolstat.compare(A, B)
+    both = np.count_nonzero((A.status == 1) & (B.status == 1))
+    assert 0 < A.failed < B.failed == 1000 - both
+    each = "; ".join(
+        f"{name}: {run.counts['done']} trials done, {run.failed} failed"
+        for name, run in (("A", A), ("B", B))
+    )
+    less = f"{both} trials done in A and in B, {1000 - both} failed in either"
+    tables = [b for b in blocks_of(found) if isinstance(b, Table) and b.caption]
+    captions = [as_text(table.caption) for table in tables]
+    assert captions == [each, less, f"{each}. Differences: {less}", less, each]
+    (gallery,) = (b for b in blocks_of(found) if isinstance(b, Gallery))
+    said = f"The {both} that are done in both; {1000 - both} failed in either"
+    assert said in as_text(gallery.figures[0].caption)
+
+
+def test_a_run_differs_from_itself_by_nothing(mill):
+    found = tolstat.compare(mill, mill, responses=["yaw"])
+    (less,) = found.differences
+    for each in less.responses.values():
+        assert each.trial_by_trial.least == each.trial_by_trial.largest == 0
+        assert each.smaller.value == each.larger.value == 0
+        assert not each.limit or each.limit.significant == 0
+    assert less.focus == ("yaw",) and less.settings == {}
+    (table,) = tables_of(found, "Responses")
+    assert table.rows[0][0].main[0].text == "extra_loss"
+    assert len(table.columns) == len(table.rows[0])
+
+
+@pytest.fixture
+def other(toy, toy_study, tmp_path):
+    """Run the toy study with something else in it."""
+
+    def run(*changes, name="other.h5"):
+        text = toy_study.read_text()
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        study = tmp_path / "other.toml"
+        study.write_text(text)
+        return tolstat.run(study, model=toy, output=tmp_path / name, force=True)
+
+    return run
+
+
+def test_differences_that_are_all_alike_are_drawn(toy, tmp_path):
+    """But for rounding: no sixty bars have room between them."""
+    runs = []
+    for name, mode in (("a", "plain"), ("b", "odd")):
+        study = {
+            "model": "toy", "trials": 400, "seed": 1, "title": "$\\foo{ x",
+            "settings": {"mode": mode}, "deviations": {"part": "+-0.1 mm"},
+        }  # fmt: skip
+        runs.append(tolstat.run(study, model=toy, output=tmp_path / f"{name}.h5"))
+    table = runs[1].path
+    with resealed(table) as file:
+        file["gap"][...] = np.nextafter(file["gap"][...] + 1e-3, 1)
+    page = tolstat.compare(runs[0].path, table, responses=["gap"]).html()
+    assert "mathdefault" not in page
+
+
+def test_machines_that_failed_in_either_are_left_out_and_counted(other):
+    base, twice = (
+        other(name="base.h5"),
+        other(("[limits]", "[settings]\ngain = 4\n[limits]")),
+    )
+    (less,) = tolstat.compare(base, twice).differences
+    failed = base.counts["not finite"]
+    assert less.pairing.failed == failed > 0
+    gap = less.responses["gap"].trial_by_trial
+    assert gap.mean.value == pytest.approx(np.nanmean(base.column("gap")), rel=1e-9)
+    assert less.responses["ratio"].trial_by_trial.largest == 0
+
+
+def test_machines_that_were_chosen_have_no_statistics(toy, tmp_path):
+    study = tmp_path / "grid.toml"
+    study.write_text(
+        'model = "toy"\nsampling = "grid"\n[grid]\npart_1 = ["0 mm", "1 mm"]\n'
+    )
+    run = tolstat.run(study, model=toy)
+    with pytest.raises(PictureError, match="chosen and not drawn"):
+        pair_of(run, run)
+
+
+def kind_of(base, other):
+    pair = pair_of(base, other)
+    return pair.kind, pair.words
+
+
+def test_what_two_runs_have_in_common_is_found_in_their_deviations(other):
+    base = other(name="base.h5")
+    assert kind_of(base, base)[0] == "same trials"
+    kind, words = kind_of(base, other(("+-1 mm", "+-0.4 mm")))
+    assert kind == "common random numbers" and "widths differ: part_1, part_2" in words
+    uniform = '{ tolerance = "0..2 mm", distribution = "uniform" }'
+    kind, _ = kind_of(base, other(('"+-1 mm"', uniform)))
+    assert kind == "common random numbers"
+    assert kind_of(base, other(("seed = 1", "seed = 2"))) == (
+        "unpaired", "seeds 1 and 2"
+    )  # fmt: skip
+    sobol = ("[deviations]", 'sampling = "sobol"\n[deviations]')
+    kind, words = kind_of(base, other(sobol))
+    assert (kind, words) == ("unpaired", "samplings random and sobol")
+    # asked what it was drawn from, and not what it says of itself
+    liar = other(("seed = 1", "seed = 2"))
+    told = replace(liar, sampled=liar.sampled._replace(seed=1))
+    assert kind_of(base, told)[0] == "unpaired"
+
+
+def test_parts_that_hang_together_otherwise_are_named(other):
+    base = other(name="base.h5")
+    correlated = "[correlation]\npart_1 = { part_2 = 0.6 }\n[limits]"
+    kind, words = kind_of(base, other(("[limits]", correlated)))
+    assert kind == "common random numbers" and words.endswith(
+        "correlated parts: part_2"
+    )
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol", "latin", "saltelli"])
+def test_more_trials_are_paired_where_the_first_stay_what_they_were(other, sampling):
+    drawn = ("[deviations]", f'sampling = "{sampling}"\n[deviations]')
+    base = other(drawn, name="base.h5")
+    more = other(drawn, ("1000", "2000"), ("+-1 mm", "+-0.5 mm"))
+    pair = pair_of(base, more)
+    if sampling == "latin":
+        assert pair.kind == "unpaired" and pair.sample is None
+        return
+    assert pair.kind == "common random numbers"
+    assert f"of both the first {len(pair.first.trials)} trials" in pair.words
+    first, second = pair.done("gap")
+    assert second == pytest.approx(first / 2)
+
+
+def limit_of(first, second):
+    (less,) = tolstat.compare(first, second).differences
+    return less.responses["gap"].limit
+
+
+def test_yields_are_compared_by_the_limit_of_each(other):
+    base = other(name="base.h5")
+    tight = other(("+-1 mm", "+-0.8 mm"), ("-1..2 mm", "-0.5..0.5 mm"))
+    found = limit_of(base, tight)
+    assert found.limits == ("-1..2 mm", "-0.5..0.5 mm")
+    within = [
+        (run.column("gap") >= low) & (run.column("gap") <= high)
+        for run, low, high in ((base, -1e-3, 2e-3), (tight, -0.5e-3, 0.5e-3))
+    ]
+    assert found.worse == np.count_nonzero(within[0] & ~within[1]) > 0
+    assert found.better == np.count_nonzero(~within[0] & within[1])
+    assert found.fractions_out_of_limit[1].value == 1 - within[1].mean()
+    less = found.fraction_difference.value
+    assert less == pytest.approx(within[0].mean() - within[1].mean())
+    unlimited = other(('[limits]\ngap = "-1..2 mm"\n', ""))
+    found = limit_of(base, unlimited)
+    assert found.limits == ("-1..2 mm", "-1..2 mm")
+    assert found.worse == found.better == 0
+    assert limit_of(unlimited, unlimited) is None
+
+
+def test_an_unpaired_run_is_compared_as_what_it_is(other):
+    base = other(name="base.h5")
+    new = other(("seed = 1", "seed = 2"), ("1000", "700"))
+    (less,) = tolstat.compare(base, new).differences
+    assert less.pairing.kind == "unpaired"
+    each = less.responses["gap"]
+    assert each.trial_by_trial is None and each.smaller.reason == "unpaired"
+    means = [np.nanmean(run.column("gap")) for run in (base, new)]
+    assert each.mean.value == pytest.approx(means[1] - means[0])
+    sigma = np.hypot(
+        *(np.nanstd(r.column("gap")) / np.sqrt(r.ended) for r in (base, new))
+    )
+    half = (each.mean.upper - each.mean.lower) / 2
+    assert 1.96 * sigma < half < 4 * 1.96 * sigma
+    assert each.limit.worse is None and each.limit.fraction_difference.lower < 0
+
+
+def test_a_page_of_several_runs_says_how_each_is_paired_with_the_first(other, tmp_path):
+    base = other(name="base.h5")
+    half = other(("+-1 mm", "+-0.5 mm"), name="half.h5")
+    new = other(("seed = 1", "seed = 2"), ("1000", "700"))
+    found = tolstat.compare(base.path, half, new, responses=["gap"])
+    page = found.save(tmp_path / "several.html")
+    text = page.read_text()
+    for words in (
+        "common random numbers (the order", "unpaired (seeds 1 and 2)", "B less A",
+        "C less A", "not trial by trial",
+    ):  # fmt: skip
+        assert words in text
+    assert len(tables_of(found, "Differences trial by trial")) == 1
+    assert text.count("<svg") == 3 + 1  # of what is unpaired the distributions alone
+
+
+@pytest.mark.parametrize("sampling", ["sobol", "latin"])
+def test_dependent_trials_are_compared_by_their_replicates(other, sampling):
+    drawn = ("[deviations]", f'sampling = "{sampling}"\n[deviations]')
+    base, half = other(drawn, name="a.h5"), other(drawn, ("+-1 mm", "+-0.5 mm"))
+    (less,) = tolstat.compare(base, half).differences
+    found = less.responses["gap"]
+    assert found.limit.fraction_difference.upper < 0 and found.limit.worse == 0
+    ppk = found.limit.equivalent_ppk_difference
+    assert ppk.reason == found.quantiles[0.95].reason
+    assert "random trials only" in ppk.reason
+
+
+def test_runs_of_two_machines_are_refused(toy, toy_study, tmp_path):
+    """Both may have a gap."""
+
+    class Other(Toy):
+        name = "other"
+
+    text = toy_study.read_text()
+    first = tolstat.run(toy_study, model=toy, trials=30, output=tmp_path / "a.h5")
+    toy_study.write_text(text.replace('model = "toy"', 'model = "other"'))
+    second = tolstat.run(toy_study, model=Other(), trials=30, output=tmp_path / "b.h5")
+    with pytest.raises(PictureError, match="two models, toy and other"):
+        pair_of(first, second)

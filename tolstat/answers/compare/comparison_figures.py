@@ -1,0 +1,88 @@
+"""Figures of a response in two designs: distributions, differences, trial by trial."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tolstat.answers.compare.comparison import Comparison, Difference
+from tolstat.answers.compare.pairing import Pair
+from tolstat.answers.report.response_figures import edges_of, limit_rules, points_of
+from tolstat.document.blocks import Figure
+from tolstat.document.inline import text
+from tolstat.document.plot import Line, Plot, PlotAxis, PlotPanel, Points, Rule, Stairs
+
+
+def figures_of(
+    found: Comparison, pair: Pair, one: Difference, name: str
+) -> Iterator[Figure]:
+    """Draw a response in focus."""
+    yield _distributions(found, pair, one, name)
+    if pair.sample is not None:
+        yield _differences(found, pair, one, name)
+        yield _scatter(found, pair, one, name)
+
+
+def _distributions(found: Comparison, pair: Pair, one: Difference, name: str) -> Figure:
+    """Draw both distribution functions on a probability scale."""
+    scale, (first, second) = found.responses[name].scale, pair.done(name)
+    a, b = (design.responses[name] for design in found.of(one))
+    panel = PlotPanel(
+        PlotAxis(scale.label(name)),
+        PlotAxis("% of the trials below", "normal"),
+        (
+            points_of(first, scale.factor, "first", "A"),
+            points_of(second, scale.factor, "second", one.design),
+            *limit_rules(a if a.limited else b, scale),
+        ),
+    )
+    whose = f"All trials done: {len(first)} of A, {len(second)} of {one.design}."
+    if pair.sample is not None:
+        failed = f"{one.pairing.failed} failed in either"
+        whose = f"The {len(first)} that are done in both; {failed}."
+    return Figure(
+        f"Distributions of {name} in A and in {one.design}",
+        Plot((panel,)),
+        text(f"Fraction below. A normal distribution is a straight line. {whose}"),
+    )
+
+
+def _differences(found: Comparison, pair: Pair, one: Difference, name: str) -> Figure:
+    """Draw how often each difference occurs."""
+    scale, (first, second) = found.responses[name].scale, pair.done(name)
+    less = scale.factor * (second - first)
+    counts, edges = np.histogram(less, edges_of(less))
+    panel = PlotPanel(
+        PlotAxis(scale.label(f"{one.design} - A of {name}")),
+        PlotAxis("trials per bin", "symlog", (0.0, 1.5 * float(counts.max()))),
+        (
+            Stairs(edges, counts.astype(float), "third"),
+            Rule(0.0, True, "ink", "no difference", "-"),
+        ),
+    )
+    return Figure(
+        f"Histogram of the differences of {name}, {one.design} less A",
+        Plot((panel,)),
+        text("Differences trial by trial, of those that are done in both."),
+    )
+
+
+def _scatter(found: Comparison, pair: Pair, one: Difference, name: str) -> Figure:
+    """Draw each trial: a design over the first."""
+    scale = found.responses[name].scale
+    first, second = (scale.factor * each for each in pair.done(name))
+    ends = np.array([min(first.min(), second.min()), max(first.max(), second.max())])
+    panel = PlotPanel(
+        PlotAxis(scale.label(f"A: {name}")),
+        PlotAxis(scale.label(f"{one.design}: {name}")),
+        (
+            Points(first, second, faint=True),
+            Line(ends, ends, "ink", "no difference"),
+        ),
+    )
+    return Figure(
+        f"{name} of each trial in {one.design} over the same trial in A",
+        Plot((panel,)),
+        text(f"Each trial that is done in both: in {one.design} over A."),
+    )
