@@ -20,9 +20,8 @@ def arctan(x):
 
     |x| is reduced to |t| <= tan(pi/8) by atan(x) = pi/4 + atan((x - 1)/(x + 1)) or
     pi/2 - atan(1/x). There atan(t) = t + t^3 A(t^2), A the Chebyshev fit of 8 terms
-    computed with 200 bits, whose error is what the answer's is: friction and contact
-    are smooth functions of a model, and three more terms would cost what no error
-    control sees.
+    computed with 200 bits, whose error dominates. Three more terms would cost time, and
+    no error control of a smooth friction or contact law would see them.
     """
     if x is not vector:
         return None

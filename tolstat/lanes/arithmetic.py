@@ -12,7 +12,7 @@ from tolstat.lanes.vector import BITS, WIDTH, mask, vector
 
 
 def _declare(op, result, *arguments):
-    """Tell Numba's type inference the one signature of an operator."""
+    """Declare the one signature of an operator."""
 
     @infer_global(op)
     class Template(ConcreteTemplate):
@@ -69,7 +69,7 @@ _declare(operator.invert, mask, mask)
 
 @lower_builtin(operator.neg, vector)
 def lower_neg(context, builder, sig, args):
-    """Flip the sign of every lane, zeros and NaN included."""
+    """Flip the sign of every lane, also of zeros and NaN."""
     return builder.fneg(args[0])
 
 
@@ -81,5 +81,5 @@ def lower_pos(context, builder, sig, args):
 
 @lower_builtin(operator.invert, mask)
 def lower_invert(context, builder, sig, args):
-    """Turn every truth value round."""
+    """Invert every truth value."""
     return builder.xor(args[0], ir.Constant(BITS, [1] * WIDTH))

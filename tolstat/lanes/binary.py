@@ -1,4 +1,4 @@
-"""A double as significand and power of two, by its bits: split, and put together."""
+"""Doubles split by their bits into significand and power of two, and joined."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numba.extending import intrinsic, register_jitable
 from tolstat.lanes.elementary import multiply_add
 from tolstat.lanes.vector import DOUBLES, WIDTH, vector
 
-# 1.5 2^52: what is added to it ends as a whole number in the last bits
+# 1.5 2^52: a number added to it is a whole number in the last bits
 WHOLE = 6755399441055744.0
 WHOLE_BITS = 0x4338000000000000
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD  # sqrt(1/2)
@@ -25,7 +25,7 @@ def each(number):
 
 @intrinsic
 def as_vector(typingctx, x):
-    """Return a vector as it is, a plain number in every lane."""
+    """Return a vector unchanged, or a plain number in every lane."""
 
     def codegen(context, builder, sig, args):
         return args[0]
@@ -37,7 +37,7 @@ def as_vector(typingctx, x):
 def exponent_of(typingctx, x):
     """Return k, x = m 2^k with m from sqrt(1/2) to sqrt(2), in the last bits.
 
-    x is normal and above 0; WHOLE is to be taken off.
+    x is normal and above 0; the caller subtracts WHOLE.
     """
 
     def codegen(context, builder, sig, args):
@@ -62,7 +62,7 @@ def significand_of(typingctx, x, k):
 
 @intrinsic
 def _half_powers(typingctx, n, second):
-    """Return 2^(n/2), rounded down, or what is left of 2^n; n in the last bits."""
+    """Return 2^(n/2), rounded down, or the rest of 2^n; n in the last bits."""
 
     def codegen(context, builder, sig, args):
         n = builder.sub(builder.bitcast(args[0], INTEGERS), each(WHOLE_BITS))
@@ -78,20 +78,20 @@ def _half_powers(typingctx, n, second):
 def times_power(x, n):
     """Return x 2^n, rounded once; n stands in the last bits, |n| up to 1100.
 
-    In two factors: either is normal where the answer is zero, subnormal or infinite.
+    In two factors: each is normal where the result is zero, subnormal or infinite.
     """
     return x * _half_powers(n, False) * _half_powers(n, True)
 
 
 @register_jitable(fastmath=False)
 def fast_two_sum(a, b):
-    """Return a + b and what is lost by rounding it; |a| >= |b|, or a is zero."""
+    """Return a + b and its rounding error; |a| >= |b|, or a is zero."""
     total = a + b
     return total, b - (total - a)
 
 
 @register_jitable(fastmath=False)
 def two_product(a, b):
-    """Return a b and what is lost by rounding it."""
+    """Return a b and its rounding error."""
     product = a * b
     return product, multiply_add(a, b, -product)

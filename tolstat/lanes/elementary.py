@@ -1,7 +1,7 @@
 """NumPy's elementary functions on vectors and masks: `np.sqrt`, `np.where`, ...
 
-Importing this file teaches them to Numba, so that equations written in plain NumPy
-compile to registers. Each is one LLVM instruction or a few.
+Importing this file registers them with Numba, so that equations in plain NumPy compile
+to registers. Each is a few LLVM instructions.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def multiply_add(typingctx, a, b, c):
 
 @overload(np.where)
 def where(condition, a, b):
-    """Take a where the condition holds, else b; neither is skipped."""
+    """Take a where the condition holds, else b; both are computed."""
     if condition is mask:
         return lambda condition, a, b: _select(condition, a, b)
     return None
@@ -101,7 +101,7 @@ def where(condition, a, b):
 
 @overload(np.copysign)
 def copysign(x, sign):
-    """Give x the sign of another, of a signed zero and a NaN too."""
+    """Give x the sign of another number, signed zeros and NaN included."""
     if vector in (x, sign):
         return lambda x, sign: _copysign(x, sign)
     return None
@@ -109,7 +109,7 @@ def copysign(x, sign):
 
 @overload(np.maximum, jit_options={"fastmath": False})
 def maximum(a, b):
-    """Take the greater; a NaN on either side stays, so a blown-up trial is seen."""
+    """Take the greater; a NaN on either side stays, so diverged trials are seen."""
     if vector in (a, b):
         return lambda a, b: _select((a >= b) | (a != a), a, b)
     return None
@@ -125,7 +125,7 @@ def minimum(a, b):
 
 @overload(np.isfinite, jit_options={"fastmath": False})
 def isfinite(x):
-    """Tell the lanes that hold a number from infinities and NaN."""
+    """Tell which lanes hold a number, not an infinity or NaN."""
     if x is vector:
         return lambda x: np.abs(x) < np.inf
     return None

@@ -12,7 +12,7 @@ from tolstat.lanes.vector import vector
 
 STRICT = {"fastmath": False}
 PER_LN2 = 1.4426950408889634
-# beyond, whatever is added to it, the answer is 0 or infinite
+# outside, the result is 0 or infinite
 LOWEST, HIGHEST = -750.0, 715.0
 
 
@@ -26,7 +26,7 @@ def exp_of_two(x, x_lost):
     near = np.minimum(np.maximum(x, LOWEST), HIGHEST)
     turns = multiply_add(near, PER_LN2, WHOLE)
     n = turns - WHOLE
-    # n LN2_A is exact, and so is what is left
+    # n LN2_A is exact, and so is the difference
     a = multiply_add(-n, LN2_A, near)
     b = multiply_add(-n, LN2_B, np.where(near == x, x_lost, 0.0))
     r = a + b
@@ -41,14 +41,14 @@ def exp_of_two(x, x_lost):
     even = multiply_add(u, even, 0.5)
     odd = multiply_add(u, odd, 0.16666666666666669)
     q = multiply_add(r, odd, even)
-    # what r lost comes back
+    # with the rounding error of r
     rest = multiply_add(u, q, b - (r - a))
     return times_power(1.0 + (r + rest), turns)
 
 
 @overload(np.exp, jit_options=STRICT)
 def exp(x):
-    """Return e^x; infinities, NaN, and answers that are subnormal, as NumPy."""
+    """Return e^x; infinities, NaN and subnormal results as NumPy."""
     if x is not vector:
         return None
     return lambda x: exp_of_two(x, 0.0)

@@ -1,4 +1,4 @@
-"""Branch-free log of a vector, at most 2 ulp; in two doubles for what builds on it."""
+"""Branch-free log of a vector, at most 2 ulp; in two doubles for powers."""
 
 from __future__ import annotations
 

@@ -21,14 +21,14 @@ STRICT = {"fastmath": False}
 def _power(x, y):
     """Return e^(y log |x|), with the sign and the exceptions of x^y.
 
-    A logarithm that is off by 2^-65 of itself is off by 2^-55 where y makes it 745, the
-    most that does not overflow: a quarter of an ulp of the answer.
+    A relative error of 2^-65 of the logarithm is an error of 2^-55 where y makes it
+    745, the most that does not overflow: a quarter of an ulp of the result.
     """
     a = np.abs(x)
     log, log_lost = log_in_two(a)
     exponent = y * log
     lost = multiply_add(y, log, -exponent) + y * log_lost
-    # infinities have lost nothing
+    # infinities have no rounding error
     lost = np.where(np.isfinite(exponent), lost, 0.0)
     value = exp_of_two(exponent, lost)
 

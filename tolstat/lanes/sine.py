@@ -46,8 +46,8 @@ def _signed_by(typingctx, x, turns):
 def _reduce(x):
     """Write x = n pi/2 + r with |r| <= pi/4; return r, and n in the last bits.
 
-    x - n A is exact: it is a multiple of 2^-53 below 1. With n B it is rounded once, so
-    nothing is lost near a multiple of pi/2, and n C is below what that leaves.
+    x - n A is exact: a multiple of 2^-53 below 1. With n B it is rounded once, so that
+    no digit is lost near a multiple of pi/2; n C is below that rounding error.
 
     References
     ----------
@@ -87,7 +87,7 @@ def _cos_near_zero(r):
 
 @overload(np.sin, jit_options=STRICT)
 def sin(x):
-    """Return the sine; zeros keep their sign, beyond 1e6 the answer is NaN."""
+    """Return the sine; zeros keep their sign, above 1e6 it is NaN."""
     if x is not vector:
         return None
 
@@ -101,7 +101,7 @@ def sin(x):
 
 @overload(np.cos, jit_options=STRICT)
 def cos(x):
-    """Return the cosine; beyond 1e6 the answer is NaN."""
+    """Return the cosine; above 1e6 it is NaN."""
     if x is not vector:
         return None
 

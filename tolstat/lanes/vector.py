@@ -1,7 +1,7 @@
 """The vector of lanes: a Numba type holding one float64 of each of WIDTH trials.
 
-LLVM splits it on processors with narrower registers, so the width is a
-constant of the package and not of the machine.
+LLVM splits it on processors with narrower registers, so the width is a constant of the
+package and not of the processor.
 """
 
 from __future__ import annotations

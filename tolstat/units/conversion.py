@@ -1,7 +1,7 @@
-"""Units: known names only, combined with * / and small powers, converted by pint.
+"""Units: known names, combined with * / and small powers, converted by pint.
 
-An angle is a dimension of its own here: 7.5 Hz is not 7.5 rad/s, and a phase is not a
-plain number.
+An angle is a dimension of its own: 7.5 Hz is not 7.5 rad/s, and a phase is not a plain
+number.
 """
 
 from __future__ import annotations
@@ -67,31 +67,22 @@ _NAME = re.compile(r"\s*([A-Za-zµμ%°]+|1(?=\s*(?:/|$)))(?:(?:\^|\*\*)(-?[1-4]
 
 
 def to_si(value: float, given: str, unit: str) -> float:
-    """Turn a number as written into the SI unit that is expected.
+    """Turn a number as written into the expected SI unit; "" is a bare number.
 
-    The unit given may be empty, for a bare number; an unknown one, or one of another
-    kind, is a UnitError.
+    A unit that is unknown or of another kind is a UnitError.
     """
-    factor, kind = _measure(given)
-    expected, expected_kind = _measure(unit)
-    if kind != expected_kind:
+    if dimension(given) != dimension(unit):
         raise UnitError(_wrong_kind(given, unit))
-    return value * (factor / expected)
+    return from_si(value, given, unit)
 
 
 def from_si(value: float, unit: str, shown: str) -> float:
-    """Turn an SI number of one unit into another of the same kind."""
+    """Turn a number of one unit into another of the same kind."""
     return value * (_measure(unit)[0] / _measure(shown)[0])
 
 
 def check_si(unit: str) -> None:
-    """Refuse a unit that is none of SI: numbers inside tolstat are SI.
-
-    Raises
-    ------
-    UnitError
-        If it is unknown, or a multiple such as mm.
-    """
+    """Refuse a unit that is unknown or not SI, such as mm: a UnitError."""
     if _measure(unit)[0] != 1.0 or unit == "count":
         raise UnitError(f"'{unit}' is no SI unit; declare that, and shown=\"{unit}\"")
 
@@ -106,27 +97,22 @@ def si_unit(dimension: Any) -> str:
     for name in KNOWN:
         if name != "count" and _measure(name) == (1.0, dimension):
             return name
-    over: list[str] = []
-    under: list[str] = []
+    over, under = "", ""
     for base, what in BASES.items():
         power = dimension.get(f"[{what}]", 0)
         if power != int(power) or abs(power) > MOST_POWER:
             raise UnitError(f"{dimension} has no unit: powers are whole, up to 4")
-        if power:
-            word = base if abs(power) == 1 else f"{base}^{abs(power):.0f}"
-            (over if power > 0 else under).append(word)
-    return "".join([" ".join(over) or "1", *(f"/{word}" for word in under)])
-
-
-def units_like(unit: str) -> list[str]:
-    """List the known names of the same kind as a unit."""
-    kind = _measure(unit)[1]
-    return [name for name in KNOWN if _measure(name)[1] == kind]
+        word = base if abs(power) == 1 else f"{base}^{abs(power):.0f}"
+        if power > 0:
+            over += f" {word}"
+        elif power < 0:
+            under += f"/{word}"
+    return (over.strip() or "1") + under
 
 
 @cache
 def _registry() -> Any:
-    """Prepare pint with our names only: its own would let hm and Bq through."""
+    """Prepare pint with our names only: its own would accept hm and Bq."""
     import pint
 
     registry = pint.UnitRegistry(None)
@@ -166,12 +152,12 @@ def _measure(unit: str) -> tuple[float, Any]:
 
 def _wrong_kind(given: str, unit: str) -> str:
     expected = f"in {unit}" if unit != "1" else "as a plain number or in %"
-    alike = units_like(unit)
-    if len(alike) > 1 and unit != "1":
-        expected += f" (or {', '.join(u for u in alike if u != unit)})"
-    if _measure(unit)[1] == _measure("rad/s")[1]:
+    same = [name for name in KNOWN if dimension(name) == dimension(unit)]
+    if len(same) > 1 and unit != "1":
+        expected += f" (or {', '.join(u for u in same if u != unit)})"
+    if dimension(unit) == dimension("rad/s"):
         hint = "rad/s, deg/s or rpm"
-        if given and _measure(given)[1] == _measure("Hz")[1]:
+        if given and dimension(given) == dimension("Hz"):
             return (
                 f"an angular speed is given in {hint}; '{given}' leaves open whether "
                 "turns or radians are meant (1 Hz of turning is 60 rpm)"

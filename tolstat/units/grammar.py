@@ -1,4 +1,4 @@
-"""Our own small grammar of numbers, ranges and signs; pint never sees these.
+"""A small grammar of numbers, ranges and signs, which pint misreads.
 
 pint alone reads "+-1.2 mm" as -1.2, "0..60 um" as 0 and "1,2 mm" as 12.
 """
@@ -23,7 +23,7 @@ _RANGE = re.compile(rf"(?P<lower>{_NUMBER})\s*\.\.\s*(?P<upper>{_NUMBER})\s*{_UN
 _BOUND = re.compile(rf"(?P<sign><=|>=)\s*(?P<value>{_NUMBER})\s*{_UNIT}")
 
 
-# squares and products of what lies between are numbers too, and no machine goes so far
+# squares and products of numbers in this range are numbers too
 LEAST, MOST = 1e-100, 1e100
 
 
@@ -67,11 +67,7 @@ def quantity(text: str, unit: str) -> float:
 
 
 def tolerance(text: str, unit: str) -> Range:
-    """Read a tolerance: "+-1.2 mm", or with unequal ends "-0.1..+0.3 mm".
-
-    The permitted zone of a deviation, SI; it has a width, and its lower end comes
-    first.
-    """
+    """Read a tolerance, "+-1.2 mm" or "-0.1..+0.3 mm": the permitted zone, SI."""
     text = text.strip()
     if found := _SYMMETRIC.fullmatch(text):
         half = _si(found["half"], found["unit"], unit)
@@ -94,9 +90,8 @@ def limit(text: str, unit: str) -> Range:
     text = text.strip()
     if found := _BOUND.fullmatch(text):
         value = _si(found["value"], found["unit"], unit)
-        return (
-            Range(-math.inf, value) if found["sign"] == "<=" else Range(value, math.inf)
-        )
+        below = found["sign"] == "<="
+        return Range(-math.inf, value) if below else Range(value, math.inf)
     if _RANGE.fullmatch(text):
         return quantity_range(text, unit)
     expected = ", ".join(_example(form, unit) for form in ("<= 3", ">= 0", "1..2"))
@@ -123,10 +118,7 @@ def unit_of(text: str) -> str:
 
 
 def _range(found: re.Match[str], unit: str) -> Range:
-    return Range(
-        _si(found["lower"], found["unit"], unit),
-        _si(found["upper"], found["unit"], unit),
-    )
+    return Range(*(_si(found[end], found["unit"], unit) for end in Range._fields))
 
 
 def _si(number: str, given: str | None, unit: str) -> float:
@@ -142,7 +134,7 @@ def _finite(number: str) -> float:
 
 
 def _computable(number: str, value: float) -> float:
-    """Refuse what over- or underflows as soon as it is computed with."""
+    """Refuse a number that would over- or underflow in a computation."""
     if value != 0 and not LEAST <= abs(value) <= MOST:
         side = "small" if abs(value) < LEAST else "large"
         raise UnitError(

@@ -1,4 +1,4 @@
-"""The unit that a quantity is shown in: as typed, as declared, or fitting its size."""
+"""The unit and the figures that a quantity is shown in."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from typing import NamedTuple
 from tolstat.units.conversion import from_si
 
 PLAIN, COUNT = "1", "count"
-FIGURES = 4  # of a number that needs no interval, where its spread asks for no more
+FIGURES = 4  # of a number without interval, unless its spread needs more
 BOUND = 3  # of a bound, and of an estimate without a trustworthy interval
-MOST_FIGURES = 10  # however narrow an interval or a spread is
-KNOWN = 12  # what stands behind is of binary numbers, not of what they say
-NOTHING = 1e-6  # of a size, up to the next power of ten: zero to an engineer
-# of the width of an interval: zero beside it, of an end and of the estimate
+MOST_FIGURES = 10  # of any number
+KNOWN = 12  # figures; the next ones are rounding errors of binary numbers
+NOTHING = 1e-6  # of a size, up to the next power of ten: practically zero
+# of the width of an interval: an end, and an estimate, that is practically zero
 SPECK = Decimal("1e-4"), Decimal("1e-5")
-TOLD = 1e-3  # of a spread: how far a number without interval may be rounded
+TOLD = 1e-3  # of a spread: rounding of a number without interval
 PLAINLY = 1e-3, 1e6  # between these numbers have no exponent
 
-# by SI unit: what it is shown in, the largest first, each from which size on (SI); the
-# last also serves what is smaller
+# by SI unit: the units shown, the largest first, each with its least size (SI); the
+# last also serves smaller ones
 SIZES = {
     "1": (("%", 0.0),),
     "m": (("m", 100.0), ("mm", 1e-4), ("um", 1e-7), ("nm", 0.0)),
@@ -37,27 +37,27 @@ SIZES = {
     "Hz": (("kHz", 1e5), ("Hz", 1e-2), ("mHz", 0.0)),
     "s": (("s", 0.1), ("ms", 1e-5), ("us", 0.0)),
 }  # fmt: skip
-# of these, what stands where no size is known
+# of these, the unit where no size is known
 USUAL = {"m": "mm", "rad": "mrad", "N": "kN", "J": "kJ", "W": "kW", "N m": "kN m",
          "Pa": "MPa", "Hz": "Hz", "s": "s"}  # fmt: skip
 
 
 class Scale(NamedTuple):
-    """How a quantity is held and how it is shown.
+    """How a quantity is stored and how it is shown.
 
     Attributes
     ----------
     unit : str
         SI unit of its numbers.
     shown : str
-        Unit in which people read it; "1" is a plain number, "count" a whole one.
+        Unit in which it is read; "1" is a plain number, "count" a whole one.
     least : float
-        A power of ten, in the unit shown: what is smaller is said to be below it.
+        A power of ten, in the unit shown: smaller numbers are written as below it.
     most : int
-        Figures at most, however narrow an interval is.
+        Largest number of figures.
     place : int or None
-        Behind the point of the unit shown: up to there at least numbers without
-        interval are told apart. None: nothing is known of their spread.
+        Least number of decimals of numbers without interval; None where their spread is
+        unknown.
     """
 
     unit: str
@@ -69,52 +69,52 @@ class Scale(NamedTuple):
     @property
     def factor(self) -> float:
         """What an SI number is multiplied with to be shown."""
-        return from_si(1.0, self.unit, self.shown)
+        return self.converted(1.0)
+
+    def converted(self, value: float) -> float:
+        """Return an SI number in the unit shown."""
+        return float(from_si(value, self.unit, self.shown))
 
     @property
     def mark(self) -> str:
-        """What stands behind a number: the unit, or nothing."""
+        """The unit after a number, or nothing."""
         return "" if self.shown in (PLAIN, COUNT) else self.shown
 
     def beside(self, size: float) -> Scale:
-        """Return it with what is nothing beside numbers of a size, SI."""
-        shown = NOTHING * abs(float(from_si(size, self.unit, self.shown)))
+        """Return it with the least number beside numbers of a size, SI."""
+        shown = NOTHING * abs(self.converted(size))
         known = shown > 0 and math.isfinite(shown)
         least = 10.0 ** math.ceil(math.log10(shown)) if known else 0.0
         return self._replace(least=least)
 
     def telling(self, spread: float, asked: Iterable[float] = ()) -> Scale:
-        """Return it with the figures that tell a thousandth of a spread apart.
+        """Return it with the decimals that resolve a thousandth of a spread, SI.
 
-        Parameters
-        ----------
-        spread : float
-            Of its numbers, SI; 0 or not finite where it is not known.
-        asked : iterable of float
-            Numbers that they are held against, SI: to one place more at least.
+        A spread of 0 or not finite is unknown. Numbers that are `asked`, such as ends
+        of a limit, get one more decimal than they have.
         """
-        shown = (float(from_si(each, self.unit, self.shown)) for each in asked)
+        shown = (self.converted(each) for each in asked)
         places = [1 - int(_known(x).as_tuple().exponent) for x in shown if x]
-        told = 2 * TOLD * abs(float(from_si(spread, self.unit, self.shown)))
+        told = 2 * TOLD * abs(self.converted(spread))
         if told > 0 and math.isfinite(told):
             places.append(math.ceil(-math.log10(told) - NOTHING))
         return self._replace(place=max(places, default=None))
 
     @property
     def exact(self) -> Scale:
-        """The same, with nothing too small to be said."""
+        """The same, without a least number."""
         return self._replace(least=0.0)
 
     def nothing(self, value: float) -> bool:
-        """Whether an SI number is not zero, but to an engineer."""
-        return 0 < abs(float(from_si(value, self.unit, self.shown))) < self.least
+        """Whether an SI number is practically zero, but not exactly."""
+        return 0 < abs(self.converted(value)) < self.least
 
     def number(self, value: float, count: int = 0) -> str:
         """Write an SI number in the unit shown, without it.
 
-        It has `count` figures at most; else four, or as many as its place asks for.
+        It has at most `count` figures; by default four, or as many as its place needs.
         """
-        shown = float(from_si(value, self.unit, self.shown))
+        shown = self.converted(value)
         if self.nothing(value):
             return self._below(shown)
         if self.shown == COUNT and shown.is_integer():
@@ -126,15 +126,15 @@ class Scale(NamedTuple):
         return figures(shown, min(count, self.most))
 
     def at_least(self, value: float) -> str:
-        """Write what an SI number is at least: of three figures, no larger than it."""
+        """Write an SI number as a lower bound: three figures, rounded down."""
         return self._bound(value, ROUND_FLOOR)
 
     def at_most(self, value: float) -> str:
-        """Write what an SI number is at most: of three figures, no smaller than it."""
+        """Write an SI number as an upper bound: three figures, rounded up."""
         return self._bound(value, ROUND_CEILING)
 
     def _bound(self, value: float, rounding: str) -> str:
-        shown = float(from_si(value, self.unit, self.shown))
+        shown = self.converted(value)
         if self.nothing(value):
             safe = shown > 0 if rounding == ROUND_CEILING else shown < 0
             shown = math.copysign(self.least, shown) if safe else 0.0
@@ -143,22 +143,17 @@ class Scale(NamedTuple):
     def interval(
         self, value: float, lower: float, upper: float
     ) -> tuple[str, str, str]:
-        """Write an estimate and the ends of its interval, as precisely as this allows.
+        """Write an estimate and the ends of its interval, SI, NaN without one.
 
-        All three end where half the interval has its second figure; they have ten
-        figures at most, and one of their own where zero is outside, but for what is a
-        speck beside the width. Where the estimate is one end itself, the other is a
-        bound: of three figures of the width, rounded outwards; so is the end of an open
-        interval. Without a width they are numbers like any other, and what has no
-        interval is of three figures.
-
-        Parameters
-        ----------
-        value, lower, upper : float
-            SI; NaN where there is no interval.
+        All three end at the second figure of half the width; they have at most ten
+        figures, and at least one where zero is outside, unless they are tiny against
+        the width. Where the estimate is one end itself, the other is a bound: three
+        figures of the width, rounded outwards; so is the end of an open interval. With
+        no width they are plain numbers; without an interval the estimate has three
+        figures.
         """
         given = (value, lower, upper)
-        three = [float(from_si(x, self.unit, self.shown)) for x in given]
+        three = [self.converted(x) for x in given]
         whole = self.shown == COUNT and all(map(float.is_integer, three))
         if math.isnan(three[1]) or math.isnan(three[2]):
             return self.number(value, BOUND), self.number(lower), self.number(upper)
@@ -174,8 +169,8 @@ class Scale(NamedTuple):
             BOUND - 1 - width.adjusted() if bound else 1 - (width / 2).adjusted(),
             self.most - 1 - size.adjusted(),
         )
-        own = below > 0 or above < 0  # a figure, for zero is outside
-        # where figures end before, what is nothing is rounded to zero
+        own = below > 0 or above < 0  # zero is outside: at least one figure
+        # where figures end before, practically zero is rounded to zero
         least = self.least if own or 10.0**-place <= self.least else 0.0
         plain = PLAINLY[0] <= size <= PLAINLY[1]
         roundings = (
@@ -192,9 +187,9 @@ class Scale(NamedTuple):
             else:
                 seen = own and abs(x) > SPECK[x == middle] * width
                 last = max(place, -x.adjusted()) if seen else place
-                if bound and x == middle:  # exactly there: no zeros behind
+                if bound and x == middle:  # exact: no trailing zeros
                     last = min(last, -int(x.as_tuple().exponent))
-                words.append(to_place(x, last, rounding, plain))
+                words.append(_to_place(x, last, rounding, plain))
         a, b, c = words
         return a, b, c
 
@@ -212,20 +207,14 @@ class Scale(NamedTuple):
 
 
 class Ratio(NamedTuple):
-    """How a slope is shown: in units of a response by those of a contributor.
-
-    Attributes
-    ----------
-    above, below : Scale
-        Of the response and the contributor.
-    """
+    """How a slope is shown: in units of a response per those of a contributor."""
 
     above: Scale
     below: Scale
 
     @property
     def mark(self) -> str:
-        """What stands behind a number, kN/mm."""
+        """The unit after a number, kN/mm."""
         below = self.below.mark
         if not below:
             return self.above.mark
@@ -238,27 +227,20 @@ class Ratio(NamedTuple):
         return self.above.factor / self.below.factor
 
     def number(self, value: float) -> str:
-        """Write an SI number in the units shown, without them: of four figures."""
+        """Write an SI number in the units shown, without them: four figures."""
         return figures(value * self.above.factor / self.below.factor)
 
 
 PER_CENT, PPM, AS_IS = Scale("1", "%"), Scale("1", "ppm"), Scale("1", PLAIN)
-# of some machines, or of a variance: no share of all
+# of some trials, or of a variance
 PART = PER_CENT._replace(most=BOUND)
 
 
 def figures(value: float, count: int = FIGURES, rounding: str = ROUND_HALF_EVEN) -> str:
-    """Write a number that has no interval: 0.4 as it is, and 1/3 as 0.3333.
+    """Write a number that has no interval: 0.4 as 0.4, and 1/3 as 0.3333.
 
-    Parameters
-    ----------
-    value : float
-        In the unit to be shown.
-    count : int
-        How many figures it has at most; of four one less with an exponent, and as many
-        as stand before its point.
-    rounding : str
-        Of `decimal`.
+    With at most `count` figures; of four one less with an exponent, and at least those
+    before its point. The rounding is one of `decimal`.
     """
     if math.isnan(value):
         return "failed"
@@ -275,23 +257,14 @@ def figures(value: float, count: int = FIGURES, rounding: str = ROUND_HALF_EVEN)
 
 
 def _known(value: float) -> Decimal:
-    """Return the figures of a number that are no noise of binary ones."""
+    """Return the figures of a number that are no binary rounding errors."""
     return Decimal(f"{value:.{KNOWN}g}").normalize()
 
 
-def to_place(value: Decimal, place: int, rounding: str, plain: bool) -> str:
-    """Write a number up to a place behind its point; before it if that is negative.
+def _to_place(value: Decimal, place: int, rounding: str, plain: bool) -> str:
+    """Write a number up to a decimal place; before the point if that is negative.
 
-    Parameters
-    ----------
-    value : Decimal
-        In the unit to be shown.
-    place : int
-        Of the last figure.
-    rounding : str
-        Of `decimal`.
-    plain : bool
-        Whether it has no exponent, unless it has six zeros behind its point.
+    A plain number has no exponent, unless it begins with six zeros.
     """
     rounded = value.quantize(Decimal(1).scaleb(-place), rounding)
     if rounded == 0:
@@ -306,10 +279,10 @@ def _tidy(number: str) -> str:
 
 
 def scale_of(unit: str, shown: str = "", size: float = math.nan) -> Scale:
-    """Choose how a quantity of an SI unit is shown: SI itself where nothing is handier.
+    """Choose how a quantity of an SI unit is shown.
 
-    What the study types or the machine declares goes first; else the size, the largest
-    magnitude of its numbers, SI, decides the prefix. NaN or 0 is one that is not known.
+    In the unit that the study types or the model declares; else the size, the largest
+    magnitude of its numbers, SI, decides the prefix. A size of NaN or 0 is unknown.
     """
     if shown or unit not in SIZES:
         return Scale(unit, shown or unit)
