@@ -111,7 +111,7 @@ def main() -> None:
             assert found.met
             took = time.perf_counter() - began
             above = found.cost / each.least - 1
-            machines = found.wide_run + sum(found.fresh_runs)
+            machines = found.wide_trials + sum(found.fresh_trials)
             print(
                 f"{each.words:28} {seed:4d} {above:13.2%} {machines:10d} {took:8.1f}",
                 flush=True,

@@ -51,7 +51,7 @@ def test_a_study_that_runs_tables_and_a_picture(study):
     new, picture = study.with_name("new.toml"), study.with_name("curve.csv")
     done = call(study, "-o", new, "--plot", picture)
     assert done.exit_code == 0, done.output
-    for word in ("housing", "IT8", "every limit is met in a fresh run", "worst case"):
+    for word in ("housing", "IT8", "All limits are met", "worst case"):
         assert word in done.output
     text = new.read_text()
     made, proved = (shlex.split(line[2:]) for line in text.splitlines()[1:4:2])
@@ -67,11 +67,13 @@ def test_a_study_that_runs_tables_and_a_picture(study):
     # as the proof had it; the screen shows the figures that its interval leaves
     assert f" {float(format(ppm, '.3g')):.0f} " in done.output
     found = tolstat.allocate(study, model=machine(MACHINE))
-    assert found.proof.beyond["gap"].value == pytest.approx(1e-6 * ppm, rel=1e-12)
-    assert "tolstat run" not in found.text  # it is in no file
+    assert found.proof.fraction_out_of_limit["gap"].value == pytest.approx(
+        1e-6 * ppm, rel=1e-12
+    )
+    assert "tolstat run" not in found.study_file()  # it is in no file
     assert "found" in picture.read_text()
-    assert '"its proof" is that run, and its verdicts count' in done.output
-    assert "note: gap may have 50000 ppm beyond" in done.stderr
+    assert "Verdicts rest on the proof" in done.output
+    assert "note: gap permits 50000 ppm out of limit" in done.stderr
     assert f"the proof again: tolstat run {new} --trials {int(trials)}" in done.output
     assert done.output.split("the proof again: ")[1].splitlines()[0].endswith(MACHINE)
     again = call(study, "-o", new)
@@ -93,7 +95,7 @@ def test_a_study_is_written_only_where_it_reads_what_was_measured(study, tmp_pat
     assert missing.exit_code == 2 and "there is no such file" in missing.stderr
     other.write_text("length [mm]\n0.03\n-0.01\n")
     others = call(study, "-o", new)
-    assert others.exit_code == 2 and "data of that name are others" in others.stderr
+    assert others.exit_code == 2 and "data of that name differ" in others.stderr
     assert f"write it beside {study}" in others.stderr and not new.exists()
     other.write_bytes(parts.read_bytes())
     done = call(study, "-o", new)
@@ -118,11 +120,11 @@ def test_json_for_other_tools(study):
     done = call(study, "--json", "--trials", "1000")
     found = json.loads(done.stdout)
     assert done.exit_code == 0 and found["met"]
-    assert list(found)[:2] == ["cost", "tolerances"]
-    assert set(found["tolerances"]) == {"housing", "part"}
-    assert found["tolerances"]["housing"] in (0.1e-3, 0.05e-3)
-    assert found["cost"] == sum(line["cost"] for line in found["lines"])
-    assert {"beyond", "cost"} == set(found["trade_off"][0])
+    assert list(found)[:4] == ["schema", "answer", "cost", "half_widths"]
+    assert set(found["half_widths"]) == {"housing", "part"}
+    assert found["half_widths"]["housing"] in (0.1e-3, 0.05e-3)
+    assert found["cost"] == sum(entry["cost"] for entry in found["entries"])
+    assert {"fraction_out_of_any_limit", "cost"} == set(found["trade_off"][0])
 
 
 def test_where_nothing_meets_the_limits_nothing_is_written(study):
@@ -130,7 +132,7 @@ def test_where_nothing_meets_the_limits_nothing_is_written(study):
     new = study.with_name("new.toml")
     done = call(study, "-o", new)
     assert done.exit_code == 3, done.output
-    assert "no tolerances were shown to meet every limit" in done.output
+    assert "no tolerances were shown to meet all limits" in done.output
     assert "gap: not met" in done.output and not new.exists()
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from tolstat.cli.allocate import allocate
 from tolstat.cli.compare import compare
 from tolstat.cli.group import EXIT_CODES, Group
 from tolstat.cli.interrupting import LIMITS_NOT_MET
@@ -234,42 +235,6 @@ def report(
 
 
 @main.command()
-@path_argument("study", "STUDY.toml")
-@click.option(
-    "--trials",
-    type=click.IntRange(min=1),
-    help="Of the wide run, and of each proof; as many as the limits need if not given.",
-)
-@powered
-@output_option("Write the study with the tolerances found: a .toml file.")
-@plot_option("Cost over ppm: a .png, .svg, .pdf, .csv or .html file.")
-@click.option("--json", is_flag=True, help="The numbers as JSON.")
-@click.option("--force", is_flag=True, help="Replace an existing file of -o.")
-def allocate(
-    study: Path,
-    trials: int | None,
-    power: Power,
-    output: Path | None,
-    plot: Path | None,
-    json: bool,
-    force: bool,
-) -> None:
-    """Find the cheapest tolerances with which STUDY.toml meets its limits.
-
-    Its lines of [deviations] say what they cost by tolerance. What is found is proved
-    by a fresh run; where nothing meets the limits the exit code is 3.
-    """
-    from tolstat.cli.allocating import allocate_study
-
-    _judge(
-        allocate_study(
-            study, power, trials=trials, output=output, plot=plot, json=json,
-            force=force,
-        )
-    )  # fmt: skip
-
-
-@main.command()
 def models() -> None:
     """List the models: tolstat's own, of installed packages, and --machine's."""
     from tolstat.cli.modelling import list_models
@@ -277,5 +242,5 @@ def models() -> None:
     list_models()
 
 
-for _command in (what_if, compare, batch, runs, export, doctor):
+for _command in (allocate, what_if, compare, batch, runs, export, doctor):
     main.add_command(_command)

@@ -74,7 +74,7 @@ class Priced:
     ----------
     name : str
         Of the entry.
-    drawn : mapping of str to Distribution
+    specified : mapping of str to Distribution
         By contributor, as specified in the study, SI.
     law : Law or None
         Of the price.
@@ -87,7 +87,7 @@ class Priced:
     """
 
     name: str
-    drawn: Mapping[str, Distribution]
+    specified: Mapping[str, Distribution]
     law: Law | None
     offered: tuple[Offered, ...]
     unit: str
@@ -95,16 +95,16 @@ class Priced:
     words: str
 
     @property
-    def as_drawn(self) -> float:
+    def specified_choice(self) -> float:
         """The choice specified in the study."""
         if self.law:
-            return math.log(half_of(self.drawn))
+            return math.log(half_of(self.specified))
         halves = [half_of(each.distributions) for each in self.offered]
-        return float(halves.index(half_of(self.drawn)))
+        return float(halves.index(half_of(self.specified)))
 
-    def is_drawn(self, choice: float) -> bool:
+    def is_specified(self, choice: float) -> bool:
         """Tell whether a choice is that of the study."""
-        return abs(choice - self.as_drawn) < SAME
+        return abs(choice - self.specified_choice) < SAME
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -122,15 +122,15 @@ class Priced:
     def cost(self, choice: float) -> float:
         """Return the price of all parts of the entry."""
         if self.law:
-            return len(self.drawn) * self.law.of(math.exp(choice))
-        return len(self.drawn) * self.offered[round(choice)].price
+            return len(self.specified) * self.law.of(math.exp(choice))
+        return len(self.specified) * self.offered[round(choice)].price
 
     def distributions(self, choice: float) -> Mapping[str, Distribution]:
         """Return the distributions of the parts' deviations, by contributor, SI."""
         if not self.law:
             return self.offered[round(choice)].distributions
         half = math.exp(choice)
-        return {name: resized(each, half) for name, each in self.drawn.items()}
+        return {name: resized(each, half) for name, each in self.specified.items()}
 
 
 def zone_of(distribution: Distribution) -> Tolerance | None:

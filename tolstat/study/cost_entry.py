@@ -1,4 +1,4 @@
-"""The key `cost` of a line of [deviations], read; tolerances written into a study."""
+"""The key `cost` of an entry of [deviations], read; tolerances written into a study."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ EXAMPLE = (
 )
 LAWS = {"reciprocal": (), "exponential": ("rate",)}
 OF_EVERY_LAW = ("law", "at", "price", "tightest", "loosest")
-SPAN = 4.0, 2.0  # times tighter, and looser, than drawn, where nothing is said
+SPAN = 4.0, 2.0  # times tighter and looser than on the drawing, by default
 DIGITS, MOST_DIGITS = 3, 12  # of half the width of a tolerance that is written
-MOST_PRICE = 1e30
+LEAST_PRICE, MOST_PRICE = 1e-30, 1e30
 WIDEST = 1000  # times the tightest tolerance
 ROUNDING = 1e-9
 
@@ -37,31 +37,31 @@ Make = Callable[[str], Mapping[str, Distribution]]
 def read_cost(
     name: str,
     given: Any,
-    drawn: Mapping[str, Distribution],
+    specified: Mapping[str, Distribution],
     make: Make,
     unit: str,
     shown: str,
     words: str,
 ) -> Priced:
-    """Read what the parts of a line cost by their tolerance.
+    """Read what the parts of an entry cost by their tolerance.
 
-    `make` reads the line with another tolerance; `shown` is the unit in which the line
-    writes its own, empty for a grade; `words` that tolerance.
+    `make` reads the entry with another tolerance; `shown` is the unit in which the
+    entry writes its own, empty for a grade; `words` that tolerance.
     """
     if not isinstance(given, dict) or not given:
         raise CostError(f"cost: a table is expected, {EXAMPLE}")
-    zones = {zone_of(each) for each in drawn.values()}
+    zones = {zone_of(each) for each in specified.values()}
     if None in zones:
-        raise CostError("cost is by tolerance, and the line has none")
-    shown = shown or scale_of(unit, "", half_of(drawn)).shown
+        raise CostError("cost is by tolerance, and the entry has none")
+    shown = shown or scale_of(unit, "", half_of(specified)).shown
     if set(given) & {*OF_EVERY_LAW, "rate"}:
         if len(zones) > 1:
             raise CostError(
-                "cost: the parts have different tolerances; give each a line of its "
+                "cost: the parts have different tolerances; give each an entry of its "
                 "own, or a table of grades"
             )
-        law = _law(given, drawn, unit)
-        return Priced(name, drawn, law, (), unit, shown, words)
+        law = _law(given, specified, unit)
+        return Priced(name, specified, law, (), unit, shown, words)
     offered = [
         Offered(words, _price(f'"{words}"', price), make(words))
         for words, price in given.items()
@@ -74,18 +74,20 @@ def read_cost(
         if looser.price > tighter.price:
             raise CostError(
                 f'cost: "{looser.words}" = {looser.price:g} is looser than '
-                f'"{tighter.words}" = {tighter.price:g}, and dearer; no one would '
-                "choose it: correct a price, or leave it out"
+                f'"{tighter.words}" = {tighter.price:g}, and costs more; correct a '
+                "price, or leave it out"
             )
-    if dict(drawn) not in [dict(each.distributions) for each in offered]:
-        words = ", ".join(each.words for each in offered)
+    if dict(specified) not in [dict(each.distributions) for each in offered]:
+        known = ", ".join(each.words for each in offered)
         raise CostError(
-            f"cost: the tolerance as drawn has no price; it has those of {words}"
+            f"cost: the tolerance of the entry has no price; allowed: {known}"
         )
-    return Priced(name, drawn, None, tuple(offered), unit, shown, words)
+    return Priced(name, specified, None, tuple(offered), unit, shown, words)
 
 
-def _law(given: dict[str, Any], drawn: Mapping[str, Distribution], unit: str) -> Law:
+def _law(
+    given: dict[str, Any], specified: Mapping[str, Distribution], unit: str
+) -> Law:
     """Read a law of the price."""
     law = given.get("law")
     if not isinstance(law, str) or law not in LAWS:
@@ -99,65 +101,57 @@ def _law(given: dict[str, Any], drawn: Mapping[str, Distribution], unit: str) ->
     for key in ("at", "price", *LAWS[law]):
         if key not in given:
             raise CostError(f"cost: the {law} law needs the key {key}; {EXAMPLE}")
-    half, (tighter, looser) = half_of(drawn), SPAN
+    half, (tighter, looser) = half_of(specified), SPAN
     halves = {"tightest": half / tighter, "loosest": half * looser}
     for key in ("at", "tightest", "loosest"):
         if key in given:
             halves[key] = _half(key, given[key], unit)
-    tightest, loosest = halves["tightest"], halves["loosest"]
-    if not tightest < loosest:
+    found = Law(
+        halves["at"],
+        _price("price", given["price"], LEAST_PRICE),
+        halves["tightest"],
+        halves["loosest"],
+        _rate(given["rate"], unit) if "rate" in given else 0.0,
+    )
+    if not found.tightest < found.loosest:
         raise CostError("cost: the tightest tolerance is no tighter than the loosest")
-    if loosest > WIDEST * tightest:
+    if found.loosest > WIDEST * found.tightest:
         raise CostError(
             f"cost: the loosest tolerance is more than {WIDEST} times the tightest; no "
             "run covers both"
         )
-    if not tightest * (1 - ROUNDING) <= half <= loosest * (1 + ROUNDING):
+    ends = found.tightest * (1 - ROUNDING), found.loosest * (1 + ROUNDING)
+    if not ends[0] <= half <= ends[1]:
         raise CostError(
-            "cost: the tolerance as drawn does not lie between tightest and loosest; "
-            f"they are a {tighter:g}th and {looser:g} times as drawn if not given"
+            "cost: the tolerance of the entry does not lie between tightest and "
+            f"loosest; by default they are a {tighter:g}th and {looser:g} times it"
         )
-    rate = 0.0
-    if "rate" in given:
-        try:
-            rate = quantity(str(given["rate"]), unit)
-        except UnitError as error:
-            raise CostError(f'cost, rate = "{given["rate"]}": {error}') from None
-        if not rate > 0:
-            raise CostError(
-                "cost, rate: a quantity above zero is expected: the price "
-                "is e times as much for each rate that is taken off"
-            )
-    found = Law(
-        halves["at"],
-        _price("price", given["price"], MOST_PRICE**-1),
-        tightest,
-        loosest,
-        rate,
-    )
-    for key, end in (("tightest", tightest), ("loosest", loosest)):
-        try:
-            for each in drawn.values():
-                resized(each, end)
-        except DistributionError as error:
-            ratio = end / half
-            raise CostError(
-                f"cost: with the {key} tolerance, {ratio:.3g} times as drawn, {error}; "
-                f"give cost another {key}"
-            ) from None
-        if not _computable(found, end):
-            raise CostError(
-                f"cost: with rate = {given.get('rate')} the price at the "
-                "tightest tolerance is no number; give a larger rate"
-            )
+    for key in ("tightest", "loosest"):
+        _check_end(found, key, specified)
     return found
 
 
-def _computable(law: Law, half: float) -> bool:
+def _check_end(law: Law, key: str, specified: Mapping[str, Distribution]) -> None:
+    """Refuse a law whose tightest or loosest tolerance is no part, or has no price."""
+    end = getattr(law, key)
     try:
-        return 0 < law.of(half) < 1e100
+        for each in specified.values():
+            resized(each, end)
+    except DistributionError as error:
+        ratio = end / half_of(specified)
+        raise CostError(
+            f"cost: with the {key} tolerance, {ratio:.3g} times that of the entry, "
+            f"{error}; give cost another {key}"
+        ) from None
+    try:
+        known = 0 < law.of(end) < 1e100
     except OverflowError:
-        return False
+        known = False
+    if not known:
+        raise CostError(
+            f"cost, rate: the price at the {key} tolerance is no number; give a larger "
+            "rate"
+        )
 
 
 def _half(key: str, text: Any, unit: str) -> float:
@@ -170,6 +164,19 @@ def _half(key: str, text: Any, unit: str) -> float:
         raise CostError(f'cost, {key} = "{text}": {error}') from None
 
 
+def _rate(text: Any, unit: str) -> float:
+    try:
+        rate = quantity(str(text), unit)
+    except UnitError as error:
+        raise CostError(f'cost, rate = "{text}": {error}') from None
+    if not rate > 0:
+        raise CostError(
+            "cost, rate: a quantity above zero is expected; the price is e times as "
+            "much for each rate that the tolerance is tighter"
+        )
+    return rate
+
+
 def _price(key: str, price: Any, least: float = 0.0) -> float:
     """Read a price: a number without currency."""
     fits = isinstance(price, int | float) and not isinstance(price, bool)
@@ -179,26 +186,23 @@ def _price(key: str, price: Any, least: float = 0.0) -> float:
     return float(price)
 
 
-def with_tolerances(text: str, chosen: Mapping[str, str], heading: str) -> str:
-    """Write a study with other tolerances.
+def with_tolerances(text: str, chosen: Mapping[str, str]) -> str:
+    """Write a study with other tolerances, by entry of [deviations] or [links].
 
-    By line of [deviations] or [links]; the heading stands above as a comment, other
-    comments are gone.
+    Its comments are gone.
     """
     table = tomllib.loads(text)
     for name, words in chosen.items():
         section = "links" if name in table.get("links", {}) else "deviations"
-        line = with_tolerance(table[section][name], words)
-        table[section][name] = line
-    above = "".join(f"# {line}\n" for line in heading.splitlines())
-    return f"{above}\n{tomli_w.dumps(table)}"
+        table[section][name] = with_tolerance(table[section][name], words)
+    return tomli_w.dumps(table)
 
 
-def with_tolerance(line: Mapping[str, Any], words: str) -> dict[str, Any]:
-    """Return a line of a study with another tolerance, all other keys as they are."""
+def with_tolerance(entry: Mapping[str, Any], words: str) -> dict[str, Any]:
+    """Return an entry of a study with another tolerance, all other keys as they are."""
     found: dict[str, Any] = {}
     graded = iso286.looks_like_grade(words)
-    for key, value in line.items():
+    for key, value in entry.items():
         if key in ("tolerance", "iso1328"):
             found["tolerance"] = words
         elif key != "module" and (key != "size" or graded):
@@ -207,23 +211,23 @@ def with_tolerance(line: Mapping[str, Any], words: str) -> dict[str, Any]:
 
 
 def tolerance_words(priced: Priced, choice: float) -> str:
-    """Write a tolerance that is chosen: as drawn in the line's words, else in figures.
+    """Write a tolerance that is chosen: the entry's own in its words, else in figures.
 
     Three figures of half its width or, where they would be tighter than the tightest,
     as many as that needs; it reaches no farther to either side than what is chosen.
     """
     if not priced.law:
         return priced.offered[round(choice)].words
-    if priced.is_drawn(choice):
+    if priced.is_specified(choice):
         return priced.words
     zone = zone_of(next(iter(priced.distributions(choice).values())))
     assert zone is not None
     scale = scale_of(priced.unit, priced.shown)
     lower, upper = (end * scale.factor for end in zone)
     half, least = zone.half * scale.factor, priced.law.tightest * (1 - ROUNDING)
+    slack = ROUNDING * half  # binary numbers are a little off what they stand for
     for figures in range(DIGITS, MOST_DIGITS + 1):
         place = math.floor(math.log10(half)) + 1 - figures
-        slack = ROUNDING * half  # binary numbers are a little off what they stand for
         ends = (
             Decimal(math.ceil((lower - slack) / 10.0**place)).scaleb(place),
             Decimal(math.floor((upper + slack) / 10.0**place)).scaleb(place),

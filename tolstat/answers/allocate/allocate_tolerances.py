@@ -1,42 +1,43 @@
-"""The cheapest tolerances that meet all limits: found by weighting, proved afresh."""
+"""The cheapest tolerances that meet all limits: weighting finds, fresh runs prove."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from concurrent.futures import Executor
-from functools import partial
 from numbers import Integral
-from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.answers.allocate.active_limits import active, lines_of
-from tolstat.answers.allocate.allocation import Allocation, Scheme, trade_off
-from tolstat.answers.allocate.fresh_runs import LONGEST, FreshRuns, Proof
-from tolstat.answers.allocate.search import Searching
+from tolstat.answers.allocate.allocation import (
+    DRAWING,
+    EQUAL_COST,
+    FOUND,
+    TIGHTEST,
+    AllocatedEntry,
+    Allocation,
+)
+from tolstat.answers.allocate.fresh_runs import LONGEST, FreshRuns
+from tolstat.answers.allocate.search import Search
 from tolstat.answers.allocate.trade_off import (
-    at_the_cost_drawn,
-    linear_answers,
-    own_shares,
+    at_equal_cost,
+    linear_choices,
+    own_fractions,
     points_about,
 )
-from tolstat.catalogue import place_of
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.errors import DistributionError, StudyError
 from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.workers.crew import Workers
-from tolstat.literal import visible
 from tolstat.model.contract import Model
 from tolstat.statistics.limits.anytime_valid import anytime_valid
 from tolstat.statistics.limits.sample_size import grown
 from tolstat.statistics.limits.yields import CONFIDENCE
-from tolstat.store.commands import command
-from tolstat.study.cost_entry import EXAMPLE
+from tolstat.study.cost_entry import EXAMPLE, tolerance_words
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Source, Study, load
 
-ENOUGH = 50  # machines that would be beyond a limit if as many were as it permits
+ENOUGH = 50  # trials out of a limit if the permitted fraction were
 LONGER = 32  # times as many trials as these take, where they are worth a longer proof
 QUICK, MANY = 256, 2_000_000  # where nothing is integrated, up to so many trials
 
@@ -55,7 +56,7 @@ def allocate(
     Parameters
     ----------
     study : path or mapping
-        A study file, or what one would hold; lines of [deviations] have a `cost`.
+        A study file, or what one would hold; entries of [deviations] have a `cost`.
     trials : int, optional
         Of the wide run, and of each proof at its first look; else as many as the
         strictest limit needs, or as the study has if these are more.
@@ -65,12 +66,12 @@ def allocate(
     Returns
     -------
     Allocation
-        `.text` is the study that it found. Nothing is stored.
+        `.study_file()` is the study with these tolerances. Nothing is stored.
 
     Raises
     ------
     StudyError
-        If the study is wrong, draws nothing, has no limit or no cost.
+        If the study is wrong, samples nothing, has no limit or no cost.
     """
     asked = load(study, model=model)
     with Workers(workers, executor=executor) as crew:
@@ -83,55 +84,62 @@ def allocated(
     *,
     trials: int | None = None,
     progress: Telling | None = None,
-    output: Path | None = None,
 ) -> Allocation:
-    """Allocate the tolerances of a checked study; see `allocate`.
-
-    `output` is the file that the study found goes to: its comment names it.
-    """
+    """Allocate the tolerances of a checked study; see `allocate`."""
     _check(study)
+    lengths = _lengths(study, trials)
+    tell = progress or (lambda progress: None)
+    tell(Progress(0, 0, lengths.first, doubt=lengths.words))
+    return _answer(Search(FreshRuns(study, workers, lengths.first, tell)), lengths)
+
+
+class _Lengths(NamedTuple):
+    """Trials of a first look, of the longest proof, and these in words."""
+
+    first: int
+    longest: int
+    words: str
+
+
+def _lengths(study: Study, trials: int | None) -> _Lengths:
+    """Choose how many trials runs have; refuse too many, and too few to be a proof."""
     if trials is not None and not (isinstance(trials, Integral) and trials > 0):
         raise StudyError(f"trials: a whole number from 1 on is expected, not {trials}")
-    strictest = min(study.limits, key=lambda name: -study.limits[name].demanded)
+    source = study.path or "the study"
+    strictest = max(study.limits, key=lambda name: study.limits[name].demanded)
     share = 1 - study.limits[strictest].demanded
     enough = math.ceil(ENOUGH / share)
-    count = trials or max(study.trials, enough)
-    most = LONGEST * count
+    first = trials or max(study.trials, enough)
+    most = LONGEST * first
     if wrong := too_large(most, study.description):
-        source = study.path or "the study"
         raise StudyError(
-            f"{source}: a proof may take {LONGEST} times {count} trials: {wrong}; ask "
-            "for fewer (--trials), or demand less of the limits"
+            f"{source}: a proof may take {LONGEST} times {first} trials: {wrong}; ask "
+            "for fewer trials, or demand less of the limits"
         )
-    longest = LONGER * min(count, enough)
+    longest = LONGER * min(first, enough)
     if not study.model.integrates:
-        longest = max(longest, min(QUICK * min(count, enough), MANY))
+        longest = max(longest, min(QUICK * min(first, enough), MANY))
     longest = max(most, longest)
     if too_large(longest, study.description):
         longest = most  # an answer does without
-    shown = anytime_valid(0, most, CONFIDENCE).upper  # with none beyond
-    asks = f"{strictest} may have {1e6 * share:.6g} ppm beyond"
+    permits = f"{strictest} permits {1e6 * share:.6g} ppm out of limit"
     least = 1
-    while (open_to := anytime_valid(0, LONGEST * least, CONFIDENCE).upper) > share:
-        least = grown(least * open_to / share)
-    if shown > share:
+    while (shown := anytime_valid(0, LONGEST * least, CONFIDENCE).upper) > share:
+        least = grown(least * shown / share)
+    if anytime_valid(0, most, CONFIDENCE).upper > share:  # with none out of limit
         raise StudyError(
-            f"{study.path or 'the study'}: {asks}, which no first proof of {most} "
-            f"machines, {LONGEST} times --trials, can show, though none of them be "
-            f"beyond: ask for {least} trials or more"
+            f"{source}: {permits}. No first proof of {most} trials, {LONGEST} times "
+            f"those requested, can show that: ask for {least} trials or more"
         )
-    tell = progress or (lambda progress: None)
-    takes = (
-        f"{asks}: a wide run and several fresh ones have {count} machines each, a "
-        f"proof up to {most}"
+    words = (
+        f"{permits}: the wide run and each fresh run have {first} trials, a proof up "
+        f"to {most}"
     )
     if longest > most:
-        takes += f", or {longest} where the cost is worth it"
-    if count > study.trials and not trials:
-        takes += f" (--trials for fewer, {least} at least)"
-    tell(Progress(0, 0, count, doubt=takes))
-    again = partial(_again, study, trials, output)
-    return _around(Searching(FreshRuns(study, workers, count, tell)), longest, again)
+        words += f", or {longest} where the cost is worth it"
+    if first > study.trials and not trials:
+        words += f" (fewer trials may be requested, {least} at least)"
+    return _Lengths(first, longest, words)
 
 
 def _check(study: Study) -> None:
@@ -139,113 +147,84 @@ def _check(study: Study) -> None:
     source = study.path or "the study"
     if study.sampler is None:
         raise StudyError(
-            f'{source}: sampling = "{study.sampling}" draws nothing; tolerances are '
-            "allocated to machines that are drawn"
+            f'{source}: sampling = "{study.sampling}" samples nothing; tolerances are '
+            "allocated to trials that are sampled"
         )
     if not study.limits:
         raise StudyError(
             f"{source} has no [limits]: without them the loosest tolerances are the "
-            "cheapest; say what is permitted, and of how many machines"
+            "cheapest; say what is permitted, and the yield demanded"
         )
     deviating = study.deviating
     if not deviating.priced:
         raise StudyError(
-            f"{source}: no line of [deviations] or [links] says what it costs by its "
+            f"{source}: no entry of [deviations] or [links] says what it costs by its "
             f"tolerance; give one or more of them cost = {EXAMPLE}"
         )
     nowhere = {name: np.zeros(1) for name in deviating.distributions}
-    for line in deviating.priced:
-        tightest, loosest = map(line.distributions, line.ends)
-        drawn = {**deviating.distributions, **loosest}
+    for entry in deviating.priced:
+        tightest, loosest = map(entry.distributions, entry.ends)
+        sampled = {**deviating.distributions, **loosest}
         try:
-            DensityRatio(nowhere, drawn, deviating.dependence).weights(tightest)
+            DensityRatio(nowhere, sampled, deviating.dependence).weights(tightest)
         except DistributionError as error:
             raise StudyError(
-                f"{source}: {line.name} has a cost, and cannot be weighted: {error}; "
+                f"{source}: {entry.name} has a cost, and cannot be weighted: {error}; "
                 "leave its cost out, or give it another distribution"
             ) from None
 
 
-def _around(
-    search: Searching, longest: int, again: Callable[[Proof], tuple[str, str]]
-) -> Allocation:
-    """Prove the cheapest tolerances, and look around."""
-    runs = search.runs
-    search.draw_wide()
+def _answer(search: Search, lengths: _Lengths) -> Allocation:
+    """Find the cheapest tolerances, prove them, and compare them with others."""
+    runs, study = search.runs, search.runs.study
+    search.run_wide()
     proof = search.proved()
-    linear = linear_answers(search)
+    linear, omitted = linear_choices(search)
     ways = [*([proof.choice] if proof else []), *linear.values()]
-    proof = search.stretched(ways, proof, longest)
-    # nothing was chosen by the run of this seed: one that was met is a lucky one
+    proof = search.stretched(ways, proof, lengths.longest)
+    # nothing is chosen by the run of this seed: a proof is a lucky one of several
     seed = search.next_seed()
     answer = (
         proof
         or search.at_tightest
         or runs.of(search.tightest, search.next_seed(), most=runs.longest)
     )
-    proof = answer if answer.met else None
-    found = answer.choice
-    proofs = {"as drawn": runs.of(search.drawn, seed)}
-    proofs |= {"found": runs.of(found, seed)} if proof else {"tightest": answer}
+    found, scheme = answer.choice, answer.scheme
+    proofs = {DRAWING: runs.of(search.specified, seed)}
+    proofs |= {FOUND: runs.of(found, seed)} if answer.met else {TIGHTEST: answer}
     points = points_about(search, found)
-    if proof:
-        proofs["at the cost drawn"] = at_the_cost_drawn(search, points, seed)
+    if answer.met:
+        proofs[EQUAL_COST] = at_equal_cost(search, points, seed)
     proofs |= {name: runs.of(each, seed) for name, each in linear.items()}
-    schemes = {name: each.scheme for name, each in proofs.items()}
     listed = not any(each.law for each in search.priced)
+    entries = tuple(
+        AllocatedEntry(
+            each.name, len(each.specified), tolerance_words(each, own),
+            tolerance_words(each, x), each.cost(own), each.cost(x),
+            search.at_loosest(i, x),
+        )
+        for i, (each, own, x) in enumerate(
+            zip(search.priced, search.specified, found, strict=True)
+        )
+    )  # fmt: skip
+    if listed:
+        points = own_fractions(search, points)
     return Allocation(
-        met=proof is not None,
-        cost=answer.scheme.cost,
-        tolerances=answer.scheme.halves,
-        lines=lines_of(search, answer),
-        schemes=schemes,
-        proof=answer.scheme,
-        again=runs.study.sampling == "random",
+        cost=scheme.cost,
+        half_widths=scheme.half_widths,
+        met=answer.met,
+        entries=entries,
+        schemes={name: each.scheme for name, each in proofs.items()},
+        omitted_schemes=omitted,
+        proof=scheme,
+        reproducible=study.sampling == "random",
         verdicts={name: each.verdict for name, each in answer.yields.items()},
-        active=active(search, found),
-        notes=tuple(search.notes),
-        wide_run=search.drawn_wide,
-        fresh_runs=runs.made,
-        curve=trade_off(
-            own_shares(search, points) if listed else points,
-            schemes | ({"found": answer.scheme} if proof else {}),
-            listed=listed,
-        ),
-        text=runs.text(found, _heading(answer, schemes, *again(answer))),
-    )
-
-
-def _again(
-    study: Study, trials: int | None, output: Path | None, answer: Proof
-) -> tuple[str, str]:
-    """Return the commands that find and prove it once more; empty where none does."""
-    scheme, machine = answer.scheme, place_of(study.model)
-    found = proved = ""
-    if study.path:
-        options = ["--trials", trials] if trials else []
-        found = command("allocate", study.path, *options, machine=machine)
-    if output and study.sampling == "random":
-        proved = to_prove_again(output, scheme, machine)
-    return visible(found), visible(proved)
-
-
-def to_prove_again(output: Path, proof: Scheme, machine: str) -> str:
-    """Return the command that makes the proof of a written study once more."""
-    options = "--trials", proof.trials, "--seed", proof.seed
-    return command("run", output, *options, machine=machine)
-
-
-def _heading(answer: Proof, schemes: dict[str, Scheme], found: str, proved: str) -> str:
-    """Say above a study where its tolerances come from."""
-    scheme, drawn = answer.scheme, schemes["as drawn"]
-    shown = "meet every limit" if answer.met else "do NOT meet every limit"
-    return "\n".join(
-        [
-            f"Tolerances allocated, at a cost of {scheme.cost:.6g} (as drawn "
-            f"{drawn.cost:.6g})" + (":" if found else "."),
-            *([found] if found else []),
-            f"They {shown} in a run of {scheme.trials} random machines with seed "
-            f"{scheme.seed}" + (":" if proved else "."),
-            *([proved] if proved else []),
-        ]
+        active_limits=search.active_limits(found),
+        exhaustive=search.exhaustive,
+        wide_trials=search.wide_trials,
+        fresh_trials=runs.made,
+        trade_off=tuple(sorted(points, key=lambda p: p.fraction_out_of_any_limit)),
+        title=study.title,
+        study=runs.study_text(found),
+        listed=listed,
     )

@@ -1,176 +1,293 @@
-"""What came of an allocation: tolerances, what they cost, and what that buys."""
+"""The answer of an allocation: tolerances, what they cost, what that buys."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import ClassVar, NamedTuple
 
-import numpy as np
+from tolstat.answers.allocate.fresh_runs import Scheme
+from tolstat.answers.allocate.trade_off import Point, trade_off_chart
+from tolstat.answers.answer import Answer
+from tolstat.answers.cells import ppm
+from tolstat.document.blocks import (
+    Block,
+    Bullets,
+    Cell,
+    Document,
+    Figure,
+    Given,
+    Paragraph,
+    Table,
+    table,
+)
+from tolstat.document.inline import Name, Number, Parts, Word, counted, listed, text
+from tolstat.model.view import Chart
+from tolstat.render.tables import Row
+from tolstat.statistics.limits.yields import MET
 
-from tolstat.answers.allocate.optimizer import Choice
-from tolstat.model.view import Axis, Chart, Curve, Mark, Panel
-from tolstat.statistics.estimate import Estimate
-
-BEYOND = Axis("machines beyond any limit", "1", "ppm", logarithmic=True)
-BELOW = 0.1  # of the least share that is shown: lower ends of intervals are seen so far
-
-
-class Scheme(NamedTuple):
-    """Tolerances, what they cost, and how many machines they put beyond the limits.
-
-    Attributes
-    ----------
-    cost : float
-        Of all parts whose cost is stated.
-    tolerances : dict of str to str
-        By line of the study, as written.
-    halves : dict of str to float
-        Half their widths, SI.
-    beyond : dict of str to Estimate
-        Share of the machines beyond each limit.
-    beyond_any : Estimate
-        Share of those beyond one limit or several.
-    trials, seed : int
-        Of the fresh run that showed this.
-    """
-
-    cost: float
-    tolerances: dict[str, str]
-    halves: dict[str, float]
-    beyond: dict[str, Estimate]
-    beyond_any: Estimate
-    trials: int
-    seed: int
+CHART = "cost of the cheapest tolerances over the fraction out of any limit"
+DRAWING, FOUND, PROOF = "drawing", "found", "proof"
+TIGHTEST, EQUAL_COST = "tightest", "equal_cost"
+WORDS = {
+    DRAWING: "drawing",
+    FOUND: "found",
+    PROOF: "found, its proof",
+    TIGHTEST: "tightest",
+    EQUAL_COST: "best at the drawing's cost",
+    "root_sum_square": "root sum square",
+    "worst_case": "worst case",
+}
 
 
-class Line(NamedTuple):
-    """One line of the study, allocated.
+class AllocatedEntry(NamedTuple):
+    """One entry of the study.
 
     Attributes
     ----------
     name, parts : str, int
         And how many parts share its tolerance.
-    drawn, found : str
-        The tolerances.
-    cost_drawn, cost : float
+    specified, found : str
+        The tolerance on the drawing, and that of the answer.
+    cost_specified, cost : float
         Of all its parts.
-    at_loosest, free : bool
-        Whether it is as loose as it may be, and whether its width, between its
-        loosest and its tightest, is shown to put no more machines beyond any limit
-        than a fiftieth of what that permits.
+    at_loosest : bool
+        Whether it is as loose as it may be.
     """
 
     name: str
     parts: int
-    drawn: str
+    specified: str
     found: str
-    cost_drawn: float
+    cost_specified: float
     cost: float
     at_loosest: bool
-    free: bool
 
 
-class Allocation(NamedTuple):
-    """What came of an allocation.
+@dataclass(frozen=True, repr=False)
+class Allocation(Answer):
+    """The cheapest tolerances with which a study meets its limits.
 
     Attributes
     ----------
-    met : bool
-        Whether a fresh run showed that the tolerances meet every limit.
     cost : float
-        Of them.
-    tolerances : dict of str to float
-        Half widths by line of the study, SI; where no allocation meets the limits,
-        those of the tightest one.
-    lines : tuple of Line
-        The same, beside those drawn.
+        Of the tolerances.
+    half_widths : dict of str to float
+        Of the tolerances, by entry of the study, SI; where none meet the limits, of the
+        tightest.
+    met : bool
+        Whether a fresh run shows that they meet every limit.
+    entries : tuple of AllocatedEntry
+        The same, beside the drawing.
     schemes : dict of str to Scheme
-        "as drawn", "found" or "tightest", "at the cost drawn" where one was found,
-        "root sum square", "worst case" where there are slopes, and tolerances that do;
-        all by runs of one seed, by which nothing was chosen, but the tightest.
+        "drawing", "found" or "tightest", "equal_cost" where the limits are met,
+        "root_sum_square", "worst_case"; all by runs of one seed, by which nothing was
+        chosen, but the tightest.
+    omitted_schemes : dict of str to str
+        Of the last two those that there are not, and why.
     proof : Scheme
         The answer, by the fresh run that its verdicts are of.
-    again : bool
-        Whether a run of the file with the proof's trials and seed has its machines.
+    reproducible : bool
+        Whether a run of the file with the proof's trials and seed has its trials.
     verdicts : dict of str to str
-        Of each limit, by that run.
-    active : tuple of str
-        Limits that a step looser of any tolerance would break: a tenth, as far as it
-        may be looser, or the next one offered.
-    notes : tuple of str
-        How it was found, what was tried in vain.
-    wide_run : int
-        Machines that were drawn to be weighted: of the wide run, and of those about
-        what was scaled.
-    fresh_runs : tuple of int
-        Machines of each fresh run, in the order in which they were made.
-    curve : Chart
-        Cost over the share of machines beyond.
-    text : str
-        The study with these tolerances, as a file.
-    """
-
-    met: bool
-    cost: float
-    tolerances: dict[str, float]
-    lines: tuple[Line, ...]
-    schemes: dict[str, Scheme]
-    proof: Scheme
-    again: bool
-    verdicts: dict[str, str]
-    active: tuple[str, ...]
-    notes: tuple[str, ...]
-    wide_run: int
-    fresh_runs: tuple[int, ...]
-    curve: Chart
-    text: str
-
-
-class Point(NamedTuple):
-    """The cheapest tolerances for some share of the machines beyond any limit."""
-
-    cost: float  # of the tolerances
-    beyond: float  # that share, which weighted machines exceed as likely as not
-    choice: Choice  # the tolerances, one of each line that has a cost
-
-
-def trade_off(
-    points: list[Point], schemes: Mapping[str, Scheme], *, listed: bool = False
-) -> Chart:
-    """Draw the cost of the cheapest tolerances over the machines beyond.
-
-    Parameters
-    ----------
-    points : list of Point
-        Of the cheapest: a curve.
-    schemes : mapping of str to Scheme
-        Tolerances beside it: dots with their intervals. What is the same for several
-        is drawn once, by the longest run of it.
+        Of each limit, by the proof.
+    active_limits : tuple of str
+        Limits that a step looser of some tolerance would break: a tenth, as far as it
+        may be, or the next option of a list.
+    exhaustive : bool
+        Whether all combinations of lists were tried.
+    wide_trials : int
+        Trials that were weighted, of no fresh run.
+    fresh_trials : tuple of int
+        Trials of each fresh run, in the order in which they were made.
+    trade_off : tuple of Point
+        Cost over the fraction out of any limit.
+    title, study : str
+        Of the study; the study with these tolerances, as a file.
     listed : bool
-        Whether every tolerance is one of a list: nothing lies between the points then.
+        Whether every tolerance is one of a list.
     """
-    ordered = sorted(points, key=lambda each: each.beyond)
-    at = np.array([each.beyond for each in ordered])
-    costs = np.array([each.cost for each in ordered])
-    words = "cost of the cheapest tolerances"
-    curves, marks = [Curve("cheapest", "1", "", words, costs, points=listed)], []
-    alike: dict[tuple[str, ...], list[str]] = {}
-    for name, scheme in schemes.items():
-        alike.setdefault(tuple(scheme.tolerances.values()), []).append(name)
-    for names in alike.values():
-        scheme = max((schemes[name] for name in names), key=lambda each: each.trials)
-        words, (share, lower, upper, _) = " = ".join(names), scheme.beyond_any
-        if share > 0:
-            ends = np.array([lower, share, upper])
-            marks.append(Mark(words, share, scheme.cost))
-        else:  # has no place on an axis of ratios
-            words += f", {scheme.cost:.4g}: none of {scheme.trials} beyond"
-            ends = np.array([lower, upper])
-        values = np.full(len(ends), scheme.cost)
-        curves.append(Curve(words, "1", "", "tolerances beside it", values, ends))
-    # an interval that reaches far below all else leaves no room for that
-    uppers = [each.beyond_any.upper for each in schemes.values()]
-    seen = [*at.tolist(), *(mark.at for mark in marks), *uppers]
-    axis = BEYOND._replace(least=BELOW * min(seen))
-    panel = Panel("cost", tuple(each.name for each in curves))
-    return Chart(axis, at, tuple(curves), marks=tuple(marks), panels=(panel,))
+
+    cost: float
+    half_widths: dict[str, float]
+    met: bool
+    entries: tuple[AllocatedEntry, ...]
+    schemes: dict[str, Scheme]
+    omitted_schemes: dict[str, str]
+    proof: Scheme
+    reproducible: bool
+    verdicts: dict[str, str]
+    active_limits: tuple[str, ...]
+    exhaustive: bool
+    wide_trials: int
+    fresh_trials: tuple[int, ...]
+    trade_off: tuple[Point, ...]
+    title: str = field(metadata={"json": False})
+    study: str = field(metadata={"json": False})
+    listed: bool = field(metadata={"json": False})
+
+    answers: ClassVar[str] = "allocation"
+    index: ClassVar[str] = "scheme"
+
+    @property
+    def short(self) -> str:
+        """Its cost, and whether that meets the limits."""
+        return f"cost {self.cost:.4g}, limits {'met' if self.met else 'not met'}"
+
+    def rows(self) -> list[Row]:
+        """Return a row for each scheme: cost, fractions out of limit, tolerances."""
+        return [
+            {
+                "scheme": name,
+                "cost": Number(scheme.cost),
+                "out of any limit [ppm]": ppm(scheme.fraction_out_of_any_limit),
+                **{
+                    f"{limit} out of limit [ppm]": ppm(share)
+                    for limit, share in scheme.fraction_out_of_limit.items()
+                },
+                **{f"{n} tolerance": each for n, each in scheme.tolerances.items()},
+                "trials": scheme.trials,
+                "seed": scheme.seed,
+            }
+            for name, scheme in self._shown.items()
+        ]
+
+    @property
+    def chart(self) -> Chart:
+        """The trade-off with all schemes; of what was found its proof."""
+        schemes = self.schemes | ({FOUND: self.proof} if self.met else {})
+        named = {WORDS[name]: scheme for name, scheme in schemes.items()}
+        return trade_off_chart(self.trade_off, named, listed=self.listed)
+
+    def study_file(self, found_by: str = "", proved_by: str = "") -> str:
+        """Return the study with these tolerances, and above it where they come from.
+
+        `found_by` and `proved_by` are commands that find and prove them again.
+        """
+        proof, drawing = self.proof, self.schemes[DRAWING]
+        shown = "All limits are met" if self.met else "NOT all limits are met"
+        lines = [
+            f"Tolerances allocated at a cost of {proof.cost:.6g} "
+            f"(drawing: {drawing.cost:.6g}).",
+            found_by,
+            f"{shown} in a fresh run of {proof.trials} random trials with seed "
+            f"{proof.seed}.",
+            proved_by,
+        ]
+        return "".join(f"# {line}\n" for line in lines if line) + f"\n{self.study}"
+
+    def document(self) -> Document:
+        """Return what it says, the answer first."""
+        blocks: tuple[Block, ...] = (
+            Paragraph(self._lead(), "lead"),
+            self._tolerances(),
+            self._fractions(),
+            Bullets(tuple(text(each) for each in self._notes() if each)),
+            Figure(CHART, self.chart, text(_sentence(CHART)), wide=True),
+        )
+        return Document(f"Cheapest tolerances: {self.title}", blocks)
+
+    @property
+    def _shown(self) -> dict[str, Scheme]:
+        return self.schemes | ({PROOF: self.proof} if self.met else {})
+
+    def _lead(self) -> Parts:
+        cost, drawing = Number(self.cost), Number(self.schemes[DRAWING].cost)
+        proof = self.proof
+        if self.met:
+            return text(
+                Word("All limits are met", MET), " at cost ", cost,
+                " (drawing: ", drawing, "). Proof: a fresh run of ",
+                counted(proof.trials, "trial"), " with seed ", str(proof.seed),
+                "; each yield, with its whole interval, is as demanded or better.",
+            )  # fmt: skip
+        missed = [
+            text(
+                Name(name), ": ", Word(verdict, verdict), ", ",
+                ppm(proof.fraction_out_of_limit[name]), " out of limit",
+            )
+            for name, verdict in self.verdicts.items()
+            if verdict != MET
+        ]  # fmt: skip
+        return text(
+            "Widen a limit, or permit tighter tolerances: ",
+            "no tolerances were shown to meet all limits. At the tightest, which cost ",
+            cost, " (drawing: ", drawing, "): ", listed(missed, ""), ".",
+        )  # fmt: skip
+
+    def _tolerances(self) -> Table:
+        found = FOUND if self.met else TIGHTEST
+        heads = ["entry", "parts", "drawing", "cost (drawing)", found, "cost", ""]
+        rows: list[list[Given]] = [
+            [
+                (Name(each.name),), Number(each.parts), each.specified,
+                Number(each.cost_specified), each.found, Number(each.cost),
+                "at its loosest" if each.at_loosest else None,
+            ]
+            for each in self.entries
+        ]  # fmt: skip
+        drawn = Number(sum(each.cost_specified for each in self.entries))
+        rows.append(["all", None, None, drawn, None, Number(self.cost), None])
+        return table(heads, rows, "Tolerances")
+
+    def _fractions(self) -> Table:
+        heads = ["tolerances", "cost", "any limit", *self.verdicts, "fresh run"]
+        rows: list[list[Given]] = [
+            [
+                WORDS[name], Number(each.cost), ppm(each.fraction_out_of_any_limit),
+                *(ppm(each.fraction_out_of_limit[limit]) for limit in self.verdicts),
+                Cell(counted(each.trials, "trial"), text(f"seed {each.seed}")),
+            ]
+            for name, each in self._shown.items()
+        ]  # fmt: skip
+        return table(heads, rows, "Fraction out of limit, ppm, in fresh runs")
+
+    def _notes(self) -> list[Parts | None]:
+        active = [(Name(name),) for name in self.active_limits]
+        return [
+            text(
+                "Verdicts rest on the proof, which was chosen from several runs. "
+                'Compare "found" with the other rows: their seed chose nothing.'
+            ) if self.met else None,
+            equal_cost_words(self.schemes) if self.met else None,
+            text(
+                "Active limits: ", listed(active), ". They are not shown to be met "
+                "with some tolerance a tenth looser, or by the next option of a list.",
+            ) if active and self.met else None,
+            None if self.exhaustive else text(
+                "Not all combinations were tried, for there are too many. Options were "
+                "exchanged one or two at a time: cheaper tolerances may exist."
+            ),
+            *(
+                text(f"No tolerances by {WORDS[name]}: {reason}.")
+                for name, reason in self.omitted_schemes.items()
+            ),
+            text(
+                "Evaluated: ", counted(self.wide_trials, "weighted trial"), " and ",
+                counted(sum(self.fresh_trials), "trial"), " in ",
+                counted(len(self.fresh_trials), "fresh run"), ".",
+            ),
+        ]  # fmt: skip
+
+
+def equal_cost_words(schemes: dict[str, Scheme]) -> Parts:
+    """Say what the best tolerances for the drawing's cost gain."""
+    drawing, best = schemes[DRAWING], schemes[EQUAL_COST]
+    own, other = (each.fraction_out_of_any_limit for each in (drawing, best))
+    if best.tolerances == drawing.tolerances:
+        return text(
+            "No tolerances were found for the drawing's cost with fewer trials out of "
+            "limit than the drawing's."
+        )
+    if own.value == other.value:
+        return text(
+            "Best at the drawing's cost: no difference in runs of ",
+            counted(best.trials, "trial"), "; weighted trials say fewer out of limit.",
+        )  # fmt: skip
+    return text(
+        "At cost ", Number(best.cost), " (drawing: ", Number(drawing.cost), "), ",
+        ppm(other), " instead of ", ppm(own), " are out of some limit.",
+    )  # fmt: skip
+
+
+def _sentence(words: str) -> str:
+    return f"{words[0].upper()}{words[1:]}."

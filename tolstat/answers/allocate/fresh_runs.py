@@ -1,4 +1,4 @@
-"""Fresh runs of tolerances that are chosen: what they cost, what they put beyond."""
+"""Fresh runs of tolerances: what they cost, and the fraction out of limit with them."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.answers.allocate.allocation import Scheme
 from tolstat.answers.allocate.optimizer import Choice
-from tolstat.answers.allocate.reweighted_pool import beyond_each
+from tolstat.answers.allocate.reweighted_pool import out_of_each_limit
 from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
@@ -25,32 +24,46 @@ from tolstat.units.scale import KNOWN
 
 Bools = NDArray[np.bool_]
 
-WITHIN = (0.0, 0.0)  # of a number that is 1 beyond a limit
+WITHIN = (0.0, 0.0)  # of a number that is 1 out of limit
 LONGEST = 4  # times as many trials as a fresh run begins with
 GROWTH = 1.25  # of a run whose verdicts are not settled, at least
 
 
-class Proof(NamedTuple):
-    """A fresh run of some tolerances.
+class Scheme(NamedTuple):
+    """Tolerances, what they cost, and the fraction out of limit in a fresh run.
 
     Attributes
     ----------
-    choice : tuple of float
-        Of them.
-    scheme : Scheme
-        What they cost, and how many machines they put beyond.
-    yields : dict of str to Yield
-        Of each limit.
-    beyond : bool[limit, trial]
-        Which machines are beyond each limit, or failed.
-    status : uint8[trial]
-        Of the machines.
+    cost : float
+        Of all parts that have one.
+    tolerances : dict of str to str
+        By entry of the study, as written.
+    half_widths : dict of str to float
+        Half their widths, SI.
+    fraction_out_of_limit : dict of str to Estimate
+        By limit.
+    fraction_out_of_any_limit : Estimate
+        Of trials out of one limit or several.
+    trials, seed : int
+        Of the fresh run.
     """
 
-    choice: Choice
+    cost: float
+    tolerances: dict[str, str]
+    half_widths: dict[str, float]
+    fraction_out_of_limit: dict[str, Estimate]
+    fraction_out_of_any_limit: Estimate
+    trials: int
+    seed: int
+
+
+class Proof(NamedTuple):
+    """A fresh run of some tolerances."""
+
+    choice: Choice  # of the tolerances
     scheme: Scheme
-    yields: dict[str, Yield]
-    beyond: Bools
+    yields: dict[str, Yield]  # by limit
+    out_of_limit: Bools  # [limit, trial], failed trials too
     status: NDArray[np.uint8]
 
     @property
@@ -60,19 +73,7 @@ class Proof(NamedTuple):
 
 
 class FreshRuns:
-    """The fresh runs of one allocation: what was run once is remembered.
-
-    Parameters
-    ----------
-    study : Study
-        Whose lines have costs.
-    workers : Workers
-        Who evaluate.
-    trials : int
-        Of a run at its first look.
-    tell : callable
-        Told of the progress.
-    """
+    """The fresh runs of one allocation, none made twice; `trials` at a first look."""
 
     def __init__(
         self, study: Study, workers: Workers, trials: int, tell: Telling
@@ -92,47 +93,36 @@ class FreshRuns:
         pairs = zip(self.priced, choice, strict=True)
         return _typed(math.fsum(each.cost(x) for each, x in pairs))
 
-    def text(self, choice: Choice, heading: str = "") -> str:
-        """Return the study with the tolerances of a choice, as a file.
-
-        Lines that are as drawn stay as they are.
-        """
+    def study_text(self, choice: Choice) -> str:
+        """Return the study with the tolerances of a choice, as a file."""
         words = self._words(choice)
         pairs = zip(self.priced, choice, strict=True)
-        other = {e.name: words[e.name] for e, x in pairs if not e.is_drawn(x)}
-        return with_tolerances(self.study.text, other, heading)
+        other = {e.name: words[e.name] for e, x in pairs if not e.is_specified(x)}
+        return with_tolerances(self.study.text, other)
 
     def as_written(self, choice: Choice) -> Choice:
         """Return the choice that a file holds, whose digits are few."""
-        return tuple(each.as_drawn for each in self._written(choice).deviating.priced)
+        written = self._written(choice).deviating.priced
+        return tuple(each.specified_choice for each in written)
 
-    def of(self, choice: Choice, seed: int, *, least: int = 0, most: int = 0) -> Proof:
-        """Run some tolerances afresh, but for machines that were run before.
+    def of(self, choice: Choice, seed: int, *, most: int = 0) -> Proof:
+        """Run a choice as it is written; what was run of it before is not repeated.
 
-        Parameters
-        ----------
-        choice : tuple of float
-            As it is written.
-        seed : int
-            Of the run.
-        least : int
-            Trials that it has at least.
-        most : int
-            Trials to which it is extended while its verdicts are not settled.
+        It has up to `most` trials while its verdicts are not settled.
         """
         known, limits = self._known.get((choice, seed)), self.study.limits
-        beyond = known.beyond if known else np.zeros((len(limits), 0), np.bool_)
+        out = known.out_of_limit if known else np.zeros((len(limits), 0), np.bool_)
         status = known.status if known else np.zeros(0, np.uint8)
-        count = max(self.trials, least, len(status))
+        count = max(self.trials, len(status))
         answer = self._written(choice)
         while True:
             if len(status) < count:
                 run = self._run(answer, seed, len(status), count)
-                beyond = np.hstack([beyond, beyond_each(limits, run)])
+                out = np.hstack([out, out_of_each_limit(limits, run)])
                 status = np.hstack([status, run.status])
             sample = Sample(status)
-            # of what machines answer no more is kept: 1 beyond the limit, 0 within
-            told = dict(zip(limits, beyond.astype(np.float64), strict=True))
+            # no more is kept of a response: 1 out of limit, 0 within
+            told = dict(zip(limits, out.astype(np.float64), strict=True))
             yields = {
                 name: yield_of(told[name], sample, WITHIN, each.demanded)
                 for name, each in limits.items()
@@ -143,14 +133,24 @@ class FreshRuns:
                 break
             wanted = max(each.needed or most for each in yields.values())
             count = min(max(wanted, math.ceil(GROWTH * count)), most)
-        joint = joint_yield(told, sample, dict.fromkeys(limits, WITHIN))
-        scheme = self._scheme(choice, yields, joint.complement, count, seed)
-        proof = Proof(choice, scheme, yields, beyond, status)
+        scheme = Scheme(
+            self.cost(choice),
+            self._words(choice),
+            {
+                e.name: _typed(e.half(x))
+                for e, x in zip(self.priced, choice, strict=True)
+            },
+            {name: each.out_of_limit for name, each in yields.items()},
+            joint_yield(told, sample, dict.fromkeys(limits, WITHIN)).complement,
+            count,
+            seed,
+        )
+        proof = Proof(choice, scheme, yields, out, status)
         self._known[choice, seed] = proof
         return proof
 
     def evaluate(self, study: Study, run: Trials, doing: str) -> None:
-        """Evaluate the machines of a run."""
+        """Evaluate the trials of a run."""
         asked = len(run.status)
         cases = [Case(0, asked, study.settings)]
         for blocks in self.workers.blocks(study.model, cases, run.deviations):
@@ -160,30 +160,11 @@ class FreshRuns:
             raise Interrupted
 
     def _run(self, answer: Study, seed: int, first: int, stop: int) -> Trials:
-        """Run some of the random machines of a study."""
+        """Run some of the random trials of a study."""
         study = answer.at_random(seed, stop)
         run = Trials.planned(study.description, study.deviations()[first:])
         self.evaluate(study, run, "fresh run")
         return run
-
-    def _scheme(
-        self,
-        choice: Choice,
-        yields: dict[str, Yield],
-        beyond_any: Estimate,
-        trials: int,
-        seed: int,
-    ) -> Scheme:
-        pairs = zip(self.priced, choice, strict=True)
-        return Scheme(
-            self.cost(choice),
-            self._words(choice),
-            {each.name: _typed(each.half(x)) for each, x in pairs},
-            {name: each.out_of_limit for name, each in yields.items()},
-            beyond_any,
-            trials,
-            seed,
-        )
 
     def _words(self, choice: Choice) -> dict[str, str]:
         pairs = zip(self.priced, choice, strict=True)
@@ -192,7 +173,7 @@ class FreshRuns:
     def _written(self, choice: Choice) -> Study:
         """Return the study with some tolerances, read from the file it would be."""
         folder = self.study.path.parent if self.study.path else None
-        table = tomllib.loads(self.text(choice))
+        table = tomllib.loads(self.study_text(choice))
         return load(table, model=self.study.model, folder=folder)
 
 

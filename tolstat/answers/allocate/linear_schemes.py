@@ -25,46 +25,38 @@ class LinearSchemes:
 
     def __init__(self, study: Study, workers: Workers) -> None:
         self.priced, self.limits = study.deviating.priced, study.limits
-        self._known: dict[Distribution, Spread] = {}
         self._own = study.deviating.distributions
-        contributors, responses = study.description
-        still = {n: e.value for n, e in self._own.items() if isinstance(e, Constant)}
-        varying = set(self._own) - set(still)
-        self.names = [each.name for each in contributors if each.name in varying]
-        spreads = {name: self._spread(self._own[name]) for name in self.names}
-        usual = np.zeros(len(contributors))
-        for column, each in enumerate(contributors):
-            if each.name in spreads:
-                lower, upper, *_ = spreads[each.name]
-                usual[column] = (upper - lower) / 6
-        # the machine that nothing scatters about: constant parts are as they are
-        at = np.array([still.get(each.name, 0.0) for each in contributors])
+        self._known: dict[Distribution, Spread] = {}
+        rows = {each.name: i for i, each in enumerate(study.description.contributors)}
+        columns = {each.name: i for i, each in enumerate(study.description.responses)}
+        at, usual = np.zeros(len(rows)), np.zeros(len(rows))
+        self.names = []
+        for name, row in rows.items():
+            own = self._own.get(name)
+            if isinstance(own, Constant):
+                at[row] = own.value
+            elif own is not None:
+                lower, upper, *_ = self._spread(own)
+                usual[row] = (upper - lower) / 6
+                self.names.append(name)
+        # about the trial with all that is constant, and no other deviation
         table = slopes(study.model, study.settings, usual, workers, at)
         alone = workers.simulate(study.model, at[None, :], study.settings)
-        nominal = alone.responses[0]
-        columns = {each.name: i for i, each in enumerate(responses)}
-        self.nominal = {name: float(nominal[columns[name]]) for name in self.limits}
+        self.nominal = {n: float(alone.responses[0, columns[n]]) for n in self.limits}
         self.slopes = {
-            name: {
-                each.name: float(table[row, columns[name]])
-                for row, each in enumerate(contributors)
-                if each.name in spreads
-            }
+            name: {part: float(table[rows[part], columns[name]]) for part in self.names}
             for name in self.limits
         }
         self.correlation = correlations(self.names, study.deviating.dependence)
 
     @property
     def known(self) -> bool:
-        """Whether the machine has a slope everywhere."""
+        """Whether every response has a slope by every contributor."""
         slope = [value for of in self.slopes.values() for value in of.values()]
         return bool(np.all(np.isfinite([*slope, *self.nominal.values()])))
 
     def worst_case(self, choice: Choice) -> Array:
-        """Return how far the worst machine is beyond each end: float64[end].
-
-        Of what each end leaves to the machine that nothing scatters about.
-        """
+        """Return how far the worst corner exceeds each end's room: float64[end]."""
         spreads = self._spreads(choice)
         found = []
         for name, limit in self.limits.items():
@@ -73,16 +65,15 @@ class LinearSchemes:
                 if not np.isfinite(end):
                     continue
                 off = sum(
-                    max(sign * slope * spreads[part].lower,
-                        sign * slope * spreads[part].upper)
+                    max(sign * slope * x for x in spreads[part][:2])
                     for part, slope in self.slopes[name].items()
-                )  # fmt: skip
+                )
                 room = sign * (end - nominal)
                 found.append(off / room - 1 if room > 0 else np.inf)
         return np.array(found)
 
     def root_sum_square(self, choice: Choice) -> Array:
-        """Return logarithms of the shares beyond over those permitted: float64[limit].
+        """Return logarithms of fractions out of limit over permitted: float64[limit].
 
         Of normal responses; deviations are correlated as their normal scores are.
         """
@@ -96,7 +87,7 @@ class LinearSchemes:
         found = []
         for name, limit in self.limits.items():
             linear = root_sum_square(self.nominal[name], self.slopes[name], scatter)
-            found.append(_beyond(linear.mean, linear.sigma, limit))
+            found.append(_above(linear.mean, linear.sigma, limit))
         return np.array(found)
 
     def _spreads(self, choice: Choice) -> dict[str, Spread]:
@@ -111,8 +102,8 @@ class LinearSchemes:
         return self._known[distribution]
 
 
-def _beyond(mean: float, sigma: float, limit: Limit) -> float:
-    """Return the logarithm of the share beyond over that permitted."""
+def _above(mean: float, sigma: float, limit: Limit) -> float:
+    """Return the logarithm of the fraction out of limit over the permitted."""
     sigma = max(sigma, 1e-12 * max(abs(mean), 1e-300))
     ends = ((limit.lower - mean) / sigma, (mean - limit.upper) / sigma)
     low, high = (float(log_ndtr(max(end, -1e6))) for end in ends)

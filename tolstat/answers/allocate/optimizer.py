@@ -1,4 +1,4 @@
-"""The cheapest choice within bounds: continuous, from lists, or both."""
+"""The cheapest choice within some bounds: of continuous variables, lists, or both."""
 
 from __future__ import annotations
 
@@ -13,119 +13,116 @@ from scipy.optimize import minimize
 
 Array = NDArray[np.float64]
 Choice = tuple[float, ...]
+Excess = Callable[[Choice], Array]
 
-MOST_TRIED, MOST_SOLVED = 4096, 64  # combinations of lists, without and with others
-STEP = 1e-4  # of continuous variables, for slopes
+MOST_TRIED, MOST_SOLVED = 4096, 64  # combinations of lists, without and with the others
+STEP = 1e-4  # of a continuous variable, for slopes
 MOST_STEPS = 60
-HALVINGS = 12  # from inside the bounds towards just outside
+HALVINGS = 12  # between a choice within the bounds and one that is not
 MET = 1e-4  # of a bound: a logarithm, or a share of the room
-LITTLE = 1e-4  # of the cost: less is not worth a move
+LITTLE = 1e-4  # of the cost: a move that saves less is not made
 
 
 class DesignVariable(NamedTuple):
     """A design variable, and the cost of a choice.
 
-    From tightest to loosest, where the cost is least; with a list, the whole numbers
-    from 0, the loosest, to `listed` less 1.
+    From tightest to loosest, where the cost is least; of a list, the whole numbers from
+    0, the loosest, to one less than its `options`.
     """
 
     cost: Callable[[float], float]
     tightest: float
     loosest: float
-    listed: int = 0
+    options: int = 0
 
 
 class Cheapest(NamedTuple):
     """A choice within the bounds, one number for each variable, and its cost.
 
-    `every` tells whether every combination of lists was tried; else they were exchanged
-    one or two at a time until none was cheaper.
+    `exhaustive` tells whether every combination of lists was tried; else options were
+    exchanged, one or two at a time, until none was cheaper.
     """
 
     choice: Choice
     cost: float
-    every: bool
+    exhaustive: bool
 
 
 def cheapest(
-    variables: Sequence[DesignVariable],
-    excess: Callable[[Choice], Array],
-    start: Choice | None = None,
+    variables: Sequence[DesignVariable], excess: Excess, start: Choice | None = None
 ) -> Cheapest | None:
     """Find the cheapest choice within all bounds.
 
     Parameters
     ----------
     variables : sequence of DesignVariable
-        To be chosen.
+        What can be chosen.
     excess : callable
-        float64[bound] of a choice: its distance outside each bound, 0 or less within;
-        smooth in continuous variables, and not always least at the tightest.
+        float64[bound] of a choice: how far it exceeds each bound, 0 or less within;
+        smooth in the continuous variables, and not always least at the tightest.
     start : tuple of float, optional
-        First choice; halfway between the ends if not given.
+        A choice to begin with; halfway between the ends if not given.
 
     Returns
     -------
     Cheapest or None
-        Continuous variables by sequential quadratic programming, lists in order of
-        their cost. None where no choice that was tried is within the bounds: of the
-        continuous ones both ends, the start, the middle, and the solution.
+        Continuous variables by sequential quadratic programming, lists by trying their
+        combinations in order of cost. None where nothing tried is within the bounds: of
+        continuous variables both ends, the start, the middle, and the solution.
     """
     search = _Search(variables, excess, start)
-    count = math.prod(variable.listed or 1 for variable in variables)
-    every = count <= (MOST_SOLVED if search.continuous else MOST_TRIED)
-    found = search.every() if every else search.exchanged()
-    return Cheapest(found, search.cost(found), every) if found else None
+    count = math.prod(each.options or 1 for each in variables)
+    exhaustive = count <= (MOST_SOLVED if search.continuous else MOST_TRIED)
+    found = search.of_all() if exhaustive else search.exchanged()
+    return Cheapest(found, search.cost(found), exhaustive) if found else None
 
 
 class _Search:
     def __init__(
         self,
         variables: Sequence[DesignVariable],
-        excess: Callable[[Choice], Array],
+        excess: Excess,
         start: Choice | None,
     ) -> None:
         self.variables, self.excess = variables, excess
-        self.continuous = [
-            i for i, variable in enumerate(variables) if not variable.listed
-        ]
-        self.listed = [i for i, variable in enumerate(variables) if variable.listed]
+        self.continuous = [i for i, each in enumerate(variables) if not each.options]
+        self.lists = [i for i, each in enumerate(variables) if each.options]
         self.start = start or tuple(
-            float((d.listed - 1) // 2) if d.listed else 0.5 * (d.tightest + d.loosest)
-            for d in variables
+            float((v.options - 1) // 2) if v.options else 0.5 * (v.tightest + v.loosest)
+            for v in variables
         )
 
     def cost(self, choice: Choice) -> float:
-        return sum(
-            variable.cost(x) for variable, x in zip(self.variables, choice, strict=True)
-        )
+        return sum(v.cost(x) for v, x in zip(self.variables, choice, strict=True))
 
-    def keeps(self, choice: Choice) -> bool:
+    def within(self, choice: Choice) -> bool:
         return bool(np.all(self.excess(choice) <= MET))
 
-    def every(self) -> Choice | None:
+    def least_cost(self, choice: Choice) -> float:
+        """Return the cost with all continuous variables at their loosest."""
+        pairs = zip(self.variables, choice, strict=True)
+        return self.cost(tuple(x if v.options else v.loosest for v, x in pairs))
+
+    def of_all(self) -> Choice | None:
         """Try the combinations of lists, the cheapest first."""
-        least = [variable.loosest for variable in self.variables]
-        tried = []
-        for chosen in product(*(range(self.variables[i].listed) for i in self.listed)):
-            whole = list(least)
-            for i, x in zip(self.listed, chosen, strict=True):
-                whole[i] = float(x)
-            tried.append((self.cost(tuple(whole)), tuple(whole)))
+        ranges = (
+            range(v.options) if v.options else (v.loosest,) for v in self.variables
+        )
+        tried = [tuple(map(float, choice)) for choice in product(*ranges)]
         best, known = None, math.inf
-        for bound, choice in sorted(tried):
+        for bound, choice in sorted((self.cost(each), each) for each in tried):
             if bound >= known:
                 break
-            found = self.settled(choice)
+            found = self.solved(choice)
             if found and (cost := self.cost(found)) < known:
                 best, known = found, cost
         return best
 
     def exchanged(self) -> Choice | None:
-        """Move one or two lists by one while that is cheaper."""
-        # the tightest is not always safe: estimates may be sharper between
-        tight = tuple(variable.tightest for variable in self.variables)
-        current = self.settled(tight) or self.settled(self.start)
+        """Move one list or two by an option, while that is cheaper."""
+        # tight is not always safe: a bound may be known better between
+        tight = tuple(each.tightest for each in self.variables)
+        current = self.solved(tight) or self.solved(self.start)
         while current and (cheaper := self._cheaper(current)):
             current = cheaper
         return current
@@ -133,31 +130,25 @@ class _Search:
     def _cheaper(self, current: Choice) -> Choice | None:
         """Return a cheaper neighbour within the bounds.
 
-        The cheapest one; the first found where continuous ones follow each move.
+        The cheapest one; with continuous variables, which follow each move, the first.
         """
         known = self.cost(current) * (1 - LITTLE)
-        near = []
-        for each in self._neighbours(current):
-            pairs = zip(self.variables, each, strict=True)
-            least = [
-                x if variable.listed else variable.loosest for variable, x in pairs
-            ]
-            near.append((self.cost(tuple(least)), each))
+        near = [(self.least_cost(each), each) for each in self._neighbours(current)]
         for bound, choice in sorted(near):
             if bound >= known:
                 return None
-            found = self.settled(choice)
+            found = self.solved(choice)
             if found and self.cost(found) < known:
                 return found
         return None
 
     def _neighbours(self, current: Choice) -> Iterator[Choice]:
-        """Yield choices with one list moved; with two where none is continuous."""
+        """Yield choices with one list moved; with two if no variable is continuous."""
         moves = [
             (i, x)
-            for i in self.listed
+            for i in self.lists
             for x in (current[i] - 1, current[i] + 1)
-            if 0 <= x < self.variables[i].listed
+            if 0 <= x < self.variables[i].options
         ]
         for i, x in moves:
             one = (*current[:i], x, *current[i + 1 :])
@@ -166,24 +157,22 @@ class _Search:
                 if j > i:
                     yield (*one[:j], y, *one[j + 1 :])
 
-    def settled(self, choice: Choice) -> Choice | None:
-        """Choose the continuous ones for given lists; None if no choice is within."""
+    def solved(self, choice: Choice) -> Choice | None:
+        """Choose the continuous variables; None if nothing tried is within bounds."""
         if not self.continuous:
-            return choice if self.keeps(choice) else None
+            return choice if self.within(choice) else None
         tightest = np.array([self.variables[i].tightest for i in self.continuous])
-        loosest = np.array([self.variables[i].loosest for i in self.continuous])
-        span = loosest - tightest
+        span = np.array([self.variables[i].loosest for i in self.continuous]) - tightest
 
         def at(share: Array) -> Choice:
             whole = list(choice)
-            # a step for a slope may pass an end
+            # a step for a slope may lead past an end
             for i, x in zip(self.continuous, tightest + span * share, strict=True):
                 whole[i] = float(x)
             return tuple(whole)
 
-        ends = [np.ones(len(span)), np.full(len(span), 0.5), np.zeros(len(span))]
-        loose, middle, _ = ends
-        if self.keeps(at(loose)):
+        loose, middle, tight = (np.full(len(span), share) for share in (1.0, 0.5, 0.0))
+        if self.within(at(loose)):
             return at(loose)
         scale = self.cost(at(middle))
         own = np.array([self.start[i] for i in self.continuous])
@@ -201,22 +190,22 @@ class _Search:
                 options={"maxiter": MOST_STEPS, "eps": STEP, "ftol": 1e-5},
             )
         found = np.where(np.isfinite(solved.x), np.clip(solved.x, 0.0, 1.0), begin)
-        kept = [each for each in (begin, *ends[1:]) if self.keeps(at(each))]
-        if self.keeps(at(found)):
-            near = [at(each) for each in (found, *kept)]
+        safe = [each for each in (begin, middle, tight) if self.within(at(each))]
+        if self.within(at(found)):
+            near = [at(each) for each in (found, *safe)]
         else:
-            near = [self._near(found, each, at) for each in kept]
+            near = [self._towards(found, each, at) for each in safe]
         return min(near, key=self.cost, default=None)
 
-    def _near(
-        self, outside: Array, within: Array, at: Callable[[Array], Choice]
+    def _towards(
+        self, outside: Array, inside: Array, at: Callable[[Array], Choice]
     ) -> Choice:
-        """Move a choice just outside the bounds towards one within, until it is."""
-        known, there = 0.0, 1.0  # of the way from within to outside
+        """Go from inside the bounds towards outside as far as they permit."""
+        known, there = 0.0, 1.0  # of the way
         for _ in range(HALVINGS):
             middle = 0.5 * (known + there)
-            if self.keeps(at(within + middle * (outside - within))):
+            if self.within(at(inside + middle * (outside - inside))):
                 known = middle
             else:
                 there = middle
-        return at(within + known * (outside - within))
+        return at(inside + known * (outside - inside))

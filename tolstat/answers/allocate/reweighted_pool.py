@@ -1,4 +1,4 @@
-"""Machines drawn with several sets of tolerances, weighted as one run of any other."""
+"""Trials with several sets of tolerances, weighted as a run with any other."""
 
 from __future__ import annotations
 
@@ -29,160 +29,123 @@ from tolstat.study.study import Study
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-MISS = 0.025  # with which a share may be above the upper end of its interval
-OTHERS = 1024  # machines of a run within all limits that the search looks at
+MISS = 0.025  # chance that a fraction is above the upper end of its interval
+OTHERS = 1024  # trials of a run within all limits that the search looks at
 NODES, TOLERANCES = 2049, 100  # between which weights are interpolated
-KEPT = 12  # weights of a block that are not computed anew
+KEPT = 12  # weights of a block that are not computed again
 
 
-def beyond_each(limits: Mapping[str, Limit], trials: Trials) -> Bools:
-    """Tell which machines are beyond a limit, or failed: bool[limit, trial]."""
+def out_of_each_limit(limits: Mapping[str, Limit], trials: Trials) -> Bools:
+    """Tell which trials are out of each limit, or failed: bool[limit, trial]."""
     return np.array(
         [~within(trials.response(name), of.permitted) for name, of in limits.items()]
     )
 
 
-class _Drawn(NamedTuple):
-    """Machines drawn with one set of tolerances: of those within all limits some."""
+class _Run(NamedTuple):
+    """Trials with one set of tolerances: of those within all limits some."""
 
     choice: Choice
-    trials: int  # how many were drawn
+    trials: int  # of the run
     deviations: Mapping[str, Array]
-    beyond: Bools  # [limit, machine]
+    out_of_limit: Bools  # [limit, trial]
     times: Array  # how many each stands for
 
 
 class Pool:
-    """All machines that were evaluated for an allocation.
+    """All trials that were evaluated for an allocation.
 
-    A machine is weighted by the density of the tolerances asked for over the mean of
-    those it may have been drawn from, each as often as it was (A. Owen, Y. Zhou, Safe
+    A trial is weighted by the density of the requested tolerances over the mean of
+    those it may have been sampled with, each as often as it was (A. Owen, Y. Zhou, Safe
     and effective importance sampling, J. Amer. Stat. Assoc. 95 (2000) 135-143): no
-    weight is larger than the share of the machines drawn with tolerances like them
-    permits.
-
-    Parameters
-    ----------
-    study : Study
-        Whose lines have costs.
+    weight is larger than the fraction of trials with tolerances like them permits.
     """
 
     def __init__(self, study: Study) -> None:
         self.study = study
-        self._drawn: list[_Drawn] = []
-        self._telling: _Rows | None = None
+        self._runs: list[_Run] = []
+        self._known: _Rows | None = None
 
-    def add(self, choice: Choice, seed: int, beyond: Bools) -> None:
-        """Take machines that were drawn with the tolerances of a choice.
-
-        Parameters
-        ----------
-        choice : tuple of float
-            One of each line that has a cost.
-        seed : int
-            Of their deviations, which are drawn again: nobody need have kept them.
-        beyond : bool[limit, trial]
-            Which of them are beyond each limit, or failed.
-        """
-        study = with_choice(self.study, choice, seed, beyond.shape[1])
+    def add(self, choice: Choice, seed: int, out_of_limit: Bools) -> None:
+        """Take the trials of a run; deviations are sampled again rather than stored."""
+        trials = out_of_limit.shape[1]
+        study = with_choice(self.study, choice, seed, trials)
         names = [each.name for each in study.description.contributors]
-        drawn, trials = study.deviations(), beyond.shape[1]
-        telling, step = np.asarray(beyond.any(axis=0)), max(trials // OTHERS, 1)
-        kept = telling.copy()
+        sampled = study.deviations()
+        out, step = np.asarray(out_of_limit.any(axis=0)), max(trials // OTHERS, 1)
+        kept = out.copy()
         kept[::step] = True
-        deviating = {
-            name: drawn[kept, names.index(name)]
+        deviations = {
+            name: sampled[kept, names.index(name)]
             for name, each in study.deviating.distributions.items()
             if not isinstance(each, Constant)
         }
-        times = np.where(telling, 1.0, float(step))[kept]
-        self._drawn.append(_Drawn(choice, trials, deviating, beyond[:, kept], times))
-        self._telling = None
+        times = np.where(out, 1.0, float(step))[kept]
+        run = _Run(choice, trials, deviations, out_of_limit[:, kept], times)
+        self._runs.append(run)
+        self._known = None
 
     @property
     def trials(self) -> int:
-        """How many machines there are."""
-        return sum(each.trials for each in self._drawn)
+        """How many trials there are."""
+        return sum(each.trials for each in self._runs)
 
-    def most(self, choice: Choice, miss: float = MISS, *, exact: bool = False) -> Array:
-        """Return what the shares beyond hardly exceed: float64[limit + 1], any last.
+    def upper_ends(
+        self, choice: Choice, miss: float = MISS, *, exact: bool = False
+    ) -> Array:
+        """Return upper ends of fractions out of limit: float64[limit + 1], any last.
 
-        The upper end of `weighted_share`, but that the next machine beyond is one of
-        the usual weight, and not of the heaviest: smooth in what is chosen, and to
-        search with; what is found is proved otherwise.
-
-        Parameters
-        ----------
-        choice : tuple of float
-            One of each line that has a cost.
-        miss : float
-            With which a share may be larger; 0.5: as likely as not.
-        exact : bool
-            Whether weights are computed, which takes longer, and not interpolated.
+        As of `weighted_share`, but that the next trial out of limit is of the usual
+        weight, and not of the heaviest: smooth in what is chosen, and to search with.
+        A fraction is larger with the chance `miss`. Exact weights are computed, which
+        takes longer, and not interpolated.
         """
         rows = self._rows()
         weights = (rows.exact if exact else rows.weights)(choice) / self.trials
         counted = weights * rows.times
         usual = float((counted * weights).sum() / counted.sum())
-        ends = []
-        for of in rows.every:
-            own = weights[of]
-            ends.append(gamma_ends(own, usual, 1 - 2 * miss)[1])
-        return np.array(ends)
-
-    def apart(self, choice: Choice, other: Choice) -> tuple[Array, Array]:
-        """Estimate by how much the share beyond each limit is more than of another.
-
-        Returns
-        -------
-        float64[limit], float64[limit]
-            The difference, and its standard error.
-        """
-        rows = self._rows()
-        apart = (rows.weights(choice) - rows.weights(other)) / self.trials
-        own = [apart[of] for of in rows.every[:-1]]
-        return (
-            np.array([each.sum() for each in own]),
-            np.sqrt([np.sum(each**2) for each in own]),
+        return np.array(
+            [gamma_ends(weights[of], usual, 1 - 2 * miss)[1] for of in rows.every]
         )
 
     def _rows(self) -> _Rows:
-        if self._telling is None:
-            self._telling = _Rows(self.study, self._drawn)
-        return self._telling
+        if self._known is None:
+            self._known = _Rows(self.study, self._runs)
+        return self._known
 
 
 class _Rows:
-    """Machines of a pool and their weights."""
+    """Trials of a pool and their weights."""
 
-    def __init__(self, study: Study, drawn: Sequence[_Drawn]) -> None:
-        beyond = np.hstack([each.beyond for each in drawn])
-        self.every = (*beyond, beyond.any(axis=0))
-        self.times = np.hstack([each.times for each in drawn])
+    def __init__(self, study: Study, runs: Sequence[_Run]) -> None:
+        out = np.hstack([each.out_of_limit for each in runs])
+        self.every = (*out, out.any(axis=0))
+        self.times = np.hstack([each.times for each in runs])
         deviations = {
-            name: np.hstack([each.deviations[name] for each in drawn])
-            for name in drawn[0].deviations
+            name: np.hstack([each.deviations[name] for each in runs])
+            for name in runs[0].deviations
         }
         self.priced = study.deviating.priced
-        # what they are compared with is in the mixture as well: where it is next to
-        # nothing any other number would do
-        beside = dict(study.deviating.distributions)
-        for line in self.priced:
-            beside.update(line.distributions(line.ends[1]))
-        dependence = study.deviating.dependence
+        # densities are over that of the loosest tolerances, which the mixture contains:
+        # where that is next to nothing any other number would do
+        loosest = dict(study.deviating.distributions)
+        for entry in self.priced:
+            loosest.update(entry.distributions(entry.ends[1]))
         self._weighting = DensityRatio(
-            deviations, {name: beside[name] for name in deviations}, dependence
+            deviations,
+            {name: loosest[name] for name in deviations},
+            study.deviating.dependence,
         )
         self._blocks = _blocks(study)
         self._tables = {
-            line: _Table(self.priced[line], deviations)
+            entry: _Table(self.priced[entry], deviations)
             for block in self._blocks
-            for line in block.lines
-            if block.alone and self.priced[line].law
+            for entry in block.entries
+            if block.alone and self.priced[entry].law
         }
         self._known: dict[tuple[int, ...], dict[Choice, Array]] = {}
-        trials = sum(each.trials for each in drawn)
-        self._drawn = [(each.choice, each.trials / trials) for each in drawn]
+        trials = sum(each.trials for each in runs)
+        self._shares = [(each.choice, each.trials / trials) for each in runs]
         self._mixture = self._mixed(self._over_loosest)
         self._exactly: Array | None = None
 
@@ -200,64 +163,61 @@ class _Rows:
 
     def _mixed(self, over_loosest: Callable[[Choice], Array]) -> Array:
         found = np.zeros(len(self.times))
-        for choice, share in self._drawn:
+        for choice, share in self._shares:
             found += share * over_loosest(choice)
         return found
 
     def _computed(self, choice: Choice) -> Array:
-        new: dict[str, Distribution] = {}
-        for each, chosen in zip(self.priced, choice, strict=True):
-            new.update(each.distributions(chosen))
-        return self._weighting.weights(new)
+        return self._of(range(len(choice)), choice)
 
     def _over_loosest(self, choice: Choice) -> Array:
         """Return the density with a choice over that of the loosest one."""
         found = np.ones(len(self.times))
         for block in self._blocks:
-            known = self._known.setdefault(block.lines, {})
-            own = tuple(choice[i] for i in block.lines)
+            known = self._known.setdefault(block.entries, {})
+            own = tuple(choice[i] for i in block.entries)
             if own not in known:
                 if len(known) >= KEPT:
                     del known[next(iter(known))]
-                known[own] = self._of(block, own)
+                table = self._tables.get(block.entries[0])
+                known[own] = (
+                    table.weights(*own) if table else self._of(block.entries, own)
+                )
             found *= known[own]
         return found
 
-    def _of(self, block: _Block, own: Choice) -> Array:
-        """Return the densities of one block over those of the loosest."""
-        if block.lines[0] in self._tables:
-            return self._tables[block.lines[0]].weights(own[0])
+    def _of(self, entries: Sequence[int], own: Choice) -> Array:
+        """Return the densities of some entries over those of the loosest."""
         new: dict[str, Distribution] = {}
-        for i, chosen in zip(block.lines, own, strict=True):
+        for i, chosen in zip(entries, own, strict=True):
             new.update(self.priced[i].distributions(chosen))
         return self._weighting.weights(new)
 
 
 class _Table:
-    """Weights of parts of one tolerance that hang together with nothing.
+    """Interpolated weights of parts of one tolerance that correlate with nothing.
 
-    Between deviations and tolerances for which they are known, of both so many that
-    they are right to half a hundredth, but at the end of a zone.
+    Right to half a hundredth, but at the end of a zone.
     """
 
-    def __init__(self, line: Priced, deviations: Mapping[str, Array]) -> None:
-        self._line = line
-        drawn = line.distributions(line.ends[1])
-        self._name = next(iter(drawn))
-        of = drawn[self._name]
+    def __init__(self, entry: Priced, deviations: Mapping[str, Array]) -> None:
+        self._entry = entry
+        loosest = entry.distributions(entry.ends[1])
+        self._name = next(iter(loosest))
+        of = loosest[self._name]
         scores = np.linspace(-FARTHEST, FARTHEST, NODES)
         at = of.deviations(np.asarray(ndtr(scores), np.float64))
         self._weighting = DensityRatio({self._name: at}, {self._name: of}, Dependence())
         self._at: dict[int, tuple[Array, Array]] = {}
         self._places = []
-        for name in drawn:
+        for name in loosest:
             place = np.interp(deviations[name], at, np.arange(NODES, dtype=np.float64))
             below = np.minimum(place.astype(np.int64), NODES - 2)
             self._places.append((below, place - below))
 
     def weights(self, chosen: float) -> Array:
         """Return the density of all its parts over that with the loosest tolerance."""
-        tightest, loosest = self._line.ends
+        tightest, loosest = self._entry.ends
         place = TOLERANCES * (chosen - tightest) / (loosest - tightest)
         first = min(max(int(place), 0), TOLERANCES - 1)
         part = place - first
@@ -275,9 +235,9 @@ class _Table:
     def _node(self, number: int) -> tuple[Array, Array]:
         """Return weights with one of the tolerances, and their logarithms."""
         if number not in self._at:
-            tightest, loosest = self._line.ends
+            tightest, loosest = self._entry.ends
             chosen = tightest + (loosest - tightest) * number / TOLERANCES
-            new = {self._name: self._line.distributions(chosen)[self._name]}
+            new = {self._name: self._entry.distributions(chosen)[self._name]}
             found = self._weighting.weights(new)
             with np.errstate(divide="ignore"):
                 self._at[number] = found, np.log(found)
@@ -285,42 +245,34 @@ class _Table:
 
 
 class _Block(NamedTuple):
-    """Lines that hang together, by number; their weights are a product of blocks'.
+    """Correlated entries, by number; weights are a product over the blocks."""
 
-    Attributes
-    ----------
-    lines : tuple of int
-        Which.
-    names : frozenset of str
-        Their contributors, and what hangs together with these.
-    alone : bool
-        Whether nothing does, not even their own parts with each other.
-    """
-
-    lines: tuple[int, ...]
-    names: frozenset[str]
-    alone: bool
+    entries: tuple[int, ...]
+    names: frozenset[str]  # their contributors, and those correlated with these
+    alone: bool  # no correlation, not even of their own parts with each other
 
 
 def _blocks(study: Study) -> list[_Block]:
-    """Sort lines into blocks that nothing connects."""
+    """Sort entries into blocks that are independent of each other."""
     dependence = study.deviating.dependence
     found: list[_Block] = []
     for i, each in enumerate(study.deviating.priced):
-        own = list(each.drawn)
+        own = list(each.specified)
         joints = dependent_groups(own, dependence)
         joints += [equal_parts(name, dependence) for name in own]
         names = frozenset(name for joint in joints for name in joint)
         made = _Block((i,), names, all(len(joint) == 1 for joint in joints))
         for block in [block for block in found if block.names & names]:
             found.remove(block)
-            made = _Block((*block.lines, *made.lines), made.names | block.names, False)
+            made = _Block(
+                (*block.entries, *made.entries), made.names | block.names, False
+            )
         found.append(made)
     return found
 
 
 def with_choice(study: Study, choice: Choice, seed: int, trials: int) -> Study:
-    """Return a study of random machines with the tolerances of a choice."""
+    """Return a study of random trials with the tolerances of a choice."""
     deviating = study.deviating
     new = dict(deviating.distributions)
     for priced, chosen in zip(deviating.priced, choice, strict=True):

@@ -1,105 +1,83 @@
-"""What lies beside an allocation: the trade-off, and what slopes alone would choose."""
+"""The trade-off, the best at equal cost, and what slopes alone would choose."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tolstat.answers.allocate.allocation import Point
-from tolstat.answers.allocate.fresh_runs import Proof
+from tolstat.answers.allocate.fresh_runs import Proof, Scheme
 from tolstat.answers.allocate.linear_schemes import LinearSchemes
 from tolstat.answers.allocate.optimizer import Choice, cheapest
-from tolstat.answers.allocate.search import Searching
+from tolstat.answers.allocate.search import Search
 from tolstat.execution.run_loop import Progress
+from tolstat.model.view import Axis, Chart, Curve, Mark, Panel
 
-CURVE = 2.0 ** np.arange(-4.5, 5.0, 1.5)  # times the share beyond any limit
+CURVE = 2.0 ** np.arange(-4.5, 5.0, 1.5)  # times the fraction out of any limit
 BISECTIONS = 5
-FEWER = 100  # times fewer machines beyond than on the curve
+FEWER = 100  # times fewer trials out of limit than on the curve
+OUT = Axis("fraction out of any limit", "1", "ppm", logarithmic=True)
+BELOW = 0.1  # of the least fraction: lower ends of intervals are shown so far
 
 
-def points_about(search: Searching, start: Choice) -> list[Point]:
-    """Find the cheapest tolerances for other shares beyond any limit.
+@dataclass(frozen=True)
+class Point:
+    """The cheapest tolerances for some fraction out of any limit, and their cost."""
 
-    Parameters
-    ----------
-    search : Searching
-        Whose weighted machines tell.
-    start : tuple of float
-        The allocation about whose share they lie.
-    """
-    points, reference = [], search.beyond_any(start)
+    fraction_out_of_any_limit: float  # the median by weighted trials
+    cost: float
+    choice: Choice = field(metadata={"json": False})
+
+
+def points_about(search: Search, start: Choice) -> list[Point]:
+    """Find the cheapest tolerances for fractions about that of an allocation."""
+    points, reference = [], search.out_of_any_limit(start)
     search.runs.tell(Progress(0, 0, 0, "trade-off"))
     for times in CURVE[::-1]:
         share = min(float(times) * reference, 1.0)
         if found := search.cheapest_for(share, start):
             start = found.choice
-            points.append(Point(found.cost, share, start))
+            points.append(Point(share, found.cost, start))
     return points
 
 
-def own_shares(search: Searching, points: list[Point]) -> list[Point]:
-    """Return each set of tolerances once, at the share that is beyond with it.
+def own_fractions(search: Search, points: list[Point]) -> list[Point]:
+    """Return each set of tolerances once, at its own fraction out of any limit.
 
-    Parameters
-    ----------
-    search, points
-        As of `points_about`: of lists one set is the cheapest for many shares.
+    One set of options of lists is the cheapest for many fractions.
     """
-    sets = {each.choice: each for each in points}.values()
-    return [each._replace(beyond=search.beyond_any(each.choice)) for each in sets]
+    return [
+        replace(each, fraction_out_of_any_limit=search.out_of_any_limit(each.choice))
+        for each in {each.choice: each for each in points}.values()
+    ]
 
 
-def at_the_cost_drawn(search: Searching, points: list[Point], seed: int) -> Proof:
-    """Run what puts the fewest beyond for the cost as drawn: found, or as drawn.
+def at_equal_cost(search: Search, points: list[Point], seed: int) -> Proof:
+    """Run the best tolerances for the cost of the drawing; or the drawing's own.
 
-    Parameters
-    ----------
-    search, points
-        As of `for_the_cost_drawn`; notes where nothing is shown to be better than as
-        drawn.
-    seed : int
-        Of the fresh runs of both.
+    Weighted trials may promise what a run does not keep: then they are the drawing's.
     """
-    drawn = search.runs.of(search.drawn, seed)
-    spent = search.runs.of(for_the_cost_drawn(search, points), seed)
-    # weighted machines may promise what a run does not keep
-    more = spent.scheme.beyond_any.value - drawn.scheme.beyond_any.value
-    if spent.choice != search.drawn and more <= 0:
-        if more == 0:
-            search.notes.append(
-                "at the cost drawn as many machines are beyond as with the tolerances "
-                f"drawn in runs of {spent.scheme.trials}, which do not tell them "
-                "apart; weighted machines say fewer"
-            )
-        return spent
-    search.notes.append(
-        "no tolerances were found that put fewer machines beyond the limits for the "
-        "cost as drawn"
-    )
-    return drawn
+    specified = search.runs.of(search.specified, seed)
+    spent = search.runs.of(for_equal_cost(search, points), seed)
+    own, other = (each.scheme.fraction_out_of_any_limit for each in (specified, spent))
+    return spent if other.value <= own.value else specified
 
 
-def for_the_cost_drawn(search: Searching, points: list[Point]) -> Choice:
-    """Find the tolerances that seem to put the fewest beyond for the cost as drawn.
-
-    Parameters
-    ----------
-    search
-        As of `points_about`.
-    points : list of Point
-        Of the curve.
-    """
+def for_equal_cost(search: Search, points: list[Point]) -> Choice:
+    """Find the tolerances with the fewest out of limit for the cost of the drawing."""
     runs = search.runs
-    cost = runs.cost(search.drawn)
-    least, best = search.beyond_any(search.drawn), search.drawn
+    cost = runs.cost(search.specified)
+    least, best = search.out_of_any_limit(search.specified), search.specified
     for each in points:
         written = runs.as_written(each.choice)
-        if each.beyond < least and runs.cost(written) <= cost:
-            least, best = each.beyond, written
+        if each.fraction_out_of_any_limit < least and runs.cost(written) <= cost:
+            least, best = each.fraction_out_of_any_limit, written
     high = math.log(least)
-    dearer = [each.beyond for each in points if each.beyond < least]
-    low = math.log(max(dearer)) if dearer else high - math.log(FEWER)
+    shares = [each.fraction_out_of_any_limit for each in points]
+    fewer = [share for share in shares if share < least]
+    low = math.log(max(fewer)) if fewer else high - math.log(FEWER)
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         found = search.cheapest_for(math.exp(middle), best)
@@ -110,25 +88,59 @@ def for_the_cost_drawn(search: Searching, points: list[Point]) -> Choice:
     return best
 
 
-def linear_answers(search: Searching) -> dict[str, Choice]:
-    """Allocate as linear analysis does.
-
-    Parameters
-    ----------
-    search : Searching
-        Notes what cannot be allocated so.
-    """
+def linear_choices(search: Search) -> tuple[dict[str, Choice], dict[str, str]]:
+    """Allocate as linear analysis does; and say why that is not possible."""
     linear = LinearSchemes(search.runs.study, search.runs.workers)
+    bounds = {
+        "root_sum_square": linear.root_sum_square,
+        "worst_case": linear.worst_case,
+    }
     if not linear.known:
-        search.notes.append("no worst case and root sum square: slopes are not known")
-        return {}
-    choices = {}
-    for name, excess in (
-        ("root sum square", linear.root_sum_square),
-        ("worst case", linear.worst_case),
-    ):
-        if found := cheapest(search.variables, excess, search.tightest):
-            choices[name] = search.runs.as_written(found.choice)
+        return {}, dict.fromkeys(bounds, "the model has a response without a slope")
+    found, omitted = dict[str, Choice](), dict[str, str]()
+    for name, excess in bounds.items():
+        if best := cheapest(search.variables, excess, search.tightest):
+            found[name] = search.runs.as_written(best.choice)
         else:
-            search.notes.append(f"no tolerances meet the limits by {name}")
-    return choices
+            omitted[name] = "no tolerances meet the limits"
+    return found, omitted
+
+
+def trade_off_chart(
+    points: Sequence[Point], schemes: Mapping[str, Scheme], *, listed: bool = False
+) -> Chart:
+    """Draw the cost of the cheapest tolerances over the fraction out of any limit.
+
+    Points in order are a curve, or dots where every tolerance is of a list: nothing
+    lies between them. Schemes are dots with intervals; equal ones, by words, are drawn
+    once, by the longest run.
+    """
+    at = np.array([each.fraction_out_of_any_limit for each in points])
+    costs = np.array([each.cost for each in points])
+    sentence = "cost of the cheapest tolerances"
+    curves, marks = [Curve("cheapest", "1", "", sentence, costs, points=listed)], []
+    equal: dict[tuple[str, ...], list[str]] = {}
+    for name, scheme in schemes.items():
+        equal.setdefault(tuple(scheme.tolerances.values()), []).append(name)
+    for names in equal.values():
+        scheme = max((schemes[name] for name in names), key=lambda each: each.trials)
+        share, lower, upper, _ = scheme.fraction_out_of_any_limit
+        words, ends = " = ".join(names), np.array([lower, share, upper])
+        if share > 0:
+            marks.append(Mark(words, share, scheme.cost))
+        else:  # has no place on an axis of ratios
+            words += f", {scheme.cost:.4g}: none of {scheme.trials} out of limit"
+            ends = np.array([lower, upper])
+        values = np.full(len(ends), scheme.cost)
+        curves.append(Curve(words, "1", "", "tolerances beside it", values, ends))
+    # an interval that reaches far below all else leaves no room for that
+    uppers = [each.fraction_out_of_any_limit.upper for each in schemes.values()]
+    least = BELOW * min([*at.tolist(), *(mark.at for mark in marks), *uppers])
+    panel = Panel("cost", tuple(each.name for each in curves))
+    return Chart(
+        OUT._replace(least=least),
+        at,
+        tuple(curves),
+        marks=tuple(marks),
+        panels=(panel,),
+    )

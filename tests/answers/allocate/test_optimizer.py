@@ -15,7 +15,7 @@ COSTS = (7.0, 3.0, 20.0, 1.0)
 BOUND = 0.05
 
 
-def steady(cost):
+def continuous(cost):
     """A width, as its logarithm; its price is reciprocal."""
     return DesignVariable(lambda x: cost / math.exp(x), math.log(1e-3), math.log(0.2))
 
@@ -32,8 +32,8 @@ def excess(widths):
     return np.array([math.log(math.hypot(*widths) / BOUND)])
 
 
-def test_steady_choices_are_those_of_lagrange():
-    found = cheapest([steady(cost) for cost in COSTS], lambda x: excess(np.exp(x)))
+def test_continuous_choices_are_those_of_lagrange():
+    found = cheapest([continuous(cost) for cost in COSTS], lambda x: excess(np.exp(x)))
     T = np.cbrt(COSTS)
     T *= BOUND / math.hypot(*T)
     assert np.exp(found.choice) == pytest.approx(T, rel=0.01)
@@ -51,16 +51,16 @@ def by_hand(options):
 def test_of_lists_every_combination_is_tried_or_they_are_exchanged(monkeypatch):
     variables = [listed(cost) for cost in COSTS]
     found = cheapest(variables, lambda x: excess([*map(width, x)]))
-    assert found.every and found.cost == pytest.approx(by_hand(7))
+    assert found.exhaustive and found.cost == pytest.approx(by_hand(7))
     monkeypatch.setattr(module, "MOST_TRIED", 100)
     near = cheapest(variables, lambda x: excess([*map(width, x)]))
-    assert not near.every and found.cost <= near.cost < 1.05 * found.cost
+    assert not near.exhaustive and found.cost <= near.cost < 1.05 * found.cost
 
 
 @pytest.mark.parametrize("most", [64, 3])
-def test_lists_and_steady_choices_together(most, monkeypatch):
+def test_lists_and_continuous_choices_together(most, monkeypatch):
     monkeypatch.setattr(module, "MOST_SOLVED", most)
-    variables = [steady(COSTS[0]), *(listed(cost, 4) for cost in COSTS[1:3])]
+    variables = [continuous(COSTS[0]), *(listed(cost, 4) for cost in COSTS[1:3])]
 
     def beyond(x):
         return excess([math.exp(x[0]), *map(width, x[1:])])
@@ -73,14 +73,16 @@ def test_lists_and_steady_choices_together(most, monkeypatch):
             rest = sum(c / width(x) for c, x in zip(COSTS[1:], choice, strict=False))
             best = min(best, COSTS[0] / min(math.sqrt(room), 0.2) + rest)
     assert beyond(found.choice)[0] <= 1e-4
-    assert best * (1 - 1e-4) <= found.cost <= best * (1.001 if found.every else 1.02)
+    assert (
+        best * (1 - 1e-4) <= found.cost <= best * (1.001 if found.exhaustive else 1.02)
+    )
 
 
 def test_where_nothing_keeps_to_the_bounds_there_is_none():
     def never(x):
         return np.array([0.1])
 
-    assert cheapest([steady(1.0), listed(1.0)], never) is None
+    assert cheapest([continuous(1.0), listed(1.0)], never) is None
     assert cheapest([listed(1.0)] * 6, never) is None
 
 
@@ -93,14 +95,14 @@ def unknown_at_the_ends(x):
 @pytest.mark.parametrize("most", [64, 1])
 def test_the_tightest_is_not_always_safe(most, monkeypatch):
     monkeypatch.setattr(module, "MOST_SOLVED", most)
-    variables = [steady(1.0), DesignVariable(lambda x: 1.0 + x, 3.0, 0.0, 4)]
+    variables = [continuous(1.0), DesignVariable(lambda x: 1.0 + x, 3.0, 0.0, 4)]
     found = cheapest(variables, unknown_at_the_ends)
     assert found.choice == pytest.approx((math.log(BOUND), 3.0), rel=1e-3)
 
 
 def test_what_lies_beyond_moves_towards_what_keeps():
     """Solved for a slope that leads astray, between two ends that do not keep."""
-    variable = steady(1.0)
+    variable = continuous(1.0)
     middle = 0.5 * (variable.tightest + variable.loosest)
 
     def about_the_middle(x):
@@ -111,7 +113,9 @@ def test_what_lies_beyond_moves_towards_what_keeps():
     search = module._Search([variable], about_the_middle, None)
     within, beyond = np.array([0.5]), np.array([1.0])
     span = variable.loosest - variable.tightest
-    (near,) = search._near(beyond, within, lambda x: (variable.tightest + span * x[0],))
+    (near,) = search._towards(
+        beyond, within, lambda x: (variable.tightest + span * x[0],)
+    )
     assert near == pytest.approx(middle + 0.2, abs=0.002) and near <= middle + 0.2001
 
 

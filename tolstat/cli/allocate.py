@@ -1,0 +1,174 @@
+"""tolstat allocate: the cheapest tolerances that meet all limits of a study."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from tolstat.cli.interrupting import LIMITS_NOT_MET, leave
+from tolstat.cli.options import form, output_option, path_argument, plot_option
+from tolstat.cli.power import Power, powered
+
+if TYPE_CHECKING:
+    from tolstat.answers.allocate.allocation import Allocation
+    from tolstat.study.study import Study
+
+
+@click.command()
+@path_argument("study", "STUDY.toml")
+@click.option(
+    "--trials",
+    type=click.IntRange(min=1),
+    help="Of the wide run, and of each proof; as many as the limits need if not given.",
+)
+@powered
+@output_option("Write the study with the tolerances found: a .toml file.")
+@plot_option("Cost over ppm: a .png, .svg, .pdf, .csv or .html file.")
+@form
+@click.option("--force", is_flag=True, help="Replace an existing file of -o.")
+def allocate(
+    study: Path,
+    trials: int | None,
+    power: Power,
+    output: Path | None,
+    plot: Path | None,
+    form: str | None,
+    force: bool,
+) -> None:
+    """Find the cheapest tolerances with which STUDY.toml meets its limits.
+
+    Its entries of [deviations] say what they cost by tolerance. A fresh run proves what
+    is found; where nothing meets the limits the exit code is 3.
+    """
+    from tolstat.answers.allocate.allocation import CHART
+    from tolstat.answers.pages import check_view_ending, save_view
+    from tolstat.cli.interrupting import stop_on_interrupt
+    from tolstat.render.output_file import replace
+    from tolstat.render.screen import show
+    from tolstat.study.study import load
+
+    asked = load(study)
+    if output:
+        _check_output(output, asked, force=force)
+    if plot:
+        check_view_ending(plot)
+    with stop_on_interrupt() as stop:
+        found = _allocated(asked, power, trials, stop.is_set)
+        # from here on Ctrl-C waits until whole files are written
+        by, proved = _commands(asked, found, trials, output)
+        if output and found.met:
+            replace(output, found.study_file(by, proved).encode())
+        if plot:
+            save_view(found.chart, plot, f"{asked.title}: cost over ppm", CHART)
+        if form:
+            click.echo(found.json() if form == "json" else found.csv(), nl=False)
+        else:
+            show(found.document())
+            _say_what_is_written(found, output, plot, proved)
+    if not found.met:
+        sys.exit(LIMITS_NOT_MET)
+
+
+def _allocated(
+    study: Study, power: Power, trials: int | None, stopping: Callable[[], bool]
+) -> Allocation:
+    """Allocate, and show how far that is; Ctrl-C ends the process."""
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    from tolstat.answers.allocate.allocate_tolerances import allocated
+    from tolstat.execution.run_loop import Progress
+    from tolstat.execution.workers.crew import Interrupted
+    from tolstat.render.screen import Screen
+
+    bar = Bar(
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        console=Screen(stderr=True),
+        transient=True,
+    )
+    try:
+        with bar, power.crew(stopping) as crew:
+            task = bar.add_task("compiling, if need be", total=None)
+
+            def tell(progress: Progress) -> None:
+                if progress.doubt:
+                    bar.print(f"note: {progress.doubt}", soft_wrap=True)
+                    return
+                bar.update(
+                    task, description=progress.doing, total=progress.asked or None,
+                    completed=progress.over,
+                )  # fmt: skip
+
+            return allocated(study, crew, trials=trials, progress=tell)
+    except Interrupted:
+        leave(signal.SIGINT, None)
+        raise
+
+
+def _commands(
+    study: Study, found: Allocation, trials: int | None, output: Path | None
+) -> tuple[str, str]:
+    """Return what finds the tolerances again, and what proves them."""
+    from tolstat.catalogue import place_of
+    from tolstat.literal import visible
+    from tolstat.store.commands import command
+
+    machine, proof = place_of(study.model), found.proof
+    options = ["--trials", trials] if trials else []
+    by = command("allocate", study.path, *options, machine=machine)
+    if not (output and found.reproducible):
+        return visible(by), ""
+    options = ["--trials", proof.trials, "--seed", proof.seed]
+    return visible(by), visible(command("run", output, *options, machine=machine))
+
+
+def _say_what_is_written(
+    found: Allocation, output: Path | None, plot: Path | None, proved: str
+) -> None:
+    from tolstat.literal import visible
+
+    if output and found.met:
+        again = f"; the proof again: {proved}" if proved else ""
+        click.echo(f"written to {visible(str(output))}{again}")
+    elif output:
+        click.echo(f"{visible(str(output))} is not written: limits are not met")
+    if plot:
+        click.echo(f"drawn in {visible(str(plot))}")
+
+
+def _check_output(output: Path, study: Study, *, force: bool) -> None:
+    """Refuse a file that the study cannot be written to, before anything runs."""
+    from tolstat.errors import RunFileError, StudyError
+    from tolstat.render.output_file import check_folder
+    from tolstat.study.study import load
+
+    check_folder(output)
+    if output.suffix != ".toml":
+        raise RunFileError(f"{output}: a study ends in .toml")
+    assert study.path
+    itself = output.resolve() == study.path.resolve()
+    if output.exists() and (itself or not force):
+        other = "it is the study itself" if force else "give another name"
+        raise RunFileError(
+            f"{output} exists already; {other}, or replace it by --force"
+        )
+    reason, table = "", tomllib.loads(study.text)
+    try:
+        there = load(table, model=study.model, folder=output.parent)
+        if there.deviating.notes != study.deviating.notes:
+            reason = "data of that name differ there"
+    except StudyError as error:
+        reason = str(error)
+    if reason:
+        raise RunFileError(
+            f"{output} would not be this study, which reads files of its own folder: "
+            f"{reason}; write it beside {study.path}, or copy them there first"
+        )
