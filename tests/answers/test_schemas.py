@@ -10,13 +10,15 @@ import json
 import pytest
 
 import tolstat
+from tests.answers.allocate.linear_stack import Linear, listed
 from tests.conftest import ROOT
+from tolstat.answers.allocate.allocation import Allocation
 from tolstat.answers.compare.comparison import Comparison
 from tolstat.answers.what_if.what_if_answer import WhatIf
 from tolstat.render.json_schema import schema_of
 
 SCHEMAS = ROOT / "tolstat" / "answers" / "schemas"
-ANSWERS = {"compare": Comparison, "what_if": WhatIf}
+ANSWERS = {"allocate": Allocation, "compare": Comparison, "what_if": WhatIf}
 
 
 def made(name):
@@ -55,6 +57,10 @@ def test_a_comparison_is_as_its_schema_says(gears, tmp_path):
     study, path = ROOT / "runs/wave-gear.toml", tmp_path / "other.h5"
     other = tolstat.run(study, trials=300, seed=2, output=path)
     valid(tolstat.compare(gears, gears, other))
+
+
+def test_an_allocation_is_as_its_schema_says():
+    valid(tolstat.allocate(listed(), trials=1000, model=Linear()))
 
 
 if __name__ == "__main__":

@@ -125,7 +125,7 @@ class Allocation(Answer):
     study: str = field(metadata={"json": False})
     listed: bool = field(metadata={"json": False})
 
-    answers: ClassVar[str] = "allocation"
+    answers: ClassVar[str] = "allocate"
     index: ClassVar[str] = "scheme"
 
     @property
