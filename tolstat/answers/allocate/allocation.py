@@ -25,7 +25,7 @@ from tolstat.model.view import Chart
 from tolstat.render.tables import Row
 from tolstat.statistics.limits.yields import MET
 
-CHART = "cost of the cheapest tolerances over the fraction out of any limit"
+CHART = "Cost of the cheapest tolerances over the fraction out of any limit"
 DRAWING, FOUND, PROOF = "drawing", "found", "proof"
 TIGHTEST, EQUAL_COST = "tightest", "equal_cost"
 WORDS = {
@@ -182,7 +182,7 @@ class Allocation(Answer):
             self._tolerances(),
             self._fractions(),
             Bullets(tuple(text(each) for each in self._notes() if each)),
-            Figure(CHART, self.chart, text(_sentence(CHART)), wide=True),
+            Figure(CHART, self.chart, text(CHART), wide=True),
         )
         return Document(f"Cheapest tolerances: {self.title}", blocks)
 
@@ -239,7 +239,9 @@ class Allocation(Answer):
             ]
             for name, each in self._shown.items()
         ]  # fmt: skip
-        return table(heads, rows, "Fraction out of limit, ppm, in fresh runs")
+        return table(
+            heads, rows, "Fraction out of limit in fresh runs, ppm, with 95 % intervals"
+        )
 
     def _notes(self) -> list[Parts | None]:
         active = [(Name(name),) for name in self.active_limits]
@@ -287,7 +289,3 @@ def equal_cost_words(schemes: dict[str, Scheme]) -> Parts:
         "At cost ", Number(best.cost), " (drawing: ", Number(drawing.cost), "), ",
         ppm(other), " instead of ", ppm(own), " are out of some limit.",
     )  # fmt: skip
-
-
-def _sentence(words: str) -> str:
-    return f"{words[0].upper()}{words[1:]}."
