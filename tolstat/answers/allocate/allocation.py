@@ -260,7 +260,7 @@ class Allocation(Answer):
                 "exchanged one or two at a time: cheaper tolerances may exist."
             ),
             *(
-                text(f"No tolerances by {WORDS[name]}: {reason}.")
+                text(f"By {WORDS[name]}: {reason}.")
                 for name, reason in self.omitted_schemes.items()
             ),
             text(
