@@ -48,9 +48,9 @@ def allocate(
     """
     from tolstat.answers.allocate.allocation import CHART
     from tolstat.answers.pages import check_view_ending, save_view
+    from tolstat.cli.delivery import deliver
     from tolstat.cli.interrupting import stop_on_interrupt
     from tolstat.render.output_file import replace
-    from tolstat.render.screen import show
     from tolstat.study.study import load
 
     asked = load(study)
@@ -66,10 +66,8 @@ def allocate(
             replace(output, found.study_file(by, proved).encode())
         if plot:
             save_view(found.chart, plot, f"{asked.title}: cost over ppm", CHART)
-        if form:
-            click.echo(found.json() if form == "json" else found.csv(), nl=False)
-        else:
-            show(found.document())
+        deliver(found, None, form)
+        if not form:
             _say_what_is_written(found, output, plot, proved)
     if not found.met:
         sys.exit(LIMITS_NOT_MET)
