@@ -89,7 +89,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         stopped=None,
         audited=None,
         rerun=None,
-        diagnostics=Diagnostics(missing="no trial has run"),
+        diagnostics=Diagnostics(missing="the run did not come to its end"),
         complete=False,
         nominal_values={},
         times={},

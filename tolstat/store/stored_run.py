@@ -123,19 +123,19 @@ class Run:
     sampled: Sampled | None
     rules: tuple[str, ...]
     contributors: Annotated[
-        tuple[Contributor, ...], Stored(columns=True, decides=("column", "unit"))
+        tuple[Contributor, ...], Stored(columns="", decides=("column", "unit"))
     ]
     responses: Annotated[
-        tuple[Response, ...], Stored(columns=True, decides=("column", "unit"))
+        tuple[Response, ...], Stored(columns="", decides=("column", "unit"))
     ]
-    swept: Annotated[tuple[Swept, ...], Stored(columns=True)]
-    details: Annotated[tuple[DrawDetail, ...], Stored(columns=True)]
+    swept: Annotated[tuple[Swept, ...], Stored(columns="")]
+    details: Annotated[tuple[DrawDetail, ...], Stored(columns="")]
     settings: Annotated[dict[str, Chosen], Stored(decides=("setting", "words"))]
     limits: Annotated[
-        dict[str, Limit], Stored("limit", columns=True, decides=("limit", "words"))
+        dict[str, Limit], Stored(columns="limit_", decides=("limit", "words"))
     ]
     assumed: Annotated[
-        dict[str, Assumed], Stored(columns=True, decides=("deviation", "words"))
+        dict[str, Assumed], Stored(columns="assumed_", decides=("deviation", "words"))
     ]
     correlation: Annotated[dict[str, dict[str, float]], Stored("rank-correlation")]
     independent: bool
@@ -150,7 +150,7 @@ class Run:
     audited: Annotated[Audited | None, Stored("audit")]
     rerun: Audited | None
     diagnostics: Diagnostics
-    complete: Annotated[bool, ELSEWHERE]
+    complete: bool
     nominal_values: Annotated[dict[str, Any], ELSEWHERE]
     times: Annotated[dict[str, Any], ELSEWHERE]
     damage: Annotated[Damage, ELSEWHERE]
@@ -209,16 +209,17 @@ class Run:
     @property
     def units(self) -> dict[str, str]:
         """SI unit of each column; "1" where there is none."""
-        return {each.name: each.unit for each in self._described}
+        return {each.name: each.unit for each in self.described}
 
     @property
-    def _described(self) -> list[Swept | Contributor | Response]:
+    def described(self) -> list[Swept | Contributor | Response]:
+        """Swept settings, contributors and responses."""
         return [*self.swept, *self.contributors, *self.responses]
 
     @cached_property
     def scales(self) -> dict[str, Scale]:
         """How each column is shown: as typed, as declared, or fitting its size."""
-        return {e.name: self._scale(e.name, e.unit, e.shown) for e in self._described}
+        return {e.name: self._scale(e.name, e.unit, e.shown) for e in self.described}
 
     def _scale(self, name: str, unit: str, shown: str) -> Scale:
         values = self.columns[name]
