@@ -149,7 +149,7 @@ LAW = {"law": "reciprocal", "at": "+-1 mm", "price": 1}
         (LAW | {"tightest": "+-3 mm"}, "no tighter"),
         ({"+-1.2 mm": 1, "IT99": 2}, "IT99"),
         ({"+-1.2 mm": 1, "+-120e-2 mm": 2}, "are the same"),
-        ({"+-1 mm": 1, "+-0.5 mm": 2}, "as drawn has no price"),
+        ({"+-1 mm": 1, "+-0.5 mm": 2}, "of the drawing has no price"),
         ({"+-1.2 mm": -1}, "a price is a number"),
         ({"+-1.2 mm": 3, "+-1 mm": 2}, '"+-1.2 mm" = 3 is looser than "+-1 mm" = 2'),
         ({"+-1.2 mm": 1, "0.6 mm": 2}, "a tolerance such as"),

@@ -31,7 +31,7 @@ def _word(given: object) -> str:
 
 
 def to_resume(path: Path, machine: str) -> str:
-    """Return the command that goes on with a run."""
+    """Return the command that resumes a run."""
     return command("resume", path, machine=machine)
 
 

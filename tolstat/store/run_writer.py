@@ -1,7 +1,7 @@
 """A run file being filled: data and checksums first, status last.
 
-A file is made, or made anew, aside and renamed: under its own name it is whole. Between
-that only its rows are written, as plain bytes.
+A file is made, or made again, under another name and renamed: under its own it is
+whole. Between that only its rows are written, as plain bytes.
 """
 
 from __future__ import annotations
@@ -96,10 +96,10 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         whole: NDArray[np.bool_],
         ending: Ending | None = None,
     ) -> RunWriter:
-        """Open a file to go on with it.
+        """Open a file to resume its run.
 
         Trials that are not whole have not run. With more trials than the file holds, or
-        with other notes, the file is made anew and keeps its rows. The ending is that
+        with other notes, the file is made again and keeps its rows. The ending is that
         of a complete run, if that stays what it is.
         """
         with h5py.File(lock.path, "r", locking=False) as file:
@@ -253,7 +253,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         return BrokenError(said)
 
     def _stored(self) -> str:
-        """Say what is stored, and how it is gone on with."""
+        """Say what is stored, and how it is resumed."""
         assert self._rows
         status = self._rows.read(STATUS)
         ended = np.count_nonzero(status != Status.NOT_RUN)

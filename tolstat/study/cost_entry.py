@@ -27,7 +27,7 @@ LAWS = {"reciprocal": (), "exponential": ("rate",)}
 OF_EVERY_LAW = ("law", "at", "price", "tightest", "loosest")
 SPAN = 4.0, 2.0  # times tighter, and looser, than drawn, where nothing is said
 DIGITS, MOST_DIGITS = 3, 12  # of half the width of a tolerance that is written
-MOST_PRICE = 1e30
+MOST_PRICE, MOST_LAW = 1e30, 1e100  # as given, and of a law at its ends
 WIDEST = 1000  # times the tightest tolerance
 ROUNDING = 1e-9
 
@@ -80,7 +80,7 @@ def read_cost(
     if dict(drawn) not in [dict(each.distributions) for each in offered]:
         words = ", ".join(each.words for each in offered)
         raise CostError(
-            f"cost: the tolerance as drawn has no price; it has those of {words}"
+            f"cost: the tolerance of the drawing has no price; it has those of {words}"
         )
     return Priced(name, drawn, None, tuple(offered), unit, shown, words)
 
@@ -101,9 +101,8 @@ def _law(given: dict[str, Any], drawn: Mapping[str, Distribution], unit: str) ->
             raise CostError(f"cost: the {law} law needs the key {key}; {EXAMPLE}")
     half, (tighter, looser) = half_of(drawn), SPAN
     halves = {"tightest": half / tighter, "loosest": half * looser}
-    for key in ("at", "tightest", "loosest"):
-        if key in given:
-            halves[key] = _half(key, given[key], unit)
+    for key in given.keys() & {"at", *halves}:
+        halves[key] = Tolerance(*_read(tolerance, key, given[key], unit)).half
     tightest, loosest = halves["tightest"], halves["loosest"]
     if not tightest < loosest:
         raise CostError("cost: the tightest tolerance is no tighter than the loosest")
@@ -114,58 +113,43 @@ def _law(given: dict[str, Any], drawn: Mapping[str, Distribution], unit: str) ->
         )
     if not tightest * (1 - ROUNDING) <= half <= loosest * (1 + ROUNDING):
         raise CostError(
-            "cost: the tolerance as drawn does not lie between tightest and loosest; "
-            f"they are a {tighter:g}th and {looser:g} times as drawn if not given"
+            "cost: the tolerance of the drawing does not lie between tightest and "
+            f"loosest; they are a {tighter:g}th and {looser:g} times that of the "
+            "drawing if not given"
         )
-    rate = 0.0
-    if "rate" in given:
-        try:
-            rate = quantity(str(given["rate"]), unit)
-        except UnitError as error:
-            raise CostError(f'cost, rate = "{given["rate"]}": {error}') from None
-        if not rate > 0:
-            raise CostError(
-                "cost, rate: a quantity above zero is expected: the price "
-                "is e times as much for each rate that is taken off"
-            )
-    found = Law(
-        halves["at"],
-        _price("price", given["price"], MOST_PRICE**-1),
-        tightest,
-        loosest,
-        rate,
-    )
+    rate = _read(quantity, "rate", str(given["rate"]), unit) if "rate" in given else 0.0
+    if "rate" in given and not rate > 0:
+        raise CostError(
+            "cost, rate: a quantity above zero is expected: the price "
+            "is e times as much for each rate that is taken off"
+        )
+    price = _price("price", given["price"], MOST_PRICE**-1)
+    found = Law(halves["at"], price, tightest, loosest, rate)
     for key, end in (("tightest", tightest), ("loosest", loosest)):
         try:
             for each in drawn.values():
                 resized(each, end)
+            if not 0 < found.of(end) < MOST_LAW:
+                raise OverflowError
         except DistributionError as error:
-            ratio = end / half
             raise CostError(
-                f"cost: with the {key} tolerance, {ratio:.3g} times as drawn, {error}; "
-                f"give cost another {key}"
+                f"cost: with the {key} tolerance, {end / half:.3g} times that of the "
+                f"drawing, {error}; give cost another {key}"
             ) from None
-        if not _computable(found, end):
+        except OverflowError:
             raise CostError(
                 f"cost: with rate = {given.get('rate')} the price at the "
                 "tightest tolerance is no number; give a larger rate"
-            )
+            ) from None
     return found
 
 
-def _computable(law: Law, half: float) -> bool:
-    try:
-        return 0 < law.of(half) < 1e100
-    except OverflowError:
-        return False
-
-
-def _half(key: str, text: Any, unit: str) -> float:
-    """Read half the width of a tolerance of a law."""
+def _read(read: Callable[[str, str], Any], key: str, text: Any, unit: str) -> Any:
+    """Read a tolerance or a quantity of a law."""
     if not isinstance(text, str):
         raise CostError(f'cost, {key}: a tolerance such as "+-0.02 mm" is expected')
     try:
-        return Tolerance(*tolerance(text, unit)).half
+        return read(text, unit)
     except UnitError as error:
         raise CostError(f'cost, {key} = "{text}": {error}') from None
 
@@ -207,7 +191,7 @@ def with_tolerance(line: Mapping[str, Any], words: str) -> dict[str, Any]:
 
 
 def tolerance_words(priced: Priced, choice: float) -> str:
-    """Write a tolerance that is chosen: as drawn in the line's words, else in figures.
+    """Write a chosen tolerance: that of the drawing in its own words, else in figures.
 
     Three figures of half its width or, where they would be tighter than the tightest,
     as many as that needs; it reaches no farther to either side than what is chosen.
