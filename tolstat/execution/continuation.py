@@ -16,7 +16,7 @@ from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
-from tolstat.store.commands import command, to_resume, to_run_anew
+from tolstat.store.commands import command, to_resume, to_run_again
 from tolstat.store.lock import Lock
 from tolstat.store.open_run import existing
 from tolstat.store.open_run import open as open_run
@@ -210,7 +210,7 @@ def _plan(run: Run, study: Study, trials: Trials, regardless: bool) -> Run:
         raise RunFileError(
             f"{run.path} would not become the run that it was to be: "
             + "; ".join(doubts)
-            + f"; {to_run_anew(run)}; or go on with what the run has stored: "
+            + f"; {to_run_again(run)}; or go on with what the run has stored: "
             f"`{_regardless(run, study)}` (regardless=True)"
         )
     if doubts:
@@ -247,5 +247,5 @@ def _check_wanted(run: Run, trials: int) -> None:
     if not sampler_of(run.sampling).extensible:
         raise StudyError(
             f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
-            f"with {trials} every one would be another; {to_run_anew(run, trials)}"
+            f"with {trials} every one would be another; {to_run_again(run, trials)}"
         )
