@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -36,6 +36,7 @@ from tolstat.units.scale import Scale, scale_of
 if TYPE_CHECKING:
     import pandas as pd
 
+NOT_ENDED = Diagnostics(missing="the run did not come to its end")
 ROUNDING = 1e-9  # of a value: by less, no machine is another one
 
 
@@ -146,14 +147,14 @@ class Run:
     notes: tuple[str, ...]
     assumptions: tuple[str, ...]
     made: Annotated[dict[str, str], Stored("provenance")]
-    stopped: Stopped | None
-    audited: Annotated[Audited | None, Stored("audit")]
-    rerun: Audited | None
-    diagnostics: Diagnostics
-    complete: bool
-    nominal_values: Annotated[dict[str, Any], ELSEWHERE]
-    times: Annotated[dict[str, Any], ELSEWHERE]
-    damage: Annotated[Damage, ELSEWHERE]
+    stopped: Stopped | None = None
+    audited: Annotated[Audited | None, Stored("audit")] = None
+    rerun: Audited | None = None
+    diagnostics: Diagnostics = NOT_ENDED
+    complete: bool = False
+    nominal_values: Annotated[dict[str, Any], ELSEWHERE] = field(default_factory=dict)
+    times: Annotated[dict[str, Any], ELSEWHERE] = field(default_factory=dict)
+    damage: Annotated[Damage, ELSEWHERE] = field(default_factory=Damage)
     columns: Annotated[Mapping[str, NDArray[Any]], ELSEWHERE]
 
     @property
@@ -269,6 +270,11 @@ class Run:
         """Return which trials ended beyond a limit, failed ones among them."""
         ended: NDArray[np.bool_] = self.status != Status.NOT_RUN
         return ended & ~within(self.column(response), self.limits[response].permitted)
+
+    def first(self, trials: int) -> Run:
+        """Return the run of its first trials alone."""
+        columns = {name: values[:trials] for name, values in self.columns.items()}
+        return replace(self, columns=columns)
 
     def limited(
         self, limits: dict[str, Limit], shown: dict[str, str], note: str
