@@ -129,7 +129,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             rows = Rows(file, places)
             for name, place in places.items():
                 empty = np.nan if place.dtype.kind == "f" else 0
-                values = run.columns.get(name, np.full(place.length, empty))
+                values = run.columns.get(name, np.broadcast_to(empty, place.length))
                 rows.write(name, encoded(values))
             rows.write(CLOCK, clock_of(0.0))
             if before := self._rows:
