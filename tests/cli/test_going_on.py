@@ -64,7 +64,7 @@ def test_a_damaged_run_is_refused_named_and_repaired(small_run):
     run.write_bytes(data)
     for command in ("verify", "resume", "show"):
         done = call(command, run)
-        assert done.exit_code == 1 and "where all of it hangs on" in done.stderr
+        assert done.exit_code == 1 and "in what all of it depends on" in done.stderr
 
 
 def test_more_trials(small_study, small_run, tmp_path):

@@ -165,9 +165,9 @@ def test_the_worst_case_of_a_linear_stack(tmp_path):
     """1 mm + 3 part_1 - part_2 in its corners, by hand."""
     path = tmp_path / "linear.toml"
     path.write_text(LINEAR)
-    evidence = tolstat.run(path, model=Rough()).diagnostics
+    diagnostics = tolstat.run(path, model=Rough()).diagnostics
     least, largest = (
-        evidence.worst_cases["gap"][side] for side in ("least", "largest")
+        diagnostics.worst_cases["gap"][side] for side in ("least", "largest")
     )
     rough = 1 + 1e-3 / 10  # its error, which is known
     assert largest.value == pytest.approx(rough * (1 + 0.6 + 0.1) * 1e-3, rel=1e-12)
@@ -175,7 +175,7 @@ def test_the_worst_case_of_a_linear_stack(tmp_path):
     assert largest.deviations == pytest.approx({"part_1": 2e-4, "part_2": -1e-4})
     assert least.deviations == pytest.approx({"part_1": -2e-4, "part_2": 5e-4})
     assert largest.failed == 0 and largest.tried > 4
-    slopes = evidence.slopes["gap"]
+    slopes = diagnostics.slopes["gap"]
     assert slopes == pytest.approx({"part_1": 3 * rough, "part_2": -rough}, rel=1e-9)
 
 

@@ -183,7 +183,7 @@ class Moody(Toy):
         raise ZeroDivisionError("no more")
 
 
-def test_evidence_that_fails_leaves_the_trials(toy, tmp_path):
+def test_diagnostics_that_fail_leave_the_trials(toy, tmp_path):
     run = tolstat.run(STUDY, model=Moody(), output=tmp_path / "run.h5")
     assert run.ended == 300 and np.isfinite(run.column("gap")).any()
     assert "tightened fails: ZeroDivisionError: no more" in run.diagnostics.missing

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tolstat.cli.showing import screen
 from tolstat.execution.verification import findings, verify, why_otherwise
-from tolstat.store.commands import to_resume, to_run_anew
+from tolstat.store.commands import to_resume, to_run_again
 
 
 def verify_run(path: Path, *, every: bool, workers: int | None) -> bool:
@@ -23,7 +23,7 @@ def verify_run(path: Path, *, every: bool, workers: int | None) -> bool:
     else:
         console.print(
             f"{path} is as it was written, but its study gives something else here: "
-            f"{why_otherwise(found)}; {to_run_anew(found.run)}",
+            f"{why_otherwise(found)}; {to_run_again(found.run)}",
             soft_wrap=True,
         )
     return found.whole

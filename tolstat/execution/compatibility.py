@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tolstat.errors import RunFileError
 from tolstat.status import Status
 from tolstat.store.codec import fields_of
-from tolstat.store.commands import to_run_anew
+from tolstat.store.commands import to_run_again
 from tolstat.store.damage import ranges_of
 from tolstat.store.provenance import provenance
 from tolstat.store.stored_run import Run
@@ -61,7 +61,7 @@ def check_same(run: Run, again: Run) -> None:
             )
     if said:
         raise RunFileError(
-            f"{run.path} cannot be resumed: {'; '.join(said)}; {to_run_anew(run)}"
+            f"{run.path} cannot be resumed: {'; '.join(said)}; {to_run_again(run)}"
         )
 
 

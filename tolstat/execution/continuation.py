@@ -16,12 +16,11 @@ from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
-from tolstat.store.commands import command, to_resume, to_run_anew
+from tolstat.store.commands import command, to_resume, to_run_again
 from tolstat.store.lock import Lock
 from tolstat.store.open_run import existing
 from tolstat.store.open_run import open as open_run
 from tolstat.store.provenance import now
-from tolstat.store.run_records import Ending
 from tolstat.store.run_writer import RunWriter
 from tolstat.store.stored_run import Run
 from tolstat.study.sampling import sampler_of
@@ -153,18 +152,20 @@ def _continued(
         tell(Progress(0, 0, study.trials, doubt=doubt))
     rerun = rerun or run.rerun is not None
     whole = stages.trials.status[: run.trials] != Status.NOT_RUN
-    ending = None
     if run.complete and wanted is None:
-        found = run.stopped, run.audited, run.diagnostics, run.rerun
-        ending = Ending(run.trials, *found)
+        plan = replace(
+            plan,
+            stopped=run.stopped,
+            audited=run.audited,
+            rerun=run.rerun,
+            diagnostics=run.diagnostics,
+            complete=True,
+        )
     nominal = run.nominal_values["status"] != Status.NOT_RUN.word
     nominal &= not run.damage.nominal
     del run  # its columns are in the trials
-    with RunWriter.opened(lock, plan, whole, ending) as file:
-        carry_out(
-            study, stages, file, workers, tell, nominal=nominal, ending=ending,
-            rerun=rerun,
-        )  # fmt: skip
+    with RunWriter.opened(lock, plan, whole) as file:
+        carry_out(study, stages, file, workers, tell, nominal=nominal, rerun=rerun)
     return file.path
 
 
@@ -210,7 +211,7 @@ def _plan(run: Run, study: Study, trials: Trials, regardless: bool) -> Run:
         raise RunFileError(
             f"{run.path} would not become the run that it was to be: "
             + "; ".join(doubts)
-            + f"; {to_run_anew(run)}; or go on with what the run has stored: "
+            + f"; {to_run_again(run)}; or go on with what the run has stored: "
             f"`{_regardless(run, study)}` (regardless=True)"
         )
     if doubts:
@@ -247,5 +248,5 @@ def _check_wanted(run: Run, trials: int) -> None:
     if not sampler_of(run.sampling).extensible:
         raise StudyError(
             f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
-            f"with {trials} every one would be another; {to_run_anew(run, trials)}"
+            f"with {trials} every one would be another; {to_run_again(run, trials)}"
         )

@@ -20,7 +20,6 @@ from tolstat.model.checked import impossible, numbers_of
 from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.model.settings import settings_of
 from tolstat.status import Status, words_of
-from tolstat.store.damage import Damage
 from tolstat.store.layout import STATUS, STEPS
 from tolstat.store.provenance import now, provenance
 from tolstat.store.run_records import (
@@ -33,7 +32,6 @@ from tolstat.store.run_records import (
     StudyText,
     Swept,
 )
-from tolstat.store.stored_diagnostics import Diagnostics
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import setting_name
@@ -86,14 +84,6 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         notes=study.notes,
         assumptions=tuple(model.assumptions),
         made={**provenance(), "started_at": now()},
-        stopped=None,
-        audited=None,
-        rerun=None,
-        diagnostics=Diagnostics(missing="no trial has run"),
-        complete=False,
-        nominal_values={},
-        times={},
-        damage=Damage(),
         columns=_columns(study, trials),
     )
 

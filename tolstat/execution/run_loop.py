@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,9 +20,10 @@ from tolstat.statistics.intervals.precision import FIRST, next_stage, trials_wan
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.audited import Audited
-from tolstat.store.run_records import Ending, Stopped
+from tolstat.store.run_records import Stopped
 from tolstat.store.run_writer import RunWriter
 from tolstat.store.stored_diagnostics import Diagnostics
+from tolstat.store.stored_run import Run
 from tolstat.study.given_points import Case
 from tolstat.study.study import Study
 
@@ -53,14 +55,13 @@ def carry_out(
     tell: Telling,
     *,
     nominal: bool = False,
-    ending: Ending | None = None,
     rerun: bool = False,
 ) -> None:
     """Run what is missing of a study into its file.
 
     Once the workers stop it ends early, with what is finished. `nominal` says that the
-    nominal machine is stored already; an `ending` of before stays; with `rerun` failed
-    trials are evaluated again, once all are over.
+    nominal machine is stored already; what a complete run says at its end stays; with
+    `rerun` failed trials are evaluated again, once all are over.
     """
     try:
         with suppress(Interrupted):
@@ -76,11 +77,13 @@ def carry_out(
                     raise broken from error
                 raise
             over = stages.trials.first(looks[-1])
-            told = ending or _ending(study, over, looks, workers, tell)
+            ended = run = file.run
+            if not run.complete:
+                ended = _ended(run, study, over, looks, workers, tell)
             if rerun and over.failed:
-                told = told._replace(rerun=_rerun(study, over, workers))
-            if told is not ending:
-                file.finish(told)
+                ended = replace(ended, rerun=_rerun(study, over, workers))
+            if ended is not run:
+                file.finish(ended)
     except LostError as error:
         raise file.cut_short(error) from error
 
@@ -146,9 +149,14 @@ def _wanted(study: Study, trials: Trials, over: int) -> float:
     )
 
 
-def _ending(
-    study: Study, trials: Trials, looks: list[int], workers: Workers, tell: Telling
-) -> Ending:
+def _ended(
+    run: Run,
+    study: Study,
+    trials: Trials,
+    looks: list[int],
+    workers: Workers,
+    tell: Telling,
+) -> Run:
     """Evaluate what is wanted beyond the trials, all of which are over."""
     stopped, over = None, len(trials.status)
     if study.until:
@@ -164,7 +172,13 @@ def _ending(
         diagnostics = gather(study, trials, audited, workers)
     except ModelError as error:  # the trials are worth more than what follows them
         diagnostics = Diagnostics(missing=str(error))
-    return Ending(over, stopped, audited, diagnostics)
+    return replace(
+        run.first(over),
+        stopped=stopped,
+        audited=audited,
+        diagnostics=diagnostics,
+        complete=True,
+    )
 
 
 def _rerun(study: Study, trials: Trials, workers: Workers) -> Audited:

@@ -26,7 +26,9 @@ class Stored(NamedTuple):
     """How a field lies in a file, where its type does not say it: as an annotation."""
 
     name: str = ""  # its own if empty
-    columns: bool = False  # among the attributes of the columns that it describes
+    # records of columns lie among the attributes of these, after this prefix; the names
+    # of the columns, in order, are an attribute
+    columns: str | None = None
     # what it decides of whether two runs are the same: a word for it, and the field of
     # its records that is compared
     decides: tuple[str, str] | None = None
@@ -74,16 +76,16 @@ def read_record(place: h5py.HLObject, kind: Any, prefix: str = "") -> Any:
     return kind(**{f.name: read(place, prefix + f.stored.name, f) for f in fields})
 
 
-def has_record(place: h5py.HLObject, kind: Any, prefix: str) -> bool:
-    """Tell whether a record of attributes is there, by its first field."""
-    return f"{prefix}{fields_of(kind)[0].stored.name}" in place.attrs
-
-
 def write(place: h5py.HLObject, name: str, value: Any, field: Field) -> None:
     """Write what a field holds."""
     if value is None or (isinstance(value, str | Sequence | Mapping) and not value):
         return
-    if _is_flat(field.kind):
+    if field.stored.columns is not None:
+        named = value if isinstance(value, Mapping) else {e.name: e for e in value}
+        _put(place, name, tuple(named), tuple[str, ...])
+        for column, each in named.items():
+            write_record(place[column], each, field.stored.columns)
+    elif _is_flat(field.kind):
         write_record(place, value, f"{name}_")
     else:
         _put(place, name, value, field.kind)
@@ -92,8 +94,15 @@ def write(place: h5py.HLObject, name: str, value: Any, field: Field) -> None:
 def read(place: h5py.HLObject, name: str, field: Field) -> Any:
     """Read what a field holds."""
     kind = field.kind
+    if field.stored.columns is not None:
+        columns = place.attrs.get(name, ())
+        prefix, of = field.stored.columns, _inner(kind)
+        records = [read_record(place[column], of, prefix) for column in columns]
+        named = dict(zip(columns, records, strict=True))
+        return named if _is_mapping(kind) else tuple(records)
     if _is_flat(kind):
-        there = not field.optional or has_record(place, kind, f"{name}_")
+        first = fields_of(kind)[0].stored.name
+        there = not field.optional or f"{name}_{first}" in place.attrs
         return read_record(place, kind, f"{name}_") if there else None
     if name in (place.attrs if _is_attribute(kind) else place):
         return _take(place, name, kind)
@@ -119,17 +128,11 @@ def _put(place: h5py.HLObject, name: str, value: Any, kind: Any) -> None:
         place[name] = value
     elif kind in PLAIN:
         place.attrs[name] = value
-    else:
-        write_values(place, name, value)
-
-
-def write_values(place: h5py.HLObject, name: str, values: Sequence[Any]) -> None:
-    """Write texts or numbers as one attribute: no texts are joined, none is split."""
-    if isinstance(next(iter(values), ""), str):
-        array = np.array(values, dtype=object)
+    elif _inner(kind) is str:  # no texts are joined, none is split
+        array = np.array(value, dtype=object)
         place.attrs.create(name, array, dtype=h5py.string_dtype())
     else:
-        place.attrs[name] = np.array(values)
+        place.attrs[name] = np.array(value)
 
 
 def _take(place: h5py.HLObject, name: str, kind: Any) -> Any:

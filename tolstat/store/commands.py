@@ -31,7 +31,7 @@ def _word(given: object) -> str:
 
 
 def to_resume(path: Path, machine: str) -> str:
-    """Return the command that goes on with a run."""
+    """Return the command that resumes a run."""
     return command("resume", path, machine=machine)
 
 
@@ -40,7 +40,7 @@ def to_replay(path: Path, trial: int, machine: str) -> str:
     return command("trial", path, trial, machine=machine)
 
 
-def to_run_anew(run: Run, trials: int | None = None) -> str:
+def to_run_again(run: Run, trials: int | None = None) -> str:
     """Say how a study is run again in place of its run; of as many trials, or more."""
     study = run.study_file
     if study is None or not study.is_file():

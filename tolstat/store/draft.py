@@ -9,13 +9,12 @@ import h5py
 import numpy as np
 
 from tolstat.store.audited import Reason
-from tolstat.store.codec import fields_of, write, write_record, write_values
+from tolstat.store.codec import write_record
 from tolstat.store.layout import (
     ALONE,
     CHECKS,
     CHECKSUM,
     CLOCK,
-    DIAGNOSTICS,
     NOMINAL,
     SEAL,
     STATUS,
@@ -42,7 +41,7 @@ def draft_of(run: Run, path: Path) -> tuple[MemoryFile, dict[str, Place]]:
         draft, "w", alignment_threshold=1, alignment_interval=ALIGNED
     ) as file:
         _lay_out(file, run)
-        _write_fields(file, run)
+        write_record(file, run)
         for name in ("audit", "rerun"):
             if name in file:
                 _describe(file[name], run)
@@ -72,13 +71,18 @@ def _lay_out(file: h5py.File, run: Run) -> None:
     nominal.attrs["long_name"] = "the machine without deviations; it is no trial"
     for each in run.contributors:
         allocate(nominal, each.name, (), np.float64)[...] = 0.0
-    of_nominal = [*(each.name for each in run.responses), STATUS, STEPS]
+        write_record(nominal[each.name], each)
     for name, values in run.columns.items():
         dtype = encoded(values).dtype
         column = allocate(file, name, (trials,), dtype)
         column.dims[0].attach_scale(index)
-        if name in of_nominal:
+        if name in (STATUS, STEPS):
             allocate(nominal, name, (), dtype)
+    for response in run.responses:
+        allocate(nominal, response.name, (), np.float64)
+        write_record(nominal[response.name], response)
+    for column in run.described:
+        file[column.name].attrs["role"] = type(column).__name__.lower()
     if STEPS in file:
         file[STEPS].attrs["long_name"] = "integration steps, rejected ones included"
     status = file[STATUS].attrs  # as the CF conventions have it, for xarray
@@ -96,23 +100,3 @@ def _describe(audited: h5py.Group, run: Run) -> None:
         chosen_by.attrs["flag_masks"] = np.array([each.value for each in Reason], "u1")
         names = (str(each.name).lower() for each in Reason)
         chosen_by.attrs["flag_meanings"] = " ".join(names)
-
-
-def _write_fields(file: h5py.File, run: Run) -> None:
-    """Write what a run says of itself; at its end also what it is known by then."""
-    for field in fields_of(Run):
-        value, name = getattr(run, field.name), field.stored.name
-        if field.name == DIAGNOSTICS and not run.complete:
-            continue
-        if not field.stored.columns:
-            write(file, name, value, field)
-        elif isinstance(value, dict):
-            for column, each in value.items():
-                write_record(file[column], each, f"{name}_")
-        elif value:
-            write_values(file, name, [each.name for each in value])  # in their order
-            for each in value:
-                file[each.name].attrs["role"] = type(each).__name__.lower()
-                write_record(file[each.name], each)
-                if each.name in file[NOMINAL]:
-                    write_record(file[NOMINAL][each.name], each)

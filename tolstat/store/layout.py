@@ -10,8 +10,7 @@ its status, one of the nominal machine, the seal of all that is no row, and how 
 run took so far.
 
 What else a run says lies as `codec` writes the fields of `Run`. What is known at the
-end comes with the whole file, written aside and renamed: a file with the group
-`diagnostics` is complete.
+end comes with the whole file, written aside and renamed.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ from numpy.typing import NDArray
 
 TRIAL, STATUS, STEPS = "trial", "status", "steps"
 NOMINAL = "nominal"  # a group
-DIAGNOSTICS = "diagnostics"  # a group
 CHECKS = "checks"  # a group
 CHECKSUM, ALONE = f"{CHECKS}/trial", f"{CHECKS}/nominal"  # of a trial, of the nominal
 CLOCK = f"{CHECKS}/clock"

@@ -84,7 +84,7 @@ class Lock(AbstractContextManager["Lock"]):
 
 
 def writer_of(path: Path) -> str:
-    """Say who writes a run file; empty where nobody does, as far as that can be seen.
+    """Say which process writes a run file; empty for none, as far as that can be seen.
 
     The lock is only read: who looks keeps no writer waiting.
     """

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, get_args, get_origin
+from typing import Any
 
 import h5py
 
 from tolstat.errors import DamagedError, RunFileError
 from tolstat.model.description import Response
-from tolstat.store.codec import fields_of, has_record, read, read_record
+from tolstat.store.codec import fields_of, read
 from tolstat.store.commands import command, to_resume
 from tolstat.store.damage import damage_of
 from tolstat.store.layout import (
     CLOCK,
-    DIAGNOSTICS,
     NOMINAL,
     STATUS,
     STEPS,
@@ -23,7 +22,6 @@ from tolstat.store.layout import (
 )
 from tolstat.store.run_times import seconds_of, written_at
 from tolstat.store.seal import check_seal
-from tolstat.store.stored_diagnostics import Diagnostics
 from tolstat.store.stored_run import Run
 
 
@@ -85,43 +83,18 @@ def _read(path: Path, file: h5py.File) -> Run:
         n: each[...] for n, each in file.items() if isinstance(each, h5py.Dataset)
     }
     columns[STATUS] = status
-    clock, complete = file[CLOCK][...], DIAGNOSTICS in file
-    fields = _fields(file)
+    clock = file[CLOCK][...]
+    fields = {each.name: read(file, each.stored.name, each) for each in fields_of(Run)}
     study_file = file.attrs.get("study_file")
     return Run(
         path=path,
         nominal_values=_nominal(file[NOMINAL], fields["responses"], fields["words"]),
         study_file=_beside(path, study_file) if study_file else None,
-        complete=complete,
-        damage=damage_of(file, columns, complete=complete),
+        damage=damage_of(file, columns, complete=fields["complete"]),
         times={"ended_at": written_at(clock), "seconds": seconds_of(clock)},
         columns={name: decoded(values) for name, values in columns.items()},
         **fields,
     )
-
-
-def _fields(file: h5py.File) -> dict[str, Any]:
-    """Read the fields of a run that `draft` writes."""
-    found: dict[str, Any] = {}
-    for field in fields_of(Run):
-        name, kind = field.stored.name, field.kind
-        if field.name == DIAGNOSTICS and DIAGNOSTICS not in file:
-            found[field.name] = Diagnostics(missing="the run did not come to its end")
-        elif not field.stored.columns:
-            found[field.name] = read(file, name, field)
-        elif get_origin(kind) is tuple:
-            columns = [file[column] for column in file.attrs.get(name, ())]
-            of = get_args(kind)[0]
-            found[field.name] = tuple(read_record(column, of) for column in columns)
-        else:
-            of, prefix = get_args(kind)[1], f"{name}_"
-            known = [*found["contributors"], *found["responses"]]
-            found[field.name] = {
-                each.name: read_record(file[each.name], of, prefix)
-                for each in known
-                if has_record(file[each.name], of, prefix)
-            }
-    return found
 
 
 def _beside(path: Path, name: str) -> Path:

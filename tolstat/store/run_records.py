@@ -12,9 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.store.audited import Audited
-from tolstat.store.stored_diagnostics import Diagnostics
-
 SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies beyond
 
 
@@ -159,13 +156,3 @@ class Stopped(NamedTuple):
     stages: tuple[int, ...]
     at_most: int
     wanted: float = 0.0
-
-
-class Ending(NamedTuple):
-    """What is known of a run at its end: fields of `Run`."""
-
-    trials: int  # how many of the planned ones are kept; all of these have run
-    stopped: Stopped | None
-    audited: Audited | None
-    diagnostics: Diagnostics
-    rerun: Audited | None = None

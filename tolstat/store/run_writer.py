@@ -1,7 +1,7 @@
 """A run file being filled: data and checksums first, status last.
 
-A file is made, or made anew, aside and renamed: under its own name it is whole. Between
-that only its rows are written, as plain bytes.
+A file is made, or made again, under another name and renamed: under its own it is
+whole. Between that only its rows are written, as plain bytes.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import time
 import warnings
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +35,6 @@ from tolstat.store.layout import (
 )
 from tolstat.store.lock import Lock
 from tolstat.store.rescue import is_still, rescued
-from tolstat.store.run_records import Ending
 from tolstat.store.run_times import clock_of, seconds_of
 from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import (
@@ -89,18 +87,11 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         return writer
 
     @classmethod
-    def opened(
-        cls,
-        lock: Lock,
-        run: Run,
-        whole: NDArray[np.bool_],
-        ending: Ending | None = None,
-    ) -> RunWriter:
-        """Open a file to go on with it.
+    def opened(cls, lock: Lock, run: Run, whole: NDArray[np.bool_]) -> RunWriter:
+        """Open a file to resume its run.
 
         Trials that are not whole have not run. With more trials than the file holds, or
-        with other notes, the file is made anew and keeps its rows. The ending is that
-        of a complete run, if that stays what it is.
+        with other notes, the file is made again and keeps its rows.
         """
         with h5py.File(lock.path, "r", locking=False) as file:
             places, notes = places_of(file), tuple(file.attrs.get("notes", ()))
@@ -116,7 +107,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             raise BrokenError(f"{lock.path} cannot be written: {error}") from error
         writer._spent = np.nan_to_num(seconds_of(rows.read(CLOCK)))
         if len(whole) < run.trials or notes != run.notes:
-            writer._replace(_ended(run, ending) if ending else run)
+            writer._replace(run)
         return writer
 
     def _replace(self, run: Run) -> None:
@@ -138,7 +129,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             rows = Rows(file, places)
             for name, place in places.items():
                 empty = np.nan if place.dtype.kind == "f" else 0
-                values = run.columns.get(name, np.full(place.length, empty))
+                values = run.columns.get(name, np.broadcast_to(empty, place.length))
                 rows.write(name, encoded(values))
             rows.write(CLOCK, clock_of(0.0))
             if before := self._rows:
@@ -253,7 +244,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         return BrokenError(said)
 
     def _stored(self) -> str:
-        """Say what is stored, and how it is gone on with."""
+        """Say what is stored, and how it is resumed."""
         assert self._rows
         status = self._rows.read(STATUS)
         ended = np.count_nonzero(status != Status.NOT_RUN)
@@ -278,14 +269,13 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._make_safe()
         return BrokenError(f"{error}{self._stored()}")
 
-    def finish(self, ending: Ending) -> None:
-        """Leave the trials that are kept, and what is known at the end.
+    def finish(self, run: Run) -> None:
+        """Leave the run as it is at its end.
 
-        In a file written aside and renamed; where that cannot be written, the trials
-        are stored all the same.
+        Where that cannot be written, the trials are stored all the same.
         """
         self._make_safe()
-        self._replace(_ended(self.run, ending))
+        self._replace(run)
         if self._before:
             with suppress(OSError):
                 self._before.unlink()
@@ -319,13 +309,6 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             RuntimeWarning,
             stacklevel=2,
         )
-
-
-def _ended(run: Run, ending: Ending) -> Run:
-    """Return a run of fewer trials, with what is known at its end."""
-    columns = {name: values[: ending.trials] for name, values in run.columns.items()}
-    found = {name: each for name, each in ending._asdict().items() if name != "trials"}
-    return replace(run, complete=True, columns=columns, **found)
 
 
 def _moved_aside(path: Path) -> Path:

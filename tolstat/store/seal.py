@@ -1,7 +1,7 @@
 """The seal of a run file: what of it never changes is known to be whole.
 
-HDF5 may end the process over a damaged file. So nobody shows it one: a dataset among
-the first of the file, found without HDF5, holds a digest of every byte but those of the
+HDF5 may end the process over a damaged file, so it never sees one: a dataset among the
+first of the file, found without HDF5, holds a digest of every byte but those of the
 rows, which have checksums of their own. A file is sealed when it is made; while trials
 run only rows change.
 """
@@ -157,7 +157,7 @@ def check_seal(path: Path) -> None:
     if not whole:
         short = f": {size} bytes of {seal.size} are there" if size < seal.size else ""
         raise DamagedError(
-            f"{path} is damaged where all of it hangs on{short}, or was changed by "
+            f"{path} is damaged in what all of it depends on{short}, or was changed by "
             "another program; nothing in it can be trusted: run its study again, with "
             "--force"
         )

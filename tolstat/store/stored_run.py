@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -36,6 +36,7 @@ from tolstat.units.scale import Scale, scale_of
 if TYPE_CHECKING:
     import pandas as pd
 
+NOT_ENDED = Diagnostics(missing="the run did not come to its end")
 ROUNDING = 1e-9  # of a value: by less, no machine is another one
 
 
@@ -123,19 +124,19 @@ class Run:
     sampled: Sampled | None
     rules: tuple[str, ...]
     contributors: Annotated[
-        tuple[Contributor, ...], Stored(columns=True, decides=("column", "unit"))
+        tuple[Contributor, ...], Stored(columns="", decides=("column", "unit"))
     ]
     responses: Annotated[
-        tuple[Response, ...], Stored(columns=True, decides=("column", "unit"))
+        tuple[Response, ...], Stored(columns="", decides=("column", "unit"))
     ]
-    swept: Annotated[tuple[Swept, ...], Stored(columns=True)]
-    details: Annotated[tuple[DrawDetail, ...], Stored(columns=True)]
+    swept: Annotated[tuple[Swept, ...], Stored(columns="")]
+    details: Annotated[tuple[DrawDetail, ...], Stored(columns="")]
     settings: Annotated[dict[str, Chosen], Stored(decides=("setting", "words"))]
     limits: Annotated[
-        dict[str, Limit], Stored("limit", columns=True, decides=("limit", "words"))
+        dict[str, Limit], Stored(columns="limit_", decides=("limit", "words"))
     ]
     assumed: Annotated[
-        dict[str, Assumed], Stored(columns=True, decides=("deviation", "words"))
+        dict[str, Assumed], Stored(columns="assumed_", decides=("deviation", "words"))
     ]
     correlation: Annotated[dict[str, dict[str, float]], Stored("rank-correlation")]
     independent: bool
@@ -146,14 +147,14 @@ class Run:
     notes: tuple[str, ...]
     assumptions: tuple[str, ...]
     made: Annotated[dict[str, str], Stored("provenance")]
-    stopped: Stopped | None
-    audited: Annotated[Audited | None, Stored("audit")]
-    rerun: Audited | None
-    diagnostics: Diagnostics
-    complete: Annotated[bool, ELSEWHERE]
-    nominal_values: Annotated[dict[str, Any], ELSEWHERE]
-    times: Annotated[dict[str, Any], ELSEWHERE]
-    damage: Annotated[Damage, ELSEWHERE]
+    stopped: Stopped | None = None
+    audited: Annotated[Audited | None, Stored("audit")] = None
+    rerun: Audited | None = None
+    diagnostics: Diagnostics = NOT_ENDED
+    complete: bool = False
+    nominal_values: Annotated[dict[str, Any], ELSEWHERE] = field(default_factory=dict)
+    times: Annotated[dict[str, Any], ELSEWHERE] = field(default_factory=dict)
+    damage: Annotated[Damage, ELSEWHERE] = field(default_factory=Damage)
     columns: Annotated[Mapping[str, NDArray[Any]], ELSEWHERE]
 
     @property
@@ -209,16 +210,17 @@ class Run:
     @property
     def units(self) -> dict[str, str]:
         """SI unit of each column; "1" where there is none."""
-        return {each.name: each.unit for each in self._described}
+        return {each.name: each.unit for each in self.described}
 
     @property
-    def _described(self) -> list[Swept | Contributor | Response]:
+    def described(self) -> list[Swept | Contributor | Response]:
+        """Swept settings, contributors and responses."""
         return [*self.swept, *self.contributors, *self.responses]
 
     @cached_property
     def scales(self) -> dict[str, Scale]:
         """How each column is shown: as typed, as declared, or fitting its size."""
-        return {e.name: self._scale(e.name, e.unit, e.shown) for e in self._described}
+        return {e.name: self._scale(e.name, e.unit, e.shown) for e in self.described}
 
     def _scale(self, name: str, unit: str, shown: str) -> Scale:
         values = self.columns[name]
@@ -268,6 +270,11 @@ class Run:
         """Return which trials ended beyond a limit, failed ones among them."""
         ended: NDArray[np.bool_] = self.status != Status.NOT_RUN
         return ended & ~within(self.column(response), self.limits[response].permitted)
+
+    def first(self, trials: int) -> Run:
+        """Return the run of its first trials alone."""
+        columns = {name: values[:trials] for name, values in self.columns.items()}
+        return replace(self, columns=columns)
 
     def limited(
         self, limits: dict[str, Limit], shown: dict[str, str], note: str

@@ -55,7 +55,7 @@ def check_replaceable(path: Path, *, force: bool) -> None:
 
 
 def _going_on(path: Path) -> str:
-    """Say what goes on with a run; nothing where none is to be gone on with."""
+    """Say which command resumes a run; empty for one that is complete and whole."""
     with suppress(TolstatError):  # of another format, or too damaged to be read
         run = open_run(path, damaged=True)
         if run.damage or not run.complete:

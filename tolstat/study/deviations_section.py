@@ -25,7 +25,7 @@ from tolstat.study.problems import Problems
 
 
 class Deviations(NamedTuple):
-    """What deviates, and how it hangs together."""
+    """What deviates, and what is correlated."""
 
     distributions: dict[str, Distribution]  # by contributor, SI
     dependence: Dependence  # batches and correlations
@@ -43,7 +43,7 @@ def read_deviations(
     problems: Problems,
     linked: Container[str] = (),
 ) -> Deviations:
-    """Read the distributions of all deviations and what hangs together.
+    """Read the distributions of all deviations, and what is correlated.
 
     `linked` are those that stand in the section [links].
     """

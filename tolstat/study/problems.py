@@ -26,8 +26,8 @@ class Problems:
         """Note one problem.
 
         The key says where: "trials", "[limits] extra_loss"; the message what is wrong,
-        what is allowed, what to do. So many that nobody would read more are raised at
-        once.
+        what is allowed, what to do. Beyond a number that
+        can be read they are raised at once.
         """
         shown = "" if value is None else f" = {shortened(toml_of(value))}"
         what = shortened(message, LONGEST_MESSAGE)

@@ -37,7 +37,7 @@ from tolstat.study.sampling import (
     sampler_of,
 )
 from tolstat.study.stopping_rule import Until, read_until
-from tolstat.study.study_schema import MOST_SEED, Document, read
+from tolstat.study.study_schema import Document, instead, read
 from tolstat.study.study_warnings import doubts_of
 from tolstat.units.grammar import unit_of
 
@@ -50,17 +50,18 @@ class Study:
 
     path: Path | None  # its file; None if it was given in Python
     text: str  # the file as it was written, or would be
-    document: Document  # its keys, links among the settings and the deviations
+    document: Document  # its keys, as they are written
     title: str  # in the user's words
     model: Model  # the machine
     settings: Any  # instance of `model.settings`, SI
     # contributors and responses of the model at these settings
     description: Description
+    typed: dict[str, str]  # the settings that are given, as they are written
     trials: int  # how many machines are built, at most
     until: Until | None  # when there are enough of them
     seed: int | None  # from which random numbers; None where nothing is drawn
     sampling: str  # how the deviations are chosen
-    deviating: Deviations  # what deviates, and how it hangs together
+    deviating: Deviations  # what deviates, and what is correlated
     points: Points | None  # the machines of a grid or a table
     # known points to be shown beside a grid: their label, and columns
     reference: tuple[str, dict[str, NDArray[np.float64]]] | None
@@ -69,12 +70,6 @@ class Study:
     shown: dict[str, str]
     # the response at whose limit the sampler aims; empty for any other study
     aim: str = ""
-
-    @property
-    def typed(self) -> dict[str, str]:
-        """The settings that are given, as they are written."""
-        given = self.document.settings
-        return {name: model_settings.as_typed(each) for name, each in given.items()}
 
     @property
     def cases(self) -> tuple[Case, ...]:
@@ -168,17 +163,17 @@ def load(
 ) -> Study:
     """Read a study and check all of it.
 
-    Trials and seed stand instead of the study's, a model of one's own instead of one of
-    the catalogue; files lie in the folder, beside the study if none is given. What is
+    Trials and seed stand instead of the study's, a custom model instead of one of the
+    catalogue; files lie in the folder, beside the study if none is given. What is
     wrong is a StudyError of every problem found: key, value, what is allowed.
     """
     path = None if isinstance(source, Mapping) else Path(source)
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
-    text, document = read(path or cast(Mapping[str, Any], source), problems)
-    document, about = read_sampling(document, problems)
+    text, written = read(path or cast(Mapping[str, Any], source), problems)
+    document, about = read_sampling(instead(written, problems, trials, seed), problems)
     machine = _machine(document, model, problems)
-    written, document = document, read_links(document, machine, problems)
+    document = read_links(document, machine, problems)
     settings = _settings(document, machine, problems)
     description = problems.required(  # some settings may not fit each other
         "[settings]", None, lambda: described(machine, settings)
@@ -204,13 +199,10 @@ def load(
         with problems.noting("trials", document.trials):
             until = read_until(document.trials, description, limits)
     problems.raise_if_any()
-    if trials is not None:
-        until = None
     _check_nominal(machine, settings, description, problems)
-    _check_instead(document, points, trials=trials, seed=seed)
     if points:
         trials = len(points.deviations)
-    elif trials is None:
+    else:
         trials = until.at_most if until else cast(int, document.trials)
     wrong = too_large(trials, description)
     if not points and not wrong:
@@ -220,14 +212,15 @@ def load(
     return Study(
         path,
         text,
-        document,
+        written,
         document.title or (path.stem if path else machine.name),
         machine,
         settings,
         description,
+        {n: model_settings.as_typed(v) for n, v in document.settings.items()},
         trials,
         until,
-        document.seed if seed is None else seed,
+        document.seed,
         sampling,
         deviating,
         points,
@@ -265,23 +258,6 @@ def _check_nominal(
                 f"({model.failures[word]})"
             )
     problems.raise_if_any()
-
-
-def _check_instead(
-    document: Document, points: Points | None, **instead: int | None
-) -> None:
-    """Refuse trials or a seed of the caller where nothing is drawn."""
-    least = {"trials": 1, "seed": 0}
-    most = {"trials": 10**15, "seed": MOST_SEED}
-    for name, value in instead.items():
-        if value is not None and points:
-            raise StudyError(
-                f'{name} = {value}: sampling = "{document.sampling}" draws nothing'
-            )
-        if value is not None and value < least[name]:
-            raise StudyError(f"{name} = {value}: it must be at least {least[name]}")
-        if value is not None and value > most[name]:
-            raise StudyError(f"{name} = {value}: it must be at most {most[name]}")
 
 
 def _machine(document: Document, model: Model | None, problems: Problems) -> Model:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
@@ -97,19 +97,30 @@ def read(source: Path | Mapping[str, Any], problems: Problems) -> tuple[str, Doc
     problems.raise_if_any()
     if "model" not in table:
         problems.add("model", None, MISSING["model"])
-    hints = get_type_hints(Document, include_extras=True)
     for key, value in table.items():
-        if key in hints:
-            kind, expected = get_args(hints[key])
-            _check(key, value, kind, expected, problems)
-        else:
-            problems.add(key, None, NO_SUCH_KEY + allowed_names(key, hints))
+        _check(key, value, problems)
     problems.raise_if_any()
     return text, Document(**table)
 
 
-def _check(key: str, value: Any, kind: Any, expected: str, problems: Problems) -> None:
-    """Refuse values of another type than a key has."""
+def instead(document: Document, problems: Problems, *typed: int | None) -> Document:
+    """Return a study with trials and seed that the caller gives instead of its own."""
+    named = zip(("trials", "seed"), typed, strict=True)
+    given: dict[str, Any] = {k: value for k, value in named if value is not None}
+    check_bounds(given, problems)
+    for key, value in given.items():
+        _check(key, value, problems)
+    problems.raise_if_any()
+    return replace(document, **given)
+
+
+def _check(key: str, value: Any, problems: Problems) -> None:
+    """Refuse a key that no study has, and values of another type."""
+    hints = get_type_hints(Document, include_extras=True)
+    if key not in hints:
+        problems.add(key, None, NO_SUCH_KEY + allowed_names(key, hints))
+        return
+    kind, expected = get_args(hints[key])
     whole = type(value) is int
     if get_origin(kind) is not dict or not isinstance(value, dict):
         if not _fits(value, kind) or (whole and not IN_RANGE[key](value)):

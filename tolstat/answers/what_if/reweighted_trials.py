@@ -27,7 +27,7 @@ from tolstat.execution.stages import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.reweighting.weights import LEAST_EFFECTIVE, Weights
-from tolstat.store.commands import to_run_anew
+from tolstat.store.commands import to_run_again
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
@@ -127,7 +127,7 @@ def _check_drawn(run: Run, study: Study) -> None:
     if len(trials_drawn_otherwise(run, plan)):
         raise RunFileError(
             f"{run.path}: its study draws other deviations by now, because its data or "
-            f"the machine are others; {to_run_anew(run)}"
+            f"the machine are others; {to_run_again(run)}"
         )
 
 
