@@ -14,9 +14,10 @@ from tolstat.execution.diagnostics.slopes_and_corners import (
     slopes,
     worst_corners,
 )
-from tolstat.execution.diagnostics.trial_selection import margins, worst_trials
+from tolstat.execution.diagnostics.trial_selection import worst_trials
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
+from tolstat.statistics.limits.limit import margins
 from tolstat.status import Status
 from tolstat.store.audited import Audited
 from tolstat.store.stored_diagnostics import Diagnostics, Worst, WorstCase
@@ -144,6 +145,6 @@ def _worst(
             places = np.searchsorted(audited.trials, some)
             precise = audited.responses[name][places]
         known = np.where(np.isnan(precise), trials.response(name)[some], precise)
-        order = np.argsort(margins(known, limit), kind="stable")
+        order = np.argsort(margins(known, limit.permitted), kind="stable")
         found[name] = [Worst(some[i], float(precise[i])) for i in order]
     return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.limit import Limit, margins
 from tolstat.status import Status
 
 Array = NDArray[np.float64]
@@ -42,13 +42,7 @@ def spread(values: Array, number: int) -> Numbers:
 
 def worst_trials(values: Array, status: NDArray[np.uint8], limit: Limit) -> list[int]:
     """Return the ten trials nearest to a limit, or farthest beyond; the worst first."""
-    margin = margins(values, limit)
+    margin = margins(values, limit.permitted)
     margin[status != Status.DONE] = np.inf
     order: list[int] = np.argsort(margin, kind="stable")[:WORST].tolist()
     return [trial for trial in order if margin[trial] < np.inf]
-
-
-def margins(values: Array, limit: Limit) -> Array:
-    """Return how far values lie within a limit; less than 0 beyond."""
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.minimum(limit.upper - values, values - limit.lower))
