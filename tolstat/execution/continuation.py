@@ -1,4 +1,4 @@
-"""A stored run gone on with: what is missing, more trials, failed ones once more."""
+"""A stored run resumed: what is missing, more trials, failed ones again."""
 
 from __future__ import annotations
 
@@ -122,50 +122,38 @@ def go_on(
     """Continue a run: see `resume`; with a number of trials see `extend`."""
     tell = progress or (lambda progress: None)
     with Lock(existing(path)) as lock:
-        file = _continued(lock, workers, trials, model, rerun, regardless, tell)
-    return open_run(file)
-
-
-def _continued(
-    lock: Lock,
-    workers: Workers,
-    wanted: int | None,
-    model: Model | None,
-    rerun: bool,
-    regardless: bool,
-    tell: Telling,
-) -> Path:
-    """Continue a run; its trials are let go before those that are stored are read."""
-    run = open_run(lock.path, damaged=True)
-    if wanted is not None:
-        _check_wanted(run, wanted)
-    study = study_of(run, wanted, model)
-    try:
-        stages = drawn_again(run, study, workers)
-    except Interrupted:
-        raise StoppedError(
-            f"stopped before anything was done: the run in {run.path} is as it was; go "
-            f"on with: {to_resume(run.path, run.machine)}"
-        ) from None
-    plan = _plan(run, study, stages.trials, regardless)
-    drawn = stages.trials.deviations
-    if wanted is not None and (doubt := cannot_be_built(study, drawn)):
-        tell(Progress(0, 0, study.trials, doubt=doubt))
-    rerun = rerun or run.rerun is not None
-    whole = stages.trials.status[: run.trials] != Status.NOT_RUN
-    ending = None
-    if run.complete and wanted is None:
-        found = run.stopped, run.audited, run.diagnostics, run.rerun
-        ending = Ending(run.trials, *found)
-    nominal = run.nominal_values["status"] != Status.NOT_RUN.word
-    nominal &= not run.damage.nominal
-    del run  # its columns are in the trials
-    with RunWriter.opened(lock, plan, whole, ending) as file:
-        carry_out(
-            study, stages, file, workers, tell, nominal=nominal, ending=ending,
-            rerun=rerun,
-        )  # fmt: skip
-    return file.path
+        run = open_run(lock.path, damaged=True)
+        if trials is not None:
+            _check_wanted(run, trials)
+        study = study_of(run, trials, model)
+        try:
+            stages = drawn_again(run, study, workers)
+        except Interrupted:
+            raise StoppedError(
+                f"stopped before anything was done: the run in {run.path} is as it "
+                f"was; go on with: {to_resume(run.path, run.machine)}"
+            ) from None
+        plan = _plan(run, study, stages.trials, regardless)
+        drawn = stages.trials.deviations
+        if trials is not None and (doubt := cannot_be_built(study, drawn)):
+            tell(Progress(0, 0, study.trials, doubt=doubt))
+        rerun = rerun or run.rerun is not None
+        whole = stages.trials.status[: run.trials] != Status.NOT_RUN
+        ending = None
+        if run.complete and trials is None:
+            found = run.stopped, run.audited, run.diagnostics, run.rerun
+            ending = Ending(run.trials, *found)
+        nominal = run.nominal_values["status"] != Status.NOT_RUN.word
+        nominal &= not run.damage.nominal
+        del run  # its columns are in the trials
+        with RunWriter.opened(lock, plan, whole, ending) as file:
+            carry_out(
+                study, stages, file, workers, tell, nominal=nominal, ending=ending,
+                rerun=rerun,
+            )  # fmt: skip
+    path = file.path
+    del stages, drawn, plan, file  # before the trials that are stored are read
+    return open_run(path)
 
 
 def study_of(run: Run, trials: int | None = None, model: Model | None = None) -> Study:
