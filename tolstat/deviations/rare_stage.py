@@ -71,7 +71,7 @@ def stage_of(points: Array, spread: Array | float, weight: Array | float) -> Rar
     )
 
 
-def beside_each_other(stages: Sequence[RareStage]) -> RareStage:
+def joined(stages: Sequence[RareStage]) -> RareStage:
     """Return several stages as one."""
     rows = ((s.unit, s.spread, s.distance, s.weight) for s in stages)
     return RareStage(*map(np.concatenate, zip(*rows, strict=True)))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tolstat.deviations.mixture import Mixture, fitted
 from tolstat.deviations.rare_stage import (
     RareStage,
-    beside_each_other,
+    joined,
     normal_scores,
     stage_of,
     unit_samples,
@@ -41,17 +41,17 @@ class Nearest(NamedTuple):
     trials: int
 
 
-def nearing(
+def subset_simulation(
     seed: int, streams: Mapping[str, int], trials: int
 ) -> Generator[RareStage, Array, Nearest]:
-    """Go to the limit step by step, by subset simulation.
+    """Go to the limit step by step.
 
-    Of machines as the study has them the quarter nearest to the limit is kept, and
-    multiplied; each is moved a little, and stays where it was if it came to lie farther
-    from the limit than that quarter. Machines of several parts in a corner, which are
-    hardly wider apart in a study of greater spread, are found so; what the response
-    does not lead to is not. Of two kinds the smaller one may die out among so few, by
-    chance: so two halves of the trials go by themselves.
+    Of trials as the study has them the quarter nearest to the limit is kept, and
+    multiplied. Each is moved a little, and stays where it was if it came to lie farther
+    from the limit than that quarter. This finds trials with several parts in a corner,
+    which a greater spread hardly meets. It misses what the response does not lead to.
+    Of two kinds the smaller one may die out by chance among so few: so two halves of
+    the trials go by themselves.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def nearing(
     steps = [next(go) for go in goes]
     found, drawn = np.empty((0, len(streams))), 0
     while goes:
-        stage = beside_each_other(steps)
+        stage = joined(steps)
         drawn += len(stage.unit)
         ends = np.cumsum([len(step.unit) for step in steps])[:-1]
         answers = np.split((yield stage), ends)

@@ -1,4 +1,4 @@
-"""Machines beyond a limit that few are beyond: sought in stages, then weighted."""
+"""Trials out of a limit that few are out of: sought in stages, then weighted."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tolstat.deviations.rare_stage import (
     unit_samples,
 )
 from tolstat.deviations.samplers import Sampler
-from tolstat.deviations.subset_simulation import STEPS, nearing
+from tolstat.deviations.subset_simulation import STEPS, subset_simulation
 
 Array = NDArray[np.float64]
 
@@ -42,22 +42,23 @@ NEAR, NEAR_LAST = 0.2, 0.1  # shares of where the response leads: of a stage, th
 class Rare(Sampler):
     """Importance sampling from a mixture that earlier stages have found.
 
-    In the space of independent normal scores. There are two ways to the limit, for
-    what one of them loses the other finds. The first stage, a tenth of the trials, has
-    1.5 to 4 times the spread, so that whatever lies within some ten sigmas in a few
-    directions is met whatever the response does before. And where the response leads
-    is found by `nearing`, step by step of a fiftieth. Each further stage draws from a
-    mixture of normal distributions, fitted to the machines beyond of the first and the
-    further stages, weighted as with a spread that becomes less until it is that of the
-    study, with a fifth from where the response led. The last stage, two fifths of
-    the trials at least, is drawn from the last fit, mended where few points have much
-    of the share, with a tenth from where the response led, a tenth as the study has it
-    and a twentieth twice as wide: independent trials with weights, and only these tell
-    the share. Where hardly any machine is beyond, those nearest to the limit lead on.
+    In the space of independent normal scores. Two ways lead to the limit: what one of
+    them misses the other finds. The first stage, a tenth of the trials, has 1.5 to 4
+    times the spread. In a few directions it meets whatever lies within some ten sigmas.
+    And `subset_simulation` follows the response, step by step of a fiftieth.
 
-    Of a region that the last stage has not met nothing is known but what its tenth
-    says: the stages before may have met it, and lost it among many directions. A draw
-    depends on the seed, the number of trials, the names and all answers before.
+    Each further stage draws from a mixture of normal distributions, and a fifth from
+    where the response led. The mixture is fitted to the out-of-limit trials of the
+    first and the further stages, weighted as with a spread that falls to that of the
+    study. Where hardly any trial is out of limit, those nearest to it are fitted.
+
+    The last stage has two fifths of the trials at least. It draws from the last fit,
+    mended where few points have much of the fraction; a tenth from where the response
+    led, a tenth as the study has it and a twentieth twice as wide. These trials are
+    independent and weighted, and only they tell the fraction out of limit. Of a region
+    that they have not met, only the tenth as the study has it tells.
+
+    A draw depends on the seed, the number of trials, the names and all answers before.
 
     References
     ----------
@@ -120,7 +121,7 @@ class Rare(Sampler):
         seeking = _Seeking(seed, streams)
         mixture = centred(SPREADS, len(streams))
         yield from seeking.stage(mixture, round(FIRST * trials), 0.0)
-        near, used = yield from nearing(seed, streams, round(STEP * trials))
+        near, used = yield from subset_simulation(seed, streams, round(STEP * trials))
         left = trials - used
         at_one, each = 0, trials_of_stage(trials, len(streams))
         while left - seeking.trials - each >= (1 - SEEKING) * trials:
