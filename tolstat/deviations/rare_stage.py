@@ -35,7 +35,7 @@ class RareStage(Stage):
         From the middle machine, in normal scores: the likelier the nearer.
     weight : float64[trial]
         Density of each as the study has it over that as it was drawn; NaN where
-        machines were only sought.
+        trials were only sought.
     """
 
     spread: Array

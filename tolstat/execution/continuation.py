@@ -198,17 +198,17 @@ def _plan(run: Run, study: Study, trials: Trials, regardless: bool) -> Run:
         raise RunFileError(
             f"{run.path} would not become the run that it was to be: "
             + "; ".join(doubts)
-            + f"; {to_run_anew(run)}; or go on with what the run has stored: "
+            + f"; {to_run_anew(run)}; or continue with what the run has stored: "
             f"`{_regardless(run, study)}` (regardless=True)"
         )
     if doubts:
-        note = f"gone on with at {now()}, though " + "; ".join(doubts)
+        note = f"resumed at {now()} although " + "; ".join(doubts)
         plan = replace(plan, notes=(*run.notes, note))
     return plan
 
 
 def _regardless(run: Run, study: Study) -> str:
-    """Return the command that goes on with a run whatever differs."""
+    """Return the command that resumes or extends a run whatever differs."""
     if study.trials > run.trials:
         words: list[object] = ["extend", run.path, "--trials", study.trials]
     else:
@@ -220,13 +220,13 @@ def _check_wanted(run: Run, trials: int) -> None:
     """Refuse more trials where they would not be added to those that there are."""
     if run.sampled is None:
         raise RunFileError(
-            f'{run.path}: sampling = "{run.sampling}" draws nothing; its machines are '
+            f'{run.path}: sampling = "{run.sampling}" draws nothing; its trials are '
             "those of the study"
         )
     if run.rules and not run.complete:
         raise RunFileError(
             f"{run.path} is not complete: {run.ended} of at most {run.trials} trials "
-            f"have run; first go on with it: {to_resume(run.path, run.machine)}"
+            f"have run; first resume it: {to_resume(run.path, run.machine)}"
         )
     if trials <= run.trials:
         raise RunFileError(
@@ -235,5 +235,5 @@ def _check_wanted(run: Run, trials: int) -> None:
     if not sampler_of(run.sampling).extensible:
         raise StudyError(
             f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
-            f"with {trials} every one would be another; {to_run_anew(run, trials)}"
+            f"with {trials} every one would differ; {to_run_anew(run, trials)}"
         )

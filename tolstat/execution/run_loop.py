@@ -1,4 +1,4 @@
-"""Trials carried out: nominal machine, stages of blocks, ending."""
+"""Trials of a run: the nominal one, stage after stage in blocks, the ending."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def carry_out(
     """Run what is missing of a study into its file.
 
     Once the workers stop it ends early, with what is finished. `nominal` says that the
-    nominal machine is stored already; an `ending` of before stays; with `rerun` failed
+    nominal trial is stored already; an `ending` of before stays; with `rerun` failed
     trials are evaluated again, once all are over.
     """
     try:
@@ -149,7 +149,7 @@ def _wanted(study: Study, trials: Trials, over: int) -> float:
 def _ending(
     study: Study, trials: Trials, looks: list[int], workers: Workers, tell: Telling
 ) -> Ending:
-    """Evaluate what is wanted beyond the trials, all of which are over."""
+    """Evaluate what a run has at its end, once all trials are over."""
     stopped, over = None, len(trials.status)
     if study.until:
         wanted = _wanted(study, trials, over)

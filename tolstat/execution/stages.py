@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class Stages:
-    """Trials of which the first stage is drawn, and further ones on request.
+    """Trials of which the first stage is drawn, and the next ones on request.
 
     Attributes
     ----------

@@ -74,7 +74,7 @@ def verify(
     -------
     Verification
         What is not as it should be. `tolstat.resume` repairs what is damaged; what fits
-        its checksum and is evaluated otherwise here, only a new run can replace.
+        its checksum and is evaluated differently here, only a new run can replace.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def verify(
     run = open_run(Path(path), damaged=True)
     try:
         study = study_of(run, run.trials, model)
-    except TolstatError as error:  # its data are elsewhere, or its machine
+    except TolstatError as error:  # its data or its model are not here
         raise type(error)(
             f"{path}: checksums of all that is stored: {run.damage.words or 'all fit'};"
             f" its trials cannot be drawn and evaluated again: {error}"
@@ -94,7 +94,7 @@ def verify(
     ran = np.flatnonzero(run.status != Status.NOT_RUN)
     chosen = np.intersect1d(ran, random_trials(study.seed or 0, run.trials))
     otherwise = trials_drawn_otherwise(run, plan)
-    # another machine's answers say nothing of what is stored
+    # answers of other deviations say nothing of what is stored
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
     chosen = chosen[is_drawn(trials.deviations[chosen])]
     with Workers(workers) as crew:
@@ -166,7 +166,7 @@ def findings(found: Verification) -> list[str]:
         said.append(f"{what}: {words}")
     if found.nominal_differs:
         said.append("the nominal machine, evaluated again: different")
-    fitted_here = run.aim and len(found.drawn_otherwise)  # what is drawn hangs on it
+    fitted_here = run.aim and len(found.drawn_otherwise)  # draws depend on it
     if len(found.different) or found.nominal_differs or fitted_here:
         said += found.reasons
     return said
@@ -176,4 +176,4 @@ def why_otherwise(found: Verification) -> str:
     """Say why a study may give something else than its run, which is whole."""
     if found.run.aim and len(found.drawn_otherwise):
         return why_drawn_otherwise(found.run)
-    return "its data, or what evaluates it, are others"
+    return "its data, or what evaluates it, differ"

@@ -1,4 +1,4 @@
-"""What a report wants beyond the trials: slopes, worst cases and trials, halvings."""
+"""Diagnostics of a run: slopes, worst cases, worst trials, halved tolerances."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 def gather(
     study: Study, trials: Trials, audited: Audited | None, workers: Workers
 ) -> Diagnostics:
-    """Evaluate what a report wants beyond the trials; nothing where none were drawn."""
+    """Evaluate the diagnostics of a run; nothing where no deviations were drawn."""
     if study.sampler is None:
         return Diagnostics(missing="no deviations were drawn")
     lower, upper = _zones(study)
