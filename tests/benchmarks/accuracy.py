@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations.draw import draw
+from tests.deviations.drawing import draw
 from tolstat.study.study import Study, load
 
 STUDY = Path(__file__).parents[2] / "runs" / "khpt75.toml"

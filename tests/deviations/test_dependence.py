@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from tests.deviations.drawing import draw
 from tolstat.deviations.dependence import (
     Batch,
     Dependence,
@@ -15,7 +16,6 @@ from tolstat.deviations.dependence import (
 from tolstat.deviations.distributions.lognormal import Lognormal
 from tolstat.deviations.distributions.normal import Normal
 from tolstat.deviations.distributions.uniform import Uniform
-from tolstat.deviations.draw import draw
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import DependenceError
 

@@ -7,12 +7,13 @@ import pytest
 from scipy import stats
 from scipy.stats import qmc
 
+from tests.deviations.drawing import draw
 from tolstat.deviations import samplers
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.distributions.normal import Normal
 from tolstat.deviations.distributions.uniform import Uniform
-from tolstat.deviations.draw import draw, factors
+from tolstat.deviations.draw import factors
 from tolstat.deviations.parts import find_in
 from tolstat.deviations.samplers.latin import Latin
 from tolstat.deviations.samplers.random import Random

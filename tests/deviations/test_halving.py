@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from tests.deviations.drawing import draw
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions.arcsine import Arcsine
@@ -20,7 +21,6 @@ from tolstat.deviations.distributions.triangular import Triangular
 from tolstat.deviations.distributions.truncated_normal import TruncatedNormal
 from tolstat.deviations.distributions.uniform import Uniform
 from tolstat.deviations.distributions.weibull import Weibull
-from tolstat.deviations.draw import draw
 from tolstat.deviations.halved import halved
 from tolstat.deviations.measured import Fitted, Measured
 from tolstat.deviations.tolerance import Tolerance

@@ -11,7 +11,7 @@ from tests.coverage.rare_problems import RARE_PROBLEMS, RareProblem, sought
 from tolstat.deviations.distributions.normal import Normal
 from tolstat.deviations.mixture import fitted
 from tolstat.deviations.samplers.rare import FIRST, STEP, Rare, trials_of_stage
-from tolstat.deviations.subset_simulation import nearing
+from tolstat.deviations.subset_simulation import subset_simulation
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.statistics.limits.rare_share import rare_share
 
@@ -21,7 +21,7 @@ EACH = 400
 
 def led(margin):
     """Return the stages that a response leads through, and where it leads."""
-    course, stages = nearing(1, STREAMS, EACH), []
+    course, stages = subset_simulation(1, STREAMS, EACH), []
     stage = next(course)
     while True:
         stages.append(stage)

@@ -223,7 +223,7 @@ def test_what_an_until_run_was_asked_stays_known(tmp_path):
         file.attrs["source_digest"] = "0123"
     again = tolstat.resume(run.path, model=Toy(), regardless=True)
     assert again.rules == run.rules and again.stopped == run.stopped
-    assert "gone on with at" in again.notes[-1]
+    assert "resumed at" in again.notes[-1]
 
 
 def test_other_sources_and_processors_are_named(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import dblquad
 from scipy.optimize import minimize
 
-from tolstat.deviations.draw import draw
+from tests.deviations.drawing import draw
 from tolstat.integrator.integrate import integrate
 from tolstat.integrator.problem import Accuracy
 from tolstat.lanes.vector import WIDTH

@@ -1,4 +1,4 @@
-"""All deviations of a study, drawn before anything runs."""
+"""The deviations of a study, drawn by its sampler."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from tolstat.deviations.samplers import Sampler, Stage
 Course = Generator[tuple[Stage, NDArray[np.float64]], NDArray[np.float64], None]
 
 
-def draw(
+def draw_in_stages(
     contributors: Sequence[str],
     distributions: Mapping[str, Distribution],
     *,
     sampling: str,
     seed: int,
     trials: int,
-    dependence: Dependence | None = None,
-) -> NDArray[np.float64]:
-    """Draw the deviations of all trials, or of the first stage.
+    dependence: Dependence,
+) -> Course:
+    """Draw trials stage by stage.
 
     Parameters
     ----------
@@ -42,36 +42,9 @@ def draw(
     seed : int
         Of the study.
     trials : int
-        How many.
-    dependence : Dependence, optional
-        What hangs together.
-
-    Returns
-    -------
-    float64[trial, contributor]
-        SI.
-    """
-    course = draw_in_stages(
-        contributors,
-        distributions,
-        sampling=sampling,
-        seed=seed,
-        trials=trials,
-        dependence=dependence or Dependence(),
-    )
-    return next(course)[1]
-
-
-def draw_in_stages(
-    contributors: Sequence[str],
-    distributions: Mapping[str, Distribution],
-    *,
-    sampling: str,
-    seed: int,
-    trials: int,
-    dependence: Dependence,
-) -> Course:
-    """Draw trials stage by stage; all arguments as of `draw`.
+        How many, in all stages.
+    dependence : Dependence
+        What is correlated, or common to several parts.
 
     Yields
     ------
@@ -79,7 +52,7 @@ def draw_in_stages(
         The trials of a stage and their deviations, SI. For each it is sent what
         `Sampler.stages` wants.
     """
-    streams = _streams(contributors, distributions, dependence)
+    streams = streams_of(contributors, distributions, dependence)
     sampler: Sampler = find_in(samplers, sampling)()
     stages = sampler.stages(seed, streams, trials)
     with suppress(StopIteration):
@@ -89,12 +62,12 @@ def draw_in_stages(
             stage = stages.send((yield stage, rows))
 
 
-def _streams(
+def streams_of(
     contributors: Sequence[str],
     distributions: Mapping[str, Distribution],
     dependence: Dependence,
 ) -> dict[str, int]:
-    """Return what is drawn, each with its number."""
+    """Return what varies independently, in the order of its numbers: see `Sampler`."""
     wanted = factors(distributions, dependence)
     return {name: i for name, i in _numbers(contributors).items() if name in wanted}
 
@@ -107,7 +80,7 @@ def _deviations(
 ) -> NDArray[np.float64]:
     """Turn float64[trial, stream] unit samples into float64[trial, contributor], SI."""
     number = _numbers(contributors)
-    streams = _streams(contributors, distributions, dependence)
+    streams = streams_of(contributors, distributions, dependence)
     unit = joined(dict(zip(streams, table.T, strict=True)), dependence)
     deviations = np.zeros((len(table), len(contributors)))
     middle = np.full(len(table), 0.5)  # of what is constant
@@ -127,7 +100,7 @@ def factors(
     distributions : mapping of str to Distribution
         What deviates.
     dependence : Dependence
-        What hangs together; a part that is as its batch is has no say of its own.
+        What is correlated; a part that is as its batch is is no factor of its own.
     """
     batches = dependence.batches
     own = {
@@ -137,19 +110,6 @@ def factors(
         and not (name in batches and batches[name].share == 1)
     }
     return own | {batch.name for batch in batches.values()}
-
-
-def in_order(contributors: Sequence[str], factors: set[str]) -> tuple[str, ...]:
-    """Return factors in the order in which they are drawn.
-
-    Parameters
-    ----------
-    contributors : sequence of str
-        Every contributor of the model, in order.
-    factors : set of str
-        Of `factors`.
-    """
-    return tuple(name for name in _numbers(contributors) if name in factors)
 
 
 def _numbers(contributors: Sequence[str]) -> dict[str, int]:

@@ -35,7 +35,7 @@ class RareStage(Stage):
         From the middle machine, in normal scores: the likelier the nearer.
     weight : float64[trial]
         Density of each as the study has it over that as it was drawn; NaN where
-        machines were only sought.
+        trials were only sought.
     """
 
     spread: Array
@@ -71,7 +71,7 @@ def stage_of(points: Array, spread: Array | float, weight: Array | float) -> Rar
     )
 
 
-def beside_each_other(stages: Sequence[RareStage]) -> RareStage:
+def joined(stages: Sequence[RareStage]) -> RareStage:
     """Return several stages as one."""
     rows = ((s.unit, s.spread, s.distance, s.weight) for s in stages)
     return RareStage(*map(np.concatenate, zip(*rows, strict=True)))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tolstat.deviations.mixture import Mixture, fitted
 from tolstat.deviations.rare_stage import (
     RareStage,
-    beside_each_other,
+    joined,
     normal_scores,
     stage_of,
     unit_samples,
@@ -20,10 +20,10 @@ from tolstat.deviations.rare_stage import (
 Array = NDArray[np.float64]
 
 GOES = 2  # side by side: what one loses the other may keep
-KEPT = 0.25  # of the machines at a step: those nearest to the limit
+KEPT = 0.25  # of the trials at a step: those nearest to the limit
 STEPS = 14  # to the limit, at most
-MOVES = np.array([0.15, 0.3, 0.6])  # of the spread: how far a machine is moved
-ALIKE = 8  # machines that are worth one: they come from few
+MOVES = np.array([0.15, 0.3, 0.6])  # of the spread: how far a trial is moved
+ALIKE = 8  # trials that are worth one: they come from few
 
 
 class Nearest(NamedTuple):
@@ -32,7 +32,7 @@ class Nearest(NamedTuple):
     Attributes
     ----------
     mixture : Mixture or None
-        Fitted to machines beyond the limit; None if it led to none.
+        Fitted to trials out of limit; None if it led to none.
     trials : int
         That were drawn for it.
     """
@@ -41,17 +41,17 @@ class Nearest(NamedTuple):
     trials: int
 
 
-def nearing(
+def subset_simulation(
     seed: int, streams: Mapping[str, int], trials: int
 ) -> Generator[RareStage, Array, Nearest]:
-    """Go to the limit step by step, by subset simulation.
+    """Go to the limit step by step.
 
-    Of machines as the study has them the quarter nearest to the limit is kept, and
-    multiplied; each is moved a little, and stays where it was if it came to lie farther
-    from the limit than that quarter. Machines of several parts in a corner, which are
-    hardly wider apart in a study of greater spread, are found so; what the response
-    does not lead to is not. Of two kinds the smaller one may die out among so few, by
-    chance: so two halves of the trials go by themselves.
+    Of trials as the study has them the quarter nearest to the limit is kept, and
+    multiplied. Each is moved a little, and stays where it was if it came to lie farther
+    from the limit than that quarter. This finds trials with several parts in a corner,
+    which a greater spread hardly meets. It misses what the response does not lead to.
+    Of two kinds the smaller one may die out by chance among so few: so two halves of
+    the trials go by themselves.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def nearing(
     steps = [next(go) for go in goes]
     found, drawn = np.empty((0, len(streams))), 0
     while goes:
-        stage = beside_each_other(steps)
+        stage = joined(steps)
         drawn += len(stage.unit)
         ends = np.cumsum([len(step.unit) for step in steps])[:-1]
         answers = np.split((yield stage), ends)
@@ -99,14 +99,14 @@ def nearing(
 def _go(
     seed: int, streams: Mapping[str, int], trials: int, name: str
 ) -> Generator[RareStage, Array, Array]:
-    """Return float64[trial, stream], machines beyond the limit, or none."""
+    """Return float64[trial, stream], trials out of limit, or none."""
     points = normal_scores(seed, streams, trials, f"{name} 0")
     margins = yield stage_of(points, 1.0, np.nan)
     before = np.inf
     for step in range(1, STEPS):
         order = np.argsort(margins, kind="stable")
-        beyond = int(np.count_nonzero(margins < 0))
-        kept = max(int(KEPT * trials), beyond)
+        out_of_limit = int(np.count_nonzero(margins < 0))
+        kept = max(int(KEPT * trials), out_of_limit)
         level = margins[order[kept - 1]]
         if level >= before:
             break  # the response is flat, and leads nowhere
@@ -114,7 +114,7 @@ def _go(
         purpose = f"{name} {step}"
         which = unit_samples(seed, "moves", trials, f"of {purpose}") * len(MOVES)
         far = MOVES[which.astype(np.int64)][:, None]
-        # so moved, machines as the study has them remain such
+        # so moved, trials as the study has them remain such
         moved = np.sqrt(1 - far**2) * points[chosen]
         moved += far * normal_scores(seed, streams, trials, purpose)
         answer = yield stage_of(moved, 1.0, np.nan)

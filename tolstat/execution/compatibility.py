@@ -84,9 +84,9 @@ def deciding(run: Run) -> dict[str, Any]:
 
 
 def why_drawn_otherwise(run: Run) -> str:
-    """Say why a study may draw other machines than those of its run."""
+    """Say why a study may draw other trials than those of its run."""
     if not run.aim:
-        return "its data, or the number of its trials, are others"
+        return "its data or number of trials differ"
     was, here = run.provenance["version_tolstat"], provenance()["version_tolstat"]
     if was != here:
         return (
@@ -94,7 +94,7 @@ def why_drawn_otherwise(run: Run) -> str:
             "rare machines otherwise"
         )
     return (
-        "its data, or the number of its trials, are others, or the run was made by a "
+        "its data or number of trials differ, or the run was made by a "
         f"tolstat {was} that sought rare machines otherwise"
     )
 

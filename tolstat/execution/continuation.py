@@ -1,4 +1,4 @@
-"""A stored run gone on with: what is missing, more trials, failed ones once more."""
+"""A stored run resumed: what is missing, more trials, failed ones again."""
 
 from __future__ import annotations
 
@@ -121,52 +121,36 @@ def go_on(
     """Continue a run: see `resume`; with a number of trials see `extend`."""
     tell = progress or (lambda progress: None)
     with Lock(existing(path)) as lock:
-        file = _continued(lock, workers, trials, model, rerun, regardless, tell)
-    return open_run(file)
-
-
-def _continued(
-    lock: Lock,
-    workers: Workers,
-    wanted: int | None,
-    model: Model | None,
-    rerun: bool,
-    regardless: bool,
-    tell: Telling,
-) -> Path:
-    """Continue a run; its trials are let go before those that are stored are read."""
-    run = open_run(lock.path, damaged=True)
-    if wanted is not None:
-        _check_wanted(run, wanted)
-    study = study_of(run, wanted, model)
-    try:
-        stages = drawn_again(run, study, workers)
-    except Interrupted:
-        raise StoppedError(
-            f"stopped before anything was done: the run in {run.path} is as it was; go "
-            f"on with: {to_resume(run.path, run.machine)}"
-        ) from None
-    plan = _plan(run, study, stages.trials, regardless)
-    drawn = stages.trials.deviations
-    if wanted is not None and (doubt := cannot_be_built(study, drawn)):
-        tell(Progress(0, 0, study.trials, doubt=doubt))
-    rerun = rerun or run.rerun is not None
-    whole = stages.trials.status[: run.trials] != Status.NOT_RUN
-    if run.complete and wanted is None:
-        plan = replace(
-            plan,
-            stopped=run.stopped,
-            audited=run.audited,
-            rerun=run.rerun,
-            diagnostics=run.diagnostics,
-            complete=True,
-        )
-    nominal = run.nominal_values["status"] != Status.NOT_RUN.word
-    nominal &= not run.damage.nominal
-    del run  # its columns are in the trials
-    with RunWriter.opened(lock, plan, whole) as file:
-        carry_out(study, stages, file, workers, tell, nominal=nominal, rerun=rerun)
-    return file.path
+        run = open_run(lock.path, damaged=True)
+        if trials is not None:
+            _check_wanted(run, trials)
+        study = study_of(run, trials, model)
+        try:
+            stages = drawn_again(run, study, workers)
+        except Interrupted:
+            raise StoppedError(
+                f"stopped before anything was done: the run in {run.path} is as it "
+                f"was; go on with: {to_resume(run.path, run.machine)}"
+            ) from None
+        plan = _plan(run, study, stages.trials, regardless)
+        drawn = stages.trials.deviations
+        if trials is not None and (doubt := cannot_be_built(study, drawn)):
+            tell(Progress(0, 0, study.trials, doubt=doubt))
+        rerun = rerun or run.rerun is not None
+        whole = stages.trials.status[: run.trials] != Status.NOT_RUN
+        if run.complete and trials is None:
+            plan = replace(
+                plan, stopped=run.stopped, audited=run.audited, rerun=run.rerun,
+                diagnostics=run.diagnostics, complete=True,
+            )  # fmt: skip
+        nominal = run.nominal_values["status"] != Status.NOT_RUN.word
+        nominal &= not run.damage.nominal
+        del run  # its columns are in the trials
+        with RunWriter.opened(lock, plan, whole) as file:
+            carry_out(study, stages, file, workers, tell, nominal=nominal, rerun=rerun)
+    path = file.path
+    del stages, drawn, plan, file  # before the trials that are stored are read
+    return open_run(path)
 
 
 def study_of(run: Run, trials: int | None = None, model: Model | None = None) -> Study:
@@ -211,17 +195,17 @@ def _plan(run: Run, study: Study, trials: Trials, regardless: bool) -> Run:
         raise RunFileError(
             f"{run.path} would not become the run that it was to be: "
             + "; ".join(doubts)
-            + f"; {to_run_again(run)}; or go on with what the run has stored: "
+            + f"; {to_run_again(run)}; or continue with what the run has stored: "
             f"`{_regardless(run, study)}` (regardless=True)"
         )
     if doubts:
-        note = f"gone on with at {now()}, though " + "; ".join(doubts)
+        note = f"resumed at {now()} although " + "; ".join(doubts)
         plan = replace(plan, notes=(*run.notes, note))
     return plan
 
 
 def _regardless(run: Run, study: Study) -> str:
-    """Return the command that goes on with a run whatever differs."""
+    """Return the command that resumes or extends a run whatever differs."""
     if study.trials > run.trials:
         words: list[object] = ["extend", run.path, "--trials", study.trials]
     else:
@@ -233,13 +217,13 @@ def _check_wanted(run: Run, trials: int) -> None:
     """Refuse more trials where they would not be added to those that there are."""
     if run.sampled is None:
         raise RunFileError(
-            f'{run.path}: sampling = "{run.sampling}" draws nothing; its machines are '
+            f'{run.path}: sampling = "{run.sampling}" draws nothing; its trials are '
             "those of the study"
         )
     if run.rules and not run.complete:
         raise RunFileError(
             f"{run.path} is not complete: {run.ended} of at most {run.trials} trials "
-            f"have run; first go on with it: {to_resume(run.path, run.machine)}"
+            f"have run; first resume it: {to_resume(run.path, run.machine)}"
         )
     if trials <= run.trials:
         raise RunFileError(
@@ -248,5 +232,5 @@ def _check_wanted(run: Run, trials: int) -> None:
     if not sampler_of(run.sampling).extensible:
         raise StudyError(
             f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
-            f"with {trials} every one would be another; {to_run_again(run, trials)}"
+            f"with {trials} every one would differ; {to_run_again(run, trials)}"
         )

@@ -96,13 +96,6 @@ def execute(
     of what was to replace another run, that one is put back: StoppedError.
     """
     tell = progress or (lambda progress: None)
-    return open_run(_stored(study, path, workers, force, tell))
-
-
-def _stored(
-    study: Study, path: Path, workers: Workers, force: bool, tell: Telling
-) -> Path:
-    """Run a study; its trials are let go before those that are stored are read."""
     check_replaceable(path, force=True)  # no lock is laid beside a device
     with Lock(path) as lock:
         stages = Stages(study)
@@ -115,4 +108,6 @@ def _stored(
         raise StoppedError(
             f"stopped before any trial was over: the run in {path} is as it was"
         )
-    return file.path
+    path = file.path
+    del stages, plan, file  # before the trials that are stored are read
+    return open_run(path)

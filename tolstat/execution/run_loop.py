@@ -1,4 +1,4 @@
-"""Trials carried out: nominal machine, stages of blocks, ending."""
+"""Trials of a run: the nominal one, stage after stage in blocks, the ending."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def carry_out(
     """Run what is missing of a study into its file.
 
     Once the workers stop it ends early, with what is finished. `nominal` says that the
-    nominal machine is stored already; what a complete run says at its end stays; with
+    nominal trial is stored already; what a complete run says at its end stays; with
     `rerun` failed trials are evaluated again, once all are over.
     """
     try:

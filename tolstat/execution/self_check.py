@@ -23,11 +23,11 @@ LASTING = 2.0  # s, of the check
 
 
 class Check(NamedTuple):
-    """Machines of the stand evaluated over and over."""
+    """Trials of the stand evaluated over and over."""
 
     # how long the first one took, s: what is not compiled yet is compiled for it
     ready: float
-    trials: int  # machines after that
+    trials: int  # after that
     seconds: float  # how long these took
     # whether each has, bit for bit, the same answer whatever block it is in, and
     # whoever evaluates it
@@ -35,21 +35,21 @@ class Check(NamedTuple):
 
 
 def check() -> Check:
-    """Evaluate machines of the stand for two seconds on all processors."""
+    """Evaluate trials of the stand for two seconds on all processors."""
     study = load(STUDY)
-    machines = study.deviations()
+    rows = study.deviations()
     began = time.perf_counter()
     with Workers(1, block=8) as crew:
-        crew.simulate(study.model, machines[:1], study.settings)
+        crew.simulate(study.model, rows[:1], study.settings)
         ready = time.perf_counter() - began
-        first = crew.simulate(study.model, machines, study.settings)
+        first = crew.simulate(study.model, rows, study.settings)
     began, trials, same = time.perf_counter(), 0, True
     with Workers() as crew:
         while (seconds := time.perf_counter() - began) < LASTING:
-            found = crew.simulate(study.model, machines, study.settings)
+            found = crew.simulate(study.model, rows, study.settings)
             same &= np.array_equal(found.responses, first.responses, equal_nan=True)
             same &= np.array_equal(found.status, first.status)
-            trials += len(machines)
+            trials += len(rows)
     return Check(ready, trials, seconds, bool(same))
 
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.execution.diagnostics.trial_selection import margins
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
+from tolstat.statistics.limits.limit import margins
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
 from tolstat.study.study import Study
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class Stages:
-    """Trials of which the first stage is drawn, and further ones on request.
+    """Trials of which the first stage is drawn, and the next ones on request.
 
     Attributes
     ----------
@@ -48,7 +48,9 @@ class Stages:
         """
         answered, rows = np.empty(0), self.latest
         if self._limit:
-            answered = margins(self.trials.response(self._aim)[rows], self._limit)
+            answered = margins(
+                self.trials.response(self._aim)[rows], self._limit.permitted
+            )
             # what failed is out of limit
             answered[self.trials.status[rows] != Status.DONE] = -np.inf
         send = self._course.send

@@ -1,4 +1,4 @@
-"""One study of a queue: run, gone on with, or finished before."""
+"""One study of a queue: run, resumed, or finished before."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _check_asked(run: Run, study: Study) -> None:
         said.append(f"seed: the run has {run.sampled.seed}, the study {study.seed}")
     if run.sampled and study.until and not run.rules:
         said.append(
-            f"trials: the run has {run.trials}, whatever they say; the study goes on "
+            f"trials: the run has {run.trials} without a stopping rule; the study runs "
             f"until {', '.join(study.until.rules)}"
         )
     elif run.sampled and not run.rules and run.trials < study.trials:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +15,16 @@ from tolstat.execution.continuation import plan_again, study_of
 from tolstat.execution.diagnostics.audit_selection import random_trials
 from tolstat.execution.stages import drawn_again, is_drawn
 from tolstat.execution.workers.crew import Workers
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.damage import ranges_of
+from tolstat.store.layout import STEPS
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
-from tolstat.study.given_points import cases_among
+from tolstat.study.given_points import Case, cases_among
+from tolstat.study.study import Study
 
+Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
 
@@ -71,7 +74,7 @@ def verify(
     -------
     Verification
         What is not as it should be. `tolstat.resume` repairs what is damaged; what fits
-        its checksum and is evaluated otherwise here, only a new run can replace.
+        its checksum and is evaluated differently here, only a new run can replace.
 
     Raises
     ------
@@ -81,7 +84,7 @@ def verify(
     run = open_run(Path(path), damaged=True)
     try:
         study = study_of(run, run.trials, model)
-    except TolstatError as error:  # its data are elsewhere, or its machine
+    except TolstatError as error:  # its data or its model are not here
         raise type(error)(
             f"{path}: checksums of all that is stored: {run.damage.words or 'all fit'};"
             f" its trials cannot be drawn and evaluated again: {error}"
@@ -91,26 +94,19 @@ def verify(
     ran = np.flatnonzero(run.status != Status.NOT_RUN)
     chosen = np.intersect1d(ran, random_trials(study.seed or 0, run.trials))
     otherwise = trials_drawn_otherwise(run, plan)
-    # another machine's answers say nothing of what is stored
+    # answers of other deviations say nothing of what is stored
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
     chosen = chosen[is_drawn(trials.deviations[chosen])]
     with Workers(workers) as crew:
-        found = None
-        if len(chosen):
-            cases, machines = (
-                cases_among(study.cases, chosen),
-                trials.deviations[chosen],
-            )
-            found = crew.simulate_cases(study.model, cases, machines)
-        alone = np.zeros((1, len(run.contributors)))
-        nominal = crew.simulate(study.model, alone, study.settings)
+        differing = _differing(run, study, chosen, trials.deviations[chosen], crew)
+    nominal_ran = run.nominal_values["status"] != Status.NOT_RUN.word
     return Verification(
         run,
         _contradicting(run),
         otherwise,
         chosen,
-        chosen[_differing(run, chosen, found)] if found else chosen,
-        _nominal_differs(run, nominal),
+        chosen[differing[1:]],
+        bool(differing[0] and (nominal_ran or run.complete)),
         tuple(run.made_otherwise(study.model.source_digest)),
     )
 
@@ -124,31 +120,33 @@ def _contradicting(run: Run) -> Numbers:
     return np.flatnonzero(~known | (ran & (done != answered)))
 
 
-def _differing(run: Run, chosen: Numbers, found: Answers) -> NDArray[np.bool_]:
-    """Compare trials with what is stored of them, bit for bit."""
-    other: NDArray[np.bool_] = run.status[chosen] != found.status
-    for column, each in enumerate(run.responses):
-        other |= ~_same(run.column(each.name)[chosen], found.responses[:, column])
-    if run.steps is not None and found.steps is not None:
-        other |= run.steps[chosen] != found.steps
+def _differing(
+    run: Run, study: Study, chosen: Numbers, deviations: Array, workers: Workers
+) -> NDArray[np.bool_]:
+    """Evaluate the nominal trial and chosen ones; tell which are not bit for bit."""
+    cases = [
+        Case(0, 1, study.settings),
+        *(
+            case._replace(first=case.first + 1, stop=case.stop + 1)
+            for case in cases_among(study.cases, chosen)
+        ),
+    ]
+    rows = np.concatenate([np.zeros((1, deviations.shape[1])), deviations])
+    found = workers.simulate_cases(study.model, cases, rows)
+
+    def stored(name: str) -> NDArray[Any]:
+        return np.append(run.nominal_values[name], run.column(name)[chosen])
+
+    codes = {word: code for code, word in run.words.items()}
+    nominal = codes.get(run.nominal_values["status"], Status.NOT_RUN)
+    other: NDArray[np.bool_] = np.append(nominal, run.status[chosen]) != found.status
+    for each, values in zip(run.responses, found.responses.T, strict=True):
+        known = stored(each.name)
+        same = known.view(np.uint64) == np.ascontiguousarray(values).view(np.uint64)
+        other |= ~(same | (np.isnan(known) & np.isnan(values)))
+    if run.steps is not None:
+        other |= stored(STEPS) != found.steps
     return other
-
-
-def _same(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.bool_]:
-    ours, theirs = (np.ascontiguousarray(each).view(np.uint64) for each in (one, other))
-    same: NDArray[np.bool_] = (ours == theirs) | (np.isnan(one) & np.isnan(other))
-    return same
-
-
-def _nominal_differs(run: Run, found: Answers) -> bool:
-    """Compare the nominal machine with what is stored of it, if anything is."""
-    stored = run.nominal_values
-    if stored["status"] == Status.NOT_RUN.word:
-        return run.complete
-    values = np.array([stored[each.name] for each in run.responses])
-    steps = found.steps is not None and stored["steps"] != found.steps[0]
-    status = run.words.get(int(found.status[0])) != stored["status"]
-    return bool(steps or status or not _same(values, found.responses[0]).all())
 
 
 def findings(found: Verification) -> list[str]:
@@ -168,7 +166,7 @@ def findings(found: Verification) -> list[str]:
         said.append(f"{what}: {words}")
     if found.nominal_differs:
         said.append("the nominal machine, evaluated again: different")
-    fitted_here = run.aim and len(found.drawn_otherwise)  # what is drawn hangs on it
+    fitted_here = run.aim and len(found.drawn_otherwise)  # draws depend on it
     if len(found.different) or found.nominal_differs or fitted_here:
         said += found.reasons
     return said
@@ -178,4 +176,4 @@ def why_otherwise(found: Verification) -> str:
     """Say why a study may give something else than its run, which is whole."""
     if found.run.aim and len(found.drawn_otherwise):
         return why_drawn_otherwise(found.run)
-    return "its data, or what evaluates it, are others"
+    return "its data, or what evaluates it, differ"

@@ -1,4 +1,4 @@
-"""How the machines of a study are chosen: what goes with which sampling."""
+"""How the trials of a study are chosen: what goes with which sampling."""
 
 from __future__ import annotations
 

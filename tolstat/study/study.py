@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat import catalogue
-from tolstat.deviations.draw import Course, draw_in_stages, factors, in_order
+from tolstat.deviations.draw import Course, draw_in_stages, streams_of
 from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import ModelError, StudyError, TolstatError
 from tolstat.model import settings as model_settings
@@ -107,8 +107,12 @@ class Study:
     @property
     def factors(self) -> tuple[str, ...]:
         """What varies independently, in the order in which it is drawn."""
-        varying = factors(self.deviating.distributions, self.deviating.dependence)
-        return in_order(self._contributors, varying)
+        deviating = self.deviating
+        return tuple(
+            streams_of(
+                self._contributors, deviating.distributions, deviating.dependence
+            )
+        )
 
     def deviations(self) -> NDArray[np.float64]:
         """Return the deviations that are known before any trial has run, SI.

@@ -22,7 +22,7 @@ class Random(Sampler):
     extensible = True
     promise = (
         "random trials are independent: order-statistic intervals of quantiles are "
-        "exact, and those of shares beyond limits hold at every look"
+        "exact, and those of fractions out of limit are anytime-valid"
     )
 
     def unit_samples(

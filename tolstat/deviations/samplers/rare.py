@@ -1,4 +1,4 @@
-"""Machines beyond a limit that few are beyond: sought in stages, then weighted."""
+"""Trials out of a limit that few are out of: sought in stages, then weighted."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from tolstat.deviations.rare_stage import (
     unit_samples,
 )
 from tolstat.deviations.samplers import Sampler
-from tolstat.deviations.subset_simulation import STEPS, nearing
+from tolstat.deviations.subset_simulation import STEPS, subset_simulation
 
 Array = NDArray[np.float64]
 
 LEAST_TRIALS, PLENTY = 5000, 20_000  # to be sought with, and to tell the share
 SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
 FIRST, STEP, EACH, SEEKING = 0.1, 0.02, 0.02, 0.6  # of the trials: see `Rare`
-LEAST = 30  # machines beyond; with fewer, those nearest to the limit lead on
+LEAST = 30  # trials out of limit; with fewer, those nearest to it are fitted
 MOST_OF_STAGE = 3 / 8  # independent points that a fit rests on, per trial of a stage
 WORTH, FOR_EACH = 30, 12  # that it needs, and for each direction
 STAGES = 7, 5, 0.5  # that find their way: at least, and more for each direction
@@ -42,22 +42,23 @@ NEAR, NEAR_LAST = 0.2, 0.1  # shares of where the response leads: of a stage, th
 class Rare(Sampler):
     """Importance sampling from a mixture that earlier stages have found.
 
-    In the space of independent normal scores. There are two ways to the limit, for
-    what one of them loses the other finds. The first stage, a tenth of the trials, has
-    1.5 to 4 times the spread, so that whatever lies within some ten sigmas in a few
-    directions is met whatever the response does before. And where the response leads
-    is found by `nearing`, step by step of a fiftieth. Each further stage draws from a
-    mixture of normal distributions, fitted to the machines beyond of the first and the
-    further stages, weighted as with a spread that becomes less until it is that of the
-    study, with a fifth from where the response led. The last stage, two fifths of
-    the trials at least, is drawn from the last fit, mended where few points have much
-    of the share, with a tenth from where the response led, a tenth as the study has it
-    and a twentieth twice as wide: independent trials with weights, and only these tell
-    the share. Where hardly any machine is beyond, those nearest to the limit lead on.
+    In the space of independent normal scores. Two ways lead to the limit: what one of
+    them misses the other finds. The first stage, a tenth of the trials, has 1.5 to 4
+    times the spread. In a few directions it meets whatever lies within some ten sigmas.
+    And `subset_simulation` follows the response, step by step of a fiftieth.
 
-    Of a region that the last stage has not met nothing is known but what its tenth
-    says: the stages before may have met it, and lost it among many directions. A draw
-    depends on the seed, the number of trials, the names and all answers before.
+    Each further stage draws from a mixture of normal distributions, and a fifth from
+    where the response led. The mixture is fitted to the out-of-limit trials of the
+    first and the further stages, weighted as with a spread that falls to that of the
+    study. Where hardly any trial is out of limit, those nearest to it are fitted.
+
+    The last stage has two fifths of the trials at least. It draws from the last fit,
+    mended where few points have much of the fraction; a tenth from where the response
+    led, a tenth as the study has it and a twentieth twice as wide. These trials are
+    independent and weighted, and only they tell the fraction out of limit. Of a region
+    that they have not met, only the tenth as the study has it tells.
+
+    A draw depends on the seed, the number of trials, the names and all answers before.
 
     References
     ----------
@@ -66,7 +67,7 @@ class Rare(Sampler):
     importance sampling, Scand. J. Statist. 39 (2012) 798-812. K. Breitung, The geometry
     of limit state function graphs and subset simulation: counterexamples, Reliability
     Engineering and System Safety 182 (2019) 98-106: why the response alone must not
-    lead to the machines beyond.
+    lead to the trials out of limit.
     """
 
     sample = False
@@ -75,13 +76,13 @@ class Rare(Sampler):
         {
             STAGE: "stage that the trial belongs to; NaN before it is drawn",
             SPREAD: "times the spread of the study that the stage aimed at",
-            DISTANCE: "distance from the middle machine, in normal scores",
+            DISTANCE: "distance from the middle trial, in normal scores",
             WEIGHT: "density in the study over that in the stage; NaN where sought",
         }
     )
     promise = (
-        "machines beyond the limit were sought in stages; the last stage, independent "
-        "weighted trials, tells the share beyond, with a gamma interval"
+        "trials out of limit were sought in stages; the last stage, independent "
+        "weighted trials, tells the fraction out of limit, with a gamma interval"
     )
 
     def unfit(self, trials: int, factors: int) -> str:
@@ -94,12 +95,12 @@ class Rare(Sampler):
         if trials < LEAST_TRIALS:
             return (
                 f'sampling = "rare" needs {LEAST_TRIALS} trials or more: 3 of 5 are to '
-                f"find the machines beyond; {self.usual_trials(factors)} are plenty"
+                f"find trials out of limit; {self.usual_trials(factors)} are plenty"
             )
         return ""
 
     def usual_trials(self, factors: int) -> int:
-        """Return with how many trials machines are sought and told well."""
+        """Return how many trials are enough to seek and to tell."""
         return max(PLENTY, safe_trials(factors))
 
     def warnings(self, trials: int, factors: int) -> tuple[str, ...]:
@@ -108,7 +109,7 @@ class Rare(Sampler):
         if trials >= safe:
             return ()
         return (
-            f"of several kinds of machines beyond a smaller one may be lost among "
+            f"of several kinds of out-of-limit trials a smaller one may be lost among "
             f"{factors} deviations with {trials} trials, and the interval is then of "
             f"the others: trials = {safe} or more look for it",
         )
@@ -120,7 +121,7 @@ class Rare(Sampler):
         seeking = _Seeking(seed, streams)
         mixture = centred(SPREADS, len(streams))
         yield from seeking.stage(mixture, round(FIRST * trials), 0.0)
-        near, used = yield from nearing(seed, streams, round(STEP * trials))
+        near, used = yield from subset_simulation(seed, streams, round(STEP * trials))
         left = trials - used
         at_one, each = 0, trials_of_stage(trials, len(streams))
         while left - seeking.trials - each >= (1 - SEEKING) * trials:
@@ -133,7 +134,7 @@ class Rare(Sampler):
                 mixture = mixture.beside(NEAR, near)
             yield from seeking.stage(mixture.beside(PLAIN, wide), each, spread)
         plain, wide = (centred(np.array([s]), len(streams)) for s in (1.0, 2.0))
-        found = seeking.fit(each)[0] if seeking.any_beyond else near
+        found = seeking.fit(each)[0] if seeking.any_out_of_limit else near
         if found:
             mixture = found.beside(NEAR_LAST, near) if near else found
             mixture = mixture.beside(WIDE, wide).beside(PLAIN, plain)
@@ -159,7 +160,7 @@ def trials_of_stage(trials: int, directions: int) -> int:
 def safe_trials(directions: int) -> int:
     """Return with how many trials a fit may rest on all the points that it wants.
 
-    With fewer, of several kinds of machines beyond a smaller one may be lost.
+    With fewer, of several kinds of out-of-limit trials a smaller one may be lost.
     """
     left = SEEKING - FIRST - STEPS * STEP
     least, some, more = STAGES
@@ -187,7 +188,7 @@ class _Seeking:
         return len(self.points)
 
     @property
-    def any_beyond(self) -> bool:
+    def any_out_of_limit(self) -> bool:
         return bool(np.any(self.margins < 0))
 
     def stage(
@@ -218,9 +219,9 @@ class _Seeking:
         self.logs.append(mixture.log_density(self.points))
 
     def fit(self, trials: int) -> tuple[Mixture, float]:
-        """Fit a mixture to the machines beyond; return the spread that it is for.
+        """Fit a mixture to the trials out of limit; return the spread that it is for.
 
-        With fewer points a region that has one of ten machines beyond is lost among
+        With fewer points a region that has one of ten of them is lost among
         many directions; with more, of what a stage draws, the spread stays wide.
         """
         inside = self.margins < 0
@@ -253,8 +254,8 @@ class _Seeking:
 def _mended(mixture: Mixture, points: Array, weights: Array) -> Mixture:
     """Put parts where weights would scatter most: at kinds that a fit lost.
 
-    By places where the share hangs on few points: A. E. Raftery, L. Bao, Biometrics 66
-    (2010) 1162-1173.
+    By places where the fraction depends on few points: A. E. Raftery, L. Bao,
+    Biometrics 66 (2010) 1162-1173.
     """
     directions = points.shape[1]
     squares = np.einsum("ni,ni->n", points, points)

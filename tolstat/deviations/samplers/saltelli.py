@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from tolstat.deviations.samplers import Sampler
 from tolstat.deviations.streams import random_bits, unit_samples_of
 
-OWN = 2  # the first trials of a group, A and B, are independent random machines
+OWN = 2  # the first trials of a group, A and B, are independent random trials
 
 
 class Saltelli(Sampler):
-    """Groups of k + 2 trials: machines A and B, then A with one of k factors from B.
+    """Groups of k + 2 trials: A and B, then A with one of k factors from B.
 
     Trial i is number i % (k + 2) of group i // (k + 2). A draw depends on the seed, the
     name, the group and which names vary.
@@ -27,7 +27,7 @@ class Saltelli(Sampler):
     """
 
     promise = (
-        "Saltelli's design: the first two machines of each group are independent, and "
+        "Saltelli's design: the first two trials of each group are independent, and "
         "quantiles and shares rest on these alone, with exact intervals; all of them "
         "together give the Sobol' indices"
     )

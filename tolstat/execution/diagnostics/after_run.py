@@ -1,4 +1,4 @@
-"""What a report wants beyond the trials: slopes, worst cases and trials, halvings."""
+"""Diagnostics of a run: slopes, worst cases, worst trials, halved tolerances."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from tolstat.execution.diagnostics.slopes_and_corners import (
     slopes,
     worst_corners,
 )
-from tolstat.execution.diagnostics.trial_selection import margins, worst_trials
+from tolstat.execution.diagnostics.trial_selection import worst_trials
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
+from tolstat.statistics.limits.limit import margins
 from tolstat.status import Status
 from tolstat.store.audited import Audited
 from tolstat.store.stored_diagnostics import Diagnostics, Worst, WorstCase
@@ -28,7 +29,7 @@ Array = NDArray[np.float64]
 def gather(
     study: Study, trials: Trials, audited: Audited | None, workers: Workers
 ) -> Diagnostics:
-    """Evaluate what a report wants beyond the trials; nothing where none were drawn."""
+    """Evaluate the diagnostics of a run; nothing where no deviations were drawn."""
     if study.sampler is None:
         return Diagnostics(missing="no deviations were drawn")
     lower, upper = _zones(study)
@@ -144,6 +145,6 @@ def _worst(
             places = np.searchsorted(audited.trials, some)
             precise = audited.responses[name][places]
         known = np.where(np.isnan(precise), trials.response(name)[some], precise)
-        order = np.argsort(margins(known, limit), kind="stable")
+        order = np.argsort(margins(known, limit.permitted), kind="stable")
         found[name] = [Worst(some[i], float(precise[i])) for i in order]
     return found

@@ -51,8 +51,8 @@ def choose(trials: Trials, limits: Mapping[str, Limit], seed: int) -> Choice:
     One trial of each hundred at random; and of each limited response, on purpose, those
     next to its limit, the worst, and some over its range, where those chosen at random
     are too few to meet what is rare. In a study without limits the least and the
-    largest of every response. The same whatever the workers: it hangs on numbers of
-    trials and on responses.
+    largest of every response. The same whatever the workers: it depends on numbers
+    of trials and on responses.
     """
     names = list(limits) or [each.name for each in trials.description.responses]
     # of another hundredth of the trials: with more of them the stretch about a limit
@@ -73,7 +73,7 @@ def choose_in_reach(
     known: Choice,
     errors: Mapping[str, float],
 ) -> Choice:
-    """Choose further trials, which may lie on the other side of a limit.
+    """Choose more trials, which may lie on the other side of a limit.
 
     Those that are nearer to a limit than twice the largest error that was seen (NaN if
     there is none). Of each response the nearest twenty, or its part of a hundredth of

@@ -1,4 +1,4 @@
-"""The share beyond each limit if a tolerance were halved: no further simulation."""
+"""The fraction out of each limit if a tolerance were halved; nothing is simulated."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tolstat.store.stored_diagnostics import Halved, Members
 from tolstat.study.study import Study
 
 Array = NDArray[np.float64]
-Machines = NDArray[np.bool_]
+Truths = NDArray[np.bool_]
 
 TURN = 2 * math.pi * (1 - 1e-9)
 
@@ -33,8 +33,8 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     """Weight the trials as if the tolerance of a contributor, or a kind, were halved.
 
     By limited response and the contributors whose tolerances are halved: each, each
-    kind of part, and pairs that explain machines beyond; empty where trials depend on
-    each other, or were sought. Failed trials count as beyond.
+    kind of part, and pairs that explain trials out of limit; empty where trials
+    depend on each other, or are no sample. Failed trials count as out of limit.
     """
     sampler = study.sampler
     if sampler is None or sampler.replicates or not sampler.sample:
@@ -50,21 +50,21 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
         if each.name in deviating.distributions
         and not isinstance(deviating.distributions[each.name], Constant)
     }
-    beyond = {
+    out_of_limit = {
         name: ~within(trials.response(name)[own], limit.permitted)
         for name, limit in study.limits.items()
     }
-    if not every or not beyond:
+    if not every or not out_of_limit:
         return {}
     weighting = DensityRatio(every, deviating.distributions, deviating.dependence)
     contributors = study.description.contributors
     kinds = kinds_of_part(list(every), contributors).values()
-    found: dict[str, dict[Members, Halved]] = {name: {} for name in beyond}
+    found: dict[str, dict[Members, Halved]] = {name: {} for name in out_of_limit}
     # a full turn is no tolerance: where on its wheel a run-out lies is not to be halved
     units = {each.name: each.unit for each in contributors}
     turning = [name for name in every if _is_a_turn(study, name, units[name])]
     unfit: set[str] = set()  # alone; these come first
-    several = [*map(tuple, kinds), *_paired(every, beyond)]
+    several = [*map(tuple, kinds), *_paired(every, out_of_limit)]
     for members in dict.fromkeys([*((name,) for name in every), *several]):
         these = [name for name in members if name not in turning]
         try:
@@ -80,16 +80,16 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
                 of[members] = Halved(Estimate(math.nan, reason=reason), 0)
             continue
         for name, of in found.items():
-            share = weighted_share(beyond[name], weights)
+            share = weighted_share(out_of_limit[name], weights)
             of[members] = Halved(share, weights.number)
     return found
 
 
 def _paired(
-    every: Mapping[str, Array], beyond: Mapping[str, Machines]
+    every: Mapping[str, Array], out_of_limit: Mapping[str, Truths]
 ) -> Iterator[Members]:
-    """Yield the pairs of contributors that explain machines beyond."""
-    for found in pairs(every, beyond).values():
+    """Yield the pairs of contributors that explain trials out of limit."""
+    for found in pairs(every, out_of_limit).values():
         yield from (each.members for each in found)
 
 

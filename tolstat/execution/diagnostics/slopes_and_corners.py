@@ -1,4 +1,4 @@
-"""What tolerance analysis asked for before Monte Carlo: slopes, and the worst case."""
+"""Tolerance analysis before Monte Carlo: slopes, and the worst case."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tolstat.model.contract import Model
 Array = NDArray[np.float64]
 
 Move = tuple[list[int], Array]  # columns, and the ends they are moved to
-STEP = 0.1  # of a usual deviation, to either side of the machine
+STEP = 0.1  # of a usual deviation, to either side
 MOST_SWEEPS = 8
 
 
@@ -25,12 +25,12 @@ def slopes(
     workers: Workers,
     at: Array | None = None,
 ) -> Array:
-    """Differentiate the responses at one machine.
+    """Differentiate the responses at one trial.
 
     Parameters
     ----------
     model : Model
-        The machine.
+        Evaluated.
     settings : object
         Of it.
     usual : float64[contributor]
@@ -38,13 +38,13 @@ def slopes(
     workers : Workers
         Who evaluate.
     at : float64[contributor], optional
-        Deviations of the machine, SI; the nominal one if not given.
+        Deviations of the trial, SI; the nominal one if not given.
 
     Returns
     -------
     float64[contributor, response]
         By central differences over a tenth of that to either side;
-        NaN where a machine failed.
+        NaN where a trial failed.
     """
     varying = np.flatnonzero(usual > 0)
     if not len(varying):
@@ -53,10 +53,10 @@ def slopes(
     step = STEP * usual[varying]
     for place, column in enumerate(varying):
         rows[:, place, column] = step[place], -step[place]
-    machines = rows.reshape(-1, len(usual))
+    asked = rows.reshape(-1, len(usual))
     if at is not None:
-        machines += at
-    found = workers.simulate(model, machines, settings).responses
+        asked += at
+    found = workers.simulate(model, asked, settings).responses
     ahead, behind = found.reshape(2, len(varying), found.shape[1])
     every = np.zeros((len(usual), found.shape[1]))
     every[varying] = (ahead - behind) / (2 * step[:, None])
@@ -68,16 +68,16 @@ class Target(NamedTuple):
 
     response: int  # its column
     sign: int  # 1 for the largest value, -1 for the least
-    # float64[start, contributor]: machines of which the worst is begun with
+    # float64[start, contributor]: trials of which the worst is begun with
     starts: Array
 
 
 class Corner(NamedTuple):
-    """The worst machine found; most often, not always, a corner of the tolerances."""
+    """The worst trial found; most often, not always, a corner of the tolerances."""
 
-    value: float  # of the response, SI; NaN if every machine tried failed
-    deviations: Array  # float64[contributor]: the machine
-    # machines simulated for it, and how many of these failed
+    value: float  # of the response, SI; NaN if every trial failed
+    deviations: Array  # float64[contributor], SI
+    # trials simulated for it, and how many of these failed
     tried: int
     failed: int
 
@@ -91,7 +91,7 @@ def worst_corners(
     targets: Sequence[Target],
     workers: Workers,
 ) -> list[Corner]:
-    """Search the corners of the tolerances for the worst machines.
+    """Search the corners of the tolerances for the worst trials.
 
     Every factor, columns that change together, is moved to either end of its tolerance
     (float64[contributor], SI); what makes a target worse is taken, all at once if that
@@ -116,7 +116,7 @@ def worst_corners(
 def _search(
     target: Target, lower: Array, upper: Array, factors: Sequence[Sequence[int]]
 ) -> Generator[Array, Array, Corner]:
-    """Search for one target: yield machines, be sent what they answered."""
+    """Search for one target: yield trials, be sent what they answered."""
     moves = [
         (list(columns), end[list(columns)])
         for columns in factors
@@ -148,7 +148,7 @@ def _search(
 def _taken(
     target: Target, best: Corner, rows: Array, responses: Array
 ) -> tuple[Corner, Array]:
-    """Return the worst machine so far, and how bad each of these is."""
+    """Return the worst trial so far, and how bad each of these is."""
     values = responses[:, target.response]
     badness = np.where(np.isnan(values), -np.inf, target.sign * values)
     most, failed = int(badness.argmax()), int(np.isnan(values).sum())
@@ -160,7 +160,7 @@ def _taken(
 
 
 def _moved(machine: Array, moves: Sequence[Move]) -> Array:
-    """Return a machine with some of its parts at an end of their tolerance."""
+    """Return a trial with some of its parts at an end of their tolerance."""
     found = machine.copy()
     for columns, ends in moves:
         found[columns] = ends

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.limit import Limit, margins
 from tolstat.status import Status
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ def next_to(values: Array, limit: Limit, end: float, number: int) -> Numbers:
 def spread(values: Array, number: int) -> Numbers:
     """Choose values spread evenly from the least to the largest.
 
-    By value and not by rank: a rare kind of machine that takes much of the range, as
+    By value and not by rank: a rare kind of trial that takes much of the range, as
     one that jams, is met as often as the many others. Places of these, ascending; fewer
     where many values are alike. No value is NaN.
     """
@@ -41,14 +41,8 @@ def spread(values: Array, number: int) -> Numbers:
 
 
 def worst_trials(values: Array, status: NDArray[np.uint8], limit: Limit) -> list[int]:
-    """Return the ten trials nearest to a limit, or farthest beyond; the worst first."""
-    margin = margins(values, limit)
+    """Return the ten trials nearest to a limit, or farthest out; the worst first."""
+    margin = margins(values, limit.permitted)
     margin[status != Status.DONE] = np.inf
     order: list[int] = np.argsort(margin, kind="stable")[:WORST].tolist()
     return [trial for trial in order if margin[trial] < np.inf]
-
-
-def margins(values: Array, limit: Limit) -> Array:
-    """Return how far values lie within a limit; less than 0 beyond."""
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.minimum(limit.upper - values, values - limit.lower))

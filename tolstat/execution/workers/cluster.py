@@ -24,7 +24,7 @@ LOOK_AGAIN = 1.0  # s, between two looks at who is there
 class Cluster(Executor):
     """The workers of a Dask scheduler.
 
-    A block goes to them as deviations that were drawn here, and the name of a machine;
+    A block goes to them as deviations that were drawn here, and the name of a model;
     a block of a worker that is lost is evaluated again by another one. A worker of
     another source, processor or version is named and not used.
 

@@ -148,7 +148,7 @@ class Workers(AbstractContextManager["Workers"]):
                 future.cancel()
 
     def simulate(self, model: Model, deviations: Array, settings: Any) -> Answers:
-        """Evaluate machines of the same settings, all of them.
+        """Evaluate trials of the same settings, all of them.
 
         At least one trial of deviations[trial, contributor], SI; `Interrupted` if they
         were not to be finished.
@@ -160,7 +160,7 @@ class Workers(AbstractContextManager["Workers"]):
     def simulate_cases(
         self, model: Model, cases: Sequence[Case], deviations: Array
     ) -> Answers:
-        """Evaluate machines, each with its case's settings; see `simulate`."""
+        """Evaluate trials, each with its case's settings; see `simulate`."""
         found = [
             each for some in self.blocks(model, cases, deviations) for each in some
         ]
@@ -172,7 +172,7 @@ class Workers(AbstractContextManager["Workers"]):
     def here(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Call a function of this process that may take long; `Interrupted` if stopped.
 
-        A thread, which keeps nobody waiting, is left with it.
+        Its thread is not waited for then.
         """
         thread = Threads(1)
         try:

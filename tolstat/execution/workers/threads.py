@@ -1,4 +1,4 @@
-"""Threads that keep nobody waiting who wants to leave."""
+"""Threads that are not waited for at the exit."""
 
 from __future__ import annotations
 

@@ -64,6 +64,14 @@ def within(
     return found
 
 
+def margins(
+    values: NDArray[np.float64], permitted: tuple[float, float]
+) -> NDArray[np.float64]:
+    """Return how far values lie within a limit; less than 0 out of it."""
+    lower, upper = permitted
+    return np.asarray(np.minimum(upper - values, values - lower))
+
+
 def worst_side(permitted: tuple[float, float] | None) -> int:
     """Tell on which side of all others a failed trial counts, by its limit."""
     lower, upper = permitted or (-math.inf, math.inf)
