@@ -15,6 +15,7 @@ from tests.answers.page_checks import (
     Made,
     blocks_of,
     every_number_is_one_of_the_answer,
+    rows_out_of_sight_make_no_row_high_on_a_phone,
     the_command_runs,
     the_page_is_as_wide_as_its_window,
     the_page_needs_nothing_else,
@@ -44,15 +45,38 @@ def test_a_rare_page_is_whole(rare, tmp_path):
 
 
 def test_rows_out_of_sight_make_no_row_high_on_a_phone(rare, tmp_path):
-    """Commands and intervals stand in one line; a limit breaks behind .. alone."""
-    what_if = tmp_path / "w.html"
+    rows_out_of_sight_make_no_row_high_on_a_phone(rare.path, tmp_path, 40)
+
+
+def test_rows_of_a_what_if_are_not_high_on_a_phone(tmp_path):
+    path = tmp_path / "w.html"
     run = tolstat.run(chain("<= 2416.9 mm"), output=tmp_path / "run.h5")
-    what_if.write_text(tolstat.what_if(run, {"H": "+-0.1 mm"}).html())
-    height = "e => e.getBoundingClientRect().height"
-    for page, most in ((rare.path, 40), (what_if, 60)):
-        rows = f"[...document.querySelectorAll('.dense tbody tr')].map({height})"
-        high = asked(page, tmp_path, 390, rows)
-        assert len(high) >= 2 and max(high) <= most, page
+    path.write_text(tolstat.what_if(run, {"H": "+-0.1 mm"}).html())
+    rows_out_of_sight_make_no_row_high_on_a_phone(path, tmp_path, 60)
+
+
+def test_a_limit_breaks_behind_its_dots_alone_on_a_phone(rare, tmp_path):
+    lines = (
+        "[...document.querySelectorAll('td:nth-child(2) > .whole')].map(e => {"
+        " const line = document.createRange(), tops = [...e.childNodes].flatMap(n => {"
+        " if (n.nodeType != 3) return [];"
+        " return [...n.data].map((c, i) => { line.setStart(n, i);"
+        " line.setEnd(n, i + 1); return [c, line.getBoundingClientRect().top] }) });"
+        " return tops.map(([c, t], i) => (i && t > tops[i - 1][1] ? '|' : '') + c)"
+        ".join('') })"
+    )
+    words = "2416.30..<wbr>2417.04 mm"
+    assert f'class="whole">{words}</span>' in rare.text
+    for limit in (
+        "0.075..0.3 / 3 mm",
+        "2416.30..2417.04 mm",
+        "12345.678..12345.789 mm",
+    ):
+        marked = limit.replace("..", "..<wbr>")
+        (tmp_path / "own.html").write_text(rare.text.replace(words, marked))
+        broken = asked(tmp_path / "own.html", tmp_path, 390, lines)[0]
+        assert broken.replace("|", "") == limit
+        assert all(part[-1] in ". " for part in broken.split("|")[:-1]), broken
 
 
 def yield_of(found):

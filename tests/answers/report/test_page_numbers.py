@@ -112,7 +112,9 @@ def test_each_number_of_the_summary_stands_under_its_head(report, mill):
         assert as_text(row["response"].main) == name
         known = {"nominal": each.nominal, "mean *": each.mean, "sigma *": each.sigma}
         known |= {"least": each.least, "largest": each.largest}
-        known |= {head: each.quantiles[q] for head, q in zip(SHARES, QUANTILES)}
+        known |= {
+            head: each.quantiles[q] for head, q in zip(SHARES, QUANTILES, strict=True)
+        }
         for head, value in known.items():
             assert row[head].main == (Number(value, mill.scales[name]),), (name, head)
 
