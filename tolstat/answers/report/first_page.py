@@ -59,8 +59,9 @@ PRINTED = (0.05, 0.5, 0.95, 0.99)  # quantiles on a screen
 
 def summary_document(found: RunSummary) -> Document:
     """Return what is printed at the end of a run."""
+    n = found.trials.requested
     return Document(
-        f"{found.title}: {found.trials.requested} trials of {found.model}",
+        f"{found.title}: {n} {'trial' if n == 1 else 'trials'} of {found.model}",
         (*first_page(found), responses_table(found), *reading(found)),
     )
 
@@ -110,17 +111,20 @@ def lead(found: RunSummary) -> Parts:
 
 def limits_table(found: RunSummary) -> Table:
     """Return verdict, fraction out of limit, main cause and effect of halving it."""
+    heads: list[Column | str] = [
+        "response", "limit", "verdict", "out of limit, ppm", "equivalent Ppk",
+    ]  # fmt: skip
+    heads += [Column("main cause", words=True), "tolerance halved, ppm"]
+    rows = [_limit_row(found, name) for name in found.limited]
+    if not any(row[-1].main for row in rows):  # no cause is named
+        heads, rows = heads[:-1], [row[:-1] for row in rows]
     return table(
-        [
-            "response", "limit", "verdict", "out of limit, ppm", "equivalent Ppk",
-            Column("main cause", words=True),
-            "tolerance halved, ppm",
-        ],
-        [_limit_row(found, name) for name in found.limited],
+        heads,
+        rows,
         "Limits",
         caption=rests_on(found),
         look="verdicts",
-    )  # fmt: skip
+    )
 
 
 def _limit_row(found: RunSummary, name: str) -> list[Cell]:
@@ -398,9 +402,8 @@ def rests_on(found: RunSummary) -> Parts:
     of: Parts = ()
     if trials.counted < trials.requested:
         of = text(", of the ", Number(trials.counted), " that statistics rest on")
-    return text(
-        Number(trials.done), " trials done, ", Number(trials.failed), " failed", of
-    )
+    done = counted(trials.done, "trial")
+    return text(done, " done, ", Number(trials.failed), " failed", of)
 
 
 def reading(found: RunSummary) -> tuple[Paragraph, ...]:
