@@ -26,3 +26,15 @@ def linked(tmp_path_factory):
         trials=2200,
         output=folder / "linked.h5",
     )
+
+
+def chain(limit, **more):
+    """A gap between large dimensions: its numbers need many figures."""
+    links = {
+        "H": {"nominal": "2450 mm", "tolerance": "+-0.2 mm"},
+        "a": {"nominal": "33.33 mm", "tolerance": "+-0.1 mm"},
+    }
+    return {
+        "model": "dimension_chain", "trials": 5000, "seed": 5, "links": links,
+        "settings": {"gap": "H - a"}, "limits": {"gap": limit}, **more,
+    }  # fmt: skip

@@ -11,18 +11,38 @@ import pytest
 
 import tolstat
 from tests.answers.allocate.linear_stack import Linear, listed
+from tests.answers.conftest import chain
 from tests.conftest import ROOT
 from tolstat.answers.allocate.allocation import Allocation
 from tolstat.answers.compare.comparison import Comparison
+from tolstat.answers.rare.rare_answer import RareSummary
+from tolstat.answers.report.report_answer import Report, RunSummary
+from tolstat.answers.sweep.extremes import Extremes
 from tolstat.answers.what_if.what_if_answer import WhatIf
 from tolstat.render.json_schema import schema_of
 
 SCHEMAS = ROOT / "tolstat" / "answers" / "schemas"
-ANSWERS = {"allocate": Allocation, "compare": Comparison, "what_if": WhatIf}
+ANSWERS = {
+    "allocate": Allocation, "compare": Comparison, "extremes": Extremes,
+    "rare": RareSummary, "report": Report, "summary": RunSummary, "what_if": WhatIf,
+}  # fmt: skip
+WIDEST = 88
 
 
 def made(name):
-    return json.dumps(schema_of(ANSWERS[name], name), indent=1) + "\n"
+    return in_lines(schema_of(ANSWERS[name], name)) + "\n"
+
+
+def in_lines(found, indent=1):
+    """Write JSON to be read: what fits into a line stands in one."""
+    line = json.dumps(found)
+    if not isinstance(found, dict) or len(line) + indent <= WIDEST:
+        return line
+    inner = (
+        f"{' ' * indent}{json.dumps(key)}: {in_lines(each, indent + 1)}"
+        for key, each in found.items()
+    )
+    return "{\n" + ",\n".join(inner) + "\n" + " " * (indent - 1) + "}"
 
 
 @pytest.mark.parametrize("name", ANSWERS)
@@ -61,6 +81,37 @@ def test_a_comparison_is_as_its_schema_says(gears, tmp_path):
 
 def test_an_allocation_is_as_its_schema_says():
     valid(tolstat.allocate(listed(), trials=1000, model=Linear()))
+
+
+def test_a_summary_and_a_report_are_as_their_schemas_say(gears, small_as_run):
+    for run in (gears, small_as_run):
+        valid(tolstat.summary(run))
+        valid(tolstat.report(run))
+
+
+@pytest.mark.parametrize(("sampling", "trials"), [("saltelli", 2500), ("latin", 100)])
+def test_a_report_is_as_its_schema_says_however_trials_were_sampled(
+    toy, toy_study, sampling, trials
+):
+    """Some trials fail, and nothing is known of the integration error."""
+    toy_study.write_text(f'sampling = "{sampling}"\n{toy_study.read_text()}')
+    run = tolstat.run(toy_study, model=toy, trials=trials)
+    valid(tolstat.summary(run))
+    valid(tolstat.report(run))
+
+
+@pytest.mark.parametrize("limit", ["<= 2416.9 mm", "<= 9999 mm"])
+def test_a_rare_answer_is_as_its_schema_says(tmp_path, limit):
+    study = chain({"limit": limit, "ppm": 100}, sampling="rare")
+    valid(tolstat.summary(tolstat.run(study, output=tmp_path / "rare.h5")))
+
+
+def test_extremes_are_as_their_schema_says(toy, tmp_path):
+    study = {
+        "model": "toy", "sampling": "grid", "grid": {"part_1": ["0 mm", "1 mm"]},
+        "limits": {"gap": "<= 1 mm"},
+    }  # fmt: skip
+    valid(tolstat.summary(tolstat.run(study, model=toy, output=tmp_path / "g.h5")))
 
 
 if __name__ == "__main__":

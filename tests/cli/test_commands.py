@@ -228,9 +228,10 @@ def test_a_narrow_terminal_loses_no_digit(small_as_run, monkeypatch, columns):
         assert "…" not in text
         assert found >= known, known - found
         if columns >= (60 if command[1] == run else 80):
-            assert max(map(len, text.splitlines())) <= columns
+            lines = [x for x in text.splitlines() if not x.startswith("   tolstat ")]
+            assert max(map(len, lines)) <= columns  # a command never wraps
     if columns < 80:
-        assert "limits, continued" in numbers_of(call("show", run).stdout)[1]
+        assert "Limits, continued" in numbers_of(call("show", run).stdout)[1]
 
 
 def test_a_title_has_the_room_of_the_screen(capsys):
@@ -256,8 +257,9 @@ def test_a_yield_can_be_demanded(small_study):
     demanded = '{ limit = "<= 3.5 kN m", yield = "90 %" }'
     small_study.write_text(text.replace('"<= 3.5 kN m"', demanded))
     shown = call("run", small_study, "--trials", 64).stdout
-    (line,) = [x for x in shown.splitlines() if "<= 3.5 kN m" in x]
-    assert "90 %" in line and "99.73 %" not in line
+    lines = shown.splitlines()
+    (at,) = [i for i, line in enumerate(lines) if "<= 3.5 kN m" in line]
+    assert "for 90 %" in lines[at + 1] and "99.73 %" not in lines[at + 1]
 
 
 @pytest.fixture(scope="module")
@@ -363,9 +365,8 @@ def test_a_run_until_precise_says_so(tmp_path):
     done = call("run", study)
     assert done.exit_code == 3 and "not met" in done.output  # jam_share
     assert "0 of 1024 trials failed" in done.output
-    assert (
-        "rod_force_1 median +-1 %: reached; looked at after 1024 trials" in done.output
-    )
+    reached = "rod_force_1 median +-1 %: reached, checked after 1024 trials"
+    assert reached in done.output
     rule = 'trials = { until = "extra_loss mean +-1 %", at_most = 1100 }'
     study.write_text(re.sub(r"trials = 4096.*", rule, text))
     done = call("run", study, "--force")

@@ -9,7 +9,7 @@ import pytest
 
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
-from tolstat.answers.report.gather import findings_of
+from tolstat.answers.report.gather import report_of
 from tolstat.deviations.samplers.random import Random
 from tolstat.execution.diagnostics.audit_selection import choose, random_trials
 from tolstat.execution.diagnostics.trial_selection import next_to, spread
@@ -89,8 +89,8 @@ def planned(values, status=None):
 
 def test_a_large_error_beyond_the_limit_is_found(cliff):
     """One machine in 160 errs by 1 N: those chosen at random meet none of them."""
-    found = findings_of(cliff).responses["force"]
-    error = found.integration_error
+    found = report_of(cliff).responses["force"]
+    error = found.integration_errors
     assert found.limited.yields.out_of_limit.value < 0.01
     assert error.at_random.trials == 30 and error.at_random.largest < 1.1e-3
     assert error.largest == pytest.approx(1, rel=2e-3)
@@ -186,8 +186,8 @@ def test_what_an_error_may_carry_across_the_limit_is_looked_at(tmp_path):
     path = tmp_path / "dense.toml"
     path.write_text(STUDY.format(trials=3000).replace("<= 12.5 N", "<= 10 N"))
     run = tolstat.run(path, model=Wavy())
-    found = findings_of(run).responses["force"]
-    error = found.integration_error
+    found = report_of(run).responses["force"]
+    error = found.integration_errors
     rows = np.column_stack([run.column(f"part_{i}") for i in (1, 2)])
     precise = Wavy().evaluate(rows, CliffSettings(1e-6)).responses[:, 0]
     done = run.status == Status.DONE
@@ -195,7 +195,7 @@ def test_what_an_error_may_carry_across_the_limit_is_looked_at(tmp_path):
     assert true > 2
     assert error.sides.gap > error.largest and error.sides.changed == true
     beyond = np.mean(precise[done] > 10) - np.mean(run.column("force")[done] > 10)
-    assert error.moves.beyond == pytest.approx(-beyond * done.mean(), abs=1e-12)
+    assert error.effect.out_of_limit == pytest.approx(-beyond * done.mean(), abs=1e-12)
 
 
 def test_it_stays_cheap():
@@ -209,7 +209,7 @@ def test_it_stays_cheap():
 
 def test_trials_chosen_by_one_response_do_not_speak_for_another(cliff):
     """What is rare in force was chosen often; of other it is not rarer for that."""
-    found = findings_of(cliff).responses
+    found = report_of(cliff).responses
     tight = {"rtol": 1e-6}
     precise = Cliff().evaluate(
         np.column_stack([cliff.column(f"part_{i}") for i in (1, 2)]),
@@ -217,10 +217,10 @@ def test_trials_chosen_by_one_response_do_not_speak_for_another(cliff):
     )
     done = cliff.status == Status.DONE
     true = np.mean((cliff.column("other") - precise.responses[:, 1])[done])
-    moved = found["other"].integration_error.moves.mean
+    moved = found["other"].integration_errors.effect.mean
     assert true == pytest.approx(6e-3, abs=2e-3)  # of 160 machines one by 1 N
     assert abs(moved - true) < 5e-3
-    assert found["other"].integration_error.chosen == {}
+    assert found["other"].integration_errors.chosen == {}
 
 
 def test_parts_called_audit_do_not_choose_what_is_audited():

@@ -9,7 +9,7 @@ import pytest
 
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
-from tolstat.answers.report.gather import findings_of
+from tolstat.answers.report.gather import report_of
 from tolstat.execution.continuation import resume
 from tolstat.execution.diagnostics.audit_selection import random_trials
 from tolstat.execution.diagnostics.slopes_and_corners import (
@@ -79,14 +79,14 @@ def test_one_trial_of_each_hundred_is_audited(rough):
 
 
 def test_integration_error_moves_the_numbers_by_what_it_is(rough):
-    found = findings_of(rough).responses["gap"]
-    error = found.integration_error
+    found = report_of(rough).responses["gap"]
+    error = found.integration_errors
     assert error.at_random.trials == 30 and error.settings["rtol"] == pytest.approx(
         1e-6
     )
     per = 1e-4 - 1e-7
-    assert error.moves.mean == pytest.approx(per * found.mean.value, rel=0.02)
-    assert error.moves.quantiles[0.95] == pytest.approx(
+    assert error.effect.mean == pytest.approx(per * found.mean.value, rel=0.02)
+    assert error.effect.quantiles[0.95] == pytest.approx(
         per * found.quantiles[0.95].value, rel=0.1
     )
     assert error.largest < 1.01 * per * found.largest
@@ -95,7 +95,7 @@ def test_integration_error_moves_the_numbers_by_what_it_is(rough):
 def test_a_model_without_rtol_is_not_audited(toy, toy_study):
     run = tolstat.run(toy_study, model=toy)
     assert run.audited is None and toy.tightened(toy.settings()) is None
-    assert findings_of(run).responses["gap"].integration_error is None
+    assert report_of(run).responses["gap"].integration_errors is None
 
 
 def test_slopes_are_derivatives():

@@ -13,13 +13,11 @@ import pytest
 import tolstat
 from tests.conftest import Toy
 from tests.store.tampering import resealed
-from tolstat.answers.report.gather import findings_of
-from tolstat.answers.report.summary_table import summary_table
+from tolstat.answers.report.gather import report_of
 from tolstat.errors import ModelError, RunFileError, StoppedError, StudyError
 from tolstat.execution.continuation import go_on
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import Workers
-from tolstat.render.plain import as_json
 from tolstat.study.study import load
 
 HEAD = """\
@@ -125,13 +123,13 @@ def test_a_run_in_part_has_a_report(tmp_path, trials):
     part = stopped(written(tmp_path, STUDIES["random"]), path, trials)
     assert part.provenance["ended_at"] >= part.provenance["started_at"]
     if trials:
-        found = json.loads(as_json(findings_of(part)))
+        found = json.loads(report_of(part).json())
         assert found["provenance"]["trials_done"] == part.counts["done"]
         assert found["provenance"]["seconds"] > 0
         tolstat.report(part)
         tolstat.compare(part, part)
     assert f"{part.trials - part.ended} of 1000 trials have not run" in " ".join(
-        summary_table(part).notes
+        tolstat.summary(part).trials.notes
     )
 
 

@@ -19,15 +19,17 @@ import pytest
 from click.testing import CliRunner
 from scipy.special import ndtr
 from scipy.stats import norm
-from tolstat.answers.report.report_csv import rare_csv
 
 import tolstat
+from tests.answers.browser import Page
+from tests.answers.page_checks import words_in
 from tests.execution.test_audit import Cliff
 from tests.execution.test_going_on import Enough, same
 from tests.store.tampering import resealed
 from tolstat.answers.index.run_entries import entry_of, index_csv, index_page
 from tolstat.answers.rare.failure_points import normal_score
-from tolstat.answers.rare.rare_answer import STAGES, rare_findings, rare_table
+from tolstat.answers.rare.rare_answer import rare_summary
+from tolstat.answers.rare.rare_document import STAGES
 from tolstat.cli.listing import row_of
 from tolstat.cli.main import main
 from tolstat.errors import PictureError, RunFileError, StudyError
@@ -81,6 +83,11 @@ def like(one, other):
     return same(one, other)
 
 
+def said_of(run):
+    """What the summary of a run says."""
+    return words_in(*tolstat.summary(run).document().blocks)
+
+
 def stopped(study, path, trials):
     enough = Enough(trials)
     with Workers(2, enough, block=40) as crew:
@@ -88,13 +95,19 @@ def stopped(study, path, trials):
 
 
 def test_a_share_of_one_in_a_million_is_told(run):
-    found = rare_findings(run)
+    found = rare_summary(run)
+    out = found.fraction_out_of_limit
     truth = norm.sf(DISTANCE)
     assert truth < 1e-6 and found.verdict == "met"
-    assert found.beyond.lower < truth < found.beyond.upper < 1.3 * found.beyond.lower
-    assert found.within.upper == 1 - found.beyond.lower
+    assert (
+        found.fraction_out_of_limit.lower
+        < truth
+        < found.fraction_out_of_limit.upper
+        < 1.3 * found.fraction_out_of_limit.lower
+    )
+    assert found.within.upper == 1 - out.lower
     # in the direction in which the gap closes
-    first = found.likeliest[0]
+    first = found.failure_points[0]
     assert found.first_order == pytest.approx(norm.sf(first.distance), rel=1e-12)
     assert 0.7 * truth < found.first_order <= truth  # straight, of one end
     assert first.distance == pytest.approx(DISTANCE, rel=0.02)
@@ -106,14 +119,16 @@ def test_a_share_of_one_in_a_million_is_told(run):
     assert first.leading == ["B", "A"]
     assert first._replace(scores={"A": -3.0, "B": 1.4}).leading == ["A"]
     words = (
-        f"B {deviations[1]:.4f} mm (+{scores[1]:.3f} sigmas), "
+        f"B {deviations[1]:.4f} mm (+{scores[1]:.3f} sigmas) and "
         f"A {deviations[0]:.4f} mm ({scores[0]:.3f} sigmas)"
     )
-    assert words in " ".join(rare_table(run).notes)
+    assert words in said_of(run)
     assert tolstat.replay(run, first.trial).differences == ()
     # of a plain run: width over its root
-    relative = (found.beyond.upper - found.beyond.lower) / found.beyond.value
-    expected = (2 * norm.isf(0.025) / relative) ** 2 / found.beyond.value
+    relative = (
+        found.fraction_out_of_limit.upper - found.fraction_out_of_limit.lower
+    ) / found.fraction_out_of_limit.value
+    expected = (2 * norm.isf(0.025) / relative) ** 2 / out.value
     assert found.plain_trials == pytest.approx(expected, rel=1e-3)
     assert sum(stage.trials for stage in found.stages) == run.trials
 
@@ -130,13 +145,14 @@ def test_a_uniform_part_near_its_end_is_named_by_how_unlikely_it_is(tmp_path):
     table |= {"settings": {"gap": "A - B - C - D"}, "limits": {"gap": ">= 1.88 mm"}}
     table["trials"] = 8000
     run = tolstat.run(table, output=tmp_path / "run.h5")
-    first = rare_findings(run).likeliest[0]
+    first = rare_summary(run).failure_points[0]
     assert first.leading[0] == "A" and set(first.leading) == set("ABC")
     assert all(abs(first.off[name]) < 0.5 * abs(first.off["A"]) for name in "BC")
     distance = math.hypot(*first.scores.values())
     assert distance == pytest.approx(first.distance, abs=2e-3)
-    (said,) = [each for each in rare_table(run).notes if "likeliest" in each]
-    page = re.sub("<[^>]*>", "", tolstat.report(run).read_text())
+    said = said_of(run)
+    assert said.count("Most probable failure point that was met: ") == 1
+    page = " ".join(Page(tolstat.report(run).html()).text.split())
     for name in "BC":
         farther = (0.4 - 1e3 * first.deviations[name]) / 0.8
         assert first.farther[name] == pytest.approx(farther, rel=1e-3)
@@ -177,10 +193,10 @@ def test_stopped_anywhere_it_becomes_the_run_that_was_not(study, whole, tmp_path
         path.unlink(missing_ok=True)
         part = stopped(study, path, trials)
         assert not part.complete and trials <= part.ended < 5000
-        notes = " ".join(rare_table(part).notes)
+        notes = said_of(part)
         assert f"{5000 - part.ended} of 5000 trials have not run" in notes
         if trials:
-            share = rare_findings(part).beyond
+            share = rare_summary(part).fraction_out_of_limit
             assert share.sure == (trials == 4000)
         assert tolstat.verify(path).whole
         assert like(tolstat.resume(path), whole)
@@ -267,7 +283,9 @@ def test_it_is_no_sample(run, tmp_path):
     assert list(frame.columns)[-5:-1] == list(DRAWN)
     last = frame[~frame["rare-weight"].isna()]
     beyond = last.loc[last["gap"] < 0.2e-3, "rare-weight"].sum() / len(last)
-    assert beyond == pytest.approx(rare_findings(run).beyond.value, rel=1e-12)
+    assert beyond == pytest.approx(
+        rare_summary(run).fraction_out_of_limit.value, rel=1e-12
+    )
 
 
 @pytest.mark.parametrize(
@@ -306,7 +324,7 @@ def test_another_response_is_sought_by_a_run_of_its_own(toy, tmp_path):
     }  # fmt: skip
     run = tolstat.run(study, model=toy, output=tmp_path / "run.h5")
     with pytest.raises(PictureError) as refused:
-        rare_findings(run, ["ratio"])
+        rare_summary(run, ["ratio"])
     assert "tells of gap alone" in str(refused.value)
     with pytest.raises(PictureError):
         tolstat.limited(run, {"ratio": "<= 0.8"})
@@ -315,12 +333,12 @@ def test_another_response_is_sought_by_a_run_of_its_own(toy, tmp_path):
     assert fresh["limits"] == {"gap": "<= 4 mm", "ratio": "<= 0.8"}
     assert fresh["sampling"] == {"rare": "ratio"}
     with pytest.raises(PictureError, match="response rato: unknown; did you mean"):
-        rare_findings(run, ["rato"])
+        rare_summary(run, ["rato"])
     only = tolstat.run(
         {**study, "limits": {"gap": "<= 4 mm"}}, model=toy, output=tmp_path / "only.h5"
     )
     with pytest.raises(PictureError, match="tells of gap alone"):
-        rare_findings(only, ["ratio"])
+        rare_summary(only, ["ratio"])
 
 
 def test_a_search_that_did_not_end_is_said_beside_its_wide_interval(tmp_path):
@@ -334,12 +352,14 @@ def test_a_search_that_did_not_end_is_said_beside_its_wide_interval(tmp_path):
         "links": {n: {"nominal": "1 mm", "tolerance": "+-0.3 mm"} for n in links},
         "limits": {"gap": "<= 1.05 mm"},
     }  # fmt: skip
-    found = rare_findings(tolstat.run(study, output=tmp_path / "run.h5"))
+    found = rare_summary(tolstat.run(study, output=tmp_path / "run.h5"))
+    out = found.fraction_out_of_limit
     note = found.trials.notes[0]
-    assert "are worth only" in note and "more trials, or another seed" in note
+    assert "have an effective sample size of" in note
+    assert "more trials, or another seed" in note
     share = norm.sf(0.5) ** 12
-    assert found.beyond.lower < share < found.beyond.upper
-    assert found.beyond.upper > 10 * share
+    assert out.lower < share < out.upper
+    assert out.upper > 10 * share
 
 
 def test_no_more_machines_fail_than_are_beyond(tmp_path):
@@ -352,16 +372,18 @@ def test_no_more_machines_fail_than_are_beyond(tmp_path):
         "limits": {"gap": "<= 1.372 mm"},
     }  # fmt: skip
     run = tolstat.run(study, output=tmp_path / "run.h5")
-    found = rare_findings(run)
+    found = rare_summary(run)
+    out = found.fraction_out_of_limit
     failures = found.trials.failures
-    assert found.beyond.lower < norm.sf(3.72) < found.beyond.upper
+    assert out.lower < norm.sf(3.72) < out.upper
     assert failures.lower < norm.sf(4.75) < failures.upper
     assert failures.value < 0.1 * failures.upper and failures.sure
-    assert failures.upper == found.beyond.upper
-    first, said = found.likeliest[0], " ".join(rare_table(run).notes)
+    assert failures.upper == out.upper
+    first, said = found.failure_points[0], said_of(run)
     few = ", others less than half as far out: trial"
     assert (few in said) == (len(first.leading) == 1)
-    assert few in re.sub(r"\s+", " ", tolstat.report(run).read_text())
+    page = " ".join(Page(tolstat.report(run).html()).text.split())
+    assert (few in page) == (few in said)
 
 
 def test_failed_machines_are_beyond(toy, tmp_path):
@@ -372,20 +394,21 @@ def test_failed_machines_are_beyond(toy, tmp_path):
         "limits": {"gap": "<= 90 mm"},
     }  # fmt: skip
     run = tolstat.run(study, model=toy, output=tmp_path / "run.h5")
-    found = rare_findings(run)
-    assert found.beyond.lower < norm.sf(4.2) < found.beyond.upper
-    assert max(found.likeliest[0].off.values()) == pytest.approx(4.2, rel=0.01)
-    assert found.trials.failed == sum(stage.beyond for stage in found.stages)
+    found = rare_summary(run)
+    out = found.fraction_out_of_limit
+    assert out.lower < norm.sf(4.2) < out.upper
+    assert max(found.failure_points[0].off.values()) == pytest.approx(4.2, rel=0.01)
+    assert found.trials.failed == sum(stage.out_of_limit for stage in found.stages)
     # as many as are beyond; of the trials most, which is nobody's share
     failed, share = found.trials.failed, found.trials.failures
-    assert share == found.beyond and failed > 1000
+    assert share == out and failed > 1000
     value, lower, upper = PPM.interval(*share[:3])
-    (said,) = [n for n in rare_table(run).notes if "fail" in n]
+    (said,) = [n for n in found.trials.notes if "fail" in n]
     assert said == (
-        f"{value} ({lower}..{upper}) of a million machines fail, and count as beyond; "
-        f"of the trials, sought where machines are beyond: {failed} not finite"
+        f"{value} ppm ({lower} to {upper}) fail, and count as out of limit; "
+        f"of the trials sampled near the limit: {failed} not finite"
     )
-    text = re.sub("<[^>]*>", "", tolstat.report(run).read_text())
+    text = Page(tolstat.report(run).html()).text
     shown = command("show", run.path).output + repr(run)
     followed = command("show", run.path, "--follow")
     index = index_page([entry_of(run)], tmp_path, "") + index_csv(
@@ -400,13 +423,13 @@ def test_failed_machines_are_beyond(toy, tmp_path):
         followed.output,
         followed.stderr,
         index,
-        rare_csv(found),
+        found.csv(),
     ):
         assert not re.search(rf"trials[^.:]*\b{failed} (?!not finite)", printed), (
             printed
         )
         assert "None" not in printed
-    (csv_row,) = csv.DictReader(io.StringIO(rare_csv(found)))
+    (csv_row,) = csv.DictReader(io.StringIO(found.csv()))
     assert float(csv_row["failed [ppm]"]) == pytest.approx(1e6 * share.value)
     assert "trials failed" not in csv_row and csv_row["trials run"] == "5000"
 
@@ -422,9 +445,9 @@ def test_while_the_last_stage_has_not_run_no_share_fails(toy, tmp_path):
         run = execute(
             load(study, model=toy), tmp_path / "run.h5", crew, progress=enough.tell
         )
-    (said,) = [n for n in rare_table(run).notes if "fail" in n]
-    assert said.startswith("what share of the machines fails is not known: the last")
-    assert said.endswith(f"beyond: {run.failed} not finite")
+    (said,) = [n for n in rare_summary(run).trials.notes if "fail" in n]
+    assert said.startswith("the fraction that fails is not known: the last")
+    assert said.endswith(f"near the limit: {run.failed} not finite")
 
 
 def test_where_none_is_beyond_plain_trials_bound_the_share(toy, tmp_path):
@@ -432,12 +455,11 @@ def test_where_none_is_beyond_plain_trials_bound_the_share(toy, tmp_path):
         "model": "toy", "trials": 5000, "seed": 1, "sampling": "rare",
         "deviations": {"angle": "+-1 deg"}, "limits": {"gap": "<= 90 mm"},
     }  # fmt: skip
-    found = rare_findings(tolstat.run(study, model=toy, output=tmp_path / "run.h5"))
+    found = rare_summary(tolstat.run(study, model=toy, output=tmp_path / "run.h5"))
+    out = found.fraction_out_of_limit
     n = found.trials.counted
-    assert found.beyond[:2] == (0, 0) and not found.likeliest
-    assert (
-        found.beyond.upper == found.trials.unseen == pytest.approx(3.689 / n, rel=1e-2)
-    )
+    assert out[:2] == (0, 0) and not found.failure_points
+    assert out.upper == found.trials.unseen == pytest.approx(3.689 / n, rel=1e-2)
 
 
 def test_what_changes_sides_is_counted(tmp_path):
@@ -447,7 +469,7 @@ def test_what_changes_sides_is_counted(tmp_path):
         "deviations": {"part": "+-3 mm"}, "limits": {"force": "<= 14.5 N"},
     }  # fmt: skip
     run = tolstat.run(study, model=Cliff(), output=tmp_path / "run.h5")
-    found, again = rare_findings(run), run.audited.trials
+    found, again = rare_summary(run), run.audited.trials
     force = 10 + 1e3 * run.column("part_1")[again]
     done = run.column("part_2")[again] <= 2.9e-3
     changed = np.count_nonzero((force > 13.5) & (force <= 14.5) & done)
@@ -467,23 +489,24 @@ def test_at_the_command_line(study, monkeypatch):
     done = command("run", study)
     assert done.exit_code == 3 and "not met" in done.output, done.output
     shown = command("show", run).output
-    for words in ("likeliest machine beyond", "a plain run would need", "not met"):
+    for words in ("failure point that was met", "A plain run would need", "not met"):
         assert words in shown
-    assert "no machine failed in any stage" in shown
+    assert "no trial failed in any stage" in shown
     assert STAGES in " ".join(shown.split())
     found = json.loads(command("report", run, "--json").output)
-    assert found["beyond"]["lower"] < norm.sf(DISTANCE) < found["beyond"]["upper"]
+    out = found["fraction_out_of_limit"]
+    assert out["lower"] < norm.sf(DISTANCE) < out["upper"]
     table = command("report", run, "--csv").output
     (row,) = csv.DictReader(io.StringIO(table))
-    known = pytest.approx(1e6 * found["beyond"]["upper"])
-    assert float(row["beyond upper [ppm]"]) == known
+    known = pytest.approx(1e6 * out["upper"])
+    assert float(row["fraction out of limit upper [ppm]"]) == known
     assert row["verdict"] == found["verdict"] and row["response"] == found["response"]
     assert command("report", run).exit_code == 0
     page = run.with_suffix(".html").read_text()
-    assert "The machines that lead there" in page and "verdict not-met" in page
-    text = re.sub("<[^>]*>", "", page)
+    assert ">Most probable failure points</h2>" in page and "verdict not-met" in page
+    text = " ".join(Page(page).text.split())
     assert STAGES in text
-    assert re.search(r"machine beyond that was met has B \S+ mm \(\+\S+ sigmas\)", text)
+    assert re.search(r"point that was met: B \S+ mm \(\+\S+ sigmas\)", text)
     refused = command("report", run, "--response", "worst")
     assert refused.exit_code == 2 and "worst: unknown; allowed: gap" in refused.output
     monkeypatch.chdir(study.parent)

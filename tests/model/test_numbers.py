@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import h5py
 import numpy as np
 import pytest
@@ -9,8 +11,7 @@ import pytest
 import tolstat
 from tests.model.rich import Rich
 from tolstat import StudyNumber
-from tolstat.answers.report.gather import findings_of
-from tolstat.answers.report.summary_table import summary_table
+from tolstat.answers.report.gather import report_of
 from tolstat.deviations.distributions.lognormal import Lognormal
 from tolstat.deviations.distributions.normal import Normal
 from tolstat.deviations.distributions.truncated_normal import TruncatedNormal
@@ -20,7 +21,6 @@ from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import ModelError
 from tolstat.model.checked import numbers_of
 from tolstat.model.settings import make
-from tolstat.render.plain import plain
 
 STUDY = {
     "model": "rich", "trials": 64, "seed": 1,
@@ -48,13 +48,15 @@ def test_they_stand_in_the_file_and_beside_the_machines(run):
         stored = file["numbers/rss_stress"]
         assert stored.attrs["value"] == run.numbers[0].value
         assert stored.attrs["units"] == "Pa"
-    found = plain(findings_of(run))["numbers"]
+    found = json.loads(report_of(run).json())["numbers"]
     assert found["rss_stress"]["value"] == run.numbers[0].value
     assert run.scale_of(run.numbers[0]).mark == "MPa"  # as the limit is written
     assert run.scale_of(run.numbers[1]).words(run.numbers[1].value) == "90 um"
     assert run.scale_of(run.numbers[2]).words(2.0) == "2"
-    notes = " ".join(summary_table(run).notes)
-    assert "without any trial: rss_stress 2.062 MPa" in notes and "wheels" not in notes
+    notes = " ".join(tolstat.summary(run).trials.notes)
+    assert (
+        "from tolerances alone: rss_stress 2.062 MPa" in notes and "wheels" not in notes
+    )
 
 
 def test_a_grid_has_none_of_its_own(tmp_path):

@@ -187,7 +187,7 @@ def test_diagnostics_that_fail_leave_the_trials(toy, tmp_path):
     run = tolstat.run(STUDY, model=Moody(), output=tmp_path / "run.h5")
     assert run.ended == 300 and np.isfinite(run.column("gap")).any()
     assert "tightened fails: ZeroDivisionError: no more" in run.diagnostics.missing
-    page = tolstat.report(run).read_text()
+    page = tolstat.report(run).html()
     assert "ZeroDivisionError: no more" in page
 
 

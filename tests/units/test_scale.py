@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import tolstat
+from tests.answers.page_checks import rows_of, table_under, words_in
 from tests.model.rich import Rich
-from tolstat.answers.report.summary_table import summary_table
+from tolstat.document.digits import in_cell, plain
+from tolstat.render.screen import as_text
 from tolstat.units.scale import (
     PART,
     PER_CENT,
@@ -70,18 +72,23 @@ def test_from_study_to_table_units_are_those_that_were_typed(tmp_path):
         "A1": "um", "A2": "um", "stress": "GPa", "modes": "count", "contact_ratio": "1",
         "share": "%", "frequency_1": "Hz", "frequency_2": "mHz",
     }  # fmt: skip
-    table = summary_table(run)
-    units = {row[0]: row[1] for row in table.rows}
+    document = tolstat.summary(run).document()
+    rows = rows_of(table_under(document, "Responses"))
+    units = {as_text(row["response"].main): as_text(row["unit"].main) for row in rows}
     assert units["stress"] == "GPa" and units["modes"] == units["contact_ratio"] == ""
-    medians = {row[0]: row[3] for row in table.rows}
-    assert float(medians["stress"][0]) == pytest.approx(0.2, rel=0.05)
-    assert medians["modes"][0] == "3" and float(medians["contact_ratio"][0]) < 2
-    limits = {row[0]: row[1] for row in table.limit_rows}
+    medians = {
+        as_text(row["response"].main): plain(in_cell(row["50 %"].main[0])[0])
+        for row in rows
+    }
+    assert float(medians["stress"]) == pytest.approx(0.2, rel=0.05)
+    assert medians["modes"] == "3" and float(medians["contact_ratio"]) < 2
+    rows = rows_of(table_under(document, "Limits"))
+    limits = {as_text(row["response"].main): as_text(row["limit"].main) for row in rows}
     assert limits == {"stress": "<= 0.3 GPa", "contact_ratio": ">= 1.2"}
-    assert "frequency_2 mean +-50 mHz: reached" in " ".join(table.notes)
-    page = tolstat.report(run).read_text()
+    assert "frequency_2 mean +-50 mHz: reached" in words_in(*document.blocks)
+    page = tolstat.report(run).html()
     assert "stress, GPa" in page and "&lt;= 0.3 GPa" in page
-    assert "Settings(" not in page and "speeds 10..100 rad/s (by default)" in page
+    assert "Settings(" not in page and "speeds 10..100 rad/s (default)" in page
 
 
 def test_digits_are_those_that_the_interval_supports():

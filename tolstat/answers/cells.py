@@ -22,7 +22,7 @@ def response_cell(response: Response, link: str = "") -> Cell:
 
 def limit_cell(limit: Limit) -> Cell:
     """Write a limit over what is demanded of it."""
-    return Cell(text(limit.words), text(f"for {demand_words(limit)}"))
+    return Cell((Word(limit.words, "limit"),), text(f"for {demand_words(limit)}"))
 
 
 def demand_words(limit: Limit) -> str:

@@ -42,7 +42,7 @@ class Name:
 
 @dataclass(frozen=True)
 class Word:
-    """Words with a tone: "strong", or a verdict ("met", "not met", "undecided")."""
+    """Words with a tone: "strong", "limit", or a verdict ("met", "undecided", ...)."""
 
     text: str
     tone: str = "strong"

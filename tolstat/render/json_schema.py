@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import types
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
@@ -86,7 +87,8 @@ def schema_of(answer: type, name: str) -> dict[str, Any]:
     name : str
         Which answer it is.
     """
-    found = _schema(answer)
+    shared: dict[str, Any] = {"number": NUMBER}
+    found = _record(answer, shared)
     own = {"schema": {"const": SCHEMA}, "answer": {"const": name}}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -94,11 +96,12 @@ def schema_of(answer: type, name: str) -> dict[str, Any]:
         **found,
         "properties": {**own, **found["properties"]},
         "required": [*own, *found["required"]],
-        "$defs": {"number": NUMBER},
+        "$defs": shared,
     }
 
 
-def _schema(hint: Any) -> dict[str, Any]:
+def _schema(hint: Any, shared: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a type; that of a record is put among the shared ones."""
     origin, given = get_origin(hint), get_args(hint)
     if hint in SIMPLE:
         return {"type": SIMPLE[hint]}
@@ -109,24 +112,33 @@ def _schema(hint: Any) -> dict[str, Any]:
     if hint in (Any, object):
         return {}
     if origin in (Union, types.UnionType):
-        return {"anyOf": [_schema(each) for each in given]}
+        return {"anyOf": [_schema(each, shared) for each in given]}
     if origin is Literal:
         return {"enum": list(given)}
-    if hint is Scale:
-        return _object(SCALE)
     if origin is tuple and given[-1] is not ...:
-        return {"type": "array", "prefixItems": [_schema(each) for each in given]}
+        items = [_schema(each, shared) for each in given]
+        return {"type": "array", "prefixItems": items}
     if isinstance(origin, type) and issubclass(origin, Mapping):
-        return {"type": "object", "additionalProperties": _schema(given[1])}
+        return {"type": "object", "additionalProperties": _schema(given[1], shared)}
     if isinstance(origin, type) and issubclass(origin, Sequence):
-        return {"type": "array", "items": _schema(given[0])}
-    names = _public(hint) if is_dataclass(hint) else list(hint._fields)
-    hints = get_type_hints(hint)
-    return _object({name: _schema(hints[name]) for name in names})
+        return {"type": "array", "items": _schema(given[0], shared)}
+    name = re.sub(r"\B(?=[A-Z])", "_", hint.__name__).lower()
+    if name not in shared:
+        shared[name] = {}  # its place, before those that it consists of
+        shared[name] |= _record(hint, shared)
+    return {"$ref": f"#/$defs/{name}"}
 
 
-def _object(properties: dict[str, Any]) -> dict[str, Any]:
+def _record(hint: Any, shared: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a dataclass or a NamedTuple, and the first line on it."""
+    if hint is Scale:
+        properties: dict[str, Any] = SCALE
+    else:
+        names = _public(hint) if is_dataclass(hint) else list(hint._fields)
+        hints = get_type_hints(hint)
+        properties = {name: _schema(hints[name], shared) for name in names}
     return {
+        "description": str(hint.__doc__).partition("\n")[0],
         "type": "object",
         "properties": properties,
         "required": list(properties),

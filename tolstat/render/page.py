@@ -89,6 +89,11 @@ def _inline(part: Inline) -> Markup:
         case Word(text, tone):
             if tone == "strong":
                 return Markup("<strong>{}</strong>").format(visible(text))
+            if tone == "limit":
+                ends = escape(visible(text)).split("..")
+                return Markup('<span class="whole">{}</span>').format(
+                    Markup("..<wbr>").join(ends)
+                )
             name = tone.replace(" ", "-")
             return Markup('<span class="verdict {}">{}</span>').format(name, text)
         case Typed(command):

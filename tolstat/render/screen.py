@@ -100,9 +100,17 @@ def as_text(parts: Parts) -> str:
 
 
 def _print(parts: Parts, before: str = "") -> None:
-    """Print a sentence; one with a command in it in one line, so that it is typed."""
-    typed = any(isinstance(part, Typed) for part in parts)
-    screen().print(before + as_text(parts), soft_wrap=typed)
+    """Print a sentence; a command in it has a line of its own, and never wraps."""
+    left = list(parts)
+    while left:
+        typed = [i for i, part in enumerate(left) if isinstance(part, Typed)]
+        end = typed[0] if typed else len(left)
+        words = before + as_text(tuple(left[:end]))
+        if words.strip(" ."):
+            screen().print(words.rstrip())
+        if typed:
+            screen().print(f"   {as_text((left[end],))}", soft_wrap=True)
+        before, left = "", left[end + 1 :]
 
 
 def _print_title(title: str, least: int = 0) -> None:

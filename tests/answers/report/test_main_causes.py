@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import norm
 
 import tolstat
-from tests.reporting.browser import Page
+from tests.answers.browser import Page
 from tolstat.answers.report.first_page import first_page, limits_table
 from tolstat.answers.report.gather import report_of
 from tolstat.document.blocks import Section, Table
@@ -54,7 +54,7 @@ def row_of(found):
     table = limits_table(found)
     heads = [each.head for each in table.columns]
     row = dict(zip(heads, table.rows[0], strict=True))
-    return row["main cause"], row["with its tolerances halved, ppm"]
+    return row["main cause"], row["tolerance halved, ppm"]
 
 
 def steps_of(found):
@@ -108,7 +108,7 @@ def test_equivalent_parts_are_named_together(run):
     assert both.pair == first and both.equivalent_pairs == (as_much,)
     assert causes.equivalent_pairs == ()
     words = as_text(row_of(with_causes(found, both))[0].main)
-    assert words == f"{pair.words} or likewise {as_much.words}"
+    assert words == f"{pair.words}; or equally {as_much.words}"
 
 
 def test_the_single_one_is_named_where_no_pair_explains_more(run):

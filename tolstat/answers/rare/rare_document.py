@@ -90,7 +90,7 @@ def _verdict(found: RareSummary) -> list[Block]:
             unmet_kinds(found) if trials.counted else None,
         ),
         *(note(each) for each in trials.notes),
-        *([note(f"Not asked: {', '.join(others)}. Each needs a run of its own.")]
+        *([note(f"Not judged: {', '.join(others)}. Each needs a run of its own.")]
           if others else []),
     ]  # fmt: skip
 
@@ -185,7 +185,7 @@ def _failure_points(found: RareSummary) -> list[Section]:
 def _stages(found: RareSummary) -> Section:
     heads = ["stage", "times the spread", "trials", "out of limit", "of these failed"]
     rows: list[list[Given]] = [
-        [Number(n), _spread(stage), *map(Number, stage[:3])]
+        [str(n), _spread(stage), *map(Number, stage[:3])]
         for n, stage in enumerate(found.stages)
     ]
     blocks: list[Block] = [table(heads, rows), note(STAGES)]

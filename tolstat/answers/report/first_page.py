@@ -46,7 +46,7 @@ from tolstat.document.plot import Layer, Plot, PlotAxis, PlotPanel, Ranges, Rule
 from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
-from tolstat.statistics.limits.yields import MET, UNDECIDED
+from tolstat.statistics.limits.yields import MET, NOT_MET, UNDECIDED
 from tolstat.statistics.summary import QUANTILES, Limited
 from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM
 
@@ -59,8 +59,9 @@ PRINTED = (0.05, 0.5, 0.95, 0.99)  # quantiles on a screen
 
 def summary_document(found: RunSummary) -> Document:
     """Return what is printed at the end of a run."""
+    n = found.trials.requested
     return Document(
-        f"{found.title}: {found.trials.requested} trials of {found.model}",
+        f"{found.title}: {n} {'trial' if n == 1 else 'trials'} of {found.model}",
         (*first_page(found), responses_table(found), *reading(found)),
     )
 
@@ -71,7 +72,8 @@ def first_page(found: RunSummary) -> tuple[Block, ...]:
     if found.limited:
         blocks.append(limits_table(found))
     if steps := next_steps(found):
-        blocks.append(Section("What to do next", (Bullets(steps, numbered=True),)))
+        numbered = Bullets(steps, numbered=len(steps) > 1)
+        blocks.append(Section("What to do next", (numbered,), level=3))
     return (*blocks, *(note(each) for each in found.trials.notes))
 
 
@@ -96,7 +98,8 @@ def lead(found: RunSummary) -> Parts:
     said: list[Parts] = []
     for word, count in counts.items():
         if count and not said:
-            of = text(f"{count} of {n} limits " if n > 1 else "The limit ")
+            of = "The limit " if n == 1 else f"{count} of {n} limits "
+            of = f"All {n} limits " if count == n > 1 else of
             said.append(text(of, "is " if count == 1 else "are ", Word(word, word)))
         elif count:
             said.append(text(f"{count} ", Word(word, word)))
@@ -108,17 +111,20 @@ def lead(found: RunSummary) -> Parts:
 
 def limits_table(found: RunSummary) -> Table:
     """Return verdict, fraction out of limit, main cause and effect of halving it."""
+    heads: list[Column | str] = [
+        "response", "limit", "verdict", "out of limit, ppm", "equivalent Ppk",
+    ]  # fmt: skip
+    heads += [Column("main cause", words=True), "tolerance halved, ppm"]
+    rows = [_limit_row(found, name) for name in found.limited]
+    if not any(row[-1].main for row in rows):  # no cause is named
+        heads, rows = heads[:-1], [row[:-1] for row in rows]
     return table(
-        [
-            "response", "limit", "verdict", "out of limit, ppm", "equivalent Ppk",
-            Column("main cause", words=True),
-            "with its tolerances halved, ppm",
-        ],
-        [_limit_row(found, name) for name in found.limited],
+        heads,
+        rows,
         "Limits",
         caption=rests_on(found),
         look="verdicts",
-    )  # fmt: skip
+    )
 
 
 def _limit_row(found: RunSummary, name: str) -> list[Cell]:
@@ -154,10 +160,8 @@ def _cause_cell(each: ResponseSummary) -> Cell:
     if causes is None:
         return Cell(())
     if pair := causes.pair:
-        words = listed(
-            [text(one.words) for one in (pair, *causes.equivalent_pairs)], "or likewise"
-        )
-        return Cell(words, explained(pair, causes))
+        every = [one.words for one in (pair, *causes.equivalent_pairs)]
+        return Cell(text("; or equally ".join(every)), explained(pair, causes))
     if causes.leading:
         name = causes.leading[0]
         cause = causes.kinds.get(name) or causes.contributors[name]
@@ -208,11 +212,11 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
         judged, causes = each.limited.yields, each.causes
         if judged.verdict == MET or causes is None or (main := causes.main) is None:
             continue
-        if (
-            differ(main.halved, judged.out_of_limit)
-            and main.halved.value < judged.out_of_limit.value
+        told = differ(main.halved, judged.out_of_limit)
+        if main.halved.value < judged.out_of_limit.value and (
+            told or judged.verdict == NOT_MET
         ):
-            steps.append(_tighten(found, name, causes))
+            steps.append(_tighten(found, name, causes, told))
             break
     undecided = [
         (each.limited.yields.needed, name)
@@ -233,8 +237,11 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
     return tuple(steps)
 
 
-def _tighten(found: RunSummary, name: str, causes: Causes) -> Parts:
-    """Say what halving the tolerances of the main cause gains, and how to prove it."""
+def _tighten(found: RunSummary, name: str, causes: Causes, told: bool) -> Parts:
+    """Say what halving the tolerances of the main cause gains, and how to prove it.
+
+    Where these trials do not tell, a fresh run does.
+    """
     main, each = causes.main, found.responses[name]
     assert main and each.limited
     parts = (
@@ -243,14 +250,17 @@ def _tighten(found: RunSummary, name: str, causes: Causes) -> Parts:
         else _members(found, causes.leading[0])
     )
     command = to_halve(found.of, parts)
+    which = "tolerance of " if len(parts) == 1 else "tolerances of "
     return text(
-        "Halve the tolerance of " if len(parts) == 1 else "Halve the tolerances of ",
+        f"Halve the {which}" if told else f"Test half the {which}",
         listed([Name(part) for part in parts])
         if len(parts) <= MOST_NAMED
         else Name(causes.leading[0]),
-        ": ", Name(name), " falls from ", ppm(each.limited.yields.out_of_limit), " to ",
-        ppm(main.halved),
-        (". Prove it with a fresh run: ", Typed(command)) if command else None, ".",
+        ": ", Name(name), " falls from " if told else " may fall from ",
+        ppm(each.limited.yields.out_of_limit), " to ", ppm(main.halved),
+        None if told else ", which these trials do not decide",
+        (f". {'Prove it with a' if told else 'A'} fresh run: ", Typed(command))
+        if command else None, ".",
     )  # fmt: skip
 
 
@@ -352,7 +362,7 @@ def ranges_figure(found: RunSummary) -> Figure | None:
     plot = Plot(
         (PlotPanel(PlotAxis("out of limit, ppm", "log"), PlotAxis(""), layers),),
         width=7.0,
-        height=0.28 * len(shares) + 0.9,
+        height=0.22 * len(shares) + 0.8,
     )
     return Figure(f"Fractions out of limit in ppm: {said}", plot, wide=True)
 
@@ -392,9 +402,8 @@ def rests_on(found: RunSummary) -> Parts:
     of: Parts = ()
     if trials.counted < trials.requested:
         of = text(", of the ", Number(trials.counted), " that statistics rest on")
-    return text(
-        Number(trials.done), " trials done, ", Number(trials.failed), " failed", of
-    )
+    done = counted(trials.done, "trial")
+    return text(done, " done, ", Number(trials.failed), " failed", of)
 
 
 def reading(found: RunSummary) -> tuple[Paragraph, ...]:
@@ -405,14 +414,14 @@ def reading(found: RunSummary) -> tuple[Paragraph, ...]:
             paragraph(
                 "Below each number stands its 95 % interval. Quantiles: order "
                 "statistics, for any distribution. Fractions out of limit: anytime-"
-                "valid, so trials may be added until a verdict falls. Equivalent Ppk: "
-                "the Ppk of a normal response with the same fraction out of limit."
+                "valid, trials may be added. Equivalent Ppk: of a normal response with "
+                "the same fraction out of limit."
             ),
         )
     if run.sampled:
         return (
             paragraph(
-                "Below each number stands its 95 % interval: ", run.sampled.promise, "."
+                "Below each number stands its 95 % interval. ", run.sampled.promise, "."
             ),
         )
     return ()

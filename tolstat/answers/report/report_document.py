@@ -26,7 +26,6 @@ from tolstat.document.blocks import (
     Table,
     Verbatim,
     note,
-    paragraph,
     table,
 )
 from tolstat.document.inline import Number, Parts, listed, text
@@ -59,14 +58,14 @@ def _first(found: Report) -> Section:
     counts = f"{trials.by_status['done']} of {trials.requested} trials done"
     started = str(found.provenance["started_at"])
     header = ["Statistical tolerance report", f"model {found.model}", found.run]
-    figure = ranges_figure(found)
+    figure, variances = ranges_figure(found), tuple(variance_sentences(found))
     return Section(
         "",
         (
             title_facts(found.title_block),
             note(" · ".join([*header, counts, started])),
             *first_page(found),
-            *(paragraph(said) for said in variance_sentences(found)),
+            *([Bullets(variances)] if variances else []),
             *([figure] if figure else []),
             *reading(found),
         ),

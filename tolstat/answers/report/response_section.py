@@ -403,6 +403,9 @@ def _integration(each: ReportedResponse) -> Section | None:
         said.append(
             text("Largest error of those chosen on purpose: ", listed(chosen), ".")
         )
+    if errors.effect:
+        largest = Number(errors.largest, exact)
+        said.append(text("The largest of all, ", largest, ", is no bound for others."))
     said += _effect(each, errors)
     return _part("Integration error", *map(paragraph, said))
 
@@ -463,4 +466,7 @@ def _worst_trials(found: Report, name: str, each: ReportedResponse) -> Section |
         row += [text(Number(worst.deviations[n], scales[n]), "") for n in named]
         again = to_replay(found.of.path, worst.trial, found.of.machine)
         rows.append([*row, Typed(again)])
-    return _part("Worst trials", table(heads, rows, caption=rests_on(found)))
+    of = rests_on(found)
+    if found.trials.counted < found.trials.requested:  # these are the worst of all
+        of = text("of all ", Number(found.trials.by_status["done"]), " trials done")
+    return _part("Worst trials", table(heads, rows, caption=of))

@@ -97,12 +97,14 @@ class Page(HTMLParser):
 
     Attributes
     ----------
-    numbers : list of (str, str, str)
-        Path, full value and text of each number.
+    numbers : list of (str, str)
+        Full value and text of each number.
     pictures : list of dict
         Attributes of each picture.
-    captions : int
-        Tables that say how many trials are behind them.
+    tags, links : list of str
+        Of its elements; what it refers to.
+    text : str
+        All words.
     """
 
     def __init__(self, text):
@@ -115,8 +117,8 @@ class Page(HTMLParser):
     def handle_starttag(self, tag, attrs):
         attrs = dict(attrs)
         self.tags.append(tag)
-        if "data-path" in attrs:
-            self._open = [attrs["data-path"], attrs["data-value"], ""]
+        if "data-value" in attrs:
+            self._open = [attrs["data-value"], ""]
         if tag == "svg":
             self.pictures.append(attrs)
         for key in ("src", "href", "xlink:href"):
@@ -131,4 +133,4 @@ class Page(HTMLParser):
     def handle_data(self, data):
         self.text += data
         if self._open:
-            self._open[2] += data
+            self._open[1] += data

@@ -1,0 +1,13 @@
+"""The report that several files look at."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.answers.page_checks import Made
+from tolstat.answers.report.gather import report_of
+
+
+@pytest.fixture(scope="session")
+def report(mill, tmp_path_factory):
+    return Made(report_of(mill), tmp_path_factory.mktemp("page") / "report.html")

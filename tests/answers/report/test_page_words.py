@@ -1,0 +1,306 @@
+"""What a report says: its parts in order, its sentences, and nothing unsafe."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tolstat
+from tests.answers.browser import Page
+from tests.answers.conftest import chain
+from tests.answers.page_checks import (
+    blocks_of,
+    every_picture_has_words_and_names_of_its_own,
+    no_words_lie_over_others,
+    rows_of,
+    says,
+    section_of,
+    table_under,
+    the_command_runs,
+    the_page_needs_nothing_else,
+    tidy_finds_nothing,
+    words_in,
+    words_of,
+)
+from tests.conftest import Toy
+from tolstat.answers.report.first_page import first_page
+from tolstat.answers.report.gather import report_of
+from tolstat.document.blocks import Figure, Gallery, Section, Table
+from tolstat.model.contract import Outcome
+from tolstat.render.screen import as_text
+from tolstat.store.stored_diagnostics import Diagnostics
+
+
+def first_of(found):
+    """What the first page says."""
+    return words_in(*first_page(found))
+
+
+def section_words(found, response):
+    """What the section of a response says, its pictures among it."""
+    return words_in(section_of(found.document(), response))
+
+
+def test_the_page_has_its_parts_in_order(report):
+    heads = re.findall(r"<h2[^>]*>(.*?)</h2>", report.text)
+    heads = [each.replace("<wbr>", "") for each in heads]
+    focus = list(report.answer.focus)
+    assert focus[0] == "extra_loss" and len(focus) == 5
+    assert heads == [
+        "Contents", "Tolerances and assumptions", "Summary", *focus,
+        "Provenance",
+    ]  # fmt: skip
+    below = re.findall(r"<h3>(.*?)</h3>", report.text)
+    assert below[:2] == ["Limits", "What to do next"]
+    one = section_of(report.document, "extra_loss")
+    assert any(isinstance(each, Gallery) for each in one.blocks)
+    assert [each.title for each in one.blocks if isinstance(each, Section)] == [
+        "Performance", "Main causes of out-of-limit trials", "Variance contributions",
+        "Classical answers", "Integration error", "Worst trials",
+    ]  # fmt: skip
+    words = words_in(one)
+    assert "of production err more (95 %)" in words
+    assert "is no bound for others" in words
+    assert "no probability" in words and "root sum square fails" in words
+    for said in ("tolstat trial ", "smooth functions", "normal, +-1.2 mm"):
+        assert said in report.page.text
+    assert "source digest" in report.page.text and "[deviations]" in report.page.text
+
+
+def test_the_page_needs_nothing_else(report):
+    the_page_needs_nothing_else(report)
+
+
+def test_every_picture_has_words_and_names_of_its_own(report):
+    every_picture_has_words_and_names_of_its_own(report)
+    drawn = [each for each in blocks_of(report.document) if isinstance(each, Figure)]
+    for each in blocks_of(report.document):
+        drawn += each.figures if isinstance(each, Gallery) else ()
+    assert len(drawn) == len(report.figures)
+
+
+def test_no_words_lie_over_others(report):
+    no_words_lie_over_others(report)
+
+
+def test_many_points_are_rasterised(report, toy, toy_study):
+    assert "data:image/png" in report.text
+    few = report_of(tolstat.run(toy_study, model=toy)).html()
+    assert "data:image/png" not in few
+
+
+def test_tidy_finds_nothing(report):
+    tidy_finds_nothing(report.path)
+
+
+class Quoted(Toy):
+    """A toy whose words mean something in HTML."""
+
+    def describe(self, settings):
+        gap, ratio = super().describe(settings).responses
+        quoted = replace(gap, symbol='"<b>', sentence='a <b> in "quotes"', source="<i>")
+        return super().describe(settings)._replace(responses=(quoted, ratio))
+
+
+HOSTILE = '<script>alert("1")</script> & "quotes" \'ticks\''
+
+
+def test_texts_of_a_study_are_escaped(toy_study, tmp_path):
+    title = HOSTILE.replace('"', '\\"')
+    text = toy_study.read_text().replace('title = "toy"', f'title = "{title}"')
+    toy_study.write_text(text)
+    named = tmp_path / "a \"b\" <i>'c'.h5"
+    run = tolstat.run(toy_study, model=Quoted(), output=named)
+    page = report_of(replace(run, diagnostics=Diagnostics(missing=HOSTILE))).html()
+    read = Page(page)
+    assert "<script" not in page and not {"script", "i", "b"} & set(read.tags)
+    assert "&lt;script&gt;" in page and HOSTILE in read.text and named.name in read.text
+    assert 'a <b> in "quotes"' in read.text
+
+
+@pytest.mark.parametrize("approval", ["", "A. Engineer, 2026-11-22"])
+def test_the_title_block_is_what_the_study_says(toy, toy_study, approval):
+    drawing = "رسم <b>\\u202e 7"  # from right to left, and not to be obeyed
+    document = f'project = "P-1"\nauthor = " "\ndrawing = "{drawing}"\n'
+    text = toy_study.read_text().replace(
+        "[deviations]", f'[document]\n{document}approval = "{approval}"\n[deviations]'
+    )
+    toy_study.write_text(text)
+    found = report_of(tolstat.run(toy_study, model=toy))
+    page = found.html()
+    assert found.title_block._asdict() == {
+        "project": "P-1", "drawing": "رسم <b>\u202e 7", "revision": "", "author": "",
+        "approval": approval,
+    }  # fmt: skip
+    first = page[page.index('<section class="first">') : page.index("</ul>")]
+    said = " ".join(Page(first.replace("</small>", "</small> ")).text.split())
+    assert "project P-1 drawing رسم <b>\\u202e 7" in said and "author" not in said
+    assert ('class="sign"' in page) == (approval == "")
+    assert approval in said and "revision" not in said
+    # a foot that a style sheet reads: nothing but letters, figures and their codes
+    foot = unescape(re.search(r'style="--sheet: ([^"]*)">', page)[1])
+    assert re.fullmatch(r'"(\w|\\[0-9a-f]+ )*"', foot)
+    assert '"' not in foot[1:-1] and "\\3c " in foot
+
+
+@pytest.mark.parametrize(
+    ("trials", "deviations"),
+    [(1, 'part = "+-0.5 mm"'), (20, 'part = "+-0.5 mm"'), (9, "")],
+)
+def test_a_few_trials_make_a_page_too(tmp_path, toy, trials, deviations):
+    """What cannot be told with one trial is left out, or says why."""
+    study = tmp_path / "few.toml"
+    head = f'model = "toy"\ntrials = {trials}\nseed = 1\n'
+    study.write_text(f"{head}[deviations]\n{deviations}\n[limits]\ngap = '<= 1 mm'\n")
+    found = report_of(tolstat.run(study, model=toy))
+    page = found.html()
+    assert "needs" in page and "undecided" in page
+    assert not found.responses["gap"].quantiles[0.95].sure
+    path = tmp_path / "few.html"
+    path.write_text(page)
+    tidy_finds_nothing(path)
+
+
+def test_indices_that_cannot_be_told_say_what_they_need(toy, toy_study):
+    text = toy_study.read_text().replace('"+-1 mm"', '"+-0.5 mm"')
+    toy_study.write_text(f'sampling = "saltelli"\n{text}')
+    words = words_in(*report_of(tolstat.run(toy_study, model=toy)).document().blocks)
+    assert "No Sobol' indices: needs 500 groups of 5 trials, 2500 in all" in words
+    assert "trials = 2500 or more" in words  # among the notes
+    enough = tolstat.run(toy_study, model=toy, trials=2500, force=True)
+    assert "No Sobol' indices" not in words_in(*report_of(enough).document().blocks)
+
+
+def test_the_first_page_names_main_causes_and_what_halving_them_gains(report):
+    """For out-of-limit trials, and for the variance: these need not be the same."""
+    found = report.answer
+    loss, jam = found.responses["extra_loss"], found.responses["jam_share"]
+    assert loss.members["rods"] == ("rod_length_1", "rod_length_2")
+    assert loss.causes.leading == ("rods",)
+    rows = {
+        as_text(row["response"].main): row
+        for row in rows_of(table_under(report.document, "Limits"))
+    }
+    cause = rows["jam_share"]["main cause"]
+    apart = "rod_length_1 and rod_length_2 differ: one high, one low"
+    assert as_text(cause.main) == apart
+    out = jam.causes.out_of_limit
+    assert re.fullmatch(
+        rf"\d+ of {out} out-of-limit trials; 5 % .*", as_text(cause.below)
+    )
+    assert f"{apart}: {as_text(cause.below)}; either of them alone in" in (
+        section_words(found, "jam_share")
+    )
+    first = first_of(found)
+    step = r"(Halve|Test half) the tolerances of rod_length_1 and rod_length_2: "
+    falls = re.findall(
+        rf"{step}(\w+) (?:may fall|falls) from (\S+) ppm \(\S+ to \S+\) to (\S+) ppm",
+        first,
+    )
+    assert len(falls) == 1
+    ((test, name, now, halved),) = falls
+    known = found.responses[name]
+    out = known.limited.yields.out_of_limit
+    assert says(now, 1e6 * out.value)
+    gain = known.causes.pairs[0].halved
+    assert says(halved, 1e6 * gain.value) or halved == "0"
+    # no more is claimed than the intervals say
+    apart = gain.upper < out.lower or out.upper < gain.lower
+    assert (test == "Halve") == apart
+    effect = rows["jam_share"]["tolerance halved, ppm"]
+    assert (as_text(effect.below) == "no significant change") != apart
+    contributions = loss.contributions
+    assert contributions.together["rods"].lower > 0.5
+    assert contributions.together["gears"].reason.startswith("needs a run with")
+    said = words_in(report.document.blocks[0])
+    # no main cause is named of these three, and what contributes to their variance is
+    assert said.count("Variance contributions to ") == 3
+
+
+def test_where_few_trials_dominate_noise_is_not_drawn(report):
+    few = {
+        name: report.answer.responses[name].contributions.dominated_by_few
+        for name in report.answer.focus
+    }
+    assert few["extra_loss"] and not few["shaft_9_moment"]
+    for name, dominate in few.items():
+        words = section_words(report.answer, name)
+        assert ("Few trials dominate the variance" in words) == dominate
+        assert ("Contributions, the largest first" in words) != dominate
+        assert ("Not explained by contributors alone" in words) != dominate
+        assert ("alone, % of the variance" in words) != dominate
+    section = section_of(report.document, "extra_loss")
+    contributions = section_of(section, "Variance contributions")
+    parts, _ = (each for each in contributions.blocks if isinstance(each, Table))
+    rods = next(row for row in parts.rows if as_text(row[0].main) == "rods")
+    assert words_of(rods[1]).startswith("at least ")
+    together = report.answer.responses["extra_loss"].contributions.together["rods"]
+    assert rods[1].main[1].value == together.lower
+    # over the rods, that differ among out-of-limit trials, and over nothing else
+    words = [words for words, _ in report.figures]
+    over = "extra_loss over its leading contributors: "
+    (drawn,) = (each.removeprefix(over) for each in words if each.startswith(over))
+    assert {*drawn.split(", ")} == {"rod_length_1", "rod_length_2"}
+
+
+def test_no_bar_is_negative(report):
+    bars = [f for words, f in report.figures if words.startswith("Contributions, the")]
+    assert bars
+    for figure in bars:
+        assert all(patch.get_width() >= 0 for patch in figure.axes[0].patches)
+
+
+def test_indices_dominated_by_few_trials_are_not_drawn(toy, toy_study):
+    class Jams(type(toy)):
+        def evaluate(self, deviations, settings):
+            apart = np.abs(deviations[:, 0] - deviations[:, 1]) / 1e-3
+            gap = 1e-3 * np.maximum(apart - 1.4, 0)
+            both = np.stack([gap, gap], axis=1)
+            return Outcome(both, np.ones(len(gap), dtype=np.int64))
+
+    text = toy_study.read_text().replace("trials = 1000", "trials = 5000")
+    toy_study.write_text('sampling = "saltelli"\n' + text)
+    found = report_of(tolstat.run(toy_study, model=Jams()))
+    assert found.responses["gap"].indices.dominated_by_few
+    words = section_words(found, "gap")
+    assert "No Sobol' indices: few trials dominate the variance" in words
+    assert "Contributions, the largest first" not in words
+
+
+def test_trials_that_depend_on_each_other_name_no_cause(toy, toy_study):
+    text = toy_study.read_text().replace("trials = 1000", "trials = 1024")
+    toy_study.write_text('sampling = "sobol"\n' + text)
+    found = report_of(tolstat.run(toy_study, model=toy))
+    causes = found.responses["gap"].causes
+    assert causes.reason == "for random trials only"
+    assert causes.out_of_limit > 0 and causes.contributors == {}
+    (row,) = rows_of(table_under(found.document(), "Limits"))
+    assert as_text(row["response"].main) == "gap"
+    assert as_text(row["main cause"].main) == "causes are named for random trials only"
+
+
+def test_that_no_trial_is_out_of_limit_is_said_once_for_each_limit(toy, toy_study):
+    study = toy_study.read_text().replace("+-1 mm", "+-0.5 mm")
+    toy_study.write_text(
+        study[: study.index("[limits]")]
+        + '[limits]\ngap = "<= 1 m"\nratio = "<= 1e6"\n'
+    )
+    found = report_of(tolstat.run(toy_study, model=toy))
+    rows = rows_of(table_under(found.document(), "Limits"))
+    causes = [as_text(row["main cause"].main) for row in rows]
+    assert causes == ["no trial out of limit"] * 2
+    first = words_in(found.document().blocks[0])
+    assert first.count("no trial out of limit") == 2
+
+
+def test_a_command_on_a_page_runs_where_the_page_was_made(tmp_path, monkeypatch):
+    """The run is named as it was given, and quoted for a shell."""
+    monkeypatch.chdir(tmp_path)
+    Path("my runs").mkdir()
+    run = tolstat.run(chain("<= 2416.9 mm"), output="my runs/gap.h5")
+    the_command_runs(tolstat.report(run))
