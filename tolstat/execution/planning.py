@@ -45,10 +45,8 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
     model, points, asked = study.model, study.points, study.document
     typed_trials = asked.trials if isinstance(asked.trials, int) else None
     columns = study.sampler.columns if study.sampler else {}
-    assumed = assumed_of(study.deviating)
+    assumed = assumed_of(study.deviating, scores=bool(study.aim))
     independent = study.deviating.dependence == Dependence()
-    if study.aim:  # how unlikely each part of a machine is that was sought
-        assumed = {n: _with_scores(a, study.deviating, n) for n, a in assumed.items()}
     return Run(
         path=path,
         study=StudyText(study.text, typed_trials, asked.seed),
@@ -179,24 +177,18 @@ def _numbers(
     return numbers_of(study.model, study.settings, spreads, independent=independent)
 
 
-def _with_scores(assumed: Assumed, deviating: Deviations, name: str) -> Assumed:
-    """Say how far out a deviation lies."""
-    at = deviating.distributions[name].deviations(np.asarray(ndtr(SCORES), np.float64))
-    return assumed._replace(at_scores=tuple(at.tolist()))
-
-
-def assumed_of(deviating: Deviations) -> dict[str, Assumed]:
-    """Say what is assumed of each deviation."""
+def assumed_of(deviating: Deviations, *, scores: bool = False) -> dict[str, Assumed]:
+    """Say what is assumed of each deviation; with scores how far out it may lie."""
     found = {}
     for name, distribution in deviating.distributions.items():
-        spread = spread_of(distribution)
+        lower, upper, mean, sigma = spread_of(distribution)
         batch = deviating.dependence.batches.get(name)
-        alike = batch.name if batch and batch.share == 1 else ""
         found[name] = Assumed(
-            (spread.lower, spread.upper),
+            (lower, upper),
             deviating.words[name],
-            alike,
-            spread.mean,
-            spread.sigma,
+            batch.name if batch and batch.share == 1 else "",
+            mean,
+            sigma,
+            tuple(distribution.deviations(ndtr(SCORES)).tolist()) if scores else (),
         )
     return found
