@@ -38,7 +38,8 @@ gap = "{limit}"
 @pytest.fixture
 def no_pages(monkeypatch):
     """Reports are tested elsewhere, and take a second each."""
-    monkeypatch.setattr("tolstat.answers.answer.Answer.html", lambda self: "a page")
+    report = "tolstat.answers.report.report_answer.Report.html"
+    monkeypatch.setattr(report, lambda self: "a page")
 
 
 def chain(folder, name, *, title="chain", trials=1000, limit=">= 0.5 mm"):

@@ -38,7 +38,9 @@ def table_rows(run: Run) -> list[Block]:
     alike = [name for name, column in known.items() if column[0] and not np.ptp(column)]
     if run.trials == 1:
         differing, alike = alike, []
-    shown = [*differing, *responses_of_interest(run)]
+    focus = responses_of_interest(run)
+    answered = [each.name for each in run.responses if each.name in focus]
+    shown = [*differing, *answered]
     heads = [f"{name}\n{run.scales[name].mark}" for name in shown]
     beyonds = {name: run.beyond(name) for name in run.limits}
     rows: list[list[Given]] = []
