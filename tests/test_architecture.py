@@ -118,6 +118,15 @@ def test_importing_tolstat_and_its_command_line_loads_nothing_heavy():
     assert printed(code) == "[]"
 
 
+def test_the_list_of_commands_loads_none_of_them():
+    code = (
+        "import sys; from tolstat.cli.main import main;"
+        "main(['--help'], standalone_mode=False); print();"
+        "print([n for n in sys.modules if n in ('rich', 'numpy') or 'cli.run' in n])"
+    )
+    assert printed(code).splitlines()[-1] == "[]"
+
+
 def test_describing_a_model_does_not_load_the_compiler():
     code = (
         "import sys; from tolstat.study.study import load; load('runs/khpt75.toml');"
@@ -128,7 +137,7 @@ def test_describing_a_model_does_not_load_the_compiler():
 
 def test_a_run_begins_before_anything_slow_of_scipy_is_loaded():
     code = (
-        "import sys, tolstat.cli.running, tolstat.execution.execute;"
+        "import sys, tolstat.cli.run, tolstat.execution.execute;"
         "from tolstat.study.study import load; load('runs/khpt75.toml');"
         "slow = ('integrate', 'optimize', 'sparse', 'spatial', 'stats');"
         "print([name for name in slow if f'scipy.{name}' in sys.modules])"

@@ -8,7 +8,7 @@ import sys
 from importlib.metadata import entry_points
 from pathlib import Path
 
-from tolstat.errors import ModelError, allowed_names
+from tolstat.errors import Advice, ModelError, allowed_names
 from tolstat.model.checked import check_model
 from tolstat.model.contract import Model
 
@@ -74,8 +74,8 @@ def find(model: str | Model) -> Model:
             raise ModelError(f"the entry point {point.value} is called '{found.name}'")
         return found
     raise ModelError(
-        f"no model is called '{model}'. A machine of your own is named by --machine "
-        f"FILE.py:NAME (in Python: model=...); else {allowed_names(model, names())}"
+        f"no model is called '{model}'; {allowed_names(model, names())}",
+        Advice("custom model"),
     )
 
 

@@ -4,6 +4,33 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+
+class Advice(NamedTuple):
+    """What can be done about an error; the command line says what is typed for it.
+
+    Attributes
+    ----------
+    what : str
+        "run", "repair", "resume", "resume regardless", "run again", "replace",
+        "replace run", "extend", "export", "plot", "report", "custom model".
+    path : Path
+        Of a run, or of a study that is run.
+    machine : str
+        Where a custom model is.
+    trials : int
+        In all, of an extension or of a run that replaces one.
+    run : object
+        What is run again.
+    """
+
+    what: str
+    path: Path = Path()
+    machine: str = ""
+    trials: int = 0
+    run: Any = None
 
 
 class TolstatError(Exception):
@@ -14,9 +41,15 @@ class TolstatError(Exception):
     exit_code : int
         Of a command that ends so: 2 where something asked for is wrong, 1 where
         something broke.
+    advice : tuple of Advice
+        What can be done about it.
     """
 
     exit_code = 2
+
+    def __init__(self, message: str = "", *advice: Advice) -> None:
+        super().__init__(message)
+        self.advice = advice
 
 
 class UnitError(TolstatError, ValueError):

@@ -17,7 +17,8 @@ from click.testing import CliRunner
 import tolstat
 from tolstat.answers.sweep.table_rows import table_rows
 from tolstat.cli.main import main
-from tolstat.cli.showing import print_table, print_words, words_table
+from tolstat.document.blocks import Column, table
+from tolstat.render.screen import as_text, show_table
 
 TOLSTAT = Path(sys.executable).with_name("tolstat")
 
@@ -100,7 +101,7 @@ def test_a_trial_again(small_study, small_run, tmp_path):
         assert word in shown.output
     assert picture.read_text().startswith("<?xml")
     nominal = call("trial", run, "--nominal").output
-    assert "the nominal machine" in nominal and "bit for bit as stored" in nominal
+    assert "nominal trial" in nominal and "bit for bit as stored" in nominal
     with h5py.File(run, "r+") as file:
         file["yaw"][5] *= 2
     changed = call("trial", run, 5)
@@ -175,10 +176,10 @@ def test_the_machines_of_a_table_are_listed(table_study):
     assert call("run", table_study).exit_code == 0
     run = table_study.with_suffix(".h5")
     shown = call("show", run).stdout
-    listed = shown[shown.index("five: its machines") :].splitlines()
+    listed = shown[shown.index("five: trials") :].splitlines()
     names = "rod_length_1 crank_difference extra_loss rod_force_1 rod_force_2"
     assert listed[2].split() == names.split()
-    units = "trial mm mm % kN kN status beyond"
+    units = "trial mm mm % kN kN status out of limit"
     assert listed[3].split() == units.split()
     rows = {line.split()[0]: line.split()[1:] for line in listed[5:10]}
     assert list(rows) == ["0", "1", "2", "3", "4"]
@@ -194,8 +195,8 @@ def test_the_machines_of_a_table_are_listed(table_study):
         file["status"][4] = 0
     refused = call("show", run)
     assert refused.exit_code == 1 and "is damaged: trials 4;" in refused.stderr
-    rows = table_rows(tolstat.open(run, damaged=True)).rows
-    assert rows[-1][-2:] == ["not run", ""]
+    listed, *_ = table_rows(tolstat.open(run, damaged=True))
+    assert [as_text(cell.main) for cell in listed.rows[-1][-2:]] == ["not run", ""]
 
 
 def test_a_long_table_says_that_it_is_cut(table_study):
@@ -204,7 +205,7 @@ def test_a_long_table_says_that_it_is_cut(table_study):
     machines.write_text("rod_length_1 [mm],crank_difference [mm]\n" + rows)
     assert call("run", table_study).exit_code == 0
     shown = " ".join(call("show", table_study.with_suffix(".h5")).stdout.split())
-    assert "the first 40 of 50 machines" in shown and ".frame()" in shown
+    assert "the first 40 of 50 trials" in shown and ".frame()" in shown
     assert " 39 0.39 " in shown and " 40 0.4 " not in shown
 
 
@@ -236,10 +237,8 @@ def test_a_narrow_terminal_loses_no_digit(small_as_run, monkeypatch, columns):
 
 def test_a_title_has_the_room_of_the_screen(capsys):
     title = "of a chain: 200000 trials of dimension_chain"
-    print_table(title, ["response"], [["gap"]], wide=True)
-    table = words_table(title, "response", "")
-    table.add_row("gap", "1 mm")
-    print_words(table)
+    show_table(table(["response"], [["gap"]], title))
+    show_table(table(["response", Column("", words=True)], [["gap", "1 mm"]], title))
     assert capsys.readouterr().out.count(f"{title}\n") == 2
 
 

@@ -134,7 +134,7 @@ def test_a_run_is_followed_until_it_ends(tmp_path):
     writer.join()
     assert followed.exit_code == 0 and seen[0] < 1000
     assert "1000 trials" in followed.stdout and "have not run" not in followed.stdout
-    assert "nobody writes" not in followed.stderr
+    assert "nothing writes" not in followed.stderr
     # into a pipe a line for each change, and no other
     lines = followed.stderr.splitlines()
     assert len(lines) == len(set(lines)) > 1
@@ -166,7 +166,7 @@ def test_doctor(monkeypatch):
     assert found.exit_code == 0, found.output
     for word in ("numba", "processor", "cores", "compiled code", "trials/s", "pyarrow"):
         assert word in found.stdout
-    assert "the same answers" in found.stdout
+    assert "the same responses" in found.stdout
 
 
 def test_doctor_finds_answers_that_differ(monkeypatch):
@@ -182,4 +182,4 @@ def test_doctor_finds_answers_that_differ(monkeypatch):
 
     monkeypatch.setattr(Workers, "simulate", one_bit_off)
     found = call("doctor")
-    assert found.exit_code == 1 and "different answers" in found.stdout
+    assert found.exit_code == 1 and "different responses" in found.stdout

@@ -55,7 +55,7 @@ def test_a_damaged_run_is_refused_named_and_repaired(small_run):
     done = call("verify", run, "--all")
     assert done.exit_code == 1 and "trials 5, 7" in done.stdout
     assert "24 trials, evaluated again: different in 5, 7" in done.stdout
-    assert f"`tolstat resume {run}` repairs it" in " ".join(done.stdout.split())
+    assert f"Repair it with: tolstat resume {run}" in " ".join(done.stdout.split())
     assert call("resume", run).exit_code == 0
     assert call("show", run).stdout == shown
     assert call("verify", run, "--all").exit_code == 0
@@ -149,7 +149,7 @@ def test_all_trials_failed(tmp_path):
     (line,) = [x for x in done.stdout.splitlines() if "<= 1 mm" in x]
     assert "not met" in line and "100" in line
     assert "300 of 300 trials failed" in done.stdout
-    assert "300 cannot be mounted; they count as beyond" in done.stdout
+    assert "300 cannot be mounted; they count as out of every limit" in done.stdout
     run = study.with_suffix(".h5")
     assert call("report", run).exit_code == 0
     page = run.with_suffix(".html").read_text()

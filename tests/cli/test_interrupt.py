@@ -13,7 +13,7 @@ import pytest
 
 import tolstat
 from tests.cli.test_commands import TOLSTAT
-from tests.execution.test_rare import CHAIN as RARE
+from tests.execution.rare_chain import CHAIN as RARE
 
 
 def start(file, *options, command="run"):
@@ -196,14 +196,14 @@ def test_ctrl_c_while_a_rare_run_fits(tmp_path):
     study.write_text(RARE)
     path = study.with_suffix(".h5")
     shown, code = interrupted_while_fitting("run", str(study))
-    assert code == 130 and shown.endswith(f"go on with: tolstat resume {path}")
+    assert code == 130 and shown.endswith(f"continue with: tolstat resume {path}")
     found = tolstat.open(path)
     assert f"{found.ended} of 5000 trials are stored" in shown
     # what was answered is drawn again first, and fitted
     before = path.read_bytes()
     shown, code = interrupted_while_fitting("resume", str(path))
     assert code == 130 and shown.endswith(
-        f"as it was; go on with: tolstat resume {path}"
+        f"as it was; `tolstat resume {path}` continues it"
     )
     assert path.read_bytes() == before
     whole = tolstat.run(study, output=other)
@@ -211,7 +211,7 @@ def test_ctrl_c_while_a_rare_run_fits(tmp_path):
     # of a finished study of a queue, too
     before = path.read_bytes()
     shown, code = interrupted_while_fitting("batch", str(study))
-    assert code == 130 and "stopped; the same command goes on" in shown
+    assert code == 130 and "stopped; the same command continues" in shown
     assert ",stopped," in (tmp_path / "batch.csv").read_text()
     assert path.read_bytes() == before
 

@@ -168,13 +168,13 @@ def test_a_cluster_without_workers_is_not_waited_for(ring, tmp_path, monkeypatch
     done = call("run", study, "--cluster", ring.address)
     assert done.exit_code == 1 and "no worker for" in done.stderr
     assert f"`dask worker {ring.address}` starts a worker" in done.stderr
-    assert f"go on with: tolstat resume {study.with_suffix('.h5')}" in done.stderr
+    assert f"`tolstat resume {study.with_suffix('.h5')}` continues it" in done.stderr
     assert call("resume", study.with_suffix(".h5")).exit_code == 0
     assert tolstat.open(study.with_suffix(".h5")).complete
 
 
 def test_what_cannot_be_sent_is_refused(toy):
-    with pytest.raises(ModelError, match="--machine"):
+    with pytest.raises(ModelError, match="load it from its file"):
         packed(partial(simulate, toy, np.zeros((1, 3)), None))
 
 

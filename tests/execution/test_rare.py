@@ -23,34 +23,23 @@ from scipy.stats import norm
 import tolstat
 from tests.answers.browser import Page
 from tests.answers.page_checks import words_in
+from tests.execution.rare_chain import CHAIN
 from tests.execution.test_audit import Cliff
 from tests.execution.test_going_on import Enough, same
 from tests.store.tampering import resealed
-from tolstat.answers.index.run_entries import entry_of, index_csv, index_page
+from tolstat.answers.index.run_entries import RunIndex, entry_of
 from tolstat.answers.rare.failure_points import normal_score
 from tolstat.answers.rare.rare_answer import rare_summary
 from tolstat.answers.rare.rare_document import STAGES
-from tolstat.cli.listing import row_of
 from tolstat.cli.main import main
 from tolstat.errors import PictureError, RunFileError, StudyError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import Workers
+from tolstat.render.screen import as_text
 from tolstat.store.run_records import SCORES, Assumed
 from tolstat.study.study import load
 from tolstat.units.scale import PPM
 
-CHAIN = """\
-model = "dimension_chain"
-sampling = "rare"
-trials = 5000
-seed = 3
-settings.gap = "A - B"
-[links]
-A = { nominal = "10 mm", tolerance = "+-0.3 mm" }
-B = { nominal = "9 mm", tolerance = "+-0.4 mm" }
-[limits]
-gap = ">= 0.2 mm"
-"""
 SIGMA = np.hypot(0.1, 0.4 / 3)  # mm
 DISTANCE = 0.8 / SIGMA
 DRAWN = ("rare-stage", "rare-spread", "rare-distance", "rare-weight")
@@ -411,12 +400,12 @@ def test_failed_machines_are_beyond(toy, tmp_path):
     text = Page(tolstat.report(run).html()).text
     shown = command("show", run.path).output + repr(run)
     followed = command("show", run.path, "--follow")
-    index = index_page([entry_of(run)], tmp_path, "") + index_csv(
-        [entry_of(run)], tmp_path
-    )
-    row = row_of(entry_of(run))
+    found_index = RunIndex("", tmp_path, (entry_of(run),))
+    index = found_index.html() + found_index.csv()
+    *_, trials, failed = found_index.progress().rows[0]
     assert said in " ".join(text.split()) and "5000 of 5000 trials have run" in text
-    assert row[-2:] == ["5000", ""] and entry_of(run).failed is None
+    assert as_text(trials.main) == "5000" and failed.main == ()
+    assert entry_of(run).failed is None
     for printed in (
         text,
         shown,

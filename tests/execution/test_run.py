@@ -48,7 +48,7 @@ def test_a_toy_from_study_to_frame(toy, toy_study):
 def test_an_existing_run_is_not_overwritten(toy, toy_study):
     first = tolstat.run(toy_study, model=toy, trials=10)
     before = first.path.read_bytes()
-    with pytest.raises(RunFileError, match="--force"):
+    with pytest.raises(RunFileError, match="replaced only by force"):
         tolstat.run(toy_study, model=toy, trials=20)
     assert first.path.read_bytes() == before
     assert tolstat.run(toy_study, model=toy, trials=20, force=True).trials == 20

@@ -116,8 +116,10 @@ def test_a_machine_that_fails_leaves_what_ran_or_nothing(tmp_path):
         tolstat.run(STUDY, model=machine, output=path)
     assert refused.value.exit_code == 2 and list(tmp_path.iterdir()) == []
     machine.after = 100
-    with pytest.raises(BrokenError, match=r"late.*of 300 trials are stored.*resume"):
+    with pytest.raises(BrokenError, match=r"late.*of 300 trials are stored") as said:
         tolstat.run(STUDY, model=machine, output=path, workers=1)
+    (advice,) = said.value.advice
+    assert advice.what == "resume" and advice.path == path
     assert 0 < tolstat.open(path).ended < 300
 
 

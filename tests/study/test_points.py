@@ -10,7 +10,7 @@ import pytest
 import tomli_w
 
 import tolstat
-from tolstat.answers.sweep.curves import comparisons
+from tolstat.answers.sweep.reference import comparisons
 from tolstat.errors import StudyError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import Workers
@@ -124,10 +124,11 @@ def test_fig_4_by_the_study_that_is_shipped(tmp_path):
     run = tolstat.run("runs/khpt75-fig4.toml", output=tmp_path / "fig4.h5")
     assert run.trials == 61
     (compared,) = comparisons(run)
-    assert len(compared.rows) == 8 and compared.note == ""
+    assert len(compared.rows) == 8 and compared.caption == ()
     assert "paper's Fig. 4" in compared.title
     for row in compared.rows:
-        assert abs(float(row[3])) < 0.02, row
+        (difference,) = row[3].main
+        assert abs(1e2 * difference.value) < 0.02, row
     x, y = run.column("crank_difference"), run.column("extra_loss_run")
     np.testing.assert_allclose(
         np.interp(run.reference.columns["crank_difference"], x, y),

@@ -1,13 +1,67 @@
-"""Commands that documents show: what to type next."""
+"""Commands that documents and errors name: what is typed next about a run."""
 
 from __future__ import annotations
 
+import os
+import shlex
 from collections.abc import Sequence
+from pathlib import Path
 
 from tolstat.deviations.names import expand
-from tolstat.store.commands import command
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import figures
+
+
+def command(*words: object, machine: str = "") -> str:
+    """Return a command of tolstat as a shell takes it, in the folder of this one.
+
+    Parameters
+    ----------
+    *words : object
+        Its name, files as they were given, options.
+    machine : str
+        As of `--machine`; empty if it is installed.
+    """
+    own = ["--machine", machine] if machine else []
+    return shlex.join(["tolstat", *map(_word, words), *own])
+
+
+def _word(given: object) -> str:
+    """Return a word of a command; a file is no option, however it begins."""
+    if isinstance(given, Path) and str(given).startswith("-"):
+        return f".{os.sep}{given}"
+    return str(given)
+
+
+def to_resume(path: Path, machine: str) -> str:
+    """Return the command that finishes or repairs a run."""
+    return command("resume", path, machine=machine)
+
+
+def to_replay(path: Path, trial: int, machine: str) -> str:
+    """Return the command that simulates a stored trial again."""
+    return command("trial", path, trial, machine=machine)
+
+
+def to_run_again(run: Run, trials: int | None = None) -> str:
+    """Return the command that replaces a run; empty where its study is gone.
+
+    Parameters
+    ----------
+    run : Run
+        Whose study is run again, with its trials and seed.
+    trials : int, optional
+        Instead of those of the run.
+    """
+    study = run.study_file
+    if study is None or not study.is_file():
+        return ""
+    beside = study.with_suffix(".h5").resolve() == run.path.resolve()
+    place = [] if beside else ["-o", run.path]
+    return command(
+        "run", as_typed(study), *typed_options(run, trials), *place, "--force",
+        machine=run.machine,
+    )  # fmt: skip
 
 
 def to_extend(run: Run, trials: int) -> str:
@@ -40,3 +94,21 @@ def to_halve(run: Run, parts: Sequence[str]) -> str:
     asked = (f"{name}={words}" for name, words in halves.items())
     study = run.path.with_name(f"{run.path.stem}-halved.toml")
     return command("what-if", run.path, *asked, "--write", study, machine=run.machine)
+
+
+def typed_options(run: Run, trials: int | None = None) -> list[object]:
+    """Return the options of a run whose trials or seed are not those of its study."""
+    if run.sampled is None:
+        return []
+    typed: list[object] = []
+    if trials or (not run.rules and run.study.trials != run.trials):
+        typed += ["--trials", trials or run.trials]
+    if run.study.seed != run.sampled.seed:
+        typed += ["--seed", run.sampled.seed]
+    return typed
+
+
+def as_typed(path: Path) -> Path:
+    """Return a path as it is typed in the folder of this process, or below it."""
+    here = Path(os.path.relpath(path))
+    return path if os.pardir in here.parts else here

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.deviations.samplers.saltelli import OWN
+from tolstat.errors import Advice, PictureError
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
-from tolstat.store.commands import command
 from tolstat.store.run_records import Sampled
 from tolstat.store.stored_run import Run
 
@@ -74,18 +74,16 @@ def drawn_trials(run: Run) -> Drawn | None:
     return Drawn(run, run.sampled, trials, sample)
 
 
-def no_sample(run: Run) -> str:
-    """Say why the machines of a run are no sample of those of its study."""
+def no_sample(run: Run) -> PictureError:
+    """Return the error that says why the trials of a run are no sample."""
     if run.aim:
-        return (
-            f"{run.path}: trials of a rare run are no random sample; "
-            f"`{command('report', run.path)}` says how many are out of the limit of "
-            f'{run.aim}; all other answers need a run with sampling = "random"'
+        return PictureError(
+            f"{run.path}: trials of a rare run are no random sample; its report says "
+            f"how many are out of the limit of {run.aim}; all other answers need a run "
+            'with sampling = "random"',
+            Advice("report", run.path, run.machine),
         )
-    shown = command("export", run.path, "-o", run.path.with_suffix(".csv"))
-    if run.grid:
-        shown = command("show", run.path, "--plot", run.path.with_suffix(".png"))
-    return (
-        f"{run.path}: machines of a grid or a table were chosen and not drawn, and "
-        f"have no statistics; `{shown}` shows them"
+    return PictureError(
+        f"{run.path}: trials of a grid or a table were chosen, and have no statistics",
+        Advice("plot" if run.grid else "export", run.path, run.machine),
     )

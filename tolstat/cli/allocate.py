@@ -7,17 +7,24 @@ import sys
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from tolstat.cli.interrupting import LIMITS_NOT_MET, leave
+from tolstat.answers.allocate.allocate_tolerances import allocated
+from tolstat.answers.allocate.allocation import CHART, Allocation
+from tolstat.answers.next_steps import command
+from tolstat.answers.views.view_file import check_view_ending, save_view
+from tolstat.catalogue import place_of
+from tolstat.cli.compute_options import Compute, computing
+from tolstat.cli.delivery import deliver
+from tolstat.cli.interrupting import LIMITS_NOT_MET, leave, stop_on_interrupt
 from tolstat.cli.options import form, output_option, path_argument, plot_option
-from tolstat.cli.power import Power, powered
-
-if TYPE_CHECKING:
-    from tolstat.answers.allocate.allocation import Allocation
-    from tolstat.study.study import Study
+from tolstat.cli.progress import ProgressBar
+from tolstat.errors import RunFileError, StudyError
+from tolstat.execution.workers.crew import Interrupted
+from tolstat.literal import visible
+from tolstat.render.output_file import check_folder, replace
+from tolstat.study.study import Study, load
 
 
 @click.command()
@@ -27,7 +34,7 @@ if TYPE_CHECKING:
     type=click.IntRange(min=1),
     help="Of the wide run, and of each proof; as many as the limits need if not given.",
 )
-@powered
+@computing
 @output_option("Write the study with the tolerances found: a .toml file.")
 @plot_option("Cost over ppm: a .png, .svg, .pdf, .csv or .html file.")
 @form
@@ -35,7 +42,7 @@ if TYPE_CHECKING:
 def allocate(
     study: Path,
     trials: int | None,
-    power: Power,
+    compute: Compute,
     output: Path | None,
     plot: Path | None,
     form: str | None,
@@ -46,20 +53,13 @@ def allocate(
     Its entries of [deviations] say what they cost by tolerance. A fresh run proves what
     is found; where nothing meets the limits the exit code is 3.
     """
-    from tolstat.answers.allocate.allocation import CHART
-    from tolstat.answers.pages import check_view_ending, save_view
-    from tolstat.cli.delivery import deliver
-    from tolstat.cli.interrupting import stop_on_interrupt
-    from tolstat.render.output_file import replace
-    from tolstat.study.study import load
-
     asked = load(study)
     if output:
         _check_output(output, asked, force=force)
     if plot:
         check_view_ending(plot)
     with stop_on_interrupt() as stop:
-        found = _allocated(asked, power, trials, stop.is_set)
+        found = _allocated(asked, compute, trials, stop.is_set)
         # from here on Ctrl-C waits until whole files are written
         by, proved = _commands(asked, found, trials, output)
         if output and found.met:
@@ -74,38 +74,12 @@ def allocate(
 
 
 def _allocated(
-    study: Study, power: Power, trials: int | None, stopping: Callable[[], bool]
+    study: Study, compute: Compute, trials: int | None, stopping: Callable[[], bool]
 ) -> Allocation:
     """Allocate, and show how far that is; Ctrl-C ends the process."""
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
-    from rich.progress import Progress as Bar
-
-    from tolstat.answers.allocate.allocate_tolerances import allocated
-    from tolstat.execution.run_loop import Progress
-    from tolstat.execution.workers.crew import Interrupted
-    from tolstat.render.screen import Screen
-
-    bar = Bar(
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        console=Screen(stderr=True),
-        transient=True,
-    )
     try:
-        with bar, power.crew(stopping) as crew:
-            task = bar.add_task("compiling, if need be", total=None)
-
-            def tell(progress: Progress) -> None:
-                if progress.doubt:
-                    bar.print(f"note: {progress.doubt}", soft_wrap=True)
-                    return
-                bar.update(
-                    task, description=progress.doing, total=progress.asked or None,
-                    completed=progress.over,
-                )  # fmt: skip
-
-            return allocated(study, crew, trials=trials, progress=tell)
+        with ProgressBar("trials") as bar, compute.crew(stopping) as crew:
+            return allocated(study, crew, trials=trials, progress=bar.tell)
     except Interrupted:
         leave(signal.SIGINT, None)
         raise
@@ -115,10 +89,6 @@ def _commands(
     study: Study, found: Allocation, trials: int | None, output: Path | None
 ) -> tuple[str, str]:
     """Return what finds the tolerances again, and what proves them."""
-    from tolstat.catalogue import place_of
-    from tolstat.literal import visible
-    from tolstat.store.commands import command
-
     machine, proof = place_of(study.model), found.proof
     options = ["--trials", trials] if trials else []
     by = command("allocate", study.path, *options, machine=machine)
@@ -131,7 +101,6 @@ def _commands(
 def _say_what_is_written(
     found: Allocation, output: Path | None, plot: Path | None, proved: str
 ) -> None:
-    from tolstat.literal import visible
 
     if output and found.met:
         again = f"; the proof again: {proved}" if proved else ""
@@ -144,10 +113,6 @@ def _say_what_is_written(
 
 def _check_output(output: Path, study: Study, *, force: bool) -> None:
     """Refuse a file that the study cannot be written to, before anything runs."""
-    from tolstat.errors import RunFileError, StudyError
-    from tolstat.render.output_file import check_folder
-    from tolstat.study.study import load
-
     check_folder(output)
     if output.suffix != ".toml":
         raise RunFileError(f"{output}: a study ends in .toml")

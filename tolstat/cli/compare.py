@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from tolstat.answers.compare.compare_runs import compare as ask
+from tolstat.cli.delivery import check_delivery, deliver
 from tolstat.cli.options import closely, form, output_option, path_argument
 
 
@@ -25,9 +27,6 @@ def compare(
     Trial by trial where both have the same trials, or common random numbers: the same
     seed, sampling and, of a Latin hypercube, number of trials.
     """
-    from tolstat.answers.compare.compare_runs import compare as ask
-    from tolstat.cli.delivery import check_delivery, deliver
-
     if len(runs) < 2:
         raise click.UsageError("A.h5 B.h5...: two runs or more are compared")
     check_delivery(output, form)

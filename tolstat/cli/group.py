@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import errno
+import importlib
 import os
 import sys
+from importlib.resources import files
+from typing import Any
 
 import click
 
@@ -16,31 +20,56 @@ EXIT_CODES = """
 Exit codes:
   0    done
   1    something broke, or is damaged; what was stored before is safe
-  2    what was asked for is wrong, and nothing was done
+  2    the command, its options or its files are wrong; nothing was done
   3    done, and a limit is not met (run, resume, extend, batch, allocate)
   130  stopped by Ctrl-C, SIGTERM or SIGHUP; what is finished is stored
 """
 
 
-def _load_machine(
-    ctx: click.Context, option: click.Parameter, places: tuple[str, ...]
-) -> None:
-    """Let machines of one's own be found by their names."""
-    for place in places:
-        from tolstat.catalogue import load
-
-        load(place)
-
-
 class Group(click.Group):
-    """Commands whose refusals are sentences, and that all know --machine."""
+    """Commands loaded when they are called, whose refusals are sentences.
+
+    Parameters
+    ----------
+    files : tuple of str
+        Of `tolstat.cli`: each has the command of its name.
+    """
+
+    def __init__(self, *, files: tuple[str, ...], **more: Any) -> None:
+        super().__init__(**more)
+        self.files = {name.replace("_", "-"): name for name in files}
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all commands."""
+        return list(self.files)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Load a command, which then knows --machine."""
+        if cmd_name not in self.files:
+            return None
+        if cmd_name not in self.commands:
+            file = self.files[cmd_name]
+            module = importlib.import_module(f"tolstat.cli.{file}")
+            command: click.Command = getattr(module, file)
+            command.params.append(_machine_option())
+            self.commands[cmd_name] = command
+        return self.commands[cmd_name]
+
+    def format_commands(
+        self, ctx: click.Context, formatter: click.HelpFormatter
+    ) -> None:
+        """List the commands, each with the first sentence of its help; load none."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(n, _sentence(f)) for n, f in self.files.items()])
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; what it refuses ends in a sentence."""
         try:
             return super().invoke(ctx)
         except TolstatError as error:
-            click.echo(f"tolstat: {visible(str(error))}", err=True)
+            from tolstat.cli.advice import worded
+
+            click.echo(f"tolstat: {visible(worded(error))}", err=True)
             sys.exit(error.exit_code)
         except MemoryError:
             click.echo("tolstat: there is not enough memory for this", err=True)
@@ -51,25 +80,40 @@ class Group(click.Group):
             _say_nowhere_to_show()
             sys.exit(1)
 
-    def add_command(self, cmd: click.Command, name: str | None = None) -> None:
-        """Add a command, which then knows --machine."""
-        machine = click.Option(
-            ["--machine"],
-            metavar="FILE.py:NAME",
-            multiple=True,
-            callback=_load_machine,
-            expose_value=False,
-            is_eager=True,
-            help="A machine of your own, for the studies and runs that name it. "
-            "May be repeated.",
-        )
-        cmd.params.append(machine)
-        super().add_command(cmd, name)
+
+def _sentence(file: str) -> str:
+    """Read the first line of a command's help from its source."""
+    source = files("tolstat.cli").joinpath(f"{file}.py").read_text("utf-8")
+    for each in ast.parse(source).body:
+        if isinstance(each, ast.FunctionDef) and each.name == file:
+            return (ast.get_docstring(each) or "").partition("\n")[0]
+    raise AssertionError(f"{file}.py has no function of its name")
+
+
+def _machine_option() -> click.Option:
+    return click.Option(
+        ["--machine"],
+        metavar="FILE.py:NAME",
+        multiple=True,
+        callback=_load_machine,
+        expose_value=False,
+        is_eager=True,
+        help="A custom model, for the studies and runs that name it. May be repeated.",
+    )
+
+
+def _load_machine(
+    ctx: click.Context, option: click.Parameter, places: tuple[str, ...]
+) -> None:
+    for place in places:
+        from tolstat.catalogue import load
+
+        load(place)
 
 
 def _say_nowhere_to_show() -> None:
     """Say that the output goes nowhere: what is written to files refuses by itself."""
-    # what waits would be written, and fail, once more when Python ends
+    # what waits would be written, and fail again, when Python ends
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     click.echo(
         "tolstat: standard output is on a full disk, and cuts off what is shown; what "
@@ -79,5 +123,5 @@ def _say_nowhere_to_show() -> None:
 
 
 def note(message: Warning | str, *_: object) -> None:
-    """Say what Python would wrap into the place of a line of source."""
+    """Print a warning as a sentence; Python would show a line of source with it."""
     click.echo(f"tolstat: note: {message}", err=True)

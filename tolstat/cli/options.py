@@ -45,18 +45,20 @@ run_file = path_argument("source", "RUN.h5")
 regardless = click.option(
     "--regardless",
     is_flag=True,
-    help="Go on though the source, the processor or the study file is another now.",
+    help="Continue although source, processor or study file have changed.",
 )
 closely = click.option(
     "--response",
     "responses",
     multiple=True,
-    help="Look closely at it, not at all that is limited. May be repeated.",
+    help="Put it in focus, instead of all that is limited. May be repeated.",
 )
+
+
 limits = click.option(
     "--limit",
     "limits",
     multiple=True,
     metavar='"NAME <= VALUE"',
-    help="Asked anew, beside or instead of the study's. May be repeated.",
+    help="Judged beside or instead of the study's limits. May be repeated.",
 )

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
 import click
 
+from tolstat.answers.next_steps import as_typed, command
+from tolstat.answers.what_if.fresh_study import fresh_study
+from tolstat.answers.what_if.reweighted_trials import what_if as ask
+from tolstat.cli.delivery import check_delivery, deliver
 from tolstat.cli.options import form, limits, output_option, path_option, run_file
+from tolstat.cli.typed_entries import deviations_in, limits_in
+from tolstat.errors import PictureError, RunFileError, StudyError, TolstatError
+from tolstat.literal import visible
+from tolstat.render.output_file import check_folder, replace
+from tolstat.store.open_run import open as open_run
+from tolstat.store.temporary_files import free_name
 
 
 @click.command("what-if")
@@ -36,11 +47,6 @@ def what_if(
     weighted by the ratio of densities. What they do not cover is refused, with the
     reason; --write STUDY.toml writes the study of a fresh run that covers it.
     """
-    from tolstat.answers.what_if.reweighted_trials import what_if as ask
-    from tolstat.cli.delivery import check_delivery, deliver
-    from tolstat.cli.typed_entries import deviations_in, limits_in
-    from tolstat.errors import PictureError, StudyError
-
     asked = deviations_in(deviations), limits_in(limits)
     if write:
         if output or form:
@@ -52,21 +58,12 @@ def what_if(
         found = ask(source, asked[0], limits=asked[1])
     except (PictureError, StudyError) as error:
         advice = fresh_run_advice(source, deviations, limits)
-        raise type(error)(f"{error}{advice}") from None
+        raise type(error)(f"{error}{advice}", *error.advice) from None
     deliver(found, output, form)
 
 
 def _write(path: Path, source: Path, deviations: Any, limits: Any) -> None:
     """Write the study of a fresh run, and say how it is run."""
-    import os
-
-    from tolstat.answers.what_if.fresh_study import fresh_study
-    from tolstat.errors import RunFileError
-    from tolstat.literal import visible
-    from tolstat.render.output_file import check_folder, replace
-    from tolstat.store.commands import command
-    from tolstat.store.open_run import open as open_run
-
     if path.suffix != ".toml":
         raise RunFileError(f"{path}: a study ends in .toml")
     check_folder(path)
@@ -83,13 +80,6 @@ def fresh_run_advice(
     source: Path, deviations: tuple[str, ...], limits: tuple[str, ...]
 ) -> str:
     """Say what writes the study of a fresh run; nothing where no study can say it."""
-    from tolstat.answers.what_if.fresh_study import fresh_study
-    from tolstat.cli.typed_entries import deviations_in, limits_in
-    from tolstat.errors import TolstatError
-    from tolstat.store.commands import as_typed, command
-    from tolstat.store.open_run import open as open_run
-    from tolstat.store.temporary_files import free_name
-
     run = open_run(source)
     try:
         fresh_study(run, deviations_in(deviations), limits=limits_in(limits))

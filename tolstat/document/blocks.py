@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from tolstat.document.inline import Inline, Parts, Said, text
+from tolstat.document.inline import Inline, Number, Parts, Said, text
 from tolstat.document.plot import Plot
 from tolstat.model.view import Chart
 
@@ -68,6 +68,18 @@ class Table:
     look: str = ""
     page_only: bool = False
     kind = "table"
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """What each column holds: "words" that wrap, "left" names, else numbers."""
+        return tuple(
+            "words" if column.words else "" if any(map(_is_number, cells)) else "left"
+            for column, *cells in zip(self.columns, *self.rows, strict=True)
+        )
+
+
+def _is_number(cell: Cell) -> bool:
+    return any(isinstance(part, Number) for part in cell.main)
 
 
 def table(

@@ -94,6 +94,8 @@ def _interval(number: Number, found: Estimate) -> tuple[Digits, tuple[Digits, ..
     assert isinstance(number.scale, Scale)
     value, lower, upper = number.scale.interval(*found[:3])
     at = Digits(value, found.value)
+    if math.isinf(found.value):
+        at = _digits(number, found.value)
     if not found.sure or (lower == upper and found.value):
         return at, ()
     return at, (Digits(lower, found.lower), Digits(upper, found.upper))

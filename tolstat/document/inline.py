@@ -55,7 +55,15 @@ class Typed:
     text: str
 
 
-Inline = str | Number | Name | Word | Typed
+@dataclass(frozen=True)
+class Link:
+    """The name of another page, and where it lies, as seen from this one."""
+
+    text: str
+    page: str
+
+
+Inline = str | Number | Name | Word | Typed | Link
 Parts = tuple[Inline, ...]
 Said = Inline | Iterable["Said"] | None  # as a sentence is given
 
@@ -64,7 +72,7 @@ def text(*given: Said) -> Parts:
     """Return the parts of a sentence; None is left out, what is nested is flattened."""
     parts: list[Inline] = []
     for each in given:
-        if isinstance(each, str | Number | Name | Word | Typed):
+        if isinstance(each, Inline):
             parts.append(each)
         elif each is not None:
             parts += text(*each)

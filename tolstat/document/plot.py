@@ -11,22 +11,24 @@ Array = NDArray[np.float64]
 
 
 class Line(NamedTuple):
-    """A curve; `colour` names its role."""
+    """A curve; `colour` names its role, `dotted`: its points are seen."""
 
     x: Array
     y: Array
     colour: str = "first"
     label: str = ""
+    dotted: bool = False
 
 
 class Points(NamedTuple):
-    """Dots; `faint` where there are many of them."""
+    """Dots; `faint` where there are many of them, `mark`: "o" large ones, or rings."""
 
     x: Array
     y: Array
     colour: str = "first"
     label: str = ""
     faint: bool = False
+    mark: str = "."
 
 
 class Fill(NamedTuple):
@@ -37,6 +39,32 @@ class Fill(NamedTuple):
     upper: Array
     colour: str = "first"
     label: str = ""
+
+
+class Whiskers(NamedTuple):
+    """Upright bars, beside points."""
+
+    x: Array
+    lower: Array
+    upper: Array
+    colour: str = "first"
+    label: str = ""
+
+
+class Area(NamedTuple):
+    """What lies within an outline."""
+
+    x: Array
+    y: Array
+    colour: str = "first"
+    label: str = ""
+
+
+class Shade(NamedTuple):
+    """A stretch of the axis along, shaded."""
+
+    lower: float
+    upper: float
 
 
 class Stairs(NamedTuple):
@@ -88,7 +116,10 @@ class Ranges(NamedTuple):
     colours: tuple[str, ...]
 
 
-Layer = Line | Points | Fill | Stairs | Bars | Rule | Spans | Ranges
+Layer = (
+    Line | Points | Fill | Whiskers | Area | Shade | Stairs | Bars | Rule | Spans
+    | Ranges
+)  # fmt: skip
 
 
 class PlotAxis(NamedTuple):
@@ -100,19 +131,24 @@ class PlotAxis(NamedTuple):
         What goes along it, with its unit; how.
     ends : tuple of float or None
         Where it begins and ends; None: by what is shown.
+    words : tuple of str
+        What stands at 0, 1, 2, ... instead of numbers.
     """
 
     label: str
     scale: str = ""
     ends: tuple[float, float] | None = None
+    words: tuple[str, ...] = ()
 
 
 class PlotPanel(NamedTuple):
-    """One picture: layers over two axes."""
+    """One picture: layers over two axes; `right`: more against an axis there."""
 
     x: PlotAxis
     y: PlotAxis
     layers: tuple[Layer, ...]
+    title: str = ""
+    right: PlotPanel | None = None
 
 
 class Plot(NamedTuple):
@@ -126,9 +162,12 @@ class Plot(NamedTuple):
         How they lie.
     width, height : float
         Of the whole.
+    legends : bool
+        Whether each panel has its legend, on the line of its title; else one for all.
     """
 
     panels: tuple[PlotPanel, ...]
     side_by_side: bool = False
     width: float = 3.5
     height: float = 2.5
+    legends: bool = False

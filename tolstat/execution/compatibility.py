@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import RunFileError
+from tolstat.errors import Advice, RunFileError
 from tolstat.status import Status
 from tolstat.store.codec import fields_of
-from tolstat.store.commands import to_run_again
 from tolstat.store.damage import ranges_of
 from tolstat.store.provenance import provenance
 from tolstat.store.stored_run import Run
@@ -61,7 +60,8 @@ def check_same(run: Run, again: Run) -> None:
             )
     if said:
         raise RunFileError(
-            f"{run.path} cannot be resumed: {'; '.join(said)}; {to_run_again(run)}"
+            f"{run.path} cannot be resumed: {'; '.join(said)}",
+            Advice("run again", run.path, run.machine, run=run),
         )
 
 

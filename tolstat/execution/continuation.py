@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
-from tolstat.errors import RunFileError, StoppedError, StudyError
+from tolstat.errors import Advice, RunFileError, StoppedError, StudyError
 from tolstat.execution.compatibility import check_same, study_differs
 from tolstat.execution.planning import cannot_be_built, plan_of
 from tolstat.execution.run_loop import Progress, Telling, carry_out
@@ -16,7 +16,6 @@ from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
-from tolstat.store.commands import command, to_resume, to_run_again
 from tolstat.store.lock import Lock
 from tolstat.store.open_run import existing
 from tolstat.store.open_run import open as open_run
@@ -129,8 +128,8 @@ def go_on(
             stages = drawn_again(run, study, workers)
         except Interrupted:
             raise StoppedError(
-                f"stopped before anything was done: the run in {run.path} is as it "
-                f"was; go on with: {to_resume(run.path, run.machine)}"
+                f"stopped before anything was done: the run in {run.path} is as it was",
+                Advice("resume", run.path, run.machine),
             ) from None
         plan = _plan(run, study, stages.trials, regardless)
         drawn = stages.trials.deviations
@@ -194,23 +193,17 @@ def _plan(run: Run, study: Study, trials: Trials, regardless: bool) -> Run:
     if doubts and not regardless:
         raise RunFileError(
             f"{run.path} would not become the run that it was to be: "
-            + "; ".join(doubts)
-            + f"; {to_run_again(run)}; or continue with what the run has stored: "
-            f"`{_regardless(run, study)}` (regardless=True)"
-        )
+            + "; ".join(doubts),
+            Advice("run again", run.path, run.machine, run=run),
+            Advice(
+                "resume regardless", run.path, run.machine,
+                study.trials if study.trials > run.trials else 0,
+            ),
+        )  # fmt: skip
     if doubts:
         note = f"resumed at {now()} although " + "; ".join(doubts)
         plan = replace(plan, notes=(*run.notes, note))
     return plan
-
-
-def _regardless(run: Run, study: Study) -> str:
-    """Return the command that resumes or extends a run whatever differs."""
-    if study.trials > run.trials:
-        words: list[object] = ["extend", run.path, "--trials", study.trials]
-    else:
-        words = ["resume", run.path]
-    return command(*words, "--regardless", machine=run.machine)
 
 
 def _check_wanted(run: Run, trials: int) -> None:
@@ -223,7 +216,8 @@ def _check_wanted(run: Run, trials: int) -> None:
     if run.rules and not run.complete:
         raise RunFileError(
             f"{run.path} is not complete: {run.ended} of at most {run.trials} trials "
-            f"have run; first resume it: {to_resume(run.path, run.machine)}"
+            "have run; finish it first",
+            Advice("resume", run.path, run.machine),
         )
     if trials <= run.trials:
         raise RunFileError(
@@ -232,5 +226,6 @@ def _check_wanted(run: Run, trials: int) -> None:
     if not sampler_of(run.sampling).extensible:
         raise StudyError(
             f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
-            f"with {trials} every one would differ; {to_run_again(run, trials)}"
+            f"with {trials} every one would differ",
+            Advice("run again", run.path, run.machine, trials, run),
         )

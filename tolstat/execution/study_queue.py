@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tolstat.catalogue import place_of
-from tolstat.errors import RunFileError, StoppedError
+from tolstat.errors import Advice, RunFileError, StoppedError
 from tolstat.execution.compatibility import check_same, study_differs
 from tolstat.execution.continuation import go_on, plan_again, study_of
 from tolstat.execution.execute import execute, run_of
 from tolstat.execution.run_loop import Telling
 from tolstat.execution.stages import drawn_again
 from tolstat.execution.workers.crew import Interrupted, Workers
-from tolstat.store.commands import command
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.sampling import sampler_of
@@ -55,6 +54,7 @@ def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
 def _check_asked(run: Run, study: Study) -> None:
     """Refuse a run of another study, of another seed, or of fewer trials."""
     said, machine = study_differs(run, study.path), place_of(study.model)
+    advice = []
     if run.sampled and run.sampled.seed != study.seed:
         said.append(f"seed: the run has {run.sampled.seed}, the study {study.seed}")
     if run.sampled and study.until and not run.rules:
@@ -65,12 +65,12 @@ def _check_asked(run: Run, study: Study) -> None:
     elif run.sampled and not run.rules and run.trials < study.trials:
         more = f"trials: the run has {run.trials}, the study {study.trials}"
         if not said and sampler_of(run.sampling).extensible:
-            words = ("extend", run.path, "--trials", study.trials)
-            more += f" (`{command(*words, machine=machine)}`)"
+            advice.append(Advice("extend", run.path, machine, study.trials))
         said.append(more)
     if said:
-        again = command("run", study.path, "--force", machine=machine)
+        assert study.path
         raise RunFileError(
-            f"{run.path} is a run of another study: {'; '.join(said)}; it stays; "
-            f"`{again}` replaces it"
+            f"{run.path} is a run of another study: {'; '.join(said)}; it stays",
+            *advice,
+            Advice("replace run", study.path, machine),
         )

@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import TolstatError
-from tolstat.execution.compatibility import trials_drawn_otherwise, why_drawn_otherwise
+from tolstat.execution.compatibility import trials_drawn_otherwise
 from tolstat.execution.continuation import plan_again, study_of
 from tolstat.execution.diagnostics.audit_selection import random_trials
 from tolstat.execution.stages import drawn_again, is_drawn
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
-from tolstat.store.damage import ranges_of
 from tolstat.store.layout import STEPS
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
@@ -147,33 +146,3 @@ def _differing(
     if run.steps is not None:
         other |= stored(STEPS) != found.steps
     return other
-
-
-def findings(found: Verification) -> list[str]:
-    """Say in sentences what was found."""
-    run, said = found.run, []
-    stored = int(np.count_nonzero(run.status != Status.NOT_RUN))
-    counts = (f"{count} {word}" for word, count in run.counts.items() if count)
-    said.append(f"{run.trials} trials: {', '.join(counts)}")
-    damaged = run.damage.words or "all fit"
-    said.append(f"checksums of {stored} trials and the nominal machine: {damaged}")
-    for what, trials in (
-        ("status and responses", found.contradicting),
-        (f"deviations of {run.trials} trials, drawn again", found.drawn_otherwise),
-        (f"{len(found.evaluated)} trials, evaluated again", found.different),
-    ):
-        words = f"different in {ranges_of(trials)}" if len(trials) else "as stored"
-        said.append(f"{what}: {words}")
-    if found.nominal_differs:
-        said.append("the nominal machine, evaluated again: different")
-    fitted_here = run.aim and len(found.drawn_otherwise)  # draws depend on it
-    if len(found.different) or found.nominal_differs or fitted_here:
-        said += found.reasons
-    return said
-
-
-def why_otherwise(found: Verification) -> str:
-    """Say why a study may give something else than its run, which is whole."""
-    if found.run.aim and len(found.drawn_otherwise):
-        return why_drawn_otherwise(found.run)
-    return "its data, or what evaluates it, differ"

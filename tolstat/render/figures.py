@@ -1,17 +1,24 @@
-"""Figures drawn: a plot or a chart, into a page or a file."""
+"""Figures drawn: a plot, a chart or a listing, into a page or a file."""
 
 from __future__ import annotations
 
-from typing import assert_never
+from functools import partial
+from textwrap import wrap
+from typing import Any, assert_never
 
 import numpy as np
 from markupsafe import Markup
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator, NullLocator
 from scipy.special import ndtri
 
+from tolstat.document.digits import in_cell, plain
+from tolstat.document.inline import Number
 from tolstat.document.plot import (
+    Area,
     Array,
     Bars,
     Fill,
@@ -23,10 +30,15 @@ from tolstat.document.plot import (
     Points,
     Ranges,
     Rule,
+    Shade,
     Spans,
     Stairs,
+    Whiskers,
 )
-from tolstat.model.view import Chart
+from tolstat.errors import PictureError
+from tolstat.literal import visible
+from tolstat.model.view import Chart, Listing, View
+from tolstat.render.chart_plot import CURVE_COLOURS, plot_of
 from tolstat.render.page_picture import (
     INK,
     MOST_POINTS,
@@ -35,17 +47,34 @@ from tolstat.render.page_picture import (
     legend_above,
     page_figure,
 )
-from tolstat.render.picture import COLOURS, LIMIT, in_legend, logarithmic
-from tolstat.render.view_picture import draw_view
+from tolstat.render.picture import COLOURS, LIMIT, in_legend, logarithmic, styled
+from tolstat.render.view_rows import view_rows
 
 ROLES = {
-    **dict(zip(("first", "second", "third", "fourth"), COLOURS, strict=False)),
+    **dict(zip(CURVE_COLOURS, COLOURS, strict=True)),
     "limit": LIMIT, "ink": INK, "met": "#00734f", "not met": "#b00020",
     "undecided": "#8a5a00",
 }  # fmt: skip
 SLOTS = 3  # panels side by side that a figure has room for, however few there are
 SHARES = (1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5)  # along an axis of normal scores
 ABOVE = 1.04  # of the highest bar: where intervals stand
+WINDOW = "#f2f2f2"
+MARKS: dict[str, dict[str, Any]] = {
+    ".": {"marker": ".", "markersize": 3, "markeredgewidth": 0},
+    "o": {"marker": "o", "markersize": 4, "clip_on": False},  # not cut by an axis' end
+    "ring": {"marker": "o", "fillstyle": "none"},
+}
+FAINT: dict[str, Any] = {
+    "marker": ".",
+    "markersize": 2.2,
+    "markeredgewidth": 0,
+    "alpha": 0.4,
+}
+NAME = 28  # letters of a name in a line beside an axis
+MOST_WORDS = 32  # along an axis; of more some are written
+LEGEND_COLUMNS = 4, 3, 2, 1  # as many as find room
+LINE, HANDLE = 98, 5  # letters beside each other; what stands before a word of a legend
+MOST_ROWS = 60  # of a listing that is drawn
 
 
 def as_svg(picture: Plot | Chart, alt: str) -> Markup:
@@ -58,15 +87,35 @@ def as_svg(picture: Plot | Chart, alt: str) -> Markup:
     alt : str
         What it shows, for those who do not see it.
     """
-    if isinstance(picture, Chart):
-        return inline(draw_view(picture, ""), alt)
-    with page_figure(picture.width, picture.height) as figure:
-        draw_plot(figure, picture)
+    plot = plot_of(picture) if isinstance(picture, Chart) else picture
+    with page_figure(plot.width, plot.height) as figure:
+        draw_plot(figure, plot)
         return inline(figure, alt)
 
 
+def draw(picture: Plot | View, title: str) -> Figure:
+    """Draw a figure, or a listing as a table, for a file.
+
+    Raises
+    ------
+    PictureError
+        If a listing has more rows than a picture can hold.
+    """
+    with styled():
+        if isinstance(picture, Listing):
+            figure = _listing(picture)
+        else:
+            plot = plot_of(picture) if isinstance(picture, Chart) else picture
+            figure = Figure(figsize=(plot.width, plot.height))
+            figure.set_layout_engine("constrained")
+            draw_plot(figure, plot)
+        figure.suptitle(visible(title), x=0.01, ha="left", fontsize=11)
+    return figure
+
+
 def draw_plot(figure: Figure, plot: Plot) -> None:
-    """Draw panels into an empty figure, with one legend above them."""
+    """Draw panels into an empty figure, with one legend above them or each its own."""
+    plot = _literal(plot)
     n = len(plot.panels)
     if plot.side_by_side:
         every = figure.subplots(1, max(n, SLOTS), sharey=True, squeeze=False)[0]
@@ -75,69 +124,135 @@ def draw_plot(figure: Figure, plot: Plot) -> None:
     for axes in every[n:]:
         axes.set_axis_off()
     for axes, panel in zip(every, plot.panels, strict=False):
-        _draw_panel(axes, panel)
+        _draw_panel(axes, panel, plot.legends)
         if axes is every[0] or not plot.side_by_side:
             axes.set_ylabel(panel.y.label)
         if axes is every[n - 1] or plot.side_by_side:
             axes.set_xlabel(panel.x.label)
-    legend_above(every[0])
+    if not plot.legends:
+        legend_above(every[0])
 
 
-def _draw_panel(axes: Axes, panel: PlotPanel) -> None:
+def _literal(shown: Any) -> Any:
+    """Return a plot whose every text is what it is."""
+    if isinstance(shown, str):
+        return visible(shown)
+    if hasattr(shown, "_fields"):
+        return type(shown)(*map(_literal, shown))
+    return tuple(map(_literal, shown)) if isinstance(shown, tuple) else shown
+
+
+def _draw_panel(axes: Axes, panel: PlotPanel, own_legend: bool) -> None:
     beside = [each for each in panel.layers if isinstance(each, Bars)]
+    handles: list[Artist] = []
     for layer in panel.layers:
         if isinstance(layer, Bars):
             _draw_bars(axes, layer, beside.index(layer), len(beside))
         else:
-            _draw(axes, layer, panel)
+            handles += _draw(axes, layer, panel)
     for axis, how in ((axes.xaxis, panel.x), (axes.yaxis, panel.y)):
-        if how.scale == "log":
-            logarithmic(axis)
+        if how.scale in ("log", "symlog"):
+            logarithmic(axis, **{"linthresh": 10} if how.scale == "symlog" else {})
+        if how.scale == "log" and not own_legend:
             axis.set_minor_locator(NullLocator())
-        elif how.scale == "symlog":
-            logarithmic(axis, linthresh=10)
     if panel.y.scale == "normal":
         _normal_ticks(axes, panel)
+    if panel.x.words:
+        axes.xaxis.set_major_locator(MaxNLocator(MOST_WORDS, integer=True))
+        axes.xaxis.set_major_formatter(partial(_word_at, panel.x.words))
+        axes.tick_params(axis="x", rotation=90)
     if panel.x.ends:
         axes.set_xlim(*panel.x.ends)
     if panel.y.ends:
         axes.set_ylim(*panel.y.ends)
-    if not beside:
+    if own_legend:
+        _draw_legend(axes, panel, handles)
+    elif not beside:
         few_ticks(axes)
 
 
-def _draw(axes: Axes, layer: Layer, panel: PlotPanel) -> None:
-    words = "" if isinstance(layer, Ranges) else layer.label
+def _draw_legend(axes: Axes, panel: PlotPanel, handles: list[Artist]) -> None:
+    """Draw what stands against the right, and a legend on the line of the title."""
+    axes.set_title(panel.title or " ")
+    if panel.right:
+        right = axes.twinx()
+        right.grid(visible=False)
+        right.spines["right"].set_visible(True)
+        right.set_ylabel(panel.right.y.label)
+        for layer in panel.right.layers:
+            handles += _draw(right, layer, panel.right)
+        if panel.right.y.ends:
+            right.set_ylim(*panel.right.y.ends)
+    if handles:
+        columns = _columns(panel.title, [str(each.get_label()) for each in handles])
+        legend = axes.legend(
+            handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0),
+            ncols=columns, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
+        )  # fmt: skip
+        legend.set_in_layout(len(handles) > columns)  # further lines need room
+
+
+def _columns(title: str, labels: list[str]) -> int:
+    """Return how many columns of a legend find room beside a title."""
+    letters = np.array([len(label) + HANDLE for label in labels])
+    for columns in LEGEND_COLUMNS:
+        # filled one after the other, each as wide as the longest of its labels
+        filled = [part for part in np.array_split(letters, columns) if len(part)]
+        if len(title) + sum(part.max() for part in filled) <= LINE:
+            break
+    return columns
+
+
+def _word_at(words: tuple[str, ...], x: float, _: int) -> str:
+    """Write along an axis what stands at a number."""
+    return _wrapped(words[int(x)]) if x in range(len(words)) else ""
+
+
+def _wrapped(name: str) -> str:
+    """Write a name along an axis in lines, so that it leaves room for the picture."""
+    return "\n".join(wrap(name, NAME))
+
+
+def _draw(axes: Axes, layer: Layer, panel: PlotPanel) -> list[Artist]:
+    """Draw a layer; return what a legend shows of it."""
+    words = getattr(layer, "label", "")
     label = in_legend(words) if words else "_unnamed"
+    colour = ROLES[getattr(layer, "colour", "ink")]
+    named: dict[str, Any] = {"color": colour, "label": label}
+    drawn: list[Artist] = []
     match layer:
-        case Line(x, y, colour):
-            axes.plot(x, y, color=ROLES[colour], linewidth=1, label=label)
-        case Points(x, y, colour, _, faint):
-            axes.plot(
-                x, _up(y, panel.y), ".", color=ROLES[colour], label=label,
-                markersize=2.2 if faint else 3, alpha=0.4 if faint else 1.0,
-                markeredgewidth=0, rasterized=len(x) > MOST_POINTS,
+        case Line(x, y, dotted=dotted):
+            dots: dict[str, Any] = {"marker": ".", "markersize": 4} if dotted else {}
+            drawn += axes.plot(x, y, **named, **dots)
+        case Points(x, y, faint=faint, mark=mark):
+            drawn += axes.plot(
+                x, _up(y, panel.y), linestyle="none", **named,
+                rasterized=len(x) > MOST_POINTS, **(FAINT if faint else MARKS[mark]),
             )  # fmt: skip
-        case Fill(x, lower, upper, colour):
-            axes.fill_between(
-                x, lower, upper, color=ROLES[colour], alpha=0.25, linewidth=0,
-                label=label,
-            )  # fmt: skip
-        case Stairs(edges, heights, colour):
-            axes.stairs(
-                heights, edges, fill=True, color=ROLES[colour], linewidth=0, label=label
-            )
-        case Rule(at, upright, colour, _, dash):
+        case Fill(x, lower, upper):
+            axes.fill_between(x, lower, upper, linewidth=0, alpha=0.25, **named)
+            drawn.append(Patch(alpha=0.25, **named))
+        case Whiskers(x, lower, upper):
+            axes.vlines(x, lower, upper, linewidth=6, alpha=0.25, **named)
+            drawn.append(Patch(alpha=0.25, **named))
+        case Area(x, y):
+            drawn += axes.fill(x, y, **named, alpha=0.2, linewidth=0)
+        case Shade(lower, upper):
+            axes.axvspan(lower, upper, color=WINDOW, zorder=0)
+        case Stairs(edges, heights):
+            drawn.append(axes.stairs(heights, edges, fill=True, linewidth=0, **named))
+        case Rule(at, upright, dash=dash):
             across = axes.axvline if upright else axes.axhline
-            across(at, color=ROLES[colour], linestyle=dash, linewidth=1.2, label=label)
-        case Spans(lower, upper, at, colour):
-            _draw_spans(axes, lower, upper, at, ROLES[colour], label)
+            drawn.append(across(at, linestyle=dash, linewidth=1.2, **named))
+        case Spans(lower, upper, at):
+            _draw_spans(axes, lower, upper, at, colour, label)
         case Ranges():
             _draw_ranges(axes, layer)
         case Bars():
             pass  # drawn beside each other
         case _:
             assert_never(layer)
+    return drawn if words else []
 
 
 def _up(shares: Array, axis: PlotAxis) -> Array:
@@ -181,7 +296,7 @@ def _draw_bars(axes: Axes, layer: Bars, place: int, of: int) -> None:
         error_kw={"ecolor": INK, "elinewidth": 0.8, "capsize": 2},
     )  # fmt: skip
     if place == 0:
-        axes.set_yticks(np.arange(len(layer.names)), layer.names)
+        axes.set_yticks(np.arange(len(layer.names)), [*map(_wrapped, layer.names)])
         axes.invert_yaxis()
         axes.grid(visible=False, axis="y")
 
@@ -194,6 +309,29 @@ def _draw_ranges(axes: Axes, layer: Ranges) -> None:
         axes.plot([lower, upper], [row, row], color=ROLES[colour], alpha=0.4,
                   linewidth=6, solid_capstyle="butt")  # fmt: skip
         axes.plot(at, row, "o", color=ROLES[colour], markersize=4)
-    axes.set_yticks(rows, layer.names)
+    axes.set_yticks(rows, [*map(_wrapped, layer.names)])
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.grid(visible=False, axis="y")
+
+
+def _listing(listing: Listing) -> Figure:
+    heads, rows = view_rows(listing)
+    if len(rows) > MOST_ROWS:
+        raise PictureError(
+            f"{len(rows)} rows are too many for a picture ({MOST_ROWS}); write them to "
+            "a .csv or an .html file"
+        )
+    cells = [[_in_cell(each) for each in row] for row in rows]
+    cells = cells or [["none"] + [""] * (len(heads) - 1)]
+    figure = Figure(figsize=(1.2 + 1.1 * len(heads), 1.2 + 0.24 * len(cells)))
+    axes = figure.add_axes((0.02, 0.02, 0.96, 0.86))
+    axes.set_axis_off()
+    table = axes.table(cells, colLabels=heads, loc="upper left", cellLoc="right")
+    table.auto_set_font_size(False)
+    table.set_fontsize(8)
+    table.auto_set_column_width(list(range(len(heads))))
+    return figure
+
+
+def _in_cell(cell: Number | str | None) -> str:
+    return plain(in_cell(cell)[0]) if isinstance(cell, Number) else cell or ""

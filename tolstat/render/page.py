@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from functools import cache
 from importlib.resources import files
+from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from tolstat.document.blocks import Block, Cell, Document, Figure, Section
 from tolstat.document.digits import Written, in_cell, in_line
-from tolstat.document.inline import Inline, Name, Number, Parts, Typed, Word
+from tolstat.document.inline import Inline, Link, Name, Number, Parts, Typed, Word
 from tolstat.literal import visible
-from tolstat.render.figures import as_svg
 
 
 def page(document: Document) -> str:
@@ -67,6 +67,8 @@ def style() -> Markup:
 
 
 def _svg(figure: Figure) -> Markup:
+    from tolstat.render.figures import as_svg  # a page without figures needs no engine
+
     return as_svg(figure.picture, figure.alt)
 
 
@@ -96,6 +98,8 @@ def _inline(part: Inline) -> Markup:
                 )
             name = tone.replace(" ", "-")
             return Markup('<span class="verdict {}">{}</span>').format(name, text)
+        case Link(text, target):
+            return Markup('<a href="{}">{}</a>').format(quote(target), visible(text))
         case Typed(command):
             return Markup("<code>{}</code>").format(visible(command))
         case _:

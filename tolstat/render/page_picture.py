@@ -126,6 +126,6 @@ def inline(figure: Figure, alternative: str) -> Markup:
         r'\bd="[^"]*"', lambda d: re.sub(r"(\.\d{2})\d+", r"\1", d.group()), svg
     )
     head = f'<svg role="img" aria-label="{escape(visible(alternative))}"'
-    svg = re.sub(r"<svg\b", head, svg, count=1)
+    svg = svg.replace("<svg", head, 1)
     svg = re.sub(r'\b(width|height)="[\d.]+pt"\s*', "", svg, count=2)
     return Markup(svg)

@@ -116,9 +116,9 @@ def write(figure: Figure, path: Path) -> None:
         If it cannot be written.
     """
     form = path.suffix.lower().removeprefix(".")
-    literally(figure)
     drawn = io.BytesIO()
     with styled():
+        literally(figure)
         # no date: the same picture is the same file
         metadata = {"Date": None} if form == "svg" else None
         figure.savefig(drawn, format=form, dpi=150, metadata=metadata)

@@ -25,12 +25,13 @@ from tolstat.document.blocks import (
     Verbatim,
 )
 from tolstat.document.digits import in_cell, in_line, plain
-from tolstat.document.inline import Number, Parts, Typed
+from tolstat.document.inline import Inline, Number, Parts, Typed
 from tolstat.literal import visible
 
 PIPED_WIDTH = 120  # where the output is no terminal
 UNBOUNDED = 100_000
 PADDING = 0, 1, 0, 0  # of a cell
+UNBROKEN = "\ue000"  # stands for a space where no line may end
 REASON = 24  # letters in a line of words below a number
 
 
@@ -54,7 +55,8 @@ def screen(least: int = 0) -> Screen:
 
 def show(document: Document) -> None:
     """Print a document on the standard output: its tables and sentences."""
-    _print_title(document.title)
+    if document.title:
+        _print_title(document.title)
     for block in document.blocks:
         _show(block)
 
@@ -100,21 +102,41 @@ def as_text(parts: Parts) -> str:
 
 
 def _print(parts: Parts, before: str = "") -> None:
-    """Print a sentence; a command in it has a line of its own, and never wraps."""
+    """Print a sentence; numbers keep their units, and a command has its own line."""
     left = list(parts)
     while left:
         typed = [i for i, part in enumerate(left) if isinstance(part, Typed)]
         end = typed[0] if typed else len(left)
-        words = before + as_text(tuple(left[:end]))
+        words = before + "".join(map(_unbroken, left[:end]))
         if words.strip(" ."):
-            screen().print(words.rstrip())
+            _print_wrapped(words.rstrip())
         if typed:
             screen().print(f"   {as_text((left[end],))}", soft_wrap=True)
         before, left = "", left[end + 1 :]
 
 
+def _unbroken(part: Inline) -> str:
+    return part if isinstance(part, str) else as_text((part,)).replace(" ", UNBROKEN)
+
+
+def _print_wrapped(words: str) -> None:
+    """Print words in lines that end at spaces alone."""
+    console, lines = screen(), list[str]()
+    for line in visible(words).splitlines():
+        lines += textwrap.wrap(
+            line, console.width, break_long_words=False, break_on_hyphens=False
+        )
+    console.print("\n".join(lines).replace(UNBROKEN, " "), soft_wrap=True)
+
+
 def _print_title(title: str, least: int = 0) -> None:
     screen(least).print(title, style="table.title")
+
+
+def as_rich(given: Table) -> RichTable:
+    """Return a table for a live display; what does not fit is folded."""
+    every = [i for i, column in enumerate(given.columns) if not column.page_only]
+    return _folded(given, every, 1)
 
 
 def show_table(given: Table) -> None:
@@ -127,12 +149,15 @@ def show_table(given: Table) -> None:
     keys, left = columns[: given.keys], columns[given.keys :]
     title = given.title
     while True:
-        count = max(len(left), 1)
-        while count > 1 and _width(_made(given, keys + left[:count])) > screen().width:
+        count, room = max(len(left), 1), screen().width
+        made = _folded(given, keys + left, REASON)
+        while count > 1 and _width(made) > room:
             count -= 1
-        made = _made(given, keys + left[:count])
-        fold(made)
+            made = _folded(given, keys + left[:count], REASON)
         least = _width(made)
+        if least > room:
+            made = _folded(given, keys + left[:count], 1)
+            least = _width(made)
         if title:
             _print_title(title, least)
         screen(least).print(made)
@@ -149,11 +174,9 @@ def _made(given: Table, chosen: Sequence[int]) -> RichTable:
     made = RichTable(box=box.SIMPLE_HEAD, padding=PADDING)
     for i in chosen:
         column = given.columns[i]
-        cells = [row[i] for row in given.rows]
-        right = not column.words and any(map(_is_number, cells))
         made.add_column(
             column.head,
-            justify="right" if right else "left",
+            justify="left" if given.sides[i] else "right",
             no_wrap=not column.words,
             overflow="fold",
         )
@@ -162,10 +185,6 @@ def _made(given: Table, chosen: Sequence[int]) -> RichTable:
         shown = (Cell(row[i].main) if i < given.keys else row[i] for i in chosen)
         made.add_row(*map(_in_lines, shown))
     return made
-
-
-def _is_number(cell: Cell) -> bool:
-    return any(isinstance(part, Number) for part in cell.main)
 
 
 def _in_lines(cell: Cell) -> str:
@@ -188,19 +207,22 @@ def _width(made: RichTable) -> int:
     return Screen(width=UNBOUNDED).measure(made).maximum
 
 
-def fold(made: RichTable) -> None:
-    """Share the room among columns that wrap, so that no word of them is cut."""
+def _folded(given: Table, chosen: Sequence[int], least: int) -> RichTable:
+    """Make a table of some columns whose words wrap, to `least` letters in a line.
+
+    They share the room so that no word of them is cut; Rich would not regard that.
+    """
+    made = _made(given, chosen)
     widths, longest = dict[int, int](), dict[int, int]()
     for i, column in enumerate(made.columns):
         if not column.no_wrap:
             cells = [visible(str(cell)) for cell in (column.header, *column.cells)]
             longest[i] = max(map(cell_len, "\n".join(cells).splitlines()), default=1)
-            widths[i] = max(map(cell_len, " ".join(cells).split()), default=1)
+            word = max(map(cell_len, " ".join(cells).split()), default=1)
+            widths[i] = max(word, min(longest[i], least))
             column.width = widths[i]
-    # Rich would share the room without regard to the longest words
-    for _ in range(screen().width - _width(made)):
-        if not longest:
-            return
+    for _ in range(screen().width - _width(made) if longest else 0):
         i = max(longest, key=lambda i: longest[i] / widths[i])
         widths[i] += widths[i] < longest[i]
         made.columns[i].width = widths[i]
+    return made

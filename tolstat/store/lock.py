@@ -47,14 +47,14 @@ class Lock(AbstractContextManager["Lock"]):
                 file.close()
                 raise RunFileError(
                     f"{self._place} is no lock of tolstat, and would have to be; give "
-                    "it or the run another name (-o, output=)"
+                    "it or the run another name"
                 )
             if not _taken(file):
                 holder = words.strip() or "another process"
                 file.close()
                 raise RunFileError(
                     f"{path} is being written by {holder}; wait for it, or give "
-                    "another name (-o, output=)"
+                    "another name"
                 )
             if self._is_there(file):
                 break

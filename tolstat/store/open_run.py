@@ -8,10 +8,9 @@ from typing import Any
 
 import h5py
 
-from tolstat.errors import DamagedError, RunFileError
+from tolstat.errors import Advice, DamagedError, RunFileError
 from tolstat.model.description import Response
 from tolstat.store.codec import fields_of, read
-from tolstat.store.commands import command, to_resume
 from tolstat.store.damage import damage_of
 from tolstat.store.layout import (
     CLOCK,
@@ -59,8 +58,8 @@ def open(path: str | os.PathLike[str], *, damaged: bool = False) -> Run:
         raise RunFileError(f"{path} is no whole run: {error}") from error
     if run.damage and not damaged:
         raise DamagedError(
-            f"{path} is damaged: {run.damage.words}; `{to_resume(path, run.machine)}` "
-            "computes that again"
+            f"{path} is damaged: {run.damage.words}",
+            Advice("repair", path, run.machine),
         )
     return run
 
@@ -68,9 +67,7 @@ def open(path: str | os.PathLike[str], *, damaged: bool = False) -> Run:
 def existing(path: Path) -> Path:
     """Return a path; refuse one where no run can be."""
     if path.suffix == ".toml":
-        raise RunFileError(
-            f"{path} is a study; `{command('run', path)}` makes a run of it"
-        )
+        raise RunFileError(f"{path} is a study, and no run", Advice("run", path))
     if not path.is_file():
         raise RunFileError(f"{path}: there is no such file")
     return path

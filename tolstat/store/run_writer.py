@@ -18,10 +18,9 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import BrokenError, RunFileError, TolstatError
+from tolstat.errors import Advice, BrokenError, RunFileError, TolstatError
 from tolstat.model.contract import Answers
 from tolstat.status import Status
-from tolstat.store.commands import to_resume
 from tolstat.store.draft import draft_of
 from tolstat.store.fingerprint import fingerprints
 from tolstat.store.layout import (
@@ -240,20 +239,19 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         said = f"{self.path} cannot be written: {error.strerror or error}"
         if self._rows:
             with suppress(OSError):
-                said += self._stored()
+                return self._error(said)
         return BrokenError(said)
 
-    def _stored(self) -> str:
-        """Say what is stored, and how it is resumed."""
+    def _error(self, said: str) -> BrokenError:
+        """Say what is stored, beside what is wrong."""
         assert self._rows
         status = self._rows.read(STATUS)
         ended = np.count_nonzero(status != Status.NOT_RUN)
         if self._before and not ended:  # it is put back
-            return f"; the run in {self.path} is as it was"
-        advice = to_resume(self.path, self.run.machine)
-        return (
-            f"; {ended} of {len(status)} trials are stored, once this is mended go on "
-            f"with: {advice}"
+            return BrokenError(f"{said}; the run in {self.path} is as it was")
+        return BrokenError(
+            f"{said}; {ended} of {len(status)} trials are stored",
+            Advice("resume", self.path, self.run.machine),
         )
 
     def failed(self, error: TolstatError) -> BrokenError | None:
@@ -267,7 +265,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def cut_short(self, error: TolstatError) -> BrokenError:
         """Say what is stored where it cannot be gone on."""
         self._make_safe()
-        return BrokenError(f"{error}{self._stored()}")
+        return self._error(str(error))
 
     def finish(self, run: Run) -> None:
         """Leave the run as it is at its end.

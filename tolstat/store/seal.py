@@ -158,8 +158,7 @@ def check_seal(path: Path) -> None:
         short = f": {size} bytes of {seal.size} are there" if size < seal.size else ""
         raise DamagedError(
             f"{path} is damaged in what all of it depends on{short}, or was changed by "
-            "another program; nothing in it can be trusted: run its study again, with "
-            "--force"
+            "another program; nothing in it can be trusted: run its study again"
         )
 
 

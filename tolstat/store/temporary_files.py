@@ -10,8 +10,7 @@ from contextlib import suppress
 from itertools import count
 from pathlib import Path
 
-from tolstat.errors import BrokenError, RunFileError, TolstatError
-from tolstat.store.commands import to_resume
+from tolstat.errors import Advice, BrokenError, RunFileError, TolstatError
 from tolstat.store.lock import alive
 from tolstat.store.open_run import open as open_run
 from tolstat.store.seal import is_run
@@ -49,18 +48,19 @@ def check_replaceable(path: Path, *, force: bool) -> None:
         raise RunFileError(f"{path} exists and is no run; it is not replaced")
     if not force:
         raise RunFileError(
-            f"{path} exists already; give --force (force=True) to replace it, or -o "
-            f"(output=) for another name{_going_on(path)}"
+            f"{path} exists already, and is replaced only by force",
+            *_next(path),
         )
 
 
-def _going_on(path: Path) -> str:
-    """Say which command resumes a run; empty for one that is complete and whole."""
+def _next(path: Path) -> tuple[Advice, ...]:
+    """Return what can be done about a run that is there."""
+    replace = Advice("replace", path)
     with suppress(TolstatError):  # of another format, or too damaged to be read
         run = open_run(path, damaged=True)
         if run.damage or not run.complete:
-            return f"; `{to_resume(path, run.machine)}` goes on with it"
-    return ""
+            return replace, Advice("resume", path, run.machine)
+    return (replace,)
 
 
 def check_room(path: Path, size: int) -> None:
@@ -84,5 +84,5 @@ def check_room(path: Path, size: int) -> None:
         raise BrokenError(
             f"{path}: the run needs {2 * size / 1e6:.1f} MB, its file and a copy "
             f"while its end is written, and {free / 1e6:.1f} MB are free; make room, "
-            "or write it elsewhere (-o)"
+            "or write it to another disk"
         )

@@ -27,7 +27,7 @@ A_SEED = f"a whole number from 0 to {MOST_SEED} is expected"
 IN_RANGE = {"trials": lambda n: n > 0, "seed": lambda n: 0 <= n <= MOST_SEED}
 NO_SUCH_KEY = "a study has no such key; "
 MISSING = {
-    "model": 'missing; name a machine, such as model = "stand" (`tolstat models`)',
+    "model": 'missing; name a machine, such as model = "stand"',
     "trials": "missing; say how many machines to build, such as trials = 4096",
     "seed": "missing; a whole number, such as seed = 75: it makes the run repeatable",
 }
@@ -60,7 +60,7 @@ class Document:
     ] = None
     settings: Annotated[
         dict[str, Any],
-        "a table of settings is expected (`tolstat show MODEL` lists them)",
+        "a table of settings is expected: in each line name = value",
     ] = field(default_factory=dict)
     links: Annotated[
         dict[str, str | int | float | dict[str, Any]],

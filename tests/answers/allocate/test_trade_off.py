@@ -27,8 +27,8 @@ from tolstat.answers.allocate.reweighted_pool import Pool
 from tolstat.answers.allocate.search import Search
 from tolstat.answers.allocate.trade_off import Point, for_equal_cost, trade_off_chart
 from tolstat.model.view import Mark
+from tolstat.render.figures import draw as draw_view
 from tolstat.render.screen import as_text
-from tolstat.render.view_picture import draw_view
 from tolstat.statistics.estimate import Estimate
 
 

@@ -93,7 +93,7 @@ def pair_of(first: Run, second: Run) -> Pair:
             "one model can be compared"
         )
     if A is None or B is None:
-        raise PictureError(no_sample(second if A else first))
+        raise no_sample(second if A else first)
     units = second.units
     names = tuple(
         each.name for each in first.responses if units.get(each.name) == each.unit

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from tolstat.answers.cells import limit_cell, ppm
+from tolstat.answers.next_steps import to_replay
 from tolstat.answers.rare.failure_points import FailurePoint
 from tolstat.answers.rare.rare_answer import RareSummary, Stage
 from tolstat.answers.report.first_page import demanded_ppk, title_facts
@@ -34,7 +35,6 @@ from tolstat.document.inline import (
     listed,
     text,
 )
-from tolstat.store.commands import to_replay
 from tolstat.units.scale import PART, PER_CENT, PPM
 
 STAGES = (

@@ -73,7 +73,7 @@ def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
     """
     drawn = drawn_trials(run)
     if drawn is None:
-        raise PictureError(no_sample(run))
+        raise no_sample(run)
     if not np.any(drawn.sample.ran):
         raise PictureError(f"{run.path}: no trial has run; there is nothing to report")
     return drawn, responses_in_focus(run, chosen)

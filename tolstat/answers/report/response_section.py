@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 from tolstat.answers.cells import ppk_cell, ppm
+from tolstat.answers.next_steps import to_replay
 from tolstat.answers.report.first_page import LEVEL, explained, no_cause, rests_on
 from tolstat.answers.report.report_answer import (
     Cause,
@@ -40,7 +41,6 @@ from tolstat.document.inline import (
 from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sensitivity.contributions import Contributions
-from tolstat.store.commands import to_replay
 from tolstat.units.scale import AS_IS, PART, PER_CENT, Ratio
 
 CHOSEN = {"near": "next to the limit", "worst": "worst", "spread": "over the range"}

@@ -8,7 +8,7 @@ from typing import Any
 
 from tolstat.answers.sampled_trials import no_sample
 from tolstat.answers.what_if.scenario import Entries, folder_of, read_scenario
-from tolstat.errors import PictureError, StudyError, TolstatError
+from tolstat.errors import StudyError, TolstatError
 from tolstat.execution.continuation import study_of
 from tolstat.model.contract import Model
 from tolstat.store.open_run import open as open_run
@@ -59,7 +59,7 @@ def fresh_study(
     """
     run = run if isinstance(run, Run) else open_run(run)
     if run.sampled is None:
-        raise PictureError(no_sample(run))
+        raise no_sample(run)
     study = study_of(run, model=model)
     problems = Problems(f"{run.path}", "cannot be asked that")
     scenario = read_scenario(deviations, study, run, problems)

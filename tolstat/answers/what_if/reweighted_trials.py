@@ -20,14 +20,19 @@ from tolstat.answers.what_if.what_if_answer import (
 from tolstat.deviations.density_ratio import DensityRatio, dependent_groups, equal_parts
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.overlap import Overlap, check_overlap, overlap_of
-from tolstat.errors import DistributionError, PictureError, RunFileError, StudyError
+from tolstat.errors import (
+    Advice,
+    DistributionError,
+    PictureError,
+    RunFileError,
+    StudyError,
+)
 from tolstat.execution.compatibility import trials_drawn_otherwise
 from tolstat.execution.continuation import plan_again, study_of
 from tolstat.execution.stages import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.reweighting.weights import LEAST_EFFECTIVE, Weights
-from tolstat.store.commands import to_run_again
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
@@ -127,7 +132,8 @@ def _check_drawn(run: Run, study: Study) -> None:
     if len(trials_drawn_otherwise(run, plan)):
         raise RunFileError(
             f"{run.path}: its study draws other deviations by now, because its data or "
-            f"the machine are others; {to_run_again(run)}"
+            "the machine are others",
+            Advice("run again", run.path, run.machine, run=run),
         )
 
 

@@ -46,7 +46,7 @@ class Cluster(Executor):
             from distributed import Client
         except ImportError as error:
             raise StudyError(
-                f"--cluster needs Dask: pip install 'tolstat[cluster]' ({error})"
+                f"a cluster needs Dask: pip install 'tolstat[cluster]' ({error})"
             ) from None
         # what matters of its losses is said in one sentence, without its tracebacks
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL + 1)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tolstat import catalogue
-from tolstat.errors import ModelError, TolstatError
+from tolstat.errors import Advice, ModelError, TolstatError
 from tolstat.model.contract import Model
 from tolstat.store.provenance import decisive
 
@@ -74,8 +74,8 @@ def _place_of(model: Model) -> str:
     if place == catalogue.ANY:
         raise ModelError(
             f"the machine '{model.name}' is an object of this process, and others "
-            "cannot find it: name its file, --machine FILE.py:NAME "
-            "(tolstat.catalogue.load)"
+            "cannot find it: load it from its file (tolstat.catalogue.load)",
+            Advice("custom model"),
         )
     file, _, name = place.rpartition(":")
     return f"{Path(file).resolve()}:{name}" if place else ""

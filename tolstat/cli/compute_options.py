@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from tolstat.execution.workers.crew import Workers
 
 
-class Power(NamedTuple):
+class Compute(NamedTuple):
     """Who evaluates."""
 
     workers: int | None = None  # threads; as many as there are processors if not given
@@ -52,8 +52,8 @@ _cluster = click.option(
 )
 
 
-def powered(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Let a command be told who evaluates: its argument `power`."""
+def computing(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a command be told who evaluates: its argument `compute`."""
 
     @wraps(command)
     def told(
@@ -61,6 +61,6 @@ def powered(command: Callable[..., Any]) -> Callable[..., Any]:
     ) -> Any:
         if workers and cluster:
             raise click.UsageError("--workers are of this computer, not of a --cluster")
-        return command(*arguments, power=Power(workers, cluster), **options)
+        return command(*arguments, compute=Compute(workers, cluster), **options)
 
     return workers(_cluster(told))

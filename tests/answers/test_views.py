@@ -4,26 +4,39 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 
 import numpy as np
 import pytest
 
 import tolstat
+from tests.answers.test_pictures import nothing_overlaps
 from tests.model.rich import Rich
-from tests.reporting.test_pictures import nothing_overlaps
 from tolstat import catalogue
-from tolstat.answers.pages import save_view, view_page
 from tolstat.answers.views.machine_view import view_of
+from tolstat.answers.views.view_file import save_view, view_document
 from tolstat.cli.main import main
+from tolstat.document.digits import in_cell, plain
+from tolstat.document.inline import Number
 from tolstat.errors import ModelError, PictureError
 from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Panel, Region
-from tolstat.render.view_picture import draw_view
-from tolstat.render.view_table import as_csv, view_rows
+from tolstat.render.figures import draw as draw_view
+from tolstat.render.page import page as html
+from tolstat.render.view_rows import as_csv, view_rows
 
 STUDY = {
     "model": "rich", "trials": 100, "seed": 1,
     "deviations": {"A1": "+-0.3 mm", "A2": "+-10 um"},
 }  # fmt: skip
+
+
+def shown(view):
+    """Heads and cells of a view, as text."""
+    heads, rows = view_rows(view)
+    return heads, [
+        [plain(in_cell(c)[0]) if isinstance(c, Number) else c for c in row]
+        for row in rows
+    ]
 
 
 @pytest.fixture
@@ -67,15 +80,15 @@ def test_it_is_drawn_with_units_and_nothing_over_anything(spectrum):
 
 def test_a_listing_is_a_table(tmp_path):
     found = tolstat.view(Rich(), "designs")
-    heads, rows = view_rows(found)
+    heads, rows = shown(found)
     assert heads == ["z1", "ratio", "size, mm", "hand"]
     assert rows[0] == ["17", "1", "34", "left"] and len(rows) == 5
     assert found.frame()["z1"].tolist() == [17] * 5
     table = list(csv.reader(io.StringIO(as_csv(found))))
     assert table[0] == ["z1", "ratio", "size [mm]", "hand"]
     assert float(table[2][2]) == pytest.approx(36.0)
-    page = view_page(found, "designs <b>", "a pair of wheels")
-    assert "<td>34</td>" in page and "designs &lt;b&gt;" in page
+    page = html(view_document(found, "designs <b>", "a pair of wheels"))
+    assert re.search(r"<td>.*>34<", page) and "designs &lt;b&gt;" in page
     figure = draw_view(found, "designs")
     assert "34" in {
         c.get_text().get_text() for c in figure.axes[0].tables[0].get_celld().values()
@@ -225,7 +238,7 @@ def test_on_the_command_line(tmp_path, monkeypatch):
 
 
 def test_regions_and_curves_with_points_of_their_own_reach_every_table(spectrum):
-    heads, rows = view_rows(spectrum)
+    heads, rows = shown(spectrum)
     assert heads == ["curve", "frequency, Hz", "value", "unit"]
     measured = [row for row in rows if row[0] == "measured"]
     assert measured == [

@@ -1,4 +1,4 @@
-"""A run looked on at while another process writes it."""
+"""A run followed while another process writes it."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from pathlib import Path
 from rich.live import Live
 from rich.table import Table
 
-from tolstat.answers.index.run_entries import entry_of
+from tolstat.answers.index.run_entries import RunIndex, entry_of
+from tolstat.answers.next_steps import to_resume
 from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
-from tolstat.cli.listing import FIRST, row_of, runs_table
-from tolstat.cli.showing import Screen
-from tolstat.store.commands import to_resume
+from tolstat.render.screen import Screen, as_rich
 from tolstat.store.lock import writer_of
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
@@ -44,20 +43,20 @@ def follow_run(path: Path) -> None:
                 sys.exit(INTERRUPTED)
     if not run.complete:
         screen.print(
-            f"nobody writes {path}: {run.ended} of {run.trials} trials have run; go on "
-            f"with: {to_resume(path, run.machine)}",
+            f"nothing writes {path}: {run.ended} of {run.trials} trials have run; "
+            f"continue it with: {to_resume(path, run.machine)}",
             soft_wrap=True,
         )
 
 
 def _in_line(run: Run) -> str:
-    """Say how far a run is where no table can be drawn anew."""
-    failed = "" if run.aim else f", {run.failed} failed"  # sought: no share
+    """Say how far a run is where no table can be drawn again."""
+    failed = "" if run.aim else f", {run.failed} failed"
     return f"{run.path}: {run.ended} of {run.trials} trials{failed}"
 
 
 def _state(run: Run, now: float, before: tuple[float, int] | None) -> Table:
-    table = runs_table(*FIRST, "trials/s")
-    speed = (run.ended - before[1]) / (now - before[0]) if before else 0.0
-    table.add_row(*row_of(entry_of(run)), f"{speed:.0f}" if speed else "")
+    table = as_rich(RunIndex("", run.path.parent, (entry_of(run),)).progress())
+    if before:
+        table.caption = f"{(run.ended - before[1]) / (now - before[0]):.0f} trials/s"
     return table

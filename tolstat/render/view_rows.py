@@ -1,4 +1,4 @@
-"""A view as rows: on the screen, as CSV, as a page."""
+"""A view as rows of numbers: for tables, as CSV."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.document.inline import Number
 from tolstat.model.view import Band, Chart, Curve, Region, View
-from tolstat.render.plain import csv_text
+from tolstat.render.tables import csv_text
 from tolstat.units.scale import COUNT, PLAIN, Scale, scale_of
 
 
@@ -77,30 +78,22 @@ def view_scale(unit: str, shown: str, *values: NDArray[np.generic]) -> Scale:
     return scale_of(unit, shown, max(sizes, default=0.0))
 
 
-def view_rows(view: View) -> tuple[list[str], list[list[str]]]:
-    """Write a view as text.
+def view_rows(view: View) -> tuple[list[str], list[list[Number | str | None]]]:
+    """Return a view as heads with their units, and rows of numbers and words.
 
-    Parameters
-    ----------
-    view : Chart or Listing
-        Of a chart whose curves share no points a row is one point of one curve.
-
-    Returns
-    -------
-    tuple of list
-        Heads with their units, and rows.
+    Of a chart whose curves share no points a row is one point of one curve.
     """
     heads, columns = [], []
     for name, scale, values in _scaled(view):
         heads.append(scale.label(name) if scale else name)
-        columns.append([_cell(scale, value) for value in values.tolist()])
+        columns.append([_number(scale, value) for value in values.tolist()])
     return heads, [list(row) for row in zip(*columns, strict=True)]
 
 
-def _cell(scale: Scale | None, value: float | str) -> str:
+def _number(scale: Scale | None, value: float | str) -> Number | str | None:
     if isinstance(value, str):
         return value
-    return "" if value != value or scale is None else scale.number(value)
+    return None if value != value or scale is None else Number(float(value), scale)
 
 
 def as_csv(view: View) -> str:

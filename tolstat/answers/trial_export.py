@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tolstat.errors import BrokenError, RunFileError
+from tolstat.errors import Advice, BrokenError, RunFileError
 from tolstat.literal import csv_cell
 from tolstat.render.output_file import check_output
 from tolstat.store.stored_run import Run
@@ -43,7 +43,10 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
         raise RunFileError(f"{path}: a table ends in {' or '.join(ENDINGS)}")
     check_output(path)
     if path.exists() and not (force and path.is_file()):
-        raise RunFileError(f"{path} exists already; give --force to replace it")
+        raise RunFileError(
+            f"{path} exists already, and is replaced only by force",
+            Advice("replace", path),
+        )
     if ending == ".parquet":
         _check_parquet(path)
     table, path = table_of(run), path.resolve()  # a link stays one

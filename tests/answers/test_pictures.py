@@ -7,16 +7,19 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import tolstat
-from tolstat.answers.sweep.curve_picture import draw_sweeps
 from tolstat.answers.sweep.curves import sweeps, swept_axis
+from tolstat.answers.sweep.sweep_figure import sweep_plot
 from tolstat.answers.views.replay import replay
 from tolstat.errors import PictureError
-from tolstat.machines.stand.declarations import RESPONSES
 from tolstat.machines.stand.machine import Stand
 from tolstat.machines.stand.settings import Settings
 from tolstat.model.view import Axis, Chart, Curve, Panel
+from tolstat.render.figures import draw as draw_view
 from tolstat.render.picture import check_ending, write
-from tolstat.render.view_picture import draw_view
+
+
+def draw_sweeps(runs, responses=()):
+    return draw_view(sweep_plot(runs, responses), runs[0].title)
 
 
 @pytest.fixture(scope="module")
@@ -79,9 +82,8 @@ def test_histories(machine):
     assert labels == ["kN m", "kN", "mrad", "mm", "kW", "kW", "m/s"]
     assert "time, s" in figure.axes[5].get_xlabel()
     rods = figure.axes[1].get_legend().get_texts()
-    names = [response.name for response in RESPONSES]
-    found = dict(zip(names, machine.outcome.responses[0], strict=True))
-    assert f"{found['rod_force_1'] / 1e3:.1f} kN" in rods[0].get_text()
+    found = machine.responses["rod_force_1"].value
+    assert f"{found / 1e3:.1f} kN" in rods[0].get_text()
     # the mark lies on the curve, in the window
     curve, mark = figure.axes[1].lines[:2]
     (time,), (value,) = mark.get_data()
@@ -89,7 +91,7 @@ def test_histories(machine):
     (window,) = machine.history.spans
     assert window.lower <= time <= window.upper
     assert value == y[np.searchsorted(x, time)]
-    assert abs(value) == pytest.approx(found["rod_force_1"] / 1e3, rel=1e-4)
+    assert abs(value) == pytest.approx(found / 1e3, rel=1e-4)
 
 
 def test_a_machine_in_which_nothing_yaws():
@@ -162,7 +164,7 @@ def test_what_cannot_be_drawn(grid, toy, toy_study, tmp_path):
     run = tolstat.run(other, model=toy)
     with pytest.raises(PictureError, match="sweeps crank_difference"):
         draw_sweeps([grid, run])
-    with pytest.raises(PictureError, match="--response NAME"):
+    with pytest.raises(PictureError, match="name the responses"):
         draw_sweeps([run])
 
 

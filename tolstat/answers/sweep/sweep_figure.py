@@ -1,0 +1,120 @@
+"""Grid runs as curves: responses over what was swept, several runs in one picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import cycle
+from pathlib import Path
+
+import numpy as np
+
+from tolstat.answers.sweep.curves import axis_scale, sweeps, swept_axis, words_along
+from tolstat.document.plot import Layer, Line, Plot, PlotAxis, PlotPanel, Points, Rule
+from tolstat.errors import PictureError
+from tolstat.render.chart_plot import CURVE_COLOURS
+from tolstat.store.stored_run import Run
+
+MOST_CURVES = 12
+FEW_POINTS = 100  # are shown each by itself
+
+
+def responses_of_interest(run: Run) -> list[str]:
+    """List what has a reference or a limit: what the study asks about."""
+    columns = run.reference.columns if run.reference else ()
+    known = [name for name in columns if name in run.units][1:]
+    limited = [name for name in run.limits if name not in known]
+    return [*known, *limited]
+
+
+def save_sweeps(runs: Sequence[Run], path: Path, responses: Sequence[str] = ()) -> None:
+    """Draw grid runs as curves, into a picture.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        Grid runs over the same contributor or setting.
+    path : Path
+        Ends in .png, .svg or .pdf.
+    responses : sequence of str
+        Names; what has a reference or a limit if none are given.
+
+    Raises
+    ------
+    PictureError
+        If a run is no grid, they do not sweep the same, or nothing is to be shown.
+    """
+    from tolstat.render.figures import draw
+    from tolstat.render.picture import check_ending, write
+
+    check_ending(path)
+    title = "\n".join(run.title for run in runs)
+    write(draw(sweep_plot(runs, responses), title), path)
+
+
+def sweep_plot(runs: Sequence[Run], responses: Sequence[str] = ()) -> Plot:
+    """Return one picture for each response, with its limit and the reference."""
+    axis = swept_axis(runs[0])
+    for run in runs[1:]:
+        if (other := swept_axis(run)) != axis:
+            raise PictureError(
+                f"{runs[0].path} sweeps {axis}, {run.path} sweeps {other}; draw each "
+                "by itself"
+            )
+    chosen = list(responses) or responses_of_interest(runs[0])
+    if not chosen:
+        raise PictureError(
+            f"{runs[0].path} limits no response; name the responses to be drawn"
+        )
+    words = tuple(words_along(runs[0], axis))
+    label = axis if words else axis_scale(runs[0], axis).label(axis)
+    x = PlotAxis(label, words=words)
+    panels = tuple(_panel(runs, axis, x, response) for response in chosen)
+    height = 3.3 * len(chosen) + 0.5
+    return Plot(panels, width=7.0, height=height, legends=True)
+
+
+def _panel(runs: Sequence[Run], axis: str, x: PlotAxis, response: str) -> PlotPanel:
+    # a response that the first run does not have is refused by `sweeps`
+    along = 1.0 if x.words else axis_scale(runs[0], axis).factor
+    scale = runs[0].scales.get(response)
+    times = scale.factor if scale else 1.0
+    layers = [*_curves(runs, axis, x, response, along, times)]
+    if len(layers) > MOST_CURVES:
+        raise PictureError(
+            f"{len(layers)} curves are too many for one picture ({MOST_CURVES}); sweep "
+            "less"
+        )
+    for run in runs:
+        known = run.reference.columns if run.reference else {}
+        if run.reference and response in known and axis in known:
+            at, values = along * known[axis], times * known[response]
+            layers.append(Points(at, values, "ink", run.reference.label, mark="ring"))
+    for limit in {run.limits[response] for run in runs if response in run.limits}:
+        said = f"limit {limit.words}"
+        for end in filter(math.isfinite, limit.permitted):
+            layers.append(Rule(times * end, False, "limit", said))
+            said = ""
+    y = PlotAxis(scale.label(response) if scale else response)
+    return PlotPanel(x, y, tuple(layers))
+
+
+def _curves(
+    runs: Sequence[Run],
+    axis: str,
+    x: PlotAxis,
+    response: str,
+    along: float,
+    times: float,
+) -> Iterator[Layer]:
+    colours = cycle(CURVE_COLOURS)
+    for run in runs:
+        for sweep in sweeps(run, axis, response):
+            of_run = run.path.stem if len(runs) > 1 else ""
+            label = ": ".join(part for part in (of_run, sweep.label) if part) or "run"
+            at, values, colour = along * sweep.x, times * sweep.y, next(colours)
+            if x.words:
+                yield Points(at, values, colour, label)
+            else:
+                few = np.size(values) < FEW_POINTS
+                yield Line(at, values, colour, label, dotted=few)

@@ -1,0 +1,59 @@
+"""What was found of a run that was verified."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tolstat.answers.next_steps import to_resume, to_run_again
+from tolstat.document.blocks import Document, Facts, Paragraph, paragraph
+from tolstat.document.inline import Parts, Typed, listed, text
+from tolstat.execution.compatibility import why_drawn_otherwise
+from tolstat.execution.verification import Verification
+from tolstat.status import Status
+from tolstat.store.damage import ranges_of
+
+
+def verified_document(path: Path, found: Verification) -> Document:
+    """Return what of a run is not as it was written, and what to do then."""
+    run = found.run
+    stored = int(np.count_nonzero(run.status != Status.NOT_RUN))
+    counts = [f"{count} {word}" for word, count in run.counts.items() if count]
+    facts: list[tuple[str, Parts]] = [
+        (f"{run.trials} trials", listed(counts, "")),
+        (f"checksums of {stored} trials and the nominal trial",
+         text(run.damage.words or "all fit")),
+    ]  # fmt: skip
+    for what, trials in (
+        ("status and responses", found.contradicting),
+        (f"deviations of {run.trials} trials, drawn again", found.drawn_otherwise),
+        (f"{len(found.evaluated)} trials, evaluated again", found.different),
+    ):
+        words = f"different in {ranges_of(trials)}" if len(trials) else "as stored"
+        facts.append((what, text(words)))
+    if found.nominal_differs:
+        facts.append(("nominal trial, evaluated again", text("different")))
+    redrawn = run.aim and len(found.drawn_otherwise)  # draws depend on the computer
+    reasons = []
+    if len(found.different) or found.nominal_differs or redrawn:
+        reasons = [paragraph(each) for each in found.reasons]
+    return Document("", (Facts(tuple(facts)), *reasons, _conclusion(path, found)))
+
+
+def _conclusion(path: Path, found: Verification) -> Paragraph:
+    run = found.run
+    if found.whole:
+        return paragraph(f"{path} is as it was written")
+    if run.damage:
+        repair = Typed(to_resume(path, run.machine))
+        return paragraph(f"{path} is damaged. Repair it with: ", repair)
+    why = "its data, or what evaluates it, differ"
+    if run.aim and len(found.drawn_otherwise):
+        why = why_drawn_otherwise(run)
+    again = to_run_again(run)
+    return paragraph(
+        f"{path} is as it was written, but its study gives something else here: {why}",
+        ". Run its study again",
+        text(": ", Typed(again)) if again else ".",
+    )

@@ -1,0 +1,84 @@
+"""A view as a document, and in a file: a picture, a table of numbers, a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tolstat.document.blocks import Block, Document, Figure, paragraph, table
+from tolstat.document.inline import counted
+from tolstat.errors import PictureError
+from tolstat.model.view import Chart, View
+from tolstat.render.output_file import check_output, replace
+from tolstat.render.view_rows import as_csv, view_rows
+
+PICTURES = (".png", ".svg", ".pdf")
+MOST_ROWS, MOST_COLUMNS = 40, 7  # on the screen
+
+
+def view_document(view: View, title: str, sentence: str = "") -> Document:
+    """Return a view as a page shows it: a chart as a figure, a listing as a table."""
+    said = [paragraph(sentence)] if sentence else []
+    shown: Block
+    if isinstance(view, Chart):
+        shown = Figure(sentence or title, view, wide=True)
+    else:
+        shown = table(*view_rows(view))
+    return Document(title, (*said, shown))
+
+
+def view_on_screen(view: View, title: str) -> Document:
+    """Return some rows of a view; of a listing the first, which matter most."""
+    heads, rows = view_rows(view)
+    chosen = np.arange(min(MOST_ROWS, len(rows)))
+    if isinstance(view, Chart):
+        chosen = np.unique(np.linspace(0, len(rows) - 1, MOST_ROWS).astype(int))
+    cells = [rows[i][:MOST_COLUMNS] for i in chosen if i < len(rows)]
+    blocks: list[Block] = [table(heads[:MOST_COLUMNS], cells)]
+    if len(cells) < len(rows) or len(heads) > MOST_COLUMNS:
+        part = f"{len(cells)} of ", *counted(len(rows), "row")
+        columns = f", {len(heads[:MOST_COLUMNS])} of ", *counted(len(heads), "column")
+        blocks.append(paragraph(part, columns, "; -o FILE.csv writes all of them"))
+    return Document(title, tuple(blocks))
+
+
+def save_view(view: View, path: Path, title: str, sentence: str = "") -> None:
+    """Write a view: as a picture, a table of numbers, or a page, by the file's ending.
+
+    Parameters
+    ----------
+    view : Chart or Listing
+        As a machine shows it.
+    path : Path
+        Ends in .png, .svg, .pdf, .csv or .html.
+    title, sentence : str
+        Which machine, and what is shown.
+
+    Raises
+    ------
+    PictureError
+        If the ending is another, or it cannot be written.
+    """
+    check_view_ending(path)
+    if path.suffix.lower() == ".csv":
+        replace(path, as_csv(view).encode())
+    elif path.suffix.lower() == ".html":
+        from tolstat.render.page import page
+
+        replace(path, page(view_document(view, title, sentence)).encode())
+    else:
+        from tolstat.render.figures import draw
+        from tolstat.render.picture import write
+
+        write(draw(view, title), path)
+
+
+def check_view_ending(path: Path) -> None:
+    """Refuse a file that a view cannot be written to, before anything is simulated."""
+    endings = (*PICTURES, ".csv", ".html")
+    if path.suffix.lower() not in endings:
+        raise PictureError(
+            f"{path}: a view ends in {', '.join(endings[:-1])} or {endings[-1]}"
+        )
+    check_output(path)

@@ -1,0 +1,182 @@
+"""Studies run one after the other: one table while they run, an index at the end."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import click
+from rich.live import Live
+from rich.table import Table
+
+from tolstat.answers.index.run_entries import Entry, RunIndex, entry_of
+from tolstat.answers.report.ask import report
+from tolstat.cli.advice import worded
+from tolstat.cli.compute_options import Compute, computing
+from tolstat.cli.interrupting import LIMITS_NOT_MET, stop_on_interrupt
+from tolstat.cli.options import output_option, path_argument
+from tolstat.cli.progress import AFTERWARDS, leave_interrupted, notes_of
+from tolstat.errors import PictureError, RunFileError, StoppedError, TolstatError
+from tolstat.execution.execute import run_of
+from tolstat.execution.run_loop import Progress
+from tolstat.execution.study_queue import work_off
+from tolstat.execution.workers.crew import Workers
+from tolstat.render.output_file import check_folder, replace
+from tolstat.render.screen import Screen, as_rich, show_table
+from tolstat.store.stored_run import Run
+
+WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
+TITLE = "tolstat batch"
+
+
+@click.command()
+@path_argument("studies", "STUDY.toml...", nargs=-1, required=True)
+@computing
+@output_option(
+    "Where batch.html and batch.csv go; where the studies lie if not given.",
+    metavar="FOLDER",
+)
+def batch(studies: tuple[Path, ...], compute: Compute, output: Path | None) -> None:
+    """Run studies one after the other, each with all there is to evaluate it.
+
+    Runs and reports lie beside their studies. What is finished is skipped, what was
+    interrupted is resumed, and what fails does not stop the others. The exit code is
+    that of the first of these that happened: 1 something broke, 2 a study was refused,
+    3 a limit is not met.
+    """
+    files = list({path.resolve(): path for path in studies}.values())
+    page = _index_in(output, files)
+    queue = Queue({each: Entry(each.stem, state=WAITING) for each in files}, page)
+    console = Screen(stderr=True)
+    with stop_on_interrupt() as stop:
+        with (
+            Live(console=console, get_renderable=queue.table, transient=True) as live,
+            compute.crew(stop.is_set) as crew,
+        ):
+            for study in files:
+                if not stop.is_set():
+                    queue.work_off(study, crew, live)
+        show_table(queue.index.progress())
+        for each in queue.entries.values():
+            if each.problem:
+                console.print(f"{each.study}: {each.problem}", soft_wrap=True)
+        console.print(f"index in {page} and {page.with_suffix('.csv')}")
+        if stop.is_set():
+            console.print("stopped; the same command continues")
+            leave_interrupted()
+    sys.exit(queue.exit_code)
+
+
+@dataclass
+class Queue:
+    """Studies in their order, and what has become of them."""
+
+    entries: dict[Path, Entry]  # by study file
+    page: Path  # of the index
+    exit_codes: set[int] = field(default_factory=set)  # of studies that failed
+
+    @property
+    def index(self) -> RunIndex:
+        """All of them as they stand."""
+        return RunIndex(TITLE, self.page.parent, tuple(self.entries.values()))
+
+    @property
+    def exit_code(self) -> int:
+        """What the worst of them ends with: broken, wrong, not met, done."""
+        not_met = any(each.not_met for each in self.entries.values())
+        return min(self.exit_codes or {LIMITS_NOT_MET if not_met else 0})
+
+    def table(self) -> Table:
+        """Return all of them for the live display."""
+        return as_rich(self.index.progress())
+
+    def work_off(self, study: Path, crew: Workers, live: Live) -> None:
+        """Work off one study; what fails of it stops no other."""
+        began = time.monotonic()
+
+        def note(text: str) -> None:
+            live.console.print(f"note: {study}: {text}", soft_wrap=True)
+
+        def tell(progress: Progress) -> None:
+            for each in notes_of(progress):
+                note(each)
+            if not progress.doubt:
+                self._set(
+                    study, state=AFTERWARDS.get(progress.doing, RUNNING),
+                    trials=progress.asked, ended=progress.over, failed=progress.failed,
+                    seconds=time.monotonic() - began,
+                )  # fmt: skip
+
+        self._set(study, state=RUNNING)
+        try:
+            run, how, notes = work_off(study, crew, tell)
+            for each in notes:
+                note(each)
+            self.entries[study] = entry_of(run)._replace(study=study.stem)
+            self._set(study, state=how if run.complete else STOPPED)
+            if run.complete:
+                self._set(study, report=_report(run))
+        except StoppedError:
+            self._set(study, state=STOPPED)
+        except TolstatError as error:
+            self._fail(study, worded(error), error.exit_code)
+        except MemoryError:
+            self._fail(study, "there is not enough memory for this", 1)
+        for path, text in (
+            (self.page, self.index.html()),
+            (self.page.with_suffix(".csv"), self.index.csv()),
+        ):
+            replace(path, text.encode())
+
+    def _set(self, study: Path, **changes: object) -> None:
+        self.entries[study] = self.entries[study]._replace(**changes)  # type: ignore[arg-type]
+
+    def _fail(self, study: Path, problem: str, exit_code: int) -> None:
+        self._set(study, state=FAILED, problem=problem)
+        self.exit_codes.add(exit_code)
+
+
+def _report(run: Run) -> Path | None:
+    """Write the report of a run, unless it is there; None where it can have none."""
+    page = run.path.with_suffix(".html")
+    with suppress(OSError):
+        if page.stat().st_mtime >= run.path.stat().st_mtime:
+            return page
+    try:
+        return report(run).save(page)
+    except PictureError:  # a grid or a table
+        return None
+
+
+def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
+    """Name the page of the index; refuse to replace what is none."""
+    shared = os.path.commonpath([path.absolute().parent for path in files])
+    folder = folder or Path(shared)
+    with suppress(ValueError):
+        folder = folder.relative_to(Path.cwd())
+    page = folder / "batch.html"
+    check_folder(page)
+    taken = {run_of(each).with_suffix(".html").resolve() for each in files}
+    heads, _, _ = RunIndex(TITLE, folder, (Entry(""),)).csv().partition("\n")
+    marks = {page: f"<title>{TITLE}", page.with_suffix(".csv"): heads}
+    for path, mark in marks.items():
+        known = not os.path.lexists(path) or _begins_with(path, mark)
+        if path.resolve() in taken or not known:
+            raise RunFileError(
+                f"{path} is no index of a batch, and is not replaced; name another "
+                "folder (-o)"
+            )
+    return page
+
+
+def _begins_with(path: Path, mark: str) -> bool:
+    try:
+        with path.open("rb") as file:
+            return path.is_file() and mark.encode() in file.read(1000)
+    except OSError:
+        return False

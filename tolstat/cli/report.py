@@ -1,0 +1,54 @@
+"""The report of a run."""
+
+from __future__ import annotations
+
+import gc
+from pathlib import Path
+
+import click
+
+from tolstat.answers.relimit import limited
+from tolstat.answers.report import ask
+from tolstat.cli.delivery import deliver
+from tolstat.cli.options import closely, form, limits, output_option, run_file
+from tolstat.cli.typed_entries import limits_in
+from tolstat.cli.what_if import fresh_run_advice
+from tolstat.errors import PictureError
+from tolstat.literal import visible
+from tolstat.render.output_file import check_output
+from tolstat.store.open_run import open as open_run
+
+
+@click.command()
+@run_file
+@output_option("The page; beside the run, ending in .html, if not given.")
+@form
+@closely
+@limits
+def report(
+    source: Path,
+    output: Path | None,
+    form: str | None,
+    responses: tuple[str, ...],
+    limits: tuple[str, ...],
+) -> None:
+    """Write the statistical tolerance report of a run: one page of HTML.
+
+    With --json or --csv the numbers alone, to the screen or into the file of -o.
+    """
+    gc.disable()  # the process ends with the page: nothing needs collecting
+    if output:
+        check_output(output)
+    run = open_run(source)
+    if limits:
+        try:
+            run = limited(run, limits_in(limits))
+        except PictureError as error:
+            advice = fresh_run_advice(source, (), limits)
+            raise PictureError(f"{error}{advice}", *error.advice) from None
+    found = ask.report(run, responses)
+    if form:
+        deliver(found, output, form)
+    else:
+        path = found.save(output or run.path.with_suffix(".html"))
+        click.echo(f"report in {visible(str(path))}")

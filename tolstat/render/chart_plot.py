@@ -1,0 +1,152 @@
+"""A chart of a model as a plot: units and colours chosen."""
+
+from __future__ import annotations
+
+from itertools import cycle
+
+import numpy as np
+
+from tolstat.arrays import Array
+from tolstat.document.plot import (
+    Area,
+    Fill,
+    Layer,
+    Line,
+    Plot,
+    PlotAxis,
+    PlotPanel,
+    Points,
+    Rule,
+    Shade,
+    Whiskers,
+)
+from tolstat.model.view import Band, Chart, Curve, Panel, Region
+from tolstat.render.view_rows import view_scale
+from tolstat.units.scale import Scale
+
+CURVE_COLOURS = ("first", "second", "third", "fourth", "fifth", "sixth")
+ROOM = 0.03  # of the axis, beside a dot at its end
+STILL = -1.0, 1.0  # where nothing moves: no axis of rounding errors
+
+
+def plot_of(chart: Chart) -> Plot:
+    """Return a chart as panels one above the other.
+
+    Spans are shaded, marks are dots on their curves, and the legend says how high they
+    are.
+    """
+    panels = chart.pictures
+    shaded = [*chart.spans, *(span for panel in panels for span in panel.spans)]
+    said = "; ".join(dict.fromkeys(span.words for span in shaded if span.words))
+    along = view_scale(chart.axis.unit, chart.axis.shown, chart.at)
+    label = along.label(chart.axis.name)
+    x = PlotAxis(
+        f"{label} (shaded: {said})" if said else label,
+        "log" if chart.axis.logarithmic else "",
+        _ends(chart, along.factor),
+    )
+    height = max(1.75 * len(panels) + 0.8, 3.6)
+    made = tuple(_panel(chart, panel, x, along) for panel in panels)
+    return Plot(made, width=8.0, height=height, legends=True)
+
+
+def _panel(chart: Chart, panel: Panel, x: PlotAxis, along: Scale) -> PlotPanel:
+    shades = (
+        Shade(along.factor * span.lower, along.factor * span.upper)
+        for span in (*chart.spans, *panel.spans)
+    )
+    factor = along.factor
+    scale, ends, layers = _side(chart, panel.names, 0, factor)
+    levels = (
+        Rule(scale.factor * at, False, "limit", words) for at, words in panel.levels
+    )
+    right = None
+    if panel.right:
+        other, limits, drawn = _side(chart, panel.right, len(panel.names), factor)
+        right = PlotPanel(x, PlotAxis(other.mark, "", limits), tuple(drawn))
+    y = PlotAxis(scale.mark, "log" if panel.logarithmic else "", ends)
+    return PlotPanel(x, y, (*shades, *layers, *levels), panel.title, right)
+
+
+def _side(
+    chart: Chart, names: tuple[str, ...], first: int, along: float
+) -> tuple[Scale, tuple[float, float] | None, list[Layer]]:
+    """Return the unit, ends and layers of what is shown against one axis."""
+    curves = [each for each in chart.curves if each.name in names]
+    bands = [each for each in chart.bands if each.name in names]
+    regions = [each for each in chart.regions if each.name in names]
+    scale = _scale(curves, [*bands, *regions])
+    times = scale.factor
+    of = {band.name: band.of for band in bands if band.of in names}
+    leading = [name for name in names if name not in of]
+    colours = dict(
+        zip(
+            leading,
+            cycle((*CURVE_COLOURS[first:], *CURVE_COLOURS[:first])),
+            strict=False,
+        )
+    )
+    layers: list[Layer] = [
+        Area(along * each.at, times * each.values, colours[each.name], each.name)
+        for each in regions
+    ]
+    dots = {curve.name for curve in curves if curve.points}
+    for band in bands:
+        made = Whiskers if band.of in dots else Fill
+        colour = colours[of.get(band.name, band.name)]
+        ends = times * band.lower, times * band.upper
+        layers.append(made(along * chart.at, *ends, colour, band.name))
+    for curve in curves:
+        marks = [mark for mark in chart.marks if mark.curve == curve.name]
+        words = [f"{m.words} {scale.words(m.value)}" for m in marks if m.words]
+        label = ": ".join([curve.name.replace("_", " "), *words])
+        at = along * (chart.at if curve.at is None else curve.at)
+        values, colour = times * curve.values, colours[curve.name]
+        if curve.points:
+            layers.append(Points(at, values, colour, label, mark="o"))
+        else:
+            layers.append(Line(at, values, colour, label))
+        layers += [
+            Points(
+                np.array([along * m.at]), np.array([times * m.value]), colour, mark="o"
+            )
+            for m in marks
+        ]
+    still = curves and not any(_moves(curve.values) for curve in curves)
+    return scale, STILL if still else None, layers
+
+
+def _ends(chart: Chart, factor: float) -> tuple[float, float] | None:
+    """Return where the axis begins and ends; dots there have room."""
+    places = np.concatenate([at for _, at, _ in chart.parts()] or [chart.at])
+    places = places[np.isfinite(places)]
+    if chart.axis.logarithmic:
+        places = places[places > chart.axis.least]
+    if not len(places) or places.min() == places.max():
+        return None
+    ends = np.array([places.min(), places.max()])
+    dots = [mark.at for mark in chart.marks]
+    for curve in chart.curves:
+        if curve.points:
+            dots += (chart.at if curve.at is None else curve.at).tolist()
+    if not chart.regions and np.isin(ends, dots).any():
+        evenly = np.log(ends) if chart.axis.logarithmic else ends
+        evenly = evenly + ROOM * np.ptp(evenly) * np.array([-1.0, 1.0])
+        ends = np.exp(evenly) if chart.axis.logarithmic else evenly
+    first, last = (factor * ends).tolist()
+    return first, last
+
+
+def _moves(values: Array) -> bool:
+    """Tell whether a curve is more than one value; it may have gaps."""
+    there = values[np.isfinite(values)]
+    return len(there) > 0 and bool(np.ptp(there) > 0)
+
+
+def _scale(curves: list[Curve], others: list[Band | Region]) -> Scale:
+    """Choose one unit for all that a panel shows, by the largest of it."""
+    first = curves[0] if curves else others[0]
+    values = [curve.values for curve in curves]
+    for each in others:
+        values += [v for v in each[2:] if isinstance(v, np.ndarray)]
+    return view_scale(first.unit, getattr(first, "shown", ""), *values)
