@@ -149,7 +149,7 @@ def test_all_trials_failed(tmp_path):
     (line,) = [x for x in done.stdout.splitlines() if "<= 1 mm" in x]
     assert "not met" in line and "100" in line
     assert "300 of 300 trials failed" in done.stdout
-    assert "300 cannot be mounted; they count as beyond" in done.stdout
+    assert "300 cannot be mounted; they count as out of every limit" in done.stdout
     run = study.with_suffix(".h5")
     assert call("report", run).exit_code == 0
     page = run.with_suffix(".html").read_text()

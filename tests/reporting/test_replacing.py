@@ -25,7 +25,7 @@ def folder(tmp_path_factory):
     (folder / "rods.csv").write_text("rod [mm]\n0.1\n")
     (folder / "rods.toml").write_text('[deviations]\nrod = { data = "rods.csv" }\n')
     run = tolstat.run(folder / "gear.toml", trials=400, output=folder / "gear.h5")
-    tolstat.report(run, folder / "page.html")
+    tolstat.report(run).save(folder / "page.html")
     for name in ("other.h5", "run.html", "run.csv", "run.png", "run.json"):
         shutil.copy(run.path, folder / name)
     os.symlink("other.h5", folder / "link.html")
@@ -70,7 +70,7 @@ def test_what_an_answer_left_is_replaced_and_a_link_stays_one(folder):
     with pytest.raises(RunFileError, match="named in"):
         check_output(folder / "rods.csv")
     (folder / "to-page.html").symlink_to("page.html")
-    tolstat.report(folder / "gear.h5", folder / "to-page.html")
+    tolstat.report(folder / "gear.h5").save(folder / "to-page.html")
     assert (folder / "to-page.html").is_symlink()
     assert "<html" in (folder / "page.html").read_text()
 
