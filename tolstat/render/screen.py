@@ -182,12 +182,13 @@ def _made(given: Table, chosen: Sequence[int]) -> RichTable:
         )
     for row in given.rows:
         # what explains the name of a row is for pages
-        shown = (Cell(row[i].main) if i < given.keys else row[i] for i in chosen)
-        made.add_row(*map(_in_lines, shown))
+        shown = [Cell(row[i].main) if i < given.keys else row[i] for i in chosen]
+        wraps = (given.columns[i].words for i in chosen)
+        made.add_row(*map(_in_lines, shown, wraps))
     return made
 
 
-def _in_lines(cell: Cell) -> str:
+def _in_lines(cell: Cell, wraps: bool) -> str:
     """Write a number over its interval, or over the reason why it has none."""
     lines = []
     if len(cell.main) == 1 and isinstance(cell.main[0], Number):
@@ -198,7 +199,8 @@ def _in_lines(cell: Cell) -> str:
     elif cell.main:
         lines = [as_text(cell.main)]
     if cell.below:
-        lines += textwrap.wrap(as_text(cell.below), REASON)
+        below = as_text(cell.below)
+        lines += [below] if wraps else textwrap.wrap(below, REASON)
     return "\n".join(lines)
 
 

@@ -13,13 +13,13 @@ from tolstat.deviations.rare_stage import DISTANCE
 from tolstat.store.run_records import SCORES, Assumed
 from tolstat.store.stored_run import Run
 
-MOST_POINTS = 10  # machines beyond that are named
+MOST_POINTS = 10  # that are named
 LEADING = 0.5  # as far out as the contributor that is farthest: named too
 NORMAL = 0.01  # between its sigmas and its normal score: normal, for all that is seen
 
 
 class FailurePoint(NamedTuple):
-    """A machine beyond the limit, of those that are most likely.
+    """An out-of-limit trial, of those that are most probable.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class FailurePoint(NamedTuple):
     value : float
         The response, SI; NaN where it failed.
     distance : float
-        From the middle machine, in normal scores: how many sigmas off.
+        From the median trial, in normal scores: how many sigmas off.
     deviations : dict of str to float
         By contributor that deviates, SI.
     off : dict of str to float
@@ -64,26 +64,26 @@ class FailurePoint(NamedTuple):
         return abs(self.off[name] - self.scores[name]) < NORMAL
 
 
-def failure_points(run: Run, beyond: NDArray[np.bool_]) -> tuple[FailurePoint, ...]:
-    """Name the machines beyond a limit that are nearest to the middle one.
+def failure_points(run: Run, out: NDArray[np.bool_]) -> tuple[FailurePoint, ...]:
+    """Name the out-of-limit trials that are nearest to the median trial.
 
     Parameters
     ----------
     run : Run
         Rare.
-    beyond : bool[trial]
-        Its machines beyond the limit.
+    out : bool[trial]
+        Its out-of-limit trials.
     """
-    distance = np.where(beyond, run.column(DISTANCE), np.inf)
+    distance = np.where(out, run.column(DISTANCE), np.inf)
     order = np.argsort(distance, kind="stable")[:MOST_POINTS]
     return tuple(
-        _likely(run, trial, float(distance[trial]))
+        _point(run, trial, float(distance[trial]))
         for trial in order.tolist()
-        if beyond[trial]
+        if out[trial]
     )
 
 
-def _likely(run: Run, trial: int, distance: float) -> FailurePoint:
+def _point(run: Run, trial: int, distance: float) -> FailurePoint:
     deviations = {name: float(run.column(name)[trial]) for name in run.assumed}
     off = {
         name: (deviations[name] - each.mean) / each.sigma
@@ -115,7 +115,7 @@ def normal_score(deviation: float, assumed: Assumed, unknown: float) -> float:
     if not len(at):
         return unknown
     first, behind = (int(np.searchsorted(at, deviation, s)) for s in ("left", "right"))
-    if first < behind:  # of many parts alike the one that is least far out
+    if first < behind:  # of many equal parts the one that is least far out
         return float(np.clip(0.0, SCORES[first], SCORES[behind - 1]))
     if first in (0, len(at)):
         return float(SCORES[min(first, len(at) - 1)])

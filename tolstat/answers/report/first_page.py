@@ -230,8 +230,9 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
         command = to_extend(found.of, needed)
         steps.append(
             text(
-                "Decide ", Name(name), ": about ", counted(needed, "trial"), " in all",
-                (": ", Typed(command)) if command else None, ".",
+                "Decide ", Name(name), ": about ", counted(needed, "trial"),
+                (" in all: ", Typed(command)) if command
+                else ", in a new run of the study", ".",
             )
         )  # fmt: skip
     return tuple(steps)

@@ -51,7 +51,7 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | 
     error = integration_error(
         values, audited.trials, precise, audited.at_random | (reasons > 0)
     )
-    # what is said of machines rests on trials that are independent of each other
+    # what is said of production rests on independent trials
     counted = audited.at_random & np.isin(audited.trials, drawn.trials)
     at_random = _largest(error.of(audited.trials[counted]))
     chosen = {}

@@ -42,30 +42,30 @@ def main_causes(drawn: Drawn) -> dict[str, Causes]:
         By limited response; failed trials count as out of limit.
     """
     run, ran = drawn.run, drawn.sample.ran
-    beyond = {name: run.beyond(name)[drawn.trials][ran] for name in run.limits}
+    out = {name: run.beyond(name)[drawn.trials][ran] for name in run.limits}
     if drawn.sample.replicates:
         return {
             name: Causes(int(each.sum()), RANDOM_ONLY, (), {}, {})
-            for name, each in beyond.items()
+            for name, each in out.items()
         }
     deviations = _deviating(drawn)
     members = kinds_of_part(list(deviations), run.contributors)
-    paired = _paired(run, deviations, beyond)
-    differing = differences(deviations, beyond)
+    paired = _paired(run, deviations, out)
+    differing = differences(deviations, out)
     return {
         name: _causes(int(each.sum()), differing[name], list(deviations), members,
                         run.diagnostics.halved.get(name, {}), run)._replace(
                             pairs=paired[name])
-        for name, each in beyond.items()
+        for name, each in out.items()
     }  # fmt: skip
 
 
 def _paired(
-    run: Run, deviations: Mapping[str, Array], beyond: Mapping[str, NDArray[np.bool_]]
+    run: Run, deviations: Mapping[str, Array], out: Mapping[str, NDArray[np.bool_]]
 ) -> dict[str, tuple[PairCause, ...]]:
     """Name the pairs that explain the out-of-limit trials of each limit."""
     found, unknown = {}, _unknown(run)
-    for name, together in pairs(deviations, beyond).items():
+    for name, together in pairs(deviations, out).items():
         halved = run.diagnostics.halved.get(name, {})
         found[name] = tuple(
             PairCause(_in_words(each), each, *halved.get(each.members, unknown))

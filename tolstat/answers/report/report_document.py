@@ -175,11 +175,14 @@ def _summary(found: Report) -> Section:
     failed = found.trials.failed
     ranged = [each.name for each in found.of.responses if Reach(each.range).known]
     one_in = math.floor(1 / found.trials.unseen)
-    said = text(
-        "Below each number stands its 95 % interval, or why there is none. Least and "
-        f"largest are those of the trials: at most 1 in {one_in} units ",
+    outside = text(
+        f"Least and largest are those of the trials: at most 1 in {one_in} units ",
         "of those that do not fail " if failed else None,
         "lies outside (95 %).",
+    )
+    said = text(
+        "Below each number stands its 95 % interval, or why there is none. ",
+        outside if one_in > 1 else None,
     )
     star = text(
         "* Assumes that no unseen trial lies more than twice the observed range "
@@ -189,8 +192,10 @@ def _summary(found: Report) -> Section:
         else None,
         ".",
     )
-    blocks: list[Block] = [responses_table(found), note(said), note(star)]
-    if failed:
+    blocks: list[Block] = [responses_table(found), note(said)]
+    if found.trials.done:
+        blocks.append(note(star))
+    if failed and found.trials.done:
         blocks.append(
             note(
                 "Mean and sigma are of the trials that do not fail. Quantiles count "
