@@ -11,11 +11,12 @@ from scipy.stats import norm
 
 import tolstat
 from tests.answers.browser import Page
+from tests.answers.page_checks import words_in
 from tolstat.answers.report.first_page import first_page, limits_table
 from tolstat.answers.report.gather import report_of
 from tolstat.document.blocks import Section, Table
 from tolstat.document.inline import Number
-from tolstat.render.screen import as_text
+from tolstat.render.screen import as_text, show
 from tolstat.statistics.estimate import Estimate
 
 DEGREE = np.pi / 180
@@ -84,10 +85,11 @@ def test_the_pair_is_named_with_what_it_explains(run, capsys):
     assert said["together"]["members"] == ["part_1", "angle"]
     text = " ".join(Page(found.html()).text.split())
     assert f"Together: {apart}: {explained}; either of them alone in" in text
-    from tolstat.render.screen import show
-
-    show(tolstat.summary(run).document())
-    assert apart in capsys.readouterr().out
+    document = tolstat.summary(run).document()
+    assert apart in words_in(*document.blocks)
+    show(document)
+    shown = capsys.readouterr().out  # in lines of its column
+    assert "part_1 and angle" in shown and set(apart.split()) <= set(shown.split())
 
 
 def test_equivalent_parts_are_named_together(run):

@@ -314,21 +314,20 @@ def _contributors_table(
 
 def _remarks(found: Report, known: Contributions) -> Parts:
     rest = "interaction" if known.linear else "interaction, correlation or chance"
+    alone, ranks = known.unexplained, known.explained
+    told = not known.dominated_by_few and not math.isnan(alone.value)
     return text(
-        (
-            "Not explained by contributors alone: ", Number(known.unexplained, PART),
-            f" ({rest}). ",
-        )
-        if not known.dominated_by_few
+        ("Not explained by contributors alone: ", Number(alone, PART), f" ({rest}). ")
+        if told
         else None,
-        "Ranks explain ", Number(known.explained, PART), ". ",
+        None
+        if math.isnan(ranks.value)
+        else ("Ranks explain ", Number(ranks, PART), ". "),
         "Shares come from a linear regression, which explains nearly all. "
         if known.linear
         else "Shares come from nearest neighbours, which understate what parts do "
         "together. ",
-        None
-        if known.linear or known.dominated_by_few
-        else "Estimates below 0 are chance. ",
+        "Estimates below 0 are chance. " if told and not known.linear else None,
         "They hold for trials such as those seen; a rarer kind would change them.",
         " Deviations are correlated: shares overlap and need not add up to 100 %."
         if found.assumptions.correlation
