@@ -19,7 +19,7 @@ from tests.answers.allocate.linear_stack import (
     reciprocal,
     searching,
 )
-from tests.reporting.test_pictures import nothing_overlaps
+from tests.answers.test_pictures import nothing_overlaps
 from tolstat.answers.allocate import trade_off
 from tolstat.answers.allocate.allocation import equal_cost_words
 from tolstat.answers.allocate.fresh_runs import Scheme
