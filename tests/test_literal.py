@@ -15,8 +15,8 @@ from tolstat.literal import csv_cell, visible
 from tolstat.render.page import environment
 from tolstat.render.page_picture import inline, page_figure
 from tolstat.render.picture import logarithmic, styled, write
-from tolstat.render.plain import csv_text
 from tolstat.render.screen import Screen
+from tolstat.render.tables import csv_text
 
 HOSTILE = "[/] [mm] [red]x :warning: $\\foo{ a$ <b>&\x1b[31m\u202ereversed\x07"
 SHOWN = "[/] [mm] [red]x :warning: $\\foo{ a$ <b>&\\x1b[31m\\u202ereversed\\x07"

@@ -15,16 +15,19 @@ from tests.answers.conftest import chain
 from tests.conftest import ROOT
 from tolstat.answers.allocate.allocation import Allocation
 from tolstat.answers.compare.comparison import Comparison
+from tolstat.answers.index.run_entries import RunIndex, stored_runs
 from tolstat.answers.rare.rare_answer import RareSummary
 from tolstat.answers.report.report_answer import Report, RunSummary
 from tolstat.answers.sweep.extremes import Extremes
+from tolstat.answers.views.replay import Replay
 from tolstat.answers.what_if.what_if_answer import WhatIf
 from tolstat.render.json_schema import schema_of
 
 SCHEMAS = ROOT / "tolstat" / "answers" / "schemas"
 ANSWERS = {
     "allocate": Allocation, "compare": Comparison, "extremes": Extremes,
-    "rare": RareSummary, "report": Report, "summary": RunSummary, "what_if": WhatIf,
+    "rare": RareSummary, "report": Report, "runs": RunIndex, "summary": RunSummary,
+    "trial": Replay, "what_if": WhatIf,
 }  # fmt: skip
 WIDEST = 88
 
@@ -65,6 +68,12 @@ def valid(answer):
     validators = pytest.importorskip("jsonschema")
     schema = json.loads((SCHEMAS / f"{answer.answers}.json").read_text())
     validators.Draft202012Validator(schema).validate(json.loads(answer.json()))
+
+
+def test_a_trial_and_runs_are_as_their_schemas_say(gears):
+    valid(tolstat.replay(gears, 3))
+    valid(tolstat.replay(gears, None))
+    valid(stored_runs(gears.path.parent))
 
 
 def test_a_what_if_is_as_its_schema_says(gears):

@@ -215,7 +215,7 @@ def test_another_tolstat_that_sought_otherwise_is_named(run, study, whole, tmp_p
     assert "made on another processor (abacus)" in words  # fits hang on it
     assert "its study gives something else here: the run was made by" in words
     assert f"by tolstat 0.0.9, and this is {version('tolstat')}, which may" in words
-    assert f"run its study again: `tolstat run {study} --force`" in words
+    assert f"Run its study again: tolstat run {study} --force" in words
     part = stopped(study, tmp_path / "part.h5", 4000).path
     sought_otherwise(part, version_tolstat="0.0.9")
     said = command("resume", part)

@@ -22,7 +22,7 @@ from rich.text import Text
 
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.ask import summary
-from tolstat.answers.sweep.reference import comparisons
+from tolstat.answers.sweep.reference_tables import comparisons
 from tolstat.cli.compute_options import Compute
 from tolstat.cli.interrupting import INTERRUPTED, LIMITS_NOT_MET, stop_on_interrupt
 from tolstat.document.blocks import Document

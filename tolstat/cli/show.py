@@ -8,7 +8,7 @@ import click
 
 from tolstat.answers.model_sheet import model_document
 from tolstat.answers.report.ask import summary
-from tolstat.answers.sweep.reference import comparisons
+from tolstat.answers.sweep.reference_tables import comparisons
 from tolstat.answers.sweep.sweep_figure import save_sweeps
 from tolstat.answers.sweep.table_rows import table_rows
 from tolstat.cli.follow import follow_run

@@ -7,19 +7,8 @@ from itertools import cycle
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.document.plot import (
-    Area,
-    Fill,
-    Layer,
-    Line,
-    Plot,
-    PlotAxis,
-    PlotPanel,
-    Points,
-    Rule,
-    Shade,
-    Whiskers,
-)
+from tolstat.document import plot as data
+from tolstat.document.plot import Plot, PlotAxis, PlotPanel
 from tolstat.model.view import Band, Chart, Curve, Panel, Region
 from tolstat.render.view_rows import view_scale
 from tolstat.units.scale import Scale
@@ -52,13 +41,14 @@ def plot_of(chart: Chart) -> Plot:
 
 def _panel(chart: Chart, panel: Panel, x: PlotAxis, along: Scale) -> PlotPanel:
     shades = (
-        Shade(along.factor * span.lower, along.factor * span.upper)
+        data.Shade(along.factor * span.lower, along.factor * span.upper)
         for span in (*chart.spans, *panel.spans)
     )
     factor = along.factor
     scale, ends, layers = _side(chart, panel.names, 0, factor)
     levels = (
-        Rule(scale.factor * at, False, "limit", words) for at, words in panel.levels
+        data.Rule(scale.factor * at, False, "limit", words)
+        for at, words in panel.levels
     )
     right = None
     if panel.right:
@@ -70,7 +60,7 @@ def _panel(chart: Chart, panel: Panel, x: PlotAxis, along: Scale) -> PlotPanel:
 
 def _side(
     chart: Chart, names: tuple[str, ...], first: int, along: float
-) -> tuple[Scale, tuple[float, float] | None, list[Layer]]:
+) -> tuple[Scale, tuple[float, float] | None, list[data.Layer]]:
     """Return the unit, ends and layers of what is shown against one axis."""
     curves = [each for each in chart.curves if each.name in names]
     bands = [each for each in chart.bands if each.name in names]
@@ -86,13 +76,13 @@ def _side(
             strict=False,
         )
     )
-    layers: list[Layer] = [
-        Area(along * each.at, times * each.values, colours[each.name], each.name)
+    layers: list[data.Layer] = [
+        data.Area(along * each.at, times * each.values, colours[each.name], each.name)
         for each in regions
     ]
     dots = {curve.name for curve in curves if curve.points}
     for band in bands:
-        made = Whiskers if band.of in dots else Fill
+        made = data.Whiskers if band.of in dots else data.Fill
         colour = colours[of.get(band.name, band.name)]
         ends = times * band.lower, times * band.upper
         layers.append(made(along * chart.at, *ends, colour, band.name))
@@ -103,11 +93,11 @@ def _side(
         at = along * (chart.at if curve.at is None else curve.at)
         values, colour = times * curve.values, colours[curve.name]
         if curve.points:
-            layers.append(Points(at, values, colour, label, mark="o"))
+            layers.append(data.Points(at, values, colour, label, mark="o"))
         else:
-            layers.append(Line(at, values, colour, label))
+            layers.append(data.Line(at, values, colour, label))
         layers += [
-            Points(
+            data.Points(
                 np.array([along * m.at]), np.array([times * m.value]), colour, mark="o"
             )
             for m in marks

@@ -15,26 +15,10 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, NullLocator
 from scipy.special import ndtri
 
+from tolstat.document import plot as data
 from tolstat.document.digits import in_cell, plain
 from tolstat.document.inline import Number
-from tolstat.document.plot import (
-    Area,
-    Array,
-    Bars,
-    Fill,
-    Layer,
-    Line,
-    Plot,
-    PlotAxis,
-    PlotPanel,
-    Points,
-    Ranges,
-    Rule,
-    Shade,
-    Spans,
-    Stairs,
-    Whiskers,
-)
+from tolstat.document.plot import Array, Plot, PlotAxis, PlotPanel
 from tolstat.errors import PictureError
 from tolstat.literal import visible
 from tolstat.model.view import Chart, Listing, View
@@ -65,11 +49,8 @@ MARKS: dict[str, dict[str, Any]] = {
     "ring": {"marker": "o", "fillstyle": "none"},
 }
 FAINT: dict[str, Any] = {
-    "marker": ".",
-    "markersize": 2.2,
-    "markeredgewidth": 0,
-    "alpha": 0.4,
-}
+    "marker": ".", "markersize": 2.2, "markeredgewidth": 0, "alpha": 0.4,
+}  # fmt: skip
 NAME = 28  # letters of a name in a line beside an axis
 MOST_WORDS = 32  # along an axis; of more some are written
 LEGEND_COLUMNS = 4, 3, 2, 1  # as many as find room
@@ -115,7 +96,6 @@ def draw(picture: Plot | View, title: str) -> Figure:
 
 def draw_plot(figure: Figure, plot: Plot) -> None:
     """Draw panels into an empty figure, with one legend above them or each its own."""
-    plot = _literal(plot)
     n = len(plot.panels)
     if plot.side_by_side:
         every = figure.subplots(1, max(n, SLOTS), sharey=True, squeeze=False)[0]
@@ -133,20 +113,11 @@ def draw_plot(figure: Figure, plot: Plot) -> None:
         legend_above(every[0])
 
 
-def _literal(shown: Any) -> Any:
-    """Return a plot whose every text is what it is."""
-    if isinstance(shown, str):
-        return visible(shown)
-    if hasattr(shown, "_fields"):
-        return type(shown)(*map(_literal, shown))
-    return tuple(map(_literal, shown)) if isinstance(shown, tuple) else shown
-
-
 def _draw_panel(axes: Axes, panel: PlotPanel, own_legend: bool) -> None:
-    beside = [each for each in panel.layers if isinstance(each, Bars)]
+    beside = [each for each in panel.layers if isinstance(each, data.Bars)]
     handles: list[Artist] = []
     for layer in panel.layers:
-        if isinstance(layer, Bars):
+        if isinstance(layer, data.Bars):
             _draw_bars(axes, layer, beside.index(layer), len(beside))
         else:
             handles += _draw(axes, layer, panel)
@@ -210,10 +181,10 @@ def _word_at(words: tuple[str, ...], x: float, _: int) -> str:
 
 def _wrapped(name: str) -> str:
     """Write a name along an axis in lines, so that it leaves room for the picture."""
-    return "\n".join(wrap(name, NAME))
+    return "\n".join(wrap(visible(name), NAME))
 
 
-def _draw(axes: Axes, layer: Layer, panel: PlotPanel) -> list[Artist]:
+def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Artist]:
     """Draw a layer; return what a legend shows of it."""
     words = getattr(layer, "label", "")
     label = in_legend(words) if words else "_unnamed"
@@ -221,34 +192,34 @@ def _draw(axes: Axes, layer: Layer, panel: PlotPanel) -> list[Artist]:
     named: dict[str, Any] = {"color": colour, "label": label}
     drawn: list[Artist] = []
     match layer:
-        case Line(x, y, dotted=dotted):
+        case data.Line(x, y, dotted=dotted):
             dots: dict[str, Any] = {"marker": ".", "markersize": 4} if dotted else {}
             drawn += axes.plot(x, y, **named, **dots)
-        case Points(x, y, faint=faint, mark=mark):
+        case data.Points(x, y, faint=faint, mark=mark):
             drawn += axes.plot(
                 x, _up(y, panel.y), linestyle="none", **named,
                 rasterized=len(x) > MOST_POINTS, **(FAINT if faint else MARKS[mark]),
             )  # fmt: skip
-        case Fill(x, lower, upper):
+        case data.Fill(x, lower, upper):
             axes.fill_between(x, lower, upper, linewidth=0, alpha=0.25, **named)
             drawn.append(Patch(alpha=0.25, **named))
-        case Whiskers(x, lower, upper):
+        case data.Whiskers(x, lower, upper):
             axes.vlines(x, lower, upper, linewidth=6, alpha=0.25, **named)
             drawn.append(Patch(alpha=0.25, **named))
-        case Area(x, y):
+        case data.Area(x, y):
             drawn += axes.fill(x, y, **named, alpha=0.2, linewidth=0)
-        case Shade(lower, upper):
+        case data.Shade(lower, upper):
             axes.axvspan(lower, upper, color=WINDOW, zorder=0)
-        case Stairs(edges, heights):
+        case data.Stairs(edges, heights):
             drawn.append(axes.stairs(heights, edges, fill=True, linewidth=0, **named))
-        case Rule(at, upright, dash=dash):
+        case data.Rule(at, upright, dash=dash):
             across = axes.axvline if upright else axes.axhline
             drawn.append(across(at, linestyle=dash, linewidth=1.2, **named))
-        case Spans(lower, upper, at):
+        case data.Spans(lower, upper, at):
             _draw_spans(axes, lower, upper, at, colour, label)
-        case Ranges():
+        case data.Ranges():
             _draw_ranges(axes, layer)
-        case Bars():
+        case data.Bars():
             pass  # drawn beside each other
         case _:
             assert_never(layer)
@@ -265,7 +236,7 @@ def _up(shares: Array, axis: PlotAxis) -> Array:
 
 def _normal_ticks(axes: Axes, panel: PlotPanel) -> None:
     """Write shares on an axis of normal scores, down to the least that is shown."""
-    least = min(each.y.min() for each in panel.layers if isinstance(each, Points))
+    least = min(each.y.min() for each in panel.layers if isinstance(each, data.Points))
     ticks = [t for t in SHARES if t >= least / 2]
     ticks = sorted({*ticks, *(1 - t for t in ticks)})
     axes.set_yticks(ndtri(ticks), [f"{100 * t:.10g}" for t in ticks])
@@ -283,7 +254,7 @@ def _draw_spans(
     axes.set_ylim(0, 1.1 * top)
 
 
-def _draw_bars(axes: Axes, layer: Bars, place: int, of: int) -> None:
+def _draw_bars(axes: Axes, layer: data.Bars, place: int, of: int) -> None:
     """Draw bars of one kind, those of other kinds below them."""
     height = 0.72 / of
     at = np.arange(len(layer.names)) + 0.8 * place / of
@@ -301,7 +272,7 @@ def _draw_bars(axes: Axes, layer: Bars, place: int, of: int) -> None:
         axes.grid(visible=False, axis="y")
 
 
-def _draw_ranges(axes: Axes, layer: Ranges) -> None:
+def _draw_ranges(axes: Axes, layer: data.Ranges) -> None:
     rows = np.arange(len(layer.names))
     for row, lower, upper, at, colour in zip(
         rows, layer.lower, layer.upper, layer.at, layer.colours, strict=True

@@ -10,10 +10,8 @@ from typing import Any
 
 import matplotlib as mpl
 from cycler import cycler
-from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.ticker import LogFormatter
 
@@ -130,11 +128,4 @@ def write(figure: Figure, path: Path) -> None:
 
 def in_legend(words: str) -> str:
     """Return a label that a legend shows: it hides those that begin with _."""
-    return f" {words}" if words.startswith("_") else words
-
-
-def mark_level(axes: Axes, value: float, words: str) -> Line2D:
-    """Mark a value (in the unit shown) across all of a picture, for the legend."""
-    return axes.axhline(
-        value, color=LIMIT, linestyle="--", linewidth=1, label=words or "_unnamed"
-    )
+    return visible(f" {words}" if words.startswith("_") else words)

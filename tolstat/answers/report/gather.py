@@ -268,4 +268,3 @@ def assumptions_of(run: Run) -> Assumptions:
 
 
 # old name, until sweep has moved
-responses_of_interest = responses_in_focus

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from tolstat.answers.next_steps import command
-from tolstat.answers.report.gather import responses_of_interest
+from tolstat.answers.report.gather import responses_in_focus
 from tolstat.document.blocks import Block, Column, Given, paragraph, table
 from tolstat.document.inline import Number, Typed, counted, listed
 from tolstat.status import Status
@@ -38,11 +38,11 @@ def table_rows(run: Run) -> list[Block]:
     alike = [name for name, column in known.items() if column[0] and not np.ptp(column)]
     if run.trials == 1:
         differing, alike = alike, []
-    focus = responses_of_interest(run)
-    answered = [each.name for each in run.responses if each.name in focus]
-    shown = [*differing, *answered]
+    focus, responses = responses_in_focus(run), [each.name for each in run.responses]
+    shown = [*differing, *(name for name in responses if name in focus)]
     heads = [f"{name}\n{run.scales[name].mark}" for name in shown]
-    beyonds = {name: run.beyond(name) for name in run.limits}
+    limited = [name for name in responses if name in run.limits]
+    beyonds = {name: run.beyond(name) for name in limited}
     rows: list[list[Given]] = []
     for trial in range(min(run.trials, MOST_ROWS)):
         ran = run.status[trial] != Status.NOT_RUN

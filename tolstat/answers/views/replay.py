@@ -18,7 +18,7 @@ from tolstat.document.inline import Name, Number, Parts, Typed, listed
 from tolstat.errors import ModelError, RunFileError
 from tolstat.model.checked import history_of, simulate
 from tolstat.model.contract import Answers, Model
-from tolstat.model.description import Contributor, Response
+from tolstat.model.description import Response
 from tolstat.model.settings import as_typed, read, setting_of
 from tolstat.model.view import Chart
 from tolstat.render.tables import Row
@@ -108,13 +108,15 @@ class Replay(Answer):
     settings: dict[str, Quantity]
     deviations: dict[str, float]
     responses: dict[str, Quantity]
-    stored: bool
-    differences: tuple[str, ...]
-    reason: str
-    damage: str
-    repair: str = field(metadata={"json": False})
-    contributors: dict[str, Quantity] = field(metadata={"json": False})
-    history: Chart | None = field(metadata={"json": False})
+    stored: bool = False
+    differences: tuple[str, ...] = ()
+    reason: str = ""
+    damage: str = ""
+    repair: str = field(default="", metadata={"json": False})
+    contributors: dict[str, Quantity] = field(
+        default_factory=dict, metadata={"json": False}
+    )
+    history: Chart | None = field(default=None, metadata={"json": False})
     answers = "trial"
     index = "name"
 
@@ -237,7 +239,7 @@ def replay(
         f"{run.title}: {'nominal trial' if index is None else f'trial {index}'}",
         index,
         word,
-        int(outcome.steps[0]) if outcome.steps is not None else None,
+        _steps(outcome),
         swept,
         deviations,
         _responses(run.responses, outcome, run.limits, run.scales),
@@ -246,7 +248,10 @@ def replay(
         reason="; ".join(run.made_otherwise(machine.source_digest)),
         damage=run.damage.words if run.damage else "",
         repair=to_resume(run.path, run.machine),
-        contributors=_parts(run.contributors, deviations, run.scales),
+        contributors={
+            part.name: Quantity(at, run.scales[part.name], part.sentence)
+            for part, at in zip(run.contributors, row.tolist(), strict=True)
+        },
         history=chart,
     )
 
@@ -269,16 +274,10 @@ def nominal_trial(study: Study) -> Replay:
         f"{study.title}: nominal trial",
         None,
         words_of(study.model.failures)[int(outcome.status[0])],
-        int(outcome.steps[0]) if outcome.steps is not None else None,
+        _steps(outcome),
         {},
         {part.name: 0.0 for part in contributors},
         _responses(responses, outcome, study.limits, scales),
-        stored=False,
-        differences=(),
-        reason="",
-        damage="",
-        repair="",
-        contributors={},
         history=chart,
     )
 
@@ -291,15 +290,8 @@ def _simulated(
     return None, simulate(model, row[None, :], settings)
 
 
-def _parts(
-    contributors: tuple[Contributor, ...],
-    deviations: dict[str, float],
-    scales: dict[str, Scale],
-) -> dict[str, Quantity]:
-    return {
-        part.name: Quantity(deviations[part.name], scales[part.name], part.sentence)
-        for part in contributors
-    }
+def _steps(outcome: Answers) -> int | None:
+    return None if outcome.steps is None else int(outcome.steps[0])
 
 
 def _responses(
