@@ -96,6 +96,6 @@ def _interval(number: Number, found: Estimate) -> tuple[Digits, tuple[Digits, ..
     at = Digits(value, found.value)
     if math.isinf(found.value):
         at = _digits(number, found.value)
-    if not found.sure or (lower == upper and found.value):
+    if not found.sure or lower == upper:
         return at, ()
     return at, (Digits(lower, found.lower), Digits(upper, found.upper))
