@@ -11,8 +11,8 @@ from tolstat.answers.sweep.curves import sweeps, swept_axis
 from tolstat.answers.sweep.sweep_figure import sweep_plot
 from tolstat.answers.views.replay import replay
 from tolstat.errors import PictureError
+from tolstat.machines.stand.declarations import Settings
 from tolstat.machines.stand.machine import Stand
-from tolstat.machines.stand.settings import Settings
 from tolstat.model.view import Axis, Chart, Curve, Panel
 from tolstat.render.figures import draw as draw_view
 from tolstat.render.picture import check_ending, write

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from tests.benchmarks.engines import REPEATS, seconds
 from tests.conftest import ROOT
 from tolstat.machines.rolling_block import motion as equations
+from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.frequency_response import contributions
 from tolstat.machines.rolling_block.loading import (
     Loading,
@@ -37,7 +38,6 @@ from tolstat.machines.rolling_block.loading import (
 from tolstat.machines.rolling_block.modes import Modes, modes_of
 from tolstat.machines.rolling_block.motion import Links, Machine, Moment, State
 from tolstat.machines.rolling_block.parameters import Drive, drives
-from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.topology import STANDS
 from tolstat.machines.rolling_block.transient import moments
 from tolstat.study.study import load

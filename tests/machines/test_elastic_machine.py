@@ -8,10 +8,9 @@ import pytest
 import tolstat
 from tests.machines.elastic import CASES, random_machine, solved
 from tolstat.lanes.vector import WIDTH
-from tolstat.machines.elastic_machine.declarations import description_of
+from tolstat.machines.elastic_machine.declarations import Settings, description_of
 from tolstat.machines.elastic_machine.machine import ElasticMachine
 from tolstat.machines.elastic_machine.modes import left_by_start_up, modes_of
-from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.machines.elastic_machine.start_up import LAWS
 from tolstat.machines.elastic_machine.trials import simulated
 from tolstat.model.settings import make

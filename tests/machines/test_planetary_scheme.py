@@ -10,13 +10,14 @@ from scipy.optimize import brentq
 
 from tolstat.errors import ModelError
 from tolstat.machines.planetary import existence
-from tolstat.machines.planetary.helix import balanced, unbalance
 from tolstat.machines.planetary.scheme import (
     SCHEMES,
     assembly,
+    balanced,
     diameter_ratio,
     fourth,
     ratio,
+    unbalance,
 )
 
 EXTERNAL = {"AA": (True, True), "II": (False, False), "AI": (True, False)}

@@ -12,9 +12,8 @@ import tolstat
 from tests.machines.ring_reference import CASES, DEG, blank, cut, forces
 from tolstat.errors import ModelError
 from tolstat.lanes.vector import WIDTH
-from tolstat.machines.ring.declarations import RELATIVE, description_of
+from tolstat.machines.ring.declarations import RELATIVE, Settings, description_of
 from tolstat.machines.ring.machine import Ring
-from tolstat.machines.ring.settings import Settings
 from tolstat.machines.ring.trials import depth_of_cut, simulated
 from tolstat.model.settings import make
 

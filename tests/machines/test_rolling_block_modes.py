@@ -13,6 +13,7 @@ import tolstat
 from tests.machines import rolling_block_reference as known
 from tolstat.errors import ModelError
 from tolstat.machines.rolling_block import gearbox
+from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.frequency_response import (
     contributions,
     poles_and_zeros,
@@ -34,7 +35,6 @@ from tolstat.machines.rolling_block.resonance import (
     named_orders,
     speed_margin,
 )
-from tolstat.machines.rolling_block.settings import Settings
 
 RPM = np.pi / 30
 B = np.zeros((8, 9))  # twists of the links from the angles, by the paper's numbers

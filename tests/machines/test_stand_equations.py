@@ -12,12 +12,16 @@ from tolstat.integrator.integrate import integrate
 from tolstat.integrator.problem import Accuracy
 from tolstat.lanes.vector import WIDTH
 from tolstat.machines.stand import parameters
-from tolstat.machines.stand.declarations import CONTRIBUTORS, DESCRIPTION, RESPONSES
+from tolstat.machines.stand.declarations import (
+    CONTRIBUTORS,
+    DESCRIPTION,
+    RESPONSES,
+    Settings,
+)
 from tolstat.machines.stand.machine import Stand
 from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
 from tolstat.machines.stand.nominal import NOMINAL
 from tolstat.machines.stand.parameters import friction_arm, gear_deformations
-from tolstat.machines.stand.settings import Settings
 from tolstat.machines.stand.trials import (
     END,
     WINDOW,

@@ -7,7 +7,7 @@ import pytest
 
 import tolstat
 from tolstat.errors import ModelError
-from tolstat.machines.stand.settings import Settings
+from tolstat.machines.stand.declarations import Settings
 from tolstat.machines.stand.trials import WINDOW, marks_of
 
 CRANKS = {"crank_difference": 1e-3}

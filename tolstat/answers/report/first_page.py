@@ -267,7 +267,7 @@ def _tighten(found: RunSummary, name: str, causes: Causes, told: bool) -> Parts:
 
 def _members(found: RunSummary, name: str) -> tuple[str, ...]:
     """Name the contributors of a kind of part."""
-    from tolstat.model.kinds import kinds_of_part
+    from tolstat.model.description import kinds_of_part
 
     kinds = kinds_of_part(list(found.of.assumed), found.of.contributors)
     return tuple(kinds.get(name, (name,)))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tolstat.answers.report.report_answer import Cause, Causes, PairCause
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.model.kinds import kinds_of_part
+from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.sensitivity.out_of_limit import (
     CLEAR,

@@ -8,7 +8,7 @@ import numpy as np
 
 from tolstat.answers.report.report_answer import SobolIndices
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.model.kinds import kinds_of_part
+from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.intervals.jackknife import HEAVY
 from tolstat.statistics.sensitivity.contributions import Contributions, contributions

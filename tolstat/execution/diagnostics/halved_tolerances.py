@@ -14,7 +14,7 @@ from tolstat.deviations.halved import halved
 from tolstat.deviations.samplers.saltelli import OWN
 from tolstat.errors import DistributionError
 from tolstat.execution.trial_table import Trials
-from tolstat.model.kinds import kinds_of_part
+from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import within
 from tolstat.statistics.reweighting.weighted_estimates import weighted_share

@@ -6,9 +6,8 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.elastic_machine import motion
-from tolstat.machines.elastic_machine.declarations import description_of
+from tolstat.machines.elastic_machine.declarations import Settings, description_of
 from tolstat.machines.elastic_machine.motion import HEAD, Chain, StartUp
-from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.machines.elastic_machine.start_up import LAWS
 from tolstat.model.view import Axis, Chart, Curve, Panel, Span, peaks_of
 

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.elastic_machine import views
-from tolstat.machines.elastic_machine.declarations import description_of
+from tolstat.machines.elastic_machine.declarations import Settings, description_of
 from tolstat.machines.elastic_machine.history import chart_of
 from tolstat.machines.elastic_machine.parameters import build
-from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.machines.elastic_machine.trials import (
     FAILURES,
     IMPOSSIBLE,

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.elastic_machine.modes import natural_frequencies
-from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.machines.elastic_machine.start_up import LAWS
+
+if TYPE_CHECKING:
+    from tolstat.machines.elastic_machine.declarations import Settings
 
 BALANCED = 1e-12  # of a deflection: what rounding leaves where torques balance
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
+from tolstat.machines.elastic_machine.declarations import Settings
 from tolstat.machines.elastic_machine.modes import natural_frequencies
 from tolstat.machines.elastic_machine.parameters import (
     Chains,
@@ -17,7 +18,6 @@ from tolstat.machines.elastic_machine.parameters import (
     rows_of,
     scale_of,
 )
-from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.model.contract import Outcome
 from tolstat.moving import Accuracy, Solution, System, integrate
 from tolstat.status import Status

@@ -8,9 +8,9 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
+from tolstat.machines.elastic_machine.declarations import Settings
 from tolstat.machines.elastic_machine.modes import Modes, left_by_start_up, modes_of
 from tolstat.machines.elastic_machine.parameters import build
-from tolstat.machines.elastic_machine.settings import Settings
 from tolstat.machines.elastic_machine.start_up import LAWS, Law
 from tolstat.machines.elastic_machine.trials import simulated
 from tolstat.model.view import (

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from tolstat.errors import ModelError
-from tolstat.machines.planetary.helix import balanced, unbalance
 from tolstat.machines.planetary.scheme import (
     SCHEMES,
     Scheme,
     assembly,
+    balanced,
     diameter_ratio,
     ratio,
+    unbalance,
 )
-from tolstat.machines.planetary.wanted import MOST_TEETH
-from tolstat.model.settings import setting
+
+if TYPE_CHECKING:
+    from tolstat.machines.planetary.declarations import Settings
 
 # teeth that exist in each scheme, for three satellites and equal modules
 EXAMPLES = {
@@ -27,126 +28,28 @@ EXAMPLES = {
 MOST_SATELLITES = 24
 ROUNDING = 1e-12  # so much apart is touching
 MOST_SHIFT = 2.0  # of the centre distance of wheels 3 and 4, in modules
-BALANCED = {"balanced": None}
-
-
-@dataclass(frozen=True)
-class GearSettings:
-    """What a study says of the gear itself, SI.
-
-    Raises
-    ------
-    ModelError
-        If there is no such gear.
-    """
-
-    scheme: str = setting(
-        "AI",
-        "meshes 1-2 and 3-4: A external, I internal; wheel 4 stands still",
-        choices=tuple(SCHEMES),
-    )
-    teeth: tuple[int, ...] = setting(
-        EXAMPLES["AI"],
-        "teeth of wheels 1, 2, 3, 4",
-        at_least=5,
-        at_most=MOST_TEETH,
-        count=(4, 4),
-    )
-    satellites: int = setting(
-        3, "satellites, equally spaced, all alike", at_least=2, at_most=MOST_SATELLITES
-    )
-    module: float = setting(
-        2.5e-3, "normal module of wheels 1 and 2", unit="m", above=0.0
-    )
-    module_ratio: float = setting(
-        1.0, "module of wheels 1 and 2 over that of 3 and 4", at_least=0.1, at_most=10.0
-    )
-    helix_2: float | None = setting(
-        None,
-        "helix angle of wheels 1, 2; balanced: from the teeth, or from helix_3",
-        unit="rad",
-        at_least=0.0,
-        at_most=1.0,
-        presets=BALANCED,
-    )
-    helix_3: float | None = setting(
-        None,
-        "helix angle of wheels 3, 4; balanced: from the teeth, or from helix_2",
-        unit="rad",
-        at_least=0.0,
-        at_most=1.0,
-        presets=BALANCED,
-    )
-    pressure_angle: float = setting(
-        math.radians(20),
-        "normal pressure angle",
-        unit="rad",
-        above=0.0,
-        at_most=math.radians(40),
-    )
-    addendum: float = setting(
-        1.0,
-        "how far teeth of wheels 2, 3 stand out, in modules, when satellites are kept "
-        "from touching; 0 as in the source",
-        at_least=0.0,
-        at_most=2.0,
-    )
-    torque: float = setting(500.0, "torque on wheel 1", unit="N m", at_least=1e-6)
-    mesh_stiffness: float = setting(
-        4e8, "stiffness of one satellite, as mesh 1-2 feels it", unit="N/m", above=0.0
-    )
-    position_at: str = setting(
-        "mesh",
-        "where position errors are told: along mesh 1-2, or at pins of the carrier, "
-        "which the mesh feels |1 - D| times (AA, II) or 1 + D times (AI)",
-        choices=("mesh", "pin"),
-    )
-
-    def __post_init__(self) -> None:
-        """Refuse gears that do not exist."""
-        design_of(self)
 
 
 class Design(NamedTuple):
-    """A planetary gear without deviations, SI.
-
-    Attributes
-    ----------
-    scheme : Scheme
-        Signs of its meshes.
-    ratio, D : float
-        i, and dw2 / dw3.
-    b2, b3 : float
-        Helix angles at the pitch cylinders, rad.
-    dw1, dw2, dw3, dw4 : float
-        Pitch diameters, m.
-    a : float
-        Centre distance, m.
-    alpha12, alpha34 : float
-        Transverse pressure angles of the meshes, rad.
-    unbalance : float
-        Axial force on a satellite for a force of 1 in mesh 1-2; 0 where balanced.
-    F : float
-        Tangential force of all satellites together in mesh 1-2, N.
-    """
+    """A planetary gear without deviations, SI."""
 
     scheme: Scheme
     ratio: float
-    D: float
-    b2: float
+    D: float  # dw2/dw3
+    b2: float  # helix angles at the pitch cylinders, rad
     b3: float
-    dw1: float
+    dw1: float  # pitch diameters
     dw2: float
     dw3: float
     dw4: float
-    a: float
-    alpha12: float
+    a: float  # centre distance
+    alpha12: float  # transverse pressure angles of the meshes, rad
     alpha34: float
-    unbalance: float
-    F: float
+    unbalance: float  # axial force on a satellite for 1 N in mesh 1-2; 0 if balanced
+    F: float  # tangential force of all satellites together in mesh 1-2, N
 
 
-def design_of(settings: GearSettings) -> Design:
+def design_of(settings: Settings) -> Design:
     """Return the gear that the settings describe.
 
     Wheels 1 and 2 have no profile shift. Wheels 3 and 4 have none either where both
@@ -184,14 +87,14 @@ def design_of(settings: GearSettings) -> Design:
     return found
 
 
-def _refused(settings: GearSettings, why: str) -> ModelError:
+def _refused(settings: Settings, why: str) -> ModelError:
     """Name the gear."""
     return ModelError(
         f"scheme {settings.scheme}, teeth = {list(settings.teeth)}: {why}"
     )
 
 
-def _other_teeth(settings: GearSettings) -> str:
+def _other_teeth(settings: Settings) -> str:
     """Name teeth that would do."""
     example = list(EXAMPLES[settings.scheme])
     return (
@@ -200,7 +103,7 @@ def _other_teeth(settings: GearSettings) -> str:
     )
 
 
-def _check_rings(settings: GearSettings) -> None:
+def _check_rings(settings: Settings) -> None:
     """Refuse rings that are not larger than the wheels in them."""
     z1, z2, z3, z4 = settings.teeth
     scheme = SCHEMES[settings.scheme]
@@ -216,7 +119,7 @@ def _check_rings(settings: GearSettings) -> None:
             )
 
 
-def _helix_angles(settings: GearSettings, D: float) -> tuple[float, float]:
+def _helix_angles(settings: Settings, D: float) -> tuple[float, float]:
     """Return helix angles as given, or as the balance asks for."""
     b2, b3 = settings.helix_2, settings.helix_3
     if b2 is not None:
@@ -237,13 +140,13 @@ def _helix_angles(settings: GearSettings, D: float) -> tuple[float, float]:
     return float(found.b2), float(found.b3)
 
 
-def _left_over(settings: GearSettings, b2: float, b3: float, D: float) -> float:
+def _left_over(settings: Settings, b2: float, b3: float, D: float) -> float:
     """Return the axial force left; exactly 0 where an angle was balanced."""
     given = settings.helix_2 is not None and settings.helix_3 is not None
     return float(unbalance(b2, b3, D)) if given else 0.0
 
 
-def _pressure_angle(settings: GearSettings, b2: float, b3: float, dw3: float) -> float:
+def _pressure_angle(settings: Settings, b2: float, b3: float, dw3: float) -> float:
     """Return the transverse pressure angle of wheels 3 and 4, shifted or not."""
     z1, z2, z3, z4 = settings.teeth
     scheme, m3 = SCHEMES[settings.scheme], settings.module / settings.module_ratio
@@ -268,7 +171,7 @@ def _pressure_angle(settings: GearSettings, b2: float, b3: float, dw3: float) ->
     return math.acos(cos_alpha)
 
 
-def _check_satellites(settings: GearSettings, design: Design) -> None:
+def _check_satellites(settings: Settings, design: Design) -> None:
     """Refuse satellites that touch each other, or cannot all be put in.
 
     Neighbours have room if 2a sin(pi/k) > max(da2, da3), tips included.

@@ -8,12 +8,12 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import Spread
-from tolstat.machines.planetary.buildable import FAILURES, faults
-from tolstat.machines.planetary.declarations import description_of
+from tolstat.machines.planetary.declarations import Settings, description_of
 from tolstat.machines.planetary.design import design_of
-from tolstat.machines.planetary.settings import Settings
 from tolstat.machines.planetary.trials import (
+    FAILURES,
     backlash,
+    faults,
     parted,
     residual_axial_force,
     shared,

@@ -1,4 +1,4 @@
-"""The schemes AA, II and AI: ratio, coaxiality, assembly, where a gear can exist.
+"""The schemes AA, II and AI: ratio, assembly, helix angles, where a gear can exist.
 
 Wheel 1 meshes with wheel 2 of a satellite, its wheel 3 with wheel 4, which stands
 still; the carrier H is driven. A is an external mesh, I an internal one. With s12 = 1
@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike
 from tolstat.arrays import Array
 from tolstat.errors import ModelError, allowed_names
 
+SPUR = 1e-12  # kap is 1 but for rounding
 # of a number of teeth: a whole number, or whole numbers in an array
 Teeth = Any
 
@@ -40,13 +41,7 @@ SCHEMES = {"AA": Scheme(1, 1), "II": Scheme(-1, -1), "AI": Scheme(1, -1)}
 
 
 def scheme_of(name: str) -> Scheme:
-    """Return a scheme by its name.
-
-    Raises
-    ------
-    ModelError
-        If there is none of that name.
-    """
+    """Return a scheme by its name; refuse what is none."""
     if name not in SCHEMES:
         raise ModelError(f"scheme = {name!r}: {allowed_names(str(name), SCHEMES)}")
     return SCHEMES[name]
@@ -129,3 +124,49 @@ def existence(scheme: str, D: ArrayLike, satellites: int) -> tuple[Array, Array]
     with np.errstate(divide="ignore", invalid="ignore"):
         most = np.where(least == 0, 0.0, least / (1 - s12 * s * np.minimum(D, 1.0)))
     return np.minimum(least, most), np.maximum(least, most)
+
+
+class Helices(NamedTuple):
+    """Helix angles of zero-shift wheels, each float64[design]."""
+
+    kap: Array  # cos b2 / cos b3 that coaxial wheels have
+    square: Array  # sin^2 b3; wheels exist where it lies between 0 and 1, 1 excluded
+    b2: Array  # rad; NaN where there are none, 0 where spur wheels are coaxial
+    b3: Array
+
+
+def balanced(
+    scheme: Scheme, mr: float, z1: Teeth, z2: Teeth, z3: Teeth, z4: Teeth
+) -> Helices:
+    """Return the helix angles that the teeth of zero-shift wheels leave.
+
+    Both rims of a satellite have one hand and one lead, tan b2 / tan b3 = D: then
+    2T/dw2 tan b2 = 2T/dw3 tan b3. Coaxial wheels without profile shift have
+    cos b2 / cos b3 = kap. Both together fix the angles.
+
+    Parameters
+    ----------
+    mr : float
+        Normal module of wheels 1 and 2 over that of 3 and 4.
+
+    Notes
+    -----
+    With kap = 1 the wheels are spur wheels. With mr z2 = z3 besides, D = 1, any helix
+    angle would do as well: such are taken as spur wheels too.
+    """
+    x = z2 / np.asarray(z3, np.float64)
+    kap = mr * (z1 + scheme.s12 * z2) / (z4 + scheme.s34 * z3)
+    spur = np.abs(kap - 1) < SPUR
+    with np.errstate(divide="ignore", invalid="ignore"):
+        square = np.where(spur, 0.0, (1 - kap**2) / ((mr * x) ** 2 - kap**2))
+        sin_b3 = np.sqrt(square)
+        sin_b2 = mr * x * sin_b3
+        there = (square >= 0) & (square < 1) & (sin_b2 < 1)
+        b2 = np.arcsin(np.where(there, sin_b2, np.nan))
+        b3 = np.arcsin(np.where(there, sin_b3, np.nan))
+    return Helices(kap, square, b2, b3)
+
+
+def unbalance(b2: Any, b3: Any, D: Any) -> Any:
+    """Return the axial force left on a satellite, for a force of 1 in mesh 1-2."""
+    return np.tan(b2) - D * np.tan(b3)

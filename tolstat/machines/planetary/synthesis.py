@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import ModelError, allowed_names
-from tolstat.machines.planetary.helix import balanced
 from tolstat.machines.planetary.scheme import (
     Scheme,
     assembly,
+    balanced,
     diameter_ratio,
     fourth,
     ratio,

@@ -1,4 +1,4 @@
-"""What deviations do to a planetary gear: axial forces, load sharing, backlash."""
+"""What deviations do to a gear: whether it can be built, forces, sharing, backlash."""
 
 from __future__ import annotations
 
@@ -6,9 +6,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Truths
+from tolstat.machines.planetary.declarations import Settings
 from tolstat.machines.planetary.design import Design
-from tolstat.machines.planetary.settings import Settings
+
+NO_TOOTH = "no tooth left"
+NO_MESH = "does not mesh"
+DEPTH = 2.0  # modules, of a tooth
+FAILURES = {
+    NO_TOOTH: "the thickness of a tooth deviates by less than half a pitch",
+    NO_MESH: "helix angles are below 90 deg, the centre distance deviates by less than "
+    "the depth of a tooth, the position of a satellite by less than half a pitch",
+}
 
 
 def residual_axial_force(F: float, db2: Array, db3: Array, design: Design) -> Array:
@@ -23,8 +32,6 @@ def residual_axial_force(F: float, db2: Array, db3: Array, design: Design) -> Ar
         Tangential force of a satellite in mesh 1-2, 2T/dw2, N.
     db2, db3 : float64[trial]
         Deviations of the helix angles, rad.
-    design : Design
-        The gear.
     """
     b2, b3, D = design.b2, design.b3, design.D
     at_2 = np.sin(db2) / (np.cos(b2) * np.cos(b2 + db2))
@@ -85,8 +92,6 @@ def backlash(E: tuple[Array, ...], da: Array, design: Design) -> Array:
     da : float64[trial]
         Deviation of the centre distance, m; it opens an external mesh and closes an
         internal one.
-    design : Design
-        The gear.
     """
     E1, E2, E3, E4 = E
     s12, s34 = design.scheme
@@ -115,3 +120,30 @@ def parted(
         e = felt_in_mesh(design) * e
     da, *E = deviations[:, 2 + k :].T
     return (deviations[:, 0], deviations[:, 1]), e, da, tuple(E)
+
+
+def faults(
+    db: tuple[Array, Array],
+    e: Array,
+    da: Array,
+    E: tuple[Array, ...],
+    design: Design,
+    settings: Settings,
+) -> dict[str, Truths]:
+    """Tell which gears cannot be built, by the words of `FAILURES`."""
+    of = design
+    steep = np.maximum(np.abs(of.b2 + db[0]), np.abs(of.b3 + db[1]))
+    diameters = of.dw1, of.dw2, of.dw3, of.dw4
+    half_pitch = [
+        np.pi * d / z / 2 for d, z in zip(diameters, settings.teeth, strict=True)
+    ]
+    thin = [np.abs(each) / h for each, h in zip(E, half_pitch, strict=True)]
+    depth = DEPTH * settings.module / max(1.0, settings.module_ratio)
+    return {
+        NO_TOOTH: ~(np.maximum.reduce(thin) < 1),
+        NO_MESH: ~(
+            (steep < np.pi / 2)
+            & (np.abs(da) < depth)
+            & (np.abs(e).max(axis=1) < half_pitch[0])
+        ),
+    }

@@ -4,15 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tolstat.errors import ModelError
 from tolstat.machines.planetary.scheme import Scheme, ratio, scheme_of
+from tolstat.model.setting_kinds import Number
 
 WHEELS = ("z1", "z2", "z3", "z4")
 STEEPEST = 1.5  # helix angle, rad
 MOST_TEETH = 10_000
 MOST_TRIPLES = 500_000_000  # of z1, z2, z3: some minutes
+NUMBERS = {
+    "ratio": Number(),
+    "ratio_tolerance": Number(at_least=0),
+    "satellites": Number(at_least=2, whole=True),
+    "module": Number(above=0),
+    "module_ratio": Number(above=0),
+    "addendum": Number(at_least=0),
+}
+TEETH = Number(at_least=1, at_most=MOST_TEETH, whole=True)
+HELIX = Number(at_least=0, at_most=STEEPEST)
 
 
 class Wanted(NamedTuple):
@@ -46,36 +57,17 @@ def checked(wanted: Wanted) -> Scheme:
         If a range is none, or no gear of the scheme or of these teeth has the ratio.
     """
     scheme = scheme_of(wanted.scheme)
-    for name in ("ratio", "ratio_tolerance", "satellites", "module", "module_ratio",
-                 "addendum"):  # fmt: skip
+    for name, kind in NUMBERS.items():
         value = getattr(wanted, name)
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or not abs(value) < 1e9:
-            raise ModelError(f"{name} = {value!r}: a number is expected, SI")
+        try:
+            kind.checked(value)
+        except ModelError as error:
+            raise ModelError(f"{name} = {value!r}: {error}") from None
     for wheel in WHEELS:
-        ends = getattr(wanted, wheel)
-        whole = _is_range(ends) and all(z == int(z) for z in ends)
-        if not whole or not 1 <= ends[0] <= ends[1] <= MOST_TEETH:
-            raise ModelError(
-                f"{wheel} = {ends!r}: fewest and most teeth are expected, as (17, 60), "
-                f"up to {MOST_TEETH}"
-            )
-    if not _is_range(wanted.helix) or wanted.helix[0] < 0 or wanted.helix[1] > STEEPEST:
-        raise ModelError(
-            f"helix = {wanted.helix!r}: least and greatest angle are expected, in rad "
-            f"from 0 to {STEEPEST}, such as (0.14, 0.52)"
-        )
-    k = wanted.satellites
-    if k < 2 or k != int(k):
-        raise ModelError(f"satellites = {k!r}: a whole number from 2 is expected")
-    for name in ("module", "module_ratio"):
-        if not 0 < getattr(wanted, name) < math.inf:
-            raise ModelError(f"{name} = {getattr(wanted, name)!r}: it must be above 0")
-    for name in ("ratio_tolerance", "addendum"):
-        if not 0 <= getattr(wanted, name) < math.inf:
-            raise ModelError(
-                f"{name} = {getattr(wanted, name)!r}: 0 or more is expected"
-            )
+        words = f"fewest and most teeth are expected, as (17, 60), up to {MOST_TEETH}"
+        _check_range(wanted, wheel, TEETH, words)
+    words = "least and greatest angle are expected, in rad from 0 to "
+    _check_range(wanted, "helix", HELIX, f"{words}{STEEPEST}, such as (0.14, 0.52)")
     triples = math.prod(high - low + 1 for low, high in wanted.teeth[:3])
     if triples > MOST_TRIPLES:
         raise ModelError(
@@ -86,15 +78,15 @@ def checked(wanted: Wanted) -> Scheme:
     return scheme
 
 
-def _is_range(ends: Any) -> bool:
-    """Tell two finite numbers, the lower first."""
+def _check_range(wanted: Wanted, name: str, kind: Number, words: str) -> None:
+    """Refuse what is not two numbers of a kind, the lower first."""
+    ends = getattr(wanted, name)
     try:
-        low, high = (float(end) for end in ends)
-    except (TypeError, ValueError, OverflowError):
-        return False
-    if any(isinstance(end, str) for end in ends):
-        return False
-    return -math.inf < low <= high < math.inf
+        low, high = (kind.checked(end) for end in ends)
+    except (TypeError, ValueError):
+        low, high = 1, 0
+    if low > high:
+        raise ModelError(f"{name} = {ends!r}: {words}")
 
 
 def _check_reach(wanted: Wanted, scheme: Scheme) -> None:

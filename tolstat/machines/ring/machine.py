@@ -6,11 +6,10 @@ from collections.abc import Mapping
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.ring import views
-from tolstat.machines.ring.declarations import description_of
+from tolstat.machines.ring.declarations import Asked, Settings, description_of
 from tolstat.machines.ring.history import chart_of
 from tolstat.machines.ring.linear import static_depth
 from tolstat.machines.ring.parameters import build
-from tolstat.machines.ring.settings import Asked, Settings
 from tolstat.machines.ring.trials import FAILURES, IMPOSSIBLE, outcome_of, simulated
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description

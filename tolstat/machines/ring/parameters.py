@@ -8,7 +8,13 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.errors import ModelError
-from tolstat.machines.ring.declarations import RELATIVE, description_of
+from tolstat.machines.ring.declarations import (
+    RELATIVE,
+    Asked,
+    amplitude,
+    description_of,
+    phase,
+)
 from tolstat.machines.ring.harmonics import (
     Place,
     Supported,
@@ -16,7 +22,6 @@ from tolstat.machines.ring.harmonics import (
     place,
     supported,
 )
-from tolstat.machines.ring.settings import Asked, amplitude, phase
 
 
 class Rings(NamedTuple):

@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.machines.ring.declarations import description_of
+from tolstat.machines.ring.declarations import Asked, description_of
 from tolstat.machines.ring.flutter import flutter_speed
 from tolstat.machines.ring.harmonics import harmonics, total
 from tolstat.machines.ring.linear import growth_rate, static_depth, terms_of
 from tolstat.machines.ring.parameters import Rings, build, force, out_of_roundness
-from tolstat.machines.ring.settings import Asked
 from tolstat.model.contract import Outcome
 from tolstat.moving import Accuracy, Solution, System, integrate
 from tolstat.status import Status

@@ -10,10 +10,10 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
+from tolstat.machines.ring.declarations import Asked
 from tolstat.machines.ring.flutter import flutter_speed
 from tolstat.machines.ring.linear import growth_rate, ring_eigenvalues, static_depth
 from tolstat.machines.ring.parameters import Rings, build
-from tolstat.machines.ring.settings import Asked
 from tolstat.model.view import (
     Axis,
     Band,

@@ -1,15 +1,113 @@
-"""Contributors and responses of the rolling block: names, units, words."""
+"""What the rolling block is given and answers: settings, contributors, responses."""
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
+from typing import Any
 
-from tolstat.machines.rolling_block.topology import LINK_NAMES, LINKS, MASSES
-from tolstat.model.description import Contributor, Description, Response
+import numpy as np
+
+from tolstat.errors import ModelError
+from tolstat.machines.rolling_block.gearbox import POSITIONS, TABLE_1, Combination
+from tolstat.machines.rolling_block.topology import (
+    LINK_NAMES,
+    LINKS,
+    LOADS,
+    MASSES,
+    STANDS,
+)
+from tolstat.model.description import (
+    POSITIVE,
+    SHARE,
+    Contributor,
+    Description,
+    Response,
+)
+from tolstat.model.settings import column, setting
+from tolstat.units.grammar import Range
+
+RPM = 2 * np.pi / 60
+
+MESH = {
+    "teeth": column("of the gear", like=1, at_least=1),
+    "shaft": column(
+        "on which it sits", like="motor", choices=("motor", "rolls_31", "rolls_34")
+    ),
+}
+
+# identified from Table 1 of the paper; their common scale is an assumption
+INERTIAS = (300.0, 30.0, 30.0, 80.0, 60.0, 50.0, 50.0, 40.0, 40.0)
+STIFFNESSES = (8e6, 8e6, 7e6, 7e6, 2e6, 2e6, 1e6, 1e6)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of the rolling block, SI; what each means stands in its sentence."""
+
+    # fmt: off
+    combination: Combination = setting(TABLE_1, "positions (a, b, c, d) of the gearbox stages: a 0 or 1, the others 0 to 3; that of Table 1 if not given", at_least=0, at_most=3, count=(4, 4))
+    inertias: tuple[float, ...] = setting(INERTIAS, "Q1 ... Q9 at the combination of Table 1, reduced to the motor shaft", unit="kg m^2", above=0.0, count=(9, 9))
+    stiffnesses: tuple[float, ...] = setting(STIFFNESSES, "C12, C23, C34, C35, C46, C47, C58, C59 there, reduced to that shaft", unit="N m/rad", above=0.0, count=(8, 8))
+    scale: float = setting(1.0, "factor on all inertias and stiffnesses, which Table 1 does not determine", above=0.0)
+    damping_ratio: float = setting(0.02, "of every elastic mode", unit="1", at_least=0.0)
+    motor: str = setting("matched", "while loads step: the moment of the motor steps with them, or stays", choices=("matched", "free"))
+    delay: tuple[float, ...] = setting((0.0,), "from stand to stand, 31 first: one time for all, or three", unit="s", at_least=0.0, count=(1, 3))
+    total_load: float = setting(35_950.293, "of all four stands, a quarter each, at the motor shaft: 3200 kW at 850 rpm", unit="N m", above=0.0)
+    pulse_stand: int = setting(31, "where the pulse acts: 31 to 34", at_least=31, at_most=34)
+    pulse_length: float = setting(5e-3, "of the pulse", unit="s", above=0.0)
+    pulse_moment: float = setting(89.8757, "of the pulse, at the motor shaft; 1 % of the static load of a stand", unit="N m", above=0.0)
+    horizon: float = setting(1.0, "how long loads and pulse are followed", unit="s", above=0.0)
+    orders: tuple[float, ...] = setting((1.0,), "excitations per turn of the motor", above=0.0)
+    rolls: bool = setting(False, "whether the rolls excite too, with the orders 1/i31 and 1/i34")
+    meshes: tuple[dict[str, Any], ...] = setting((), "gears that excite too, once a tooth", columns=MESH)
+    speed_range: Range = setting(Range(850 * RPM, 1700 * RPM), "of the motor", unit="rad/s", above=0.0)
+    working_speed: float = setting(1200 * RPM, "of the motor", unit="rad/s", above=0.0)
+    band: float = setting(0.05, "a speed resonates where an excitation is nearer to a natural frequency than this share of it", unit="1", at_least=0.0)
+    response_loads: tuple[int, ...] = setting((32, 33), "of the view response, each and all at once: 31 to 34, or 1 for the motor", at_least=1, count=(1, 5))
+    response_link: str = setting("12", "of the views response and pulses", choices=LINK_NAMES)
+    rtol: float = setting(1e-9, "integration tolerance, relative to the twists of the static load", above=0.0)
+    # fmt: on
+
+    def __post_init__(self) -> None:
+        """Refuse what does not fit together."""
+        for name, position, positions in zip(
+            "abcd", self.combination, POSITIONS, strict=True
+        ):
+            if position >= positions:
+                raise ModelError(
+                    f"combination = {list(self.combination)}: stage {name.upper()} has "
+                    f"the positions 0 to {positions - 1}, not {position}"
+                )
+        if len(self.delay) == 2:
+            raise ModelError(
+                "delay: one time is expected, or three: from 31 to 32, to 33, to 34"
+            )
+        if self.entries[-1] >= self.horizon:
+            raise ModelError(
+                f"delay: stand 34 enters after {self.entries[-1]:g} s, and the horizon "
+                f"is {self.horizon:g} s; enlarge the horizon"
+            )
+        for load in self.response_loads:
+            if load not in LOADS:
+                raise ModelError(
+                    f"response_loads: there is no {load}; 1 is the motor, "
+                    f"{', '.join(map(str, STANDS))} are the stands"
+                )
+        if len(set(self.response_loads)) < len(self.response_loads):
+            raise ModelError("response_loads: something stands there twice")
+
+    @property
+    def entries(self) -> tuple[float, ...]:
+        """When each stand, 31 first, takes its load, s."""
+        delays = self.delay * 3 if len(self.delay) == 1 else self.delay
+        times = [0.0]
+        for delay in delays:
+            times.append(times[-1] + delay)
+        return tuple(times)
+
 
 _C = Contributor
 _R = Response
-POSITIVE = (0.0, math.inf)
 
 JOINED = tuple(f"{MASSES[i]} to {MASSES[j]}" for i, j in LINKS)
 N_MODES = len(LINKS)
@@ -27,7 +125,7 @@ RESPONSES = (
     *(_R(f"pulse_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, pulse on a stand: {joined}", "(2)", shown="N m", range=POSITIVE) for ij, joined in zip(LINK_NAMES, JOINED, strict=True)),
     _R("cancellation", "1", "|a2/a1|", "what mode 2 adds to M12, over mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
     _R("leakage", "1", "|a3,4/a1|", "what the local modes 3, 4 add to M12, the greater over mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
-    _R("antiphase_pattern", "1", "", "1 if stands swing in antiphase where they do in the nominal drive, else 0", "Table 1", shown="count", range=(0.0, 1.0)),
+    _R("antiphase_pattern", "1", "", "1 if stands swing in antiphase where they do in the nominal drive, else 0", "Table 1", shown="count", range=SHARE),
     _R("free_speed_range", "rad/s", "", "width of all speeds without resonance", "Fig. 5", shown="rpm", range=POSITIVE),
     _R("widest_free_range", "rad/s", "", "width of the widest range of speeds without resonance", "Fig. 5", shown="rpm", range=POSITIVE),
     _R("speed_margin", "1", "", "distance of the working speed from the nearest resonance, as a share of the natural frequency", "Fig. 5", range=POSITIVE),

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from tolstat.arrays import Array
-from tolstat.machines.rolling_block.declarations import RESPONSES
-from tolstat.machines.rolling_block.settings import Settings
+from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
 from tolstat.machines.rolling_block.topology import LINK_NAMES, STANDS
 from tolstat.model.view import Axis, Chart, Curve, Panel, Span, peaks_of
 

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
+from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.modes import Modes, modes_of
 from tolstat.machines.rolling_block.motion import Machine
 from tolstat.machines.rolling_block.parameters import Drive, nominal
-from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.topology import STANDS
 from tolstat.moving import Accuracy, Solution, integrate
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Truths
+from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.gearbox import reduction
-from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.topology import LINKS, MASSES
 
 CANNOT_EXIST = "cannot exist"

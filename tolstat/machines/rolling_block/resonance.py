@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.arrays import Array
+from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.gearbox import excitation_orders
-from tolstat.machines.rolling_block.settings import Settings
 from tolstat.units.grammar import Range
 
 

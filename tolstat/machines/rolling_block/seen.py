@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.modes import Modes
 from tolstat.machines.rolling_block.parameters import Drive
-from tolstat.machines.rolling_block.settings import Settings
 
 
 class Seen(NamedTuple):

@@ -7,13 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.machines.rolling_block.declarations import RESPONSES
+from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
 from tolstat.machines.rolling_block.frequency_response import NO_PART, contributions
 from tolstat.machines.rolling_block.loading import followed, load_steps, pulse
 from tolstat.machines.rolling_block.modes import Modes, antiphase, modes_of
 from tolstat.machines.rolling_block.parameters import Drive, nominal
 from tolstat.machines.rolling_block.resonance import free_speeds, speed_margin
-from tolstat.machines.rolling_block.settings import Settings
 from tolstat.machines.rolling_block.topology import LINK_NAMES, STATIC_SHARES
 from tolstat.model.contract import Outcome
 from tolstat.moving import Solution

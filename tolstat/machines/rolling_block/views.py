@@ -13,10 +13,10 @@ from tolstat.machines.rolling_block import (
     pulses,
     response_views,
 )
+from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.modes import modes_of, tracked, unit_shapes
 from tolstat.machines.rolling_block.parameters import drives
 from tolstat.machines.rolling_block.seen import Seen
-from tolstat.machines.rolling_block.settings import Settings
 from tolstat.model.view import (
     Axis,
     Band,

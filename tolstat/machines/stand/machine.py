@@ -7,11 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.stand.declarations import DESCRIPTION
+from tolstat.machines.stand.declarations import DESCRIPTION, Settings
 from tolstat.machines.stand.history import chart_of
 from tolstat.machines.stand.motion import Moment, State, motion
 from tolstat.machines.stand.parts import FAULTS, faults, parts_of
-from tolstat.machines.stand.settings import Settings
 from tolstat.machines.stand.trials import (
     END,
     NO_SHARE,

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
+from tolstat.machines.stand.declarations import Settings
 from tolstat.machines.stand.nominal import NOMINAL
 from tolstat.machines.stand.parts import faults, initial_position, parts_of
-from tolstat.machines.stand.settings import Settings
 
 
 class Parameters(NamedTuple):

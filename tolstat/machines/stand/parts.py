@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Truths
+from tolstat.machines.stand.declarations import Settings
 from tolstat.machines.stand.nominal import NOMINAL
-from tolstat.machines.stand.settings import Settings
 
 NOTHING = "no part left"
 NO_REACH = "rod too short"

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.machines.stand.declarations import CONTRIBUTORS, RESPONSES, SHARE
+from tolstat.machines.stand.declarations import CONTRIBUTORS, RESPONSES, Settings
 from tolstat.machines.stand.history import LOADS
 from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
 from tolstat.machines.stand.parameters import Parameters, build
 from tolstat.machines.stand.parts import initial_position
-from tolstat.machines.stand.settings import Settings
 from tolstat.model.contract import Outcome
+from tolstat.model.description import SHARE
 from tolstat.moving import Accuracy, Solution, integrate
 from tolstat.status import Status
 
