@@ -29,17 +29,17 @@ from tests.conftest import ROOT
 from tolstat.machines.rolling_block import motion as equations
 from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.frequency_response import contributions
-from tolstat.machines.rolling_block.loading import (
+from tolstat.machines.rolling_block.modes import Modes, modes_of
+from tolstat.machines.rolling_block.motion import Links, Machine, Moment, State
+from tolstat.machines.rolling_block.parameters import Drive, drives
+from tolstat.machines.rolling_block.structure import STANDS
+from tolstat.machines.rolling_block.transient import moments
+from tolstat.machines.rolling_block.trials import (
     Loading,
     damping_matrix,
     followed,
     load_steps,
 )
-from tolstat.machines.rolling_block.modes import Modes, modes_of
-from tolstat.machines.rolling_block.motion import Links, Machine, Moment, State
-from tolstat.machines.rolling_block.parameters import Drive, drives
-from tolstat.machines.rolling_block.topology import STANDS
-from tolstat.machines.rolling_block.transient import moments
 from tolstat.study.study import load
 
 Array = NDArray[np.float64]

@@ -12,14 +12,13 @@ import scipy.linalg
 import tolstat
 from tests.machines import rolling_block_reference as known
 from tolstat.errors import ModelError
-from tolstat.machines.rolling_block import gearbox
+from tolstat.machines.rolling_block import structure as gearbox
 from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.frequency_response import (
     contributions,
     poles_and_zeros,
     response,
 )
-from tolstat.machines.rolling_block.loading import damping_matrix
 from tolstat.machines.rolling_block.modes import (
     antiphase,
     mac,
@@ -35,6 +34,7 @@ from tolstat.machines.rolling_block.resonance import (
     named_orders,
     speed_margin,
 )
+from tolstat.machines.rolling_block.trials import damping_matrix
 
 RPM = np.pi / 30
 B = np.zeros((8, 9))  # twists of the links from the angles, by the paper's numbers

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -166,6 +166,11 @@ class Panel(NamedTuple):
     logarithmic: bool = False
     spans: tuple[Span, ...] = ()  # shaded in this picture alone
 
+    @classmethod
+    def of(cls, title: str, *drawn: Curve | Band | Region, **more: Any) -> Panel:
+        """Return the picture of some curves, bands and regions."""
+        return cls(title, tuple(each.name for each in drawn), **more)
+
     @property
     def every(self) -> tuple[str, ...]:
         """All that it shows."""
@@ -244,6 +249,14 @@ class Listing:
     heads: tuple[Axis, ...]  # what each column holds
     values: tuple[NDArray[np.generic], ...]  # column by column: numbers, SI, or words
     sentence: str = ""  # what a row is
+
+    @classmethod
+    def of(
+        cls, sentence: str, *columns: tuple[str, str, str, NDArray[np.generic]]
+    ) -> Listing:
+        """Return rows, from columns: name, SI unit, unit shown, values."""
+        heads = tuple(Axis(name, unit, shown) for name, unit, shown, _ in columns)
+        return cls(heads, tuple(column[3] for column in columns), sentence)
 
     def columns(self) -> Iterator[tuple[Axis, NDArray[np.generic]]]:
         """Yield each column with its head."""

@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 
 from tolstat.errors import ModelError
-from tolstat.machines.rolling_block.gearbox import POSITIONS, TABLE_1, Combination
-from tolstat.machines.rolling_block.topology import (
+from tolstat.machines.rolling_block.structure import (
     LINK_NAMES,
     LINKS,
     LOADS,
     MASSES,
+    POSITIONS,
     STANDS,
+    TABLE_1,
+    Combination,
 )
 from tolstat.model.description import (
     POSITIVE,

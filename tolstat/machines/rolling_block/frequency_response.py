@@ -17,8 +17,12 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.modes import Modes
-from tolstat.machines.rolling_block.topology import load_vector
+from tolstat.machines.rolling_block.parameters import Seen
+from tolstat.machines.rolling_block.structure import LINK_NAMES, load_vector
+from tolstat.model.view import Axis, Chart, Curve, Listing, Panel, bands_of
 
+POINTS = 1200
+BELOW, BEYOND = 0.2, 1.3  # of the lowest and the highest natural frequency: the axis
 NO_PART = 1e-9  # of all modes' contributions: a mode that has no part in a response
 
 
@@ -45,12 +49,9 @@ def contributions(modes: Modes, C: Array, loads: dict[int, float]) -> Array:
 def response(
     frequency: Array, modes: Modes, a: Array, zeta: Array
 ) -> NDArray[np.complex128]:
-    """Return G over the frequency, Hz, from contributions a[trial, mode], N m.
+    """Return G, N m, complex128[trial, frequency], over the frequency, Hz.
 
-    Returns
-    -------
-    complex128[trial, frequency]
-        N m; its size is the amplitude, its angle the phase.
+    Contributions are a[trial, mode], N m.
     """
     ratio = 2 * np.pi * frequency / modes.omega[:, :, None]
     below = 1.0 - ratio**2 + 2j * zeta[:, None, None] * ratio
@@ -69,17 +70,13 @@ class PolesAndZeros(NamedTuple):
 def poles_and_zeros(omega: Array, a: Array) -> PolesAndZeros:
     """Find where an undamped response is infinite, and where it is zero.
 
+    Zeros that no real frequency meets are left out.
+
     Parameters
     ----------
-    omega : float64[mode]
-        Natural frequencies of one drive, rad/s.
-    a : float64[mode]
-        Contributions of its modes to the moment of one link, N m.
-
-    Returns
-    -------
-    PolesAndZeros
-        Zeros that no real frequency meets are left out.
+    omega, a : float64[mode]
+        Natural frequencies of one drive, rad/s; contributions of its modes to the
+        moment of one link, N m.
     """
     takes_part = np.abs(a) > NO_PART * np.sum(np.abs(a))
     # x = (f/f_ref)^2 and its poles, of the order of 1
@@ -104,4 +101,72 @@ def poles_and_zeros(omega: Array, a: Array) -> PolesAndZeros:
         poles=omega[takes_part] / (2 * np.pi),
         cancelled=omega[~takes_part] / (2 * np.pi),
         zeros=np.sqrt(on_the_axis) * reference / (2 * np.pi),
+    )
+
+
+def _channels(seen: Seen) -> dict[str, Array]:
+    """Return contributions [trial, mode] to the link, by words for what loads it.
+
+    Each load by itself, then all of them at once, 1 N m each.
+    """
+    link = LINK_NAMES.index(seen.settings.response_link)
+    loads = seen.settings.response_loads
+    asked = [(load,) for load in loads] + ([loads] if len(loads) > 1 else [])
+    words = {1: "motor"}
+    return {
+        " + ".join(words.get(load, str(load)) for load in those): contributions(
+            seen.modes, seen.drive.C, dict.fromkeys(those, 1.0)
+        )[:, link]
+        for those in asked
+    }
+
+
+def frequency_response(seen: Seen) -> Chart:
+    """Chart amplitude and phase of the moment in the link per moment of the load."""
+    omega = seen.modes.omega[0] / (2 * np.pi)
+    even = np.geomspace(BELOW * omega[0], BEYOND * omega[-1], POINTS)
+    # the peaks themselves among the points, where they are finite
+    damped = seen.drive.zeta[0] > 0
+    frequency = np.unique(np.concatenate([even, omega])) if damped else even
+    link = seen.settings.response_link
+    amplitudes, phases = [], []
+    for words, a in _channels(seen).items():
+        G = response(frequency, seen.modes, a, seen.drive.zeta)
+        size, angle = np.abs(G), np.angle(G[0])
+        over = f"M{link} over the load"
+        amplitudes.append(Curve(words, "1", "|G|", over, size[0], shown="1"))
+        phases.append(Curve(f"phase, {words}", "rad", "arg G", "", angle, shown="deg"))
+    spreads = bands_of(words, "1", size[seen.others])  # of the last: all at once
+    loads = "motor" if seen.settings.response_loads == (1,) else "loads"
+    title = f"M{link} over {loads}: amplitude"
+    return Chart(
+        Axis("frequency", "Hz", "Hz", logarithmic=True),
+        frequency,
+        (*amplitudes, *phases),
+        bands=spreads,
+        panels=(
+            Panel.of(title, *amplitudes, *spreads, logarithmic=True),
+            Panel.of("Phase", *phases),
+        ),
+    )
+
+
+def poles(seen: Seen) -> Listing:
+    """List poles, zeros and modes that do not reach the link, without damping."""
+    omega = seen.modes.omega[0]
+    rows: list[tuple[str, str, float, float]] = []
+    for words, a in _channels(seen).items():
+        found = poles_and_zeros(omega, a[0])
+        parts = dict(zip((omega / (2 * np.pi)).tolist(), a[0].tolist(), strict=True))
+        of_load = [(f, "pole", parts[f]) for f in found.poles.tolist()]
+        of_load += [(f, "does not reach", 0.0) for f in found.cancelled.tolist()]
+        of_load += [(f, "zero", np.nan) for f in found.zeros.tolist()]
+        rows += [(words, kind, f, part) for f, kind, part in sorted(of_load)]
+    load, kind, frequency, part = map(np.array, zip(*rows, strict=True))
+    return Listing.of(
+        f"where M{seen.settings.response_link} is infinite or zero, or is not reached",
+        ("load", "1", "", load),
+        ("what", "1", "", kind),
+        ("frequency", "Hz", "Hz", frequency),
+        ("static part a_r", "1", "1", part),
     )

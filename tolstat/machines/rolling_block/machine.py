@@ -8,11 +8,10 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.rolling_block.declarations import DESCRIPTION, Settings
-from tolstat.machines.rolling_block.history import chart_of
 from tolstat.machines.rolling_block.modes import modes_of
 from tolstat.machines.rolling_block.parameters import CANNOT_EXIST, FAILURES, drives
 from tolstat.machines.rolling_block.trials import both_moved, outcome_of
-from tolstat.machines.rolling_block.views import OFFERS, shown
+from tolstat.machines.rolling_block.views import OFFERS, chart_of, shown
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
 from tolstat.model.view import View

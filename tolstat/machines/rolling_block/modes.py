@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.rolling_block.topology import STANDS, stiffness_matrix, twists
+from tolstat.machines.rolling_block.structure import STANDS, stiffness_matrix, twists
 
 AT_REST = 1e-12  # of a shape: what rounding leaves of a mass that does not move
 TIE = 1e-6  # parts of a shape that are as large as the largest, but for rounding

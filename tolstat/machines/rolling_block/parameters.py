@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.gearbox import reduction
-from tolstat.machines.rolling_block.topology import LINKS, MASSES
+from tolstat.machines.rolling_block.modes import Modes
+from tolstat.machines.rolling_block.structure import LINKS, MASSES, reduction
 
 CANNOT_EXIST = "cannot exist"
 FAILURES = {
@@ -24,6 +25,15 @@ class Drive(NamedTuple):
     Q: Array  # [trial, mass], kg m2
     C: Array  # [trial, link], N m/rad
     zeta: Array  # [trial], damping ratio of every elastic mode
+
+
+class Seen(NamedTuple):
+    """What views are made of: drives, of which the first is shown."""
+
+    drive: Drive
+    modes: Modes
+    others: NDArray[np.intp]  # for bands
+    settings: Settings
 
 
 def nominal(settings: Settings) -> Drive:

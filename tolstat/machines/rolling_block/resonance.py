@@ -1,4 +1,4 @@
-"""Speeds of the motor that resonate, and those that do not."""
+"""Speeds of the motor that resonate, and those that do not; the paper's Fig. 5."""
 
 from __future__ import annotations
 
@@ -6,8 +6,14 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.gearbox import excitation_orders
+from tolstat.machines.rolling_block.parameters import Seen
+from tolstat.machines.rolling_block.structure import excitation_orders
+from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span, bands_of
+from tolstat.statistics.intervals.proportions import proportion
 from tolstat.units.grammar import Range
+
+POINTS = 851  # of a range of speeds: one each rpm of the paper's
+NEAR = 0.85  # modes that an excitation misses by less are drawn with it
 
 
 def named_orders(settings: Settings) -> dict[str, float]:
@@ -52,13 +58,6 @@ def forbidden(omega: Array, orders: list[float], band: float) -> tuple[Array, Ar
 
 def free_gaps(lower: Array, upper: Array, within: Range) -> tuple[Array, Array]:
     """Return the gaps between forbidden ranges, some of them empty.
-
-    Parameters
-    ----------
-    lower, upper : float64[trial, range]
-        Forbidden, rad/s.
-    within : Range
-        Speeds of the motor, rad/s.
 
     Returns
     -------
@@ -108,3 +107,112 @@ def speed_margin(omega: Array, settings: Settings) -> Array:
         distance = np.abs(order * settings.working_speed - omega) / omega
         nearest = np.minimum(nearest, np.min(distance, axis=1))
     return nearest
+
+
+def campbell(seen: Seen) -> Chart:
+    """Chart frequencies, excitations and the share of machines that resonate."""
+    settings, omega = seen.settings, seen.modes.omega
+    n = np.linspace(*settings.speed_range, POINTS)
+    orders = named_orders(settings)
+    hz = omega / (2 * np.pi)
+
+    def curve(name: str, symbol: str, words: str, values: Array) -> Curve:
+        return Curve(name, "Hz", symbol, words, values, shown="Hz")
+
+    modes: list[Curve] = []
+    spreads: list[Band] = []
+    for r, f in enumerate(hz.T, start=1):
+        even = np.repeat(f[:, None], POINTS, axis=1)
+        modes.append(curve(f"mode {r}", f"f{r}", f"natural frequency {r}", even[0]))
+        spreads += bands_of(f"mode {r}", "Hz", even[seen.others])
+    excitations = [
+        curve(name, "", "excitation", order * n / (2 * np.pi))
+        for name, order in orders.items()
+    ]
+    lower, upper = forbidden(omega, list(orders.values()), settings.band)
+    begin, end = free_gaps(lower[:1], upper[:1], settings.speed_range)
+    free = [(b, e) for b, e in zip(begin[0], end[0], strict=True) if e > b]
+    drawn = seen.others if len(seen.others) else [0]
+    resonates = np.zeros(POINTS)
+    for machine in drawn:
+        hit = (n >= lower[machine, :, None]) & (n <= upper[machine, :, None])
+        resonates += np.any(hit, axis=0)
+    resonates /= len(drawn)
+    words = "share of machines that resonate"
+    share = Curve("resonating", "1", "P", words, resonates, shown="%")
+    title, sure = "Whether the drive resonates", []
+    if len(seen.others):
+        title = f"Share of {len(drawn)} machines that resonate"
+        sure = [sure_of(share, len(seen.others))]
+    return Chart(
+        Axis("motor speed", "rad/s", "rpm"),
+        n,
+        (*modes, *excitations, share),
+        bands=(*spreads, *sure),
+        spans=tuple(Span(b, e, "without resonance") for b, e in free),
+        panels=(
+            *_frequency_panels(modes, excitations, spreads),
+            Panel.of(title, share, *sure),
+        ),
+    )
+
+
+def sure_of(share: Curve, machines: int) -> Band:
+    """Return the interval of a share of so many machines, at each point by itself."""
+    counts = np.rint(machines * share.values).astype(int).tolist()
+    ends = {count: proportion(count, machines) for count in set(counts)}
+    lower = np.array([ends[count].lower for count in counts])
+    upper = np.array([ends[count].upper for count in counts])
+    return Band("95 % interval", share.unit, lower, upper, of=share.name)
+
+
+def _frequency_panels(
+    modes: list[Curve], excitations: list[Curve], spreads: list[Band]
+) -> list[Panel]:
+    """Draw each excitation with the modes that it meets, or nearly so."""
+    panels = []
+    for each in excitations:
+        near = NEAR * each.values.min(), each.values.max() / NEAR
+        met = [m for m in modes if near[0] <= m.values[0] <= near[1]]
+        names = [m.name for m in met]
+        opened = [band for band in spreads if band.of in names]
+        if met:
+            panels.append(Panel.of(f"What {each.name} meets", each, *met, *opened))
+    apart = Panel.of("Excitations and modes do not meet", *excitations, *modes)
+    return panels or [apart]
+
+
+def resonances(seen: Seen) -> Listing:
+    """List where excitations meet natural frequencies, within the speeds of the motor.
+
+    The last column is the share of the others, or whether the drive alone does.
+    """
+    settings, omega = seen.settings, seen.modes.omega
+    orders = named_orders(settings)
+    lower, upper = forbidden(omega, list(orders.values()), settings.band)
+    n_modes = omega.shape[1]
+    machines = seen.others if len(seen.others) else np.array([0])
+    work = settings.working_speed
+    place = np.arange(len(orders) * n_modes)  # order by order, mode by mode
+    meets = (upper[0] >= settings.speed_range.lower) & (
+        lower[0] <= settings.speed_range.upper
+    )
+    place = place[meets][np.argsort(lower[0, meets])]
+    mode = place % n_modes
+    turns = np.array(list(orders.values()))[place // n_modes]
+    hit = (lower[machines][:, place] <= work) & (work <= upper[machines][:, place])
+    many = len(seen.others) > 0
+    each = [proportion(int(count), len(machines)) for count in hit.sum(axis=0)]
+    sure = [np.array([getattr(e, end) for e in each]) for end in ("lower", "upper")]
+    names = ("from, 95 %", "to, 95 %") if many else ()
+    return Listing.of(
+        "what meets within the speeds of the motor, and the speeds to keep away from",
+        ("excitation", "1", "", np.array(list(orders))[place // n_modes]),
+        ("mode", "1", "count", mode + 1),
+        ("frequency", "Hz", "Hz", omega[0, mode] / (2 * np.pi)),
+        ("critical speed", "rad/s", "rpm", omega[0, mode] / turns),
+        ("from", "rad/s", "rpm", lower[0, place]),
+        ("to", "rad/s", "rpm", upper[0, place]),
+        ("meets at the working speed", "1", "%", hit.mean(axis=0)),
+        *((name, "1", "%", ends) for name, ends in zip(names, sure, strict=False)),
+    )

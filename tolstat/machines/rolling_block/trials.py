@@ -1,7 +1,12 @@
-"""Trials: drives integrated under both loadings, and what they answer."""
+"""Trials: drives integrated under both loadings, and what they answer.
+
+All is linear, so loads are those of 1 N m: in all where the stands step one after the
+other, on its stand for a pulse.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,14 +14,125 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
 from tolstat.machines.rolling_block.frequency_response import NO_PART, contributions
-from tolstat.machines.rolling_block.loading import followed, load_steps, pulse
 from tolstat.machines.rolling_block.modes import Modes, antiphase, modes_of
+from tolstat.machines.rolling_block.motion import Machine
 from tolstat.machines.rolling_block.parameters import Drive, nominal
 from tolstat.machines.rolling_block.resonance import free_speeds, speed_margin
-from tolstat.machines.rolling_block.topology import LINK_NAMES, STATIC_SHARES
+from tolstat.machines.rolling_block.structure import LINK_NAMES, STANDS, STATIC_SHARES
 from tolstat.model.contract import Outcome
-from tolstat.moving import Solution
+from tolstat.moving import Accuracy, Solution, integrate
 from tolstat.status import Status
+
+# In each period of the highest mode at least so many steps: its swings are not missed
+# where the tolerance would permit to step over them.
+STEPS_A_PERIOD = 4
+NEVER = 99  # no phase has this number
+
+
+class Loading(NamedTuple):
+    """Loads of the stands, switched at marks."""
+
+    marks: tuple[float, ...]  # s, ascending: start, every switch, end
+    moments: tuple[float, ...]  # of each stand, N m
+    on: tuple[int, ...]  # the mark at which each begins
+    off: tuple[int, ...]  # and ends
+    matched: bool  # whether the motor's moment steps with them
+
+
+def load_steps(settings: Settings) -> Loading:
+    """Return the steps of the stands, one after the other, 1 N m in all."""
+    times = sorted(set(settings.entries))
+    share = 1.0 / len(STANDS)
+    return Loading(
+        marks=(*times, settings.horizon),
+        moments=(share,) * len(STANDS),
+        on=tuple(times.index(entry) for entry in settings.entries),
+        off=(NEVER,) * len(STANDS),
+        matched=settings.motor == "matched",
+    )
+
+
+def pulse(settings: Settings) -> Loading:
+    """Return the rectangular pulse of 1 N m on one stand; the motor's moment stays."""
+    outlasts = settings.pulse_length >= settings.horizon
+    ends = () if outlasts else (settings.pulse_length,)
+    on_stand = (float(stand == settings.pulse_stand) for stand in STANDS)
+    return Loading(
+        marks=(0.0, *ends, settings.horizon),
+        moments=tuple(on_stand),
+        on=(0,) * len(STANDS),
+        off=(1,) * len(STANDS) if ends else (NEVER,) * len(STANDS),
+        matched=False,
+    )
+
+
+def damping_matrix(modes: Modes, C: Array, zeta: Array) -> Array:
+    """Return what the rate of each twist adds to the moment in each link, N m s/rad.
+
+    The paper prints no damping: every elastic mode has the damping ratio zeta, the
+    rigid one none. With phi^T M phi = 1 that is
+
+        D = M Phi diag(2 zeta omega) Phi^T M,
+
+    and since M phi_r = K phi_r / omega_r^2, D = B^T H B with the twists B phi and
+
+        H_ef = 2 zeta sum over r of M_er M_fr / omega_r^3,   M_er = C_e phi_e,r.
+
+    Returns
+    -------
+    H : float64[trial, link, link]
+        For stiffnesses C, N m/rad, [trial, link], and zeta, [trial].
+    """
+    omega, _, phi_ij = modes
+    moments = C[:, :, None] * phi_ij
+    H = np.zeros((len(C), C.shape[1], C.shape[1]))
+    for r in range(omega.shape[1]):  # one by one: the sum is the same in any block
+        w, M = omega[:, r, None, None], moments[:, :, r]
+        H = H + M[:, :, None] * M[:, None, :] / (w * w * w)
+    damping: Array = 2.0 * zeta[:, None, None] * H
+    return damping
+
+
+def followed(
+    drive: Drive,
+    modes: Modes,
+    loading: Loading,
+    settings: Settings,
+    samples: Array | None = None,
+) -> Solution:
+    """Integrate drives under a loading, from rest; errors are measured by the nominal.
+
+    Returns
+    -------
+    Solution
+        Peaks are those of the elastic moments.
+    """
+    from tolstat.machines.rolling_block.compiled import SYSTEM
+
+    n = len(drive.zeta)
+    one = np.ones(n)
+    machine = Machine._make(
+        [
+            *(1.0 / drive.Q.T),
+            *drive.C.T,
+            *(one * moment for moment in loading.moments),
+            *(one * mark for mark in loading.on),
+            *(one * mark for mark in loading.off),
+            one * loading.matched,
+        ]
+    )
+    H = damping_matrix(modes, drive.C, drive.zeta).reshape(n, -1)
+    typical = nominal(settings)
+    omega = modes_of(typical.Q, typical.C).omega[0]
+    twist = 1.0 / typical.C[0]  # of 1 N m
+    return integrate(
+        replace(SYSTEM, scale=np.concatenate([twist, omega[0] * twist])),
+        np.zeros((n, 2 * len(twist))),
+        np.concatenate([np.stack(machine, axis=1), H], axis=1),
+        np.tile(loading.marks, (n, 1)),
+        Accuracy(settings.rtol, 2 * np.pi / omega[-1] / STEPS_A_PERIOD),
+        samples=samples,
+    )
 
 
 def modal_answers(drive: Drive, modes: Modes, settings: Settings) -> dict[str, Array]:
@@ -41,27 +157,6 @@ def modal_answers(drive: Drive, modes: Modes, settings: Settings) -> dict[str, A
     }
 
 
-def moment_answers(
-    loaded: Array, pulsed: Array, settings: Settings
-) -> dict[str, Array]:
-    """Return amplifications and peak moments, by name.
-
-    Parameters
-    ----------
-    loaded, pulsed : float64[trial, link]
-        Peak moments per 1 N m, loads stepping and under the pulse.
-    settings : Settings
-        How large load and pulse are.
-    """
-    found = {}
-    for link, ij in enumerate(LINK_NAMES):
-        peak = loaded[:, link]
-        found[f"amplification_{ij}"] = peak / STATIC_SHARES[link]
-        found[f"moment_peak_{ij}"] = peak * settings.total_load
-        found[f"pulse_peak_{ij}"] = pulsed[:, link] * settings.pulse_moment
-    return found
-
-
 class Moved(NamedTuple):
     """What was integrated."""
 
@@ -81,10 +176,14 @@ def both_moved(
 
 def outcome_of(drive: Drive, modes: Modes, moved: Moved, settings: Settings) -> Outcome:
     """Arrange the responses as `describe` lists them."""
-    found = {
-        **modal_answers(drive, modes, settings),
-        **moment_answers(moved.loaded.peak, moved.pulsed.peak, settings),
-    }
+    found = modal_answers(drive, modes, settings)
+    loaded, pulsed = moved.loaded.peak.T, moved.pulsed.peak.T
+    for ij, share, peak, after in zip(
+        LINK_NAMES, STATIC_SHARES, loaded, pulsed, strict=True
+    ):
+        found[f"amplification_{ij}"] = peak / share
+        found[f"moment_peak_{ij}"] = peak * settings.total_load
+        found[f"pulse_peak_{ij}"] = after * settings.pulse_moment
     table = np.stack([found[response.name] for response in RESPONSES], axis=1)
     status = np.where(
         moved.loaded.status == Status.DONE, moved.pulsed.status, moved.loaded.status

@@ -1,0 +1,145 @@
+"""What the drive is made of, by the paper's numbers: masses, links, stands, gearbox.
+
+The paper prints the ranges of the gearbox's ratios and the number of its combinations,
+no tooth numbers and no stage ratios. What is assumed here: stage A has two positions a,
+stages B, C and D have four each, b, c, d; ratios grow geometrically. That is the least
+that meets both printed ranges and the number 128.
+
+References
+----------
+P. V. Krot, Dynamic model of the gear drive of variable structure of a high-speed
+wire-rod rolling block (2010, in Russian); Fig. 3 and the equations (1) are the paper's.
+"Modal analysis": motor to roll 0.1572 to 1.2173 (stands 31, 32) and 0.0778 to 0.5330
+(stands 33, 34).
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from tolstat.arrays import Array
+
+MASSES = (
+    "motor", "stage A", "stage B", "stage C", "stage D",
+    "rolls 31", "rolls 32", "rolls 33", "rolls 34",
+)  # fmt: skip
+# which masses each link joins, numbered from 0; motor side first
+LINKS = ((0, 1), (1, 2), (2, 3), (2, 4), (3, 5), (3, 6), (4, 7), (4, 8))
+LINK_NAMES = tuple(f"{i + 1}{j + 1}" for i, j in LINKS)
+MOTOR = 0
+STANDS = {31: 5, 32: 6, 33: 7, 34: 8}  # mass of each stand
+LOADS = {1: MOTOR, **STANDS}  # where a moment acts: the motor's M1, and the stands
+
+
+def _beyond(link: int) -> set[int]:
+    """Return the masses on the far side of a link, seen from the motor."""
+    found = {LINKS[link][1]}
+    for near, far in LINKS:
+        if near in found:
+            found.add(far)
+    return found
+
+
+# M_ij,static of one newton metre in all, a quarter on each stand: 1, 1, 1/2, 1/2, 1/4
+STATIC_SHARES = tuple(
+    len(_beyond(link) & set(STANDS.values())) / len(STANDS)
+    for link in range(len(LINKS))
+)
+
+
+def stiffness_matrix(C: Array) -> Array:
+    """Assemble the stiffness matrix of equations (1).
+
+    Returns
+    -------
+    K : float64[..., mass, mass]
+        N m/rad, of C, float64[..., link]; K phi is what the links take from each mass.
+    """
+    K = np.zeros((*C.shape[:-1], len(MASSES), len(MASSES)))
+    for link, (i, j) in enumerate(LINKS):
+        K[..., i, i] += C[..., link]
+        K[..., j, j] += C[..., link]
+        K[..., i, j] -= C[..., link]
+        K[..., j, i] -= C[..., link]
+    return K
+
+
+def twists(phi: Array) -> Array:
+    """Return phi_ij = phi_i - phi_j, [..., link, mode], of phi[..., mass, mode]."""
+    near, far = ([link[end] for link in LINKS] for end in (0, 1))
+    difference: Array = phi[..., near, :] - phi[..., far, :]
+    return difference
+
+
+def load_vector(load: int) -> Array:
+    """Return the moments on the masses, N m, where one load of 1 N m acts.
+
+    1 is the motor's M1, which drives; 31 to 34 are stands, which brake.
+    """
+    moments = np.zeros(len(MASSES))
+    moments[LOADS[load]] = 1.0 if LOADS[load] == MOTOR else -1.0
+    return moments
+
+
+Combination = tuple[int, int, int, int]
+
+ENTRY = (0.1572, 1.2173)  # motor speed over roll speed, stands 31 and 32
+EXIT = (0.0778, 0.5330)  # stands 33 and 34
+q = (ENTRY[1] / ENTRY[0]) ** (1 / 31)
+p = (EXIT[1] / EXIT[0] / q**28) ** (1 / 3)
+
+POSITIONS = (2, 4, 4, 4)
+COMBINATIONS: tuple[Combination, ...] = tuple(
+    product(*(range(positions) for positions in POSITIONS))  # type: ignore[arg-type]
+)
+TABLE_1: Combination = (0, 3, 1, 1)  # at which the paper's numbers are taken to hold
+
+
+class Ratios(NamedTuple):
+    """Motor speed over the speed of shafts; those of A and AB but for a factor."""
+
+    A: float
+    AB: float
+    i31: float  # and stand 32
+    i34: float  # and stand 33
+
+
+def ratios(combination: Combination) -> Ratios:
+    """Return the ratios of a combination (a, b, c, d)."""
+    a, b, c, d = combination
+    return Ratios(
+        A=q ** (16 * a),
+        AB=q ** (16 * a + 4 * b),
+        i31=ENTRY[0] * q ** (16 * a + 4 * b + c),
+        i34=EXIT[0] * q ** (16 * a + 4 * b) * p**d,
+    )
+
+
+def reduction(combination: Combination) -> tuple[Array, Array]:
+    """Reduce to the motor shaft: factors on what holds at the combination of Table 1.
+
+    Q_red = Q/i^2, C_red = C/i^2, so a ratio that differs from the one of Table 1 gives
+    a factor (i_Table1/i)^2.
+
+    Returns
+    -------
+    inertias : float64[mass]
+        Factors of Q1 ... Q9.
+    stiffnesses : float64[link]
+        Factors of C12 ... C59.
+    """
+    now, then = ratios(combination), ratios(TABLE_1)
+    A, AB, i31, i34 = ((t / n) ** 2 for n, t in zip(now, then, strict=True))
+    return (
+        np.array([1.0, A, AB, i31, i34, i31, i31, i34, i34]),
+        np.array([1.0, A, AB, AB, i31, i31, i34, i34]),
+    )
+
+
+def excitation_orders(combination: Combination) -> dict[str, float]:
+    """Return turns per turn of the motor: of the motor, of the rolls."""
+    now = ratios(combination)
+    return {"motor": 1.0, "rolls_31": 1.0 / now.i31, "rolls_34": 1.0 / now.i34}
