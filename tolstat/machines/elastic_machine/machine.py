@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from tolstat.arrays import Array, Truths
 from tolstat.machines.elastic_machine import views
 from tolstat.machines.elastic_machine.declarations import Settings, description_of
-from tolstat.machines.elastic_machine.history import chart_of
 from tolstat.machines.elastic_machine.parameters import build
 from tolstat.machines.elastic_machine.trials import (
     FAILURES,
@@ -52,7 +51,7 @@ class ElasticMachine(Model):
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
         time = sample_times(settings.horizon, step)
         trials = simulated(deviations[None, :], settings, time)
-        chart = chart_of(
+        chart = views.chart_of(
             time,
             trials.solution.history[0],
             trials.marks[0],

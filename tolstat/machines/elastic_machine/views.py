@@ -1,4 +1,4 @@
-"""What a chain can show beside its histories: spectrum, residual vibration, modes."""
+"""What a chain can show: its histories, spectrum, residual vibration and modes."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
-from tolstat.machines.elastic_machine.declarations import Settings
+from tolstat.machines.elastic_machine import motion
+from tolstat.machines.elastic_machine.declarations import Settings, description_of
 from tolstat.machines.elastic_machine.modes import Modes, left_by_start_up, modes_of
+from tolstat.machines.elastic_machine.motion import HEAD, Chain, StartUp
 from tolstat.machines.elastic_machine.parameters import build
 from tolstat.machines.elastic_machine.start_up import LAWS, Law
 from tolstat.machines.elastic_machine.trials import simulated
 from tolstat.model.view import (
     Axis,
+    Band,
     Chart,
     Curve,
     Listing,
@@ -23,8 +26,10 @@ from tolstat.model.view import (
     Panel,
     Span,
     bands_of,
+    peaks_of,
 )
 
+MOST_SHOWN = 4  # masses in one picture of a history; all are in the data
 MACHINES = 100  # with deviations, for bands
 RULE = 5.0, 10.0  # periods of the first mode that the paper asks for
 LONGEST = 200.0  # periods in the start-up that a spectrum is drawn to
@@ -40,6 +45,47 @@ OFFERS = (
     ),
     Offer("modes", "natural frequencies, damping and shapes"),
 )
+
+
+def chart_of(
+    time: Array, states: Array, marks: Array, machine: Array, settings: Settings
+) -> Chart:
+    """Chart a motion; what is left after start-up has a gap before its end."""
+    n = len(settings.inertia)
+    start_up = StartUp(*machine[:HEAD])
+    ended = float(marks[int(start_up.ended)])
+    chain = Chain(*machine[HEAD : HEAD + 3 * n].reshape(3, n))
+    phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
+    over = phase >= start_up.ended
+    static, found = np.empty((n, len(time))), np.empty((3 * n, len(time)))
+    motion.static_deflection(phase, machine[HEAD + 3 * n :], static)
+    motion.loads(over, states.T, static, chain, found)
+    found[n : 2 * n, ~over] = np.nan
+    f = LAWS[settings.start_up_law].shape(time * start_up.per_t0)
+    phi0__ = motion.acceleration(f, phase, start_up)
+
+    responses = description_of(settings).responses
+    watched = tuple(map(Curve.of, responses, found))
+    programmed = Curve(
+        "acceleration", "rad/s^2", "phi0''", "of the programmed shaft", phi0__
+    )  # fmt: skip
+    # of many masses some, from the first to the last
+    shown = np.unique(np.linspace(0, n - 1, min(n, MOST_SHOWN)).round().astype(int))
+    error, residual, torque = ([watched[i * n + s] for s in shown] for i in range(3))
+    panels = (
+        Panel.of("Dynamic errors", *error),
+        Panel.of("Left after start-up", *residual),
+        Panel.of("Spring torques", *torque),
+        Panel.of("Programmed motion", programmed),
+    )
+    return Chart(
+        Axis("time", "s", "s"),
+        time,
+        (*watched, programmed),
+        marks=peaks_of(watched, time, words=""),
+        spans=(Span(0.0, ended, "start-up"),),
+        panels=panels,
+    )
 
 
 def zeros_of(law: Law, longest: float) -> Array:
@@ -80,15 +126,14 @@ def spectrum(deviations: Array, settings: Settings) -> Chart:
     curves.append(curve("modes", words, law.spectrum(drawn), drawn))
     if len(zeros):
         curves.append(curve("zeros", "nothing is left", 0.0 * zeros, zeros))
-    names = tuple(each.name for each in curves)
-    above_zero = tuple(name for name in names if name != "zeros")
+    above_zero = [each for each in curves if each.name != "zeros"]
     return Chart(
         Axis("periods in the start-up", "1", "1"),
         rho,
         tuple(curves),
         panels=(
-            Panel(f"Spectrum: {law.sentence}", names),
-            Panel("", above_zero, logarithmic=True),
+            Panel.of(f"Spectrum: {law.sentence}", *curves),
+            Panel.of("", *above_zero, logarithmic=True),
         ),
     )
 
@@ -134,8 +179,7 @@ def residual(deviations: Array, settings: Settings) -> Chart:
     others = [left(i, t0) for i in np.flatnonzero(chains.exists)[1:]]
     bands = bands_of("undamped", "rad", np.array(others))
     of_many = f"{len(others)} machines" if others else ""
-    above_zero = ("undamped", "integrated", *(band.name for band in bands))
-    names = (*above_zero, *(each.name for each in curves[2:]))
+    above_zero: list[Curve | Band] = [*curves[:2], *bands]
     return Chart(
         Axis("start-up time", "s"),
         t0,
@@ -144,8 +188,8 @@ def residual(deviations: Array, settings: Settings) -> Chart:
         marks,
         spans=(Span(RULE[0] * T_1, RULE[1] * T_1, "5 to 10 periods of mode 1"),),
         panels=(
-            Panel(f"Residual {len(settings.inertia)}", names),
-            Panel(of_many, above_zero, logarithmic=True),
+            Panel.of(f"Residual {len(settings.inertia)}", *above_zero, *curves[2:]),
+            Panel.of(of_many, *above_zero, logarithmic=True),
         ),
     )
 
@@ -174,22 +218,13 @@ def listed(deviations: Array, settings: Settings) -> Listing:
     law, n = LAWS[settings.start_up_law], len(modes.k)
     periods = modes.k * chains.t0[0] / (2.0 * np.pi)
     last = modes.rho[:, -1]
-    heads = (
-        Axis("mode", "1", "count"),
-        Axis("frequency", "Hz"),
-        Axis("damping ratio", "1"),
-        Axis("periods in the start-up", "1", "1"),
-        Axis("lambda", "1", "1"),
-        Axis(f"share of static error {n}", "1"),
-        *(Axis(f"shape {s}", "1", "1") for s in range(1, n + 1)),
+    return Listing.of(
+        "a mode; damping ratio as if damping were classical",
+        ("mode", "1", "count", np.arange(1.0, n + 1.0)),
+        ("frequency", "Hz", "", modes.k / (2.0 * np.pi)),
+        ("damping ratio", "1", "", modes.zeta),
+        ("periods in the start-up", "1", "1", periods),
+        ("lambda", "1", "1", law.spectrum(periods)),
+        (f"share of static error {n}", "1", "", last / last.sum()),
+        *((f"shape {s}", "1", "1", shape) for s, shape in enumerate(modes.h.T, 1)),
     )
-    columns = (
-        np.arange(1.0, n + 1.0),
-        modes.k / (2.0 * np.pi),
-        modes.zeta,
-        periods,
-        law.spectrum(periods),
-        last / last.sum(),
-        *modes.h.T,
-    )
-    return Listing(heads, columns, "a mode; damping ratio as if damping were classical")
