@@ -14,9 +14,8 @@ import tolstat
 from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError, StudyError
 from tolstat.machines.dimension_chain import DimensionChain, Formula, answers
-from tolstat.machines.dimension_chain.settings import Settings
-from tolstat.machines.dimension_chain.slopes import Slopes
-from tolstat.machines.dimension_chain.values import Values
+from tolstat.machines.dimension_chain.algebras import Slopes, Values
+from tolstat.machines.dimension_chain.declarations import Settings
 from tolstat.model.settings import make
 from tolstat.study.study import load
 

@@ -7,7 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-POSITIVE, SHARE = (0.0, math.inf), (0.0, 1.0)  # ranges of a response
+# ranges of responses
+POSITIVE = (0.0, math.inf)
+SHARE = (0.0, 1.0)
 
 
 class Gear(NamedTuple):

@@ -11,8 +11,8 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.deviations.spread import Spread
+from tolstat.machines.dimension_chain.algebras import Slopes
 from tolstat.machines.dimension_chain.formula import Formula
-from tolstat.machines.dimension_chain.slopes import Slopes
 
 ALL_CORNERS = 10  # links up to which every corner is looked at
 INSIDE = 10  # binary logarithm of how many points inside the tolerances are, besides

@@ -9,9 +9,9 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import Spread
+from tolstat.machines.dimension_chain.algebras import Values
 from tolstat.machines.dimension_chain.chain import answers
-from tolstat.machines.dimension_chain.settings import Settings
-from tolstat.machines.dimension_chain.values import Values
+from tolstat.machines.dimension_chain.declarations import Settings
 from tolstat.model.contract import Model, Outcome
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.units.scale import scale_of

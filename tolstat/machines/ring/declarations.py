@@ -25,21 +25,10 @@ PAPER_INNER_RADIUS = 3.0  # m, of the table, where a study names no radius
 NAMED_LOBES = 12  # harmonics of out-of-roundness that have settings
 # what a view may vary: nominal values that are above zero
 VARIED = (
-    "support_angle",
-    "radius",
-    "width",
-    "thickness",
-    "youngs_modulus",
-    "density",
-    "ring_damping",
-    "tool_angle",
-    "tool_stiffness",
-    "tool_mass",
-    "tool_damping",
-    "depth",
-    "feed",
-    "cutting_force",
-)
+    "support_angle", "radius", "width", "thickness", "youngs_modulus", "density",
+    "ring_damping", "tool_angle", "tool_stiffness", "tool_mass", "tool_damping",
+    "depth", "feed", "cutting_force",
+)  # fmt: skip
 
 
 def amplitude(k: int) -> str:

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from tolstat.arrays import Array, Truths
 from tolstat.machines.ring import views
 from tolstat.machines.ring.declarations import Asked, Settings, description_of
-from tolstat.machines.ring.history import chart_of
 from tolstat.machines.ring.linear import static_depth
 from tolstat.machines.ring.parameters import build
 from tolstat.machines.ring.trials import FAILURES, IMPOSSIBLE, outcome_of, simulated
@@ -53,7 +52,7 @@ class Ring(Model):
         time = sample_times(settings.duration, step)
         trials = simulated(deviations[None, :], settings, time)
         static = float(static_depth(trials.rings, settings.hoop)[0])
-        chart = chart_of(time, trials.solution.history[0], trials.rings, static)
+        chart = views.chart_of(time, trials.solution.history[0], trials.rings, static)
         return History(chart, outcome_of(trials, settings))
 
     def view(self, name: str, deviations: Array, settings: Asked) -> View:

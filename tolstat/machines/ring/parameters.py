@@ -58,10 +58,9 @@ def build(deviations: Array, settings: Asked) -> Rings:
     def built(name: str) -> Array:
         """Return a nominal value with its deviation."""
         nominal, deviation = settings.nominal(name), given[name]
-        found: Array = (
-            nominal * (1.0 + deviation) if name in RELATIVE else nominal + deviation
-        )
-        return found
+        relative: Array = nominal * (1.0 + deviation)
+        absolute: Array = nominal + deviation
+        return relative if name in RELATIVE else absolute
 
     h = built("thickness")
     if settings.radius is None:
@@ -86,51 +85,33 @@ def build(deviations: Array, settings: Asked) -> Rings:
         return build(kept, settings)._replace(exists=exists)
 
     F = w * h
-    # (10): mm, mm a turn, m/min
     V = 60.0 * Omega * (r + 0.5 * h)
-    forces = [
-        10.0 * scale * C * S**y * V**n
-        for C, y, n in (
-            (
-                settings.radial_coefficient,
-                settings.radial_feed_exponent,
-                settings.radial_speed_exponent,
-            ),
-            (
-                settings.tangential_coefficient,
-                settings.tangential_feed_exponent,
-                settings.tangential_speed_exponent,
-            ),
-        )
-    ]
+
+    def at_1_mm(which: str) -> Array:
+        """Return a force at a depth of 1 mm, (10): mm, mm a turn, m/min."""
+        names = ("coefficient", "feed_exponent", "speed_exponent")
+        C, y, n = (float(getattr(settings, f"{which}_{name}")) for name in names)
+        found: Array = 10.0 * scale * C * S**y * V**n
+        return found
+
     on = supported(alpha, settings.harmonics)
     lobes = [
         (built(amplitude(k)), k * theta_R + built(phase(k)))
         for k in settings.out_of_roundness_harmonics
     ]
     return Rings(
-        r=r,
-        h=h,
-        nu=nu_of(E, rho, w, h, r),
-        pi_chi=np.pi * r * rho * F,
-        K_T=K_T,
-        alpha=alpha,
-        Omega=Omega,
-        t_R0=built("depth"),
-        c_R=forces[0],
-        x_R=x_R,
-        c_T=forces[1],
+        r=r, h=h, nu=nu_of(E, rho, w, h, r), pi_chi=np.pi * r * rho * F, K_T=K_T,
+        alpha=alpha, Omega=Omega, t_R0=built("depth"),
+        c_R=at_1_mm("radial"), x_R=x_R,
+        c_T=at_1_mm("tangential"),
         x_T=np.full_like(r, settings.tangential_depth_exponent),
-        m_c=m_c,
-        c_c=c_c,
-        K_C=K_C,
-        on=on,
-        at=place(theta_R, on),
+        m_c=m_c, c_c=c_c, K_C=K_C,
+        on=on, at=place(theta_R, on),
         lobes=settings.out_of_roundness_harmonics,
         e_cos=np.stack([e * np.cos(psi) for e, psi in lobes], axis=1),
         e_sin=np.stack([e * np.sin(psi) for e, psi in lobes], axis=1),
         exists=exists,
-    )
+    )  # fmt: skip
 
 
 def force(c: Array, x: Array, t: Array) -> Array:

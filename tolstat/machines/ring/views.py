@@ -1,10 +1,10 @@
-"""What a ring can show beside its histories: spectrum and stability over the speed."""
+"""What a ring can show: its histories, and spectrum and stability over the speed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -13,13 +13,14 @@ from tolstat.errors import ModelError
 from tolstat.machines.ring.declarations import Asked
 from tolstat.machines.ring.flutter import flutter_speed
 from tolstat.machines.ring.linear import growth_rate, ring_eigenvalues, static_depth
-from tolstat.machines.ring.parameters import Rings, build
+from tolstat.machines.ring.parameters import Rings, build, force, out_of_roundness
 from tolstat.model.view import (
     Axis,
     Band,
     Chart,
     Curve,
     Level,
+    Mark,
     Offer,
     Panel,
     Span,
@@ -40,6 +41,47 @@ OFFERS = (
 Found = Callable[[Rings, Array], Array]
 
 
+def chart_of(time: Array, states: Array, rings: Rings, static: float) -> Chart:
+    """Chart a motion: depth of cut, displacements at the tool, cutting forces."""
+    n = rings.on.s.shape[1]
+    U = np.zeros(len(time))
+    for j in range(n):
+        moved = rings.at.u_a[0, j] * states[:, j]
+        U = U + moved + rings.at.u_b[0, j] * states[:, n + j]
+    X = states[:, 4 * n]
+    blank = out_of_roundness(rings, time)
+    t_R = rings.t_R0[0] + U + X + blank
+    P_R, P_T = force(rings.c_R, rings.x_R, t_R), force(rings.c_T, rings.x_T, t_R)
+    words = "of the ring at the tool, outwards"
+    depth = Curve("depth_min", "m", "t_R", "depth of cut", t_R)
+    ring = Curve("ring_displacement", "m", "U", words, U)
+    tool = Curve("tool_travel", "m", "X_P", "displacement of the tool", X)
+    round_ = Curve("blank", "m", "", "what the blank is out of round", blank)
+    forces = (
+        Curve("radial_force_peak", "N", "P_R", "radial cutting force", P_R),
+        Curve("tangential_force_peak", "N", "P_T", "tangential cutting force", P_T),
+    )
+    marks: tuple[Mark, ...] = ()
+    if np.isfinite(t_R).all():
+        at = int(t_R.argmin())
+        marks = (Mark("depth_min", float(time[at]), float(t_R[at]), "least"),)
+    levels = [Level(0.0, "out of the cut below")]
+    if np.isfinite(static):
+        levels.append(Level(static, "static depth"))
+    moved_parts = (tool, ring, round_) if blank.any() else (tool, ring)
+    return Chart(
+        Axis("time", "s", "s"),
+        time,
+        (depth, ring, tool, round_, *forces),
+        marks=marks,
+        panels=(
+            Panel.of("Depth of cut", depth, levels=tuple(levels)),
+            Panel.of("Displacements at the tool", *moved_parts),
+            Panel.of("Cutting forces", *forces),
+        ),
+    )
+
+
 def own_and_others(
     deviations: Array, settings: Asked, speeds: Array, found: Found
 ) -> tuple[Array, Array]:
@@ -55,15 +97,13 @@ def own_and_others(
     return own, np.array(others).reshape(-1, *own.shape)
 
 
-class Varied(NamedTuple):
-    """What is varied: settings by words for the value, and a title for its panels."""
+def varied(
+    deviations: Array, settings: Asked, speeds: Array, found: Found
+) -> tuple[dict[str, Array], str]:
+    """Return what is found of the first machine for each value of what is varied.
 
-    settings: dict[str, Asked]
-    title: str  # it names values that no ring can have
-
-
-def varied(settings: Asked) -> Varied:
-    """Return the settings with each value of what is varied."""
+    By words for the value; and a title, which names values that no ring can have.
+    """
     name, given = settings.varied, settings
     nominal = settings.nominal(name)
     if name == "radius":
@@ -73,18 +113,22 @@ def varied(settings: Asked) -> Varied:
     [kind] = [each.metadata["kind"] for each in fields(settings) if each.name == name]
     in_degrees = kind.unit == "rad"
     unit = {"rad": "deg", "1": ""}.get(kind.unit, kind.unit)
-    found, cannot = {}, []
+    others, cannot = {}, []
     for times in settings.varied_by:
         changed: Any = {name: nominal * times}
         shown = np.degrees(nominal * times) if in_degrees else nominal * times
         words = f"{name.replace('_', ' ')} {shown:.6g} {unit}".strip()
-        if words in found:
+        if words in others:
             raise ModelError(f"varied_by has {words} twice")
         try:
-            found[words] = replace(given, **changed)
+            others[words] = replace(given, **changed)
         except ModelError:
             cannot.append(f"{shown:.6g} {unit}".strip())
-    return Varied(found, f"{', '.join(cannot)} cannot be" if cannot else "varied")
+    values = {
+        words: own_and_others(deviations[:1], other, speeds, found)[0]
+        for words, other in others.items()
+    }
+    return values, f"{', '.join(cannot)} cannot be" if cannot else "varied"
 
 
 def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
@@ -102,11 +146,8 @@ def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
 def spectrum(deviations: Array, settings: Asked) -> Chart:
     """Show frequencies and growth of the ring alone over the speed, Figs. 3 and 4.
 
-    Returns
-    -------
-    Chart
-        The lowest frequencies, the first with a band, and the growth with one; then
-        the lowest frequency and the growth for each value of what is varied.
+    The lowest frequencies, the first with a band, and the growth with one; then the
+    lowest frequency and the growth for each value of what is varied.
     """
     speeds = np.linspace(*settings.speed_range, POINTS)
 
@@ -117,41 +158,34 @@ def spectrum(deviations: Array, settings: Asked) -> Chart:
         omega = np.abs(each.imag[:, ::2][:, :SHOWN])
         return np.column_stack([omega, each.real.max(axis=1)])
 
+    def omega(name: str, i: int, words: str, column: Array) -> Curve:
+        return Curve(name, "rad/s", f"omega_{i}", words, column, shown="rad/s")
+
+    def tau(name: str, column: Array) -> Curve:
+        return Curve(name, "1/s", "tau_1", "of the ring alone", column)
+
     own, others = own_and_others(deviations, settings, speeds, found)
-    words = "natural frequency"
-    names = [f"frequency {i + 1}" for i in range(own.shape[1] - 1)]
-    curves = [
-        Curve(name, "rad/s", f"omega_{i + 1}", words, own[:, i], shown="rad/s")
-        for i, name in enumerate(names)
+    frequencies = [
+        omega(f"frequency {i}", i, "natural frequency", column)
+        for i, column in enumerate(own.T[:-1], start=1)
     ]
-    growth = Curve("growth", "1/s", "tau_1", "of the ring alone", own[:, -1])
-    lowest_band = bands_of(names[0], "rad/s", others[:, :, 0])
+    growth = tau("growth", own[:, -1])
+    lowest_band = bands_of("frequency 1", "rad/s", others[:, :, 0])
     grown = bands_of("growth", "1/s", others[:, :, -1])
-    lowest, growths = [], []
-    others_than = varied(settings)
-    for value, other in others_than.settings.items():
-        each, _ = own_and_others(deviations[:1], other, speeds, found)
-        words = "lowest frequency"
-        lowest.append(
-            Curve(value, "rad/s", "omega_1", words, each[:, 0], shown="rad/s")
-        )
-        words = "of the ring alone"
-        growths.append(Curve(f"growth, {value}", "1/s", "tau_1", words, each[:, -1]))
+    values, title = varied(deviations, settings, speeds, found)
+    lowest = [omega(v, 1, "lowest frequency", f[:, 0]) for v, f in values.items()]
+    growths = [tau(f"growth, {v}", f[:, -1]) for v, f in values.items()]
     shaded = flutter(deviations, settings)
-    frequencies = (*names, *(band.name for band in lowest_band))
     return Chart(
         Axis("speed", "rad/s", "rad/s"),
         speeds,
-        (*curves, growth, *lowest, *growths),
+        (*frequencies, growth, *lowest, *growths),
         (*lowest_band, *grown),
         panels=(
-            Panel("Natural frequencies", frequencies, spans=shaded),
-            Panel("Growth", ("growth", *(band.name for band in grown)), spans=shaded),
-            Panel(
-                f"Lowest frequency, {others_than.title}",
-                tuple(each.name for each in lowest),
-            ),
-            Panel(f"Growth, {others_than.title}", tuple(each.name for each in growths)),
+            Panel.of("Natural frequencies", *frequencies, *lowest_band, spans=shaded),
+            Panel.of("Growth", growth, *grown, spans=shaded),
+            Panel.of(f"Lowest frequency, {title}", *lowest),
+            Panel.of(f"Growth, {title}", *growths),
         ),
     )
 
@@ -159,11 +193,8 @@ def spectrum(deviations: Array, settings: Asked) -> Chart:
 def stability(deviations: Array, settings: Asked) -> Chart:
     """Show the growth of ring and tool, and of the ring alone, over the speed.
 
-    Returns
-    -------
-    Chart
-        Both with bands, then for each value of what is varied; a gap where there is no
-        static depth, such as beyond 2 sqrt nu, where the ring does not rest.
+    Both with bands, then for each value of what is varied; a gap where there is no
+    static depth, such as beyond 2 sqrt nu, where the ring does not rest.
     """
     lower, upper = settings.speed_range
     # a force at no speed has no size
@@ -182,11 +213,8 @@ def stability(deviations: Array, settings: Asked) -> Chart:
         return np.column_stack([both, alone])
 
     own, others = own_and_others(deviations, settings, speeds, found)
-    others_than, shaded = varied(settings), flutter(deviations, settings)
-    values = {
-        value: own_and_others(deviations[:1], other, speeds, found)[0]
-        for value, other in others_than.settings.items()
-    }
+    values, title = varied(deviations, settings, speeds, found)
+    shaded = flutter(deviations, settings)
     curves: list[Curve] = []
     spread: list[Band] = []
     panels: list[Panel] = []
@@ -194,22 +222,18 @@ def stability(deviations: Array, settings: Asked) -> Chart:
     def curve(name: str, words: str, column: Array) -> Curve:
         return Curve(name, "1/s", "tau_1", words, column, shown="1/s")
 
-    for i, name in enumerate(("ring and tool", "ring alone")):
-        set_ = curve(name, "as set", own[:, i])
+    for i, (name, short, behind) in enumerate(
+        (("ring and tool", "With the tool", ""), ("ring alone", "Alone", ", alone"))
+    ):
+        growth = curve(name, "as set", own[:, i])
         opened = bands_of(name, "1/s", others[:, :, i])
-        each = [
-            curve(value if i == 0 else f"{value}, alone", "varied", column[:, i])
-            for value, column in values.items()
-        ]
-        curves += [set_, *each]
+        each = [curve(f"{v}{behind}", "varied", f[:, i]) for v, f in values.items()]
+        curves += [growth, *each]
         spread += opened
-        names = (name, *(band.name for band in opened))
+        title_of_one = f"Growth of {name}"
         panels += [
-            Panel(f"Growth of {name}", names, levels=(GROWS,), spans=shaded),
-            Panel(
-                f"{('With the tool', 'Alone')[i]}, {others_than.title}",
-                tuple(one.name for one in each),
-            ),
+            Panel.of(title_of_one, growth, *opened, levels=(GROWS,), spans=shaded),
+            Panel.of(f"{short}, {title}", *each),
         ]
     return Chart(
         Axis("speed", "rad/s", "rad/s"),

@@ -8,7 +8,6 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.stand.declarations import DESCRIPTION, Settings
-from tolstat.machines.stand.history import chart_of
 from tolstat.machines.stand.motion import Moment, State, motion
 from tolstat.machines.stand.parts import FAULTS, faults, parts_of
 from tolstat.machines.stand.trials import (
@@ -21,6 +20,7 @@ from tolstat.machines.stand.trials import (
     outcome_of,
     simulated,
 )
+from tolstat.machines.stand.views import chart_of
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.stand.declarations import CONTRIBUTORS, RESPONSES, Settings
-from tolstat.machines.stand.history import LOADS
 from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
 from tolstat.machines.stand.parameters import Parameters, build
 from tolstat.machines.stand.parts import initial_position
+from tolstat.machines.stand.views import LOADS
 from tolstat.model.contract import Outcome
 from tolstat.model.description import SHARE
 from tolstat.moving import Accuracy, Solution, integrate

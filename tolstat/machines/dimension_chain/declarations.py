@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from tolstat.errors import ModelError, UnitError
-from tolstat.machines.dimension_chain.dimensions import Dimensions
+from tolstat.machines.dimension_chain.algebras import Dimensions, Values
 from tolstat.machines.dimension_chain.formula import Formula
-from tolstat.machines.dimension_chain.values import Values
 from tolstat.model.settings import column, setting
 from tolstat.units.conversion import si_unit
 from tolstat.units.grammar import Measure
