@@ -1,10 +1,14 @@
-"""A formula worked out in numbers: the closing link of all machines at once."""
+"""What a formula is worked out in: numbers of all trials, their slopes, dimensions.
+
+Of dimensions: an angle stays one while it stands alone; with anything else it is a
+plain number, so that the length of an arc is radius times angle.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import reduce
 from typing import Any, NamedTuple
 
@@ -31,18 +35,10 @@ OUTSIDE = {
 
 @dataclass(frozen=True)
 class Values:
-    """An algebra of float64[machine], or of one machine's numbers.
+    """An algebra of float64[trial], or of one trial's numbers."""
 
-    Attributes
-    ----------
-    links : mapping of str to float64[machine]
-        SI.
-    strict : bool
-        Whether a step without a value is refused; else it is NaN or infinite.
-    """
-
-    links: Mapping[str, Any]
-    strict: bool = False
+    links: Mapping[str, Any]  # SI
+    strict: bool = False  # refuses a step without a value; else it is NaN or infinite
 
     def constant(self, value: float) -> Any:
         return np.float64(value)
@@ -99,27 +95,13 @@ DERIVATIVES = {
 }
 
 
-@dataclass(frozen=True)
-class Slopes:
-    """An algebra of slopes, by the chain rule.
-
-    Attributes
-    ----------
-    links : mapping of str to float64[machine]
-        SI.
-    """
-
-    links: Mapping[str, Any]
-    _values: Values = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Let the values be worked out as those of machines are."""
-        object.__setattr__(self, "_values", Values(self.links))
+class Slopes(Values):
+    """An algebra of values and their slopes by every link, by the chain rule."""
 
     def constant(self, value: float) -> Slope:
         some = next(iter(self.links.values()))
         zero = np.zeros((len(self.links), *np.shape(some)))
-        return Slope(self._values.constant(value), zero)
+        return Slope(super().constant(value), zero)
 
     def link(self, name: str) -> Slope:
         found = self.constant(0.0).by_link
@@ -128,7 +110,7 @@ class Slopes:
 
     def operation(self, sign: str, left: Slope, right: Any) -> Slope:
         other = right if sign == "**" else right.value
-        value = self._values.operation(sign, left.value, other)
+        value = super().operation(sign, left.value, other)
         with np.errstate(all="ignore"):
             if sign == "+":
                 return Slope(value, left.by_link + right.by_link)
@@ -145,7 +127,7 @@ class Slopes:
 
     def function(self, name: str, arguments: Sequence[Slope]) -> Slope:
         values = [each.value for each in arguments]
-        value = self._values.function(name, values)
+        value = super().function(name, values)
         with np.errstate(all="ignore"):
             if name in DERIVATIVES:
                 outer = [DERIVATIVES[name](values[0], value)]
@@ -172,15 +154,9 @@ ALIKE = ("abs", "hypot", "min", "max", "atan2")
 
 @dataclass(frozen=True)
 class Dimensions:
-    """An algebra of dimensions.
+    """An algebra of dimensions."""
 
-    Attributes
-    ----------
-    units : mapping of str to str
-        SI unit of each link.
-    """
-
-    units: Mapping[str, str]
+    units: Mapping[str, str]  # SI, of each link
 
     def constant(self, value: float) -> Any:
         if value == math.pi:

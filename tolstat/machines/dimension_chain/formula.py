@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from tolstat.errors import ModelError, allowed_names
+from tolstat.machines.dimension_chain.algebras import Values
 
 LONGEST, SHOWN = 1000, 80  # characters
 DEEPEST = 500  # nodes below each other
@@ -44,18 +45,10 @@ class Algebra(Protocol):
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula that was read and holds nothing but what is allowed.
-
-    Attributes
-    ----------
-    text : str
-        As it was written.
-    names : tuple of str
-        Links that it may name.
-    """
+    """A formula that was read and holds nothing but what is allowed."""
 
     text: str
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # of links that it may name
     _tree: ast.expr = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -67,7 +60,7 @@ class Formula:
             If it holds anything else: the place, what stands there, what is allowed.
         """
         object.__setattr__(self, "_tree", self._parsed())
-        self._check(self._tree, 0)
+        self.worked_out(Values(dict.fromkeys(self.names, math.nan)))  # as it is walked
         if not self.used:
             raise ModelError(f"gap = {self._shown} names no link")
 
@@ -85,11 +78,6 @@ class Formula:
     def worked_out(self, algebra: Algebra) -> Any:
         """Work the formula out in numbers, slopes or dimensions.
 
-        Parameters
-        ----------
-        algebra : Algebra
-            What its links are.
-
         Raises
         ------
         ModelError
@@ -97,30 +85,52 @@ class Formula:
         """
         return self._value(self._tree, algebra)
 
-    def _value(self, node: ast.expr, algebra: Algebra) -> Any:
+    def _value(self, node: ast.expr, algebra: Algebra, depth: int = 0) -> Any:
+        """Work out one node and what is below it; refuse what is not allowed."""
+        if depth > DEEPEST:
+            raise self._refused(node, f"more than {DEEPEST} steps inside each other")
+        below = depth + 1
         match node:
+            case ast.Constant(value=bool() | str() | bytes() | complex() | None):
+                raise self._refused(node, f"{node.value!r} is no number")
             case ast.Constant(value=int() | float() as value):
+                if not _finite(value):
+                    raise self._refused(node, "the number is too large")
                 return algebra.constant(float(value))
-            case ast.Name(id=name) if name in CONSTANTS and name not in self.names:
-                return algebra.constant(CONSTANTS[name])
-            case ast.Name(id=name):
+            case ast.Name(id=name) if name in self.names:
                 return algebra.link(name)
+            case ast.Name(id=name):
+                if name not in CONSTANTS:
+                    raise self._unknown(node, name)
+                return algebra.constant(CONSTANTS[name])
             case ast.UnaryOp(op=ast.USub(), operand=operand):
-                parts = (algebra.constant(-1.0), self._value(operand, algebra))
-                return self._step(node, algebra.operation, "*", *parts)
-            case ast.UnaryOp(operand=operand):
-                return self._value(operand, algebra)
+                negative = algebra.constant(-1.0)
+                inner = self._value(operand, algebra, below)
+                return self._step(node, algebra.operation, "*", negative, inner)
+            case ast.UnaryOp(op=ast.UAdd(), operand=operand):
+                return self._value(operand, algebra, below)
             case ast.BinOp(left=left, op=ast.Pow(), right=right):
-                base = self._value(left, algebra)
-                exponent = _exponent(right)
+                base, exponent = self._value(left, algebra, below), _exponent(right)
+                if exponent is None or not abs(exponent) <= LARGEST:
+                    reason = f"a plain number from -{LARGEST:g} to {LARGEST:g}"
+                    raise self._refused(right, f"an exponent is {reason}")
                 return self._step(right, algebra.operation, "**", base, exponent)
-            case ast.BinOp(left=left, op=op, right=right):
-                sides = self._value(left, algebra), self._value(right, algebra)
-                return self._step(right, algebra.operation, SIGNS[type(op)], *sides)
-            case ast.Call(func=ast.Name(id=name), args=args):
-                arguments = [self._value(each, algebra) for each in args]
+            case ast.BinOp(left=left, op=op, right=right) if type(op) in SIGNS:
+                first = self._value(left, algebra, below)
+                second = self._value(right, algebra, below)
+                sign = SIGNS[type(op)]
+                return self._step(right, algebra.operation, sign, first, second)
+            case ast.BinOp(op=ast.BitXor()):
+                raise self._refused(node, "a power is written **, not ^")
+            case ast.Call(args=args):
+                name = self._function(node)
+                arguments = [self._value(each, algebra, below) for each in args]
                 return self._step(node, algebra.function, name, arguments)
-        raise AssertionError("the formula was checked")
+        raise self._refused(
+            node,
+            "links, numbers, + - * / ** and functions are allowed "
+            f"({', '.join(FUNCTIONS)})",
+        )
 
     def _step(self, node: ast.expr, rule: Any, *parts: Any) -> Any:
         try:
@@ -166,47 +176,14 @@ class Formula:
                 node.end_col_offset = (node.end_col_offset or 0) + lead
         return tree
 
-    def _check(self, node: ast.expr, depth: int) -> None:
-        """Refuse what is not allowed, the place first."""
-        if depth > DEEPEST:
-            raise self._refused(node, f"more than {DEEPEST} steps inside each other")
-        match node:
-            case ast.Constant(value=bool() | str() | bytes() | complex() | None):
-                raise self._refused(node, f"{node.value!r} is no number")
-            case ast.Constant(value=int() | float() as value):
-                if not _finite(value):
-                    raise self._refused(node, "the number is too large")
-            case ast.Name(id=name):
-                self._check_name(node, name)
-            case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
-                self._check(operand, depth + 1)
-            case ast.BinOp(left=left, op=ast.Pow(), right=right):
-                self._check(left, depth + 1)
-                self._check_exponent(right)
-            case ast.BinOp(left=left, op=op, right=right) if type(op) in SIGNS:
-                self._check(left, depth + 1)
-                self._check(right, depth + 1)
-            case ast.BinOp(op=ast.BitXor()):
-                raise self._refused(node, "a power is written **, not ^")
-            case ast.Call():
-                self._check_call(node, depth)
-            case _:
-                raise self._refused(
-                    node,
-                    "links, numbers, + - * / ** and functions are allowed "
-                    f"({', '.join(FUNCTIONS)})",
-                )
-
-    def _check_name(self, node: ast.expr, name: str) -> None:
-        if name in self.names or name in CONSTANTS:
-            return
+    def _unknown(self, node: ast.expr, name: str) -> ModelError:
         if name in FUNCTIONS:
-            raise self._refused(node, f"{name} is a function; write {name}(...)")
-        known = [*self.names, *CONSTANTS]
-        allowed = allowed_names(name, known)
-        raise self._refused(node, f"[links] has no {name}; {allowed}")
+            return self._refused(node, f"{name} is a function; write {name}(...)")
+        allowed = allowed_names(name, [*self.names, *CONSTANTS])
+        return self._refused(node, f"[links] has no {name}; {allowed}")
 
-    def _check_call(self, node: ast.Call, depth: int) -> None:
+    def _function(self, node: ast.Call) -> str:
+        """Return the function that is called; refuse another, and wrong arguments."""
         if not isinstance(node.func, ast.Name) or node.func.id not in FUNCTIONS:
             called = ast.unparse(node.func)[:40]
             allowed = allowed_names(called, FUNCTIONS)
@@ -217,14 +194,7 @@ class Formula:
             count = f"{least}" if least == most else f"{least} to {most}"
             words = "value" if count == "1" else "values"
             raise self._refused(node, f"{node.func.id} takes {count} {words}")
-        for each in node.args:
-            self._check(each, depth + 1)
-
-    def _check_exponent(self, node: ast.expr) -> None:
-        if (exponent := _exponent(node)) is None or not abs(exponent) <= LARGEST:
-            raise self._refused(
-                node, f"an exponent is a plain number from -{LARGEST:g} to {LARGEST:g}"
-            )
+        return node.func.id
 
     def _refused(self, node: ast.expr, reason: str) -> ModelError:
         """Say where in the formula, what stands there, and what is wrong with it."""
