@@ -128,7 +128,7 @@ STAND = "tolstat/machines/stand"
 # file, before, after: nothing that is computed changes
 WORDS = [
     pytest.param("tolstat/integrator/step.py", "\nfrom ", "\n# a word\n\nfrom ", id="comment"),
-    pytest.param("tolstat/lanes/sine.py", "Return the sine;", "The sine;", id="docstring"),
+    pytest.param("tolstat/lanes/trigonometry.py", "Return the sine;", "The sine;", id="docstring"),
     pytest.param("tolstat/integrator/march.py", '"""Integrate every', '"""March every', id="docstring of compiled code"),
     pytest.param(f"{STAND}/parts.py", "deviations: Mapping[str, Array]", "deviations: dict[str, Array]", id="annotation"),
     pytest.param(f"{STAND}/parts.py", ") -> Parts:", "):", id="annotation that goes"),
@@ -169,10 +169,10 @@ CODE = [
     pytest.param("tolstat/integrator/tableau.py", "19372", "19373", MOVING | {"integrator/march.py"}, id="constant of the integrator"),
     pytest.param("tolstat/integrator/march.py", "h * factor", "h / factor", MOVING | {"integrator/march.py"}, id="operator of the integrator"),
     pytest.param("tolstat/integrator/control.py", "SAFETY = ", "SAFETY = -", MOVING | {"integrator/march.py"}, id="sign in the step control"),
-    pytest.param("tolstat/lanes/sine.py", "-0.5, 1.0", "-0.5, 1.1", MOVING | COMPILED, id="constant of a lane function"),
-    pytest.param("tolstat/lanes/sine.py", "r * r", "r + r", MOVING | COMPILED, id="operator of a lane function"),
-    pytest.param("tolstat/lanes/arithmetic.py", '"fsub"', '"fadd"', MOVING | COMPILED, id="what is taught to Numba"),
-    pytest.param("tolstat/lanes/arithmetic.py", "builder.fneg(args[0])", "args[0]", MOVING | COMPILED, id="a decorated function"),
+    pytest.param("tolstat/lanes/trigonometry.py", "-0.5, 1.0", "-0.5, 1.1", MOVING | COMPILED, id="constant of a lane function"),
+    pytest.param("tolstat/lanes/trigonometry.py", "r * r", "r + r", MOVING | COMPILED, id="operator of a lane function"),
+    pytest.param("tolstat/lanes/vector.py", '"fsub"', '"fadd"', MOVING | COMPILED, id="what is taught to Numba"),
+    pytest.param("tolstat/lanes/vector.py", "builder.fneg(args[0])", "args[0]", MOVING | COMPILED, id="a decorated function"),
     pytest.param("tolstat/lanes/compiled.py", '"contract", ', "", MOVING | COMPILED, id="option of the compiler"),
     pytest.param("tolstat/model/checked.py", "status == 0)", "status >= 0)", set(MODELS), id="what evaluates"),
     pytest.param("own/own.py", "np.sin", "np.cos", {"own"}, id="function of a model of one's own"),
@@ -211,8 +211,8 @@ def test_files_may_be_moved_and_renamed(tmp_path, monkeypatch, copied, known):
     for was, now in (
         ("tolstat/integrator/step.py", "tolstat/integrator/stepping.py"),
         ("tolstat/integrator/control.py", "tolstat/lanes/control.py"),
-        ("tolstat/lanes/sine.py", "tolstat/lanes/trigonometry.py"),
-        ("tolstat/lanes/arithmetic.py", "tolstat/lanes/operators.py"),
+        ("tolstat/lanes/trigonometry.py", "tolstat/lanes/angles.py"),
+        ("tolstat/lanes/vector.py", "tolstat/lanes/operators.py"),
         ("tolstat/machines/stand/motion.py", "tolstat/machines/stand/equations.py"),
         ("tolstat/statistics/intervals/betting.py", "tolstat/statistics/bets.py"),
         ("tests/coverage/problems.py", "tests/coverage/densities.py"),
@@ -227,7 +227,7 @@ def test_files_may_be_moved_and_renamed(tmp_path, monkeypatch, copied, known):
         for file in tree.rglob("*.py"):
             text = file.read_text()
             text = text.replace(f"from {'.'.join(old)} ", f"from {'.'.join(new)} ")
-            for names in ("import ", "import arctan, power, "):
+            for names in ("import ", "import exponentials, "):
                 text = text.replace(
                     f"from {'.'.join(old[:-1])} {names}{old[-1]} ",
                     f"from {'.'.join(new[:-1])} {names}{new[-1]} ",

@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.integrator.lane_clock import AFTER, SMALLEST, STEP, TARGET, TIME
 from tolstat.integrator.peaks import look, vertex_of
+from tolstat.integrator.problem import AFTER, SMALLEST, STEP, TARGET, TIME
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 

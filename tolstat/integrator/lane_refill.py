@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.integrator.control import FIRST_STEP
-from tolstat.integrator.lane_clock import (
+from tolstat.integrator.problem import (
     AFTER,
     COUNT,
     ERROR,

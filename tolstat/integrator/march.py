@@ -10,7 +10,9 @@ import numpy as np
 
 from tolstat.integrator.control import aim, step_factor
 from tolstat.integrator.crossing import aim_at_crossing, first_crossing, go_on
-from tolstat.integrator.lane_clock import (
+from tolstat.integrator.lane_refill import sort_out
+from tolstat.integrator.peaks import follow
+from tolstat.integrator.problem import (
     ACCEPTED,
     COUNT,
     ERROR,
@@ -26,8 +28,6 @@ from tolstat.integrator.lane_clock import (
     TIME,
     TRIED,
 )
-from tolstat.integrator.lane_refill import sort_out
-from tolstat.integrator.peaks import follow
 from tolstat.integrator.signatures import march_signature
 from tolstat.integrator.step import (
     advance,

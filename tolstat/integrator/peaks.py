@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.integrator.lane_clock import TIME
+from tolstat.integrator.problem import TIME
 from tolstat.integrator.step import inside
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows

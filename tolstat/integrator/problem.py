@@ -12,6 +12,29 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
 
+# the clock of each lane, what its trial has come to, has a row for each of these;
+# the first two are those of a moment, too, which the rates are asked for
+TIME = 0  # s
+PHASE = 1  # number of the last mark passed; -1 where no trial is
+
+STEP = 2  # s, to be tried next
+ROOT = 3  # what `control.step_factor` remembers of the last accepted step
+TARGET = 4  # s, the next mark
+SMALLEST = 5  # s, a trial that needs shorter steps is given up
+COUNT = 6  # of steps tried
+TRIED = 7  # s, the step tried last; kept up where samples are taken
+ACCEPTED = 8  # whether it was accepted: 1 or 0; kept up there, too
+ERROR = 9  # its error, 1 at the tolerance; kept up where something happens
+EVENT = 10  # what happened: one of the three below
+AFTER = 11  # s, the next step behind a crossing that is aimed at; else 0
+
+MOMENT_ROWS = 2
+CLOCK_ROWS = 12
+
+NOTHING = 0.0
+MARK_REACHED = 1.0
+FAILED = 2.0
+
 
 @dataclass(frozen=True)
 class System:
@@ -127,7 +150,7 @@ class Solution(NamedTuple):
 class Lanes(NamedTuple):
     """The trials under way, one in each lane."""
 
-    clock: Array  # [row of `lane_clock`, lane]
+    clock: Array  # [row of the clock, lane]
     y: Array  # [state, lane]
     p: Array  # [parameter, lane]
     quadratures: Array  # [quadrature, lane]
@@ -149,7 +172,7 @@ class Damping(NamedTuple):
 class Step(NamedTuple):
     """The step that is tried, in all lanes at once."""
 
-    moment: Array  # [row of `lane_clock`, lane], which the rates are asked for
+    moment: Array  # [row of the clock, lane], which the rates are asked for
     k: Array  # [stage, rate, lane]; last the rates that the damped states had undamped
     middle: Array  # [state, lane]
     end: Array  # [state, lane]

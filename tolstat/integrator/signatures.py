@@ -18,68 +18,32 @@ tables = types.float64[:, :, ::1]
 integers = types.int64[::1]
 
 
-def _tuple_type(fields: tuple[Any, ...]) -> Any:
-    """Turn a named tuple of types into the type of such a named tuple."""
-    return types.BaseTuple.from_types(fields, type(fields))
+def _tuple_type(names: type[Any], **others: Any) -> Any:
+    """Return the type of a named tuple: every field is a table but for these."""
+    fields = [others.get(name, table) for name in names._fields]
+    return types.BaseTuple.from_types(fields, names)
 
 
 # (moment, y, p, out); see `problem.System`
 rates_signature = types.void(table, table, table, table)
 rates_type = types.FunctionType(rates_signature)
 
-accuracy_type = _tuple_type(
-    Accuracy(rtol=types.float64, max_step=types.float64, max_steps=types.int64)
-)
+number, whole = types.float64, types.int64
+accuracy_type = _tuple_type(Accuracy, rtol=number, max_step=number, max_steps=whole)
 block_type = _tuple_type(
-    Block(
-        start=table,
-        parameters=table,
-        marks=table,
-        samples=numbers,
-        watch_from=types.int64,
-        accuracy=accuracy_type,
-    )
+    Block, samples=numbers, watch_from=whole, accuracy=accuracy_type
 )
 solution_type = _tuple_type(
-    Solution(
-        states=tables,
-        quadratures=tables,
-        greatest=table,
-        least=table,
-        above=table,
-        history=tables,
-        status=integers,
-        steps=integers,
-    )
+    Solution,
+    states=tables,
+    quadratures=tables,
+    history=tables,
+    status=integers,
+    steps=integers,
 )
-
-lanes_type = _tuple_type(
-    Lanes(
-        clock=table,
-        y=table,
-        p=table,
-        quadratures=table,
-        greatest=table,
-        least=table,
-        above=table,
-        trial=integers,
-        sample=integers,
-    )
-)
-step_type = _tuple_type(
-    Step(
-        moment=table,
-        k=tables,
-        middle=table,
-        end=table,
-        filled_middle=table,
-        filled_inside=table,
-        watched_middle=table,
-        watched_inside=table,
-        crossings=integers,
-        damping=_tuple_type(Damping(states=integers, lambda_h=table, share=table)),
-    )
-)
+lanes_type = _tuple_type(Lanes, trial=integers, sample=integers)
+damping_type = _tuple_type(Damping, states=integers)
+step_type = _tuple_type(Step, k=tables, crossings=integers, damping=damping_type)
 
 # (rates, watch, per_scale, lanes, step, block, solution)
 march_signature = types.void(

@@ -16,7 +16,7 @@ import numpy as np
 
 from tolstat.integrator import tableau
 from tolstat.integrator.damping import begin_damping, damp
-from tolstat.integrator.lane_clock import TIME
+from tolstat.integrator.problem import TIME
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 

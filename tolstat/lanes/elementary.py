@@ -11,7 +11,6 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic, overload
 
-from tolstat.lanes import arithmetic  # noqa: F401  the operators these stand on
 from tolstat.lanes.vector import DOUBLES, WIDTH, mask, vector
 
 _PER_LANE = f"v{WIDTH}f64"

@@ -23,7 +23,7 @@ from numba.extending import (
 )
 from numpy.typing import NDArray
 
-from tolstat.lanes import arctan, power, sine  # noqa: F401  NumPy's functions on them
+from tolstat.lanes import exponentials, trigonometry  # noqa: F401  NumPy's on them
 from tolstat.lanes.vector import DOUBLES, WIDTH, vector
 
 Names = TypeVar("Names")
