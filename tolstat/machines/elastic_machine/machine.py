@@ -51,13 +51,7 @@ class ElasticMachine(Model):
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
         time = sample_times(settings.horizon, step)
         trials = simulated(deviations[None, :], settings, time)
-        chart = views.chart_of(
-            time,
-            trials.solution.history[0],
-            trials.marks[0],
-            trials.machines[0],
-            settings,
-        )
+        chart = views.chart_of(time, trials, settings)
         return History(chart, outcome_of(trials, settings))
 
     def view(self, name: str, deviations: Array, settings: Settings) -> View:

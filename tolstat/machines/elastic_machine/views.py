@@ -14,7 +14,7 @@ from tolstat.machines.elastic_machine.modes import Modes, left_by_start_up, mode
 from tolstat.machines.elastic_machine.motion import HEAD, Chain, StartUp
 from tolstat.machines.elastic_machine.parameters import build
 from tolstat.machines.elastic_machine.start_up import LAWS, Law
-from tolstat.machines.elastic_machine.trials import simulated
+from tolstat.machines.elastic_machine.trials import Trials, simulated
 from tolstat.model.view import (
     Axis,
     Band,
@@ -47,10 +47,10 @@ OFFERS = (
 )
 
 
-def chart_of(
-    time: Array, states: Array, marks: Array, machine: Array, settings: Settings
-) -> Chart:
-    """Chart a motion; what is left after start-up has a gap before its end."""
+def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
+    """Chart how the first trial moved; the residual has a gap before its start."""
+    states, marks = trials.solution.history[0], trials.marks[0]
+    machine = trials.machines[0]
     n = len(settings.inertia)
     start_up = StartUp(*machine[:HEAD])
     ended = float(marks[int(start_up.ended)])

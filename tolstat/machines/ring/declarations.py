@@ -23,6 +23,7 @@ from tolstat.units.grammar import Range
 
 PAPER_INNER_RADIUS = 3.0  # m, of the table, where a study names no radius
 NAMED_LOBES = 12  # harmonics of out-of-roundness that have settings
+RESTS = 0.8  # of the speed at which the lowest frequency is zero
 # what a view may vary: nominal values that are above zero
 VARIED = (
     "support_angle", "radius", "width", "thickness", "youngs_modulus", "density",
@@ -42,8 +43,15 @@ def phase(k: int) -> str:
 
 
 @dataclass(frozen=True)
-class Cut:
-    """What is cut, by what: ring, supports, tool and force, SI."""
+class Asked:
+    """What is cut, by what; how the ring is reckoned, and what is shown of it, SI.
+
+    Raises
+    ------
+    ModelError
+        If two radii are given, the ring has no hole, the supports lie opposite each
+        other, or a nominal out-of-roundness is of a harmonic that is not counted.
+    """
 
     # fmt: off
     inner_radius: float | None = setting(None, f"inner radius: the middle line lies half the thickness, deviations included, outwards; paper: {PAPER_INNER_RADIUS:g} m, where radius is not given", unit="m", above=0.0, presets={"paper": None})
@@ -70,24 +78,6 @@ class Cut:
     tangential_depth_exponent: float = setting(1.0, "exponent of the depth in it", above=0.0)
     tangential_feed_exponent: float = setting(0.75, "exponent of the feed in it")
     tangential_speed_exponent: float = setting(-0.15, "exponent of the cutting speed in it")
-    # fmt: on
-
-
-RESTS = 0.8  # of the speed at which the lowest frequency is zero
-
-
-@dataclass(frozen=True)
-class Asked(Cut):
-    """How the ring is reckoned, and what is shown of it, SI.
-
-    Raises
-    ------
-    ModelError
-        If two radii are given, the ring has no hole, the supports lie opposite each
-        other, or a nominal out-of-roundness is of a harmonic that is not counted.
-    """
-
-    # fmt: off
     out_of_roundness_harmonics: tuple[int, ...] = setting(tuple(range(1, NAMED_LOBES + 1)), f"harmonics k of the blank that may be out of round, each a contributor; only those up to {NAMED_LOBES} have a nominal value of their own", at_least=1, at_most=1000, count=(1, 100))
     harmonics: int = setting(6, "harmonics N of the ring's deflection", at_least=2, at_most=40)
     hoop: bool = setting(False, "whether the tension of the spinning ring is counted; the paper leaves it out")

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from tolstat.arrays import Array, Truths
 from tolstat.machines.ring import views
 from tolstat.machines.ring.declarations import Asked, Settings, description_of
-from tolstat.machines.ring.linear import static_depth
 from tolstat.machines.ring.parameters import build
 from tolstat.machines.ring.trials import FAILURES, IMPOSSIBLE, outcome_of, simulated
 from tolstat.model.contract import History, Model, Outcome, sample_times
@@ -51,8 +50,7 @@ class Ring(Model):
     def history(self, deviations: Array, settings: Asked, step: float) -> History:
         time = sample_times(settings.duration, step)
         trials = simulated(deviations[None, :], settings, time)
-        static = float(static_depth(trials.rings, settings.hoop)[0])
-        chart = views.chart_of(time, trials.solution.history[0], trials.rings, static)
+        chart = views.chart_of(time, trials, settings)
         return History(chart, outcome_of(trials, settings))
 
     def view(self, name: str, deviations: Array, settings: Asked) -> View:

@@ -14,6 +14,7 @@ from tolstat.machines.ring.declarations import Asked
 from tolstat.machines.ring.flutter import flutter_speed
 from tolstat.machines.ring.linear import growth_rate, ring_eigenvalues, static_depth
 from tolstat.machines.ring.parameters import Rings, build, force, out_of_roundness
+from tolstat.machines.ring.trials import Trials
 from tolstat.model.view import (
     Axis,
     Band,
@@ -41,8 +42,10 @@ OFFERS = (
 Found = Callable[[Rings, Array], Array]
 
 
-def chart_of(time: Array, states: Array, rings: Rings, static: float) -> Chart:
-    """Chart a motion: depth of cut, displacements at the tool, cutting forces."""
+def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
+    """Chart the first trial: depth of cut, displacements at the tool, forces."""
+    rings, states = trials.rings, trials.solution.history[0]
+    static = float(static_depth(rings, settings.hoop)[0])
     n = rings.on.s.shape[1]
     U = np.zeros(len(time))
     for j in range(n):

@@ -29,15 +29,11 @@ def moved(moment, y, p):
     """Evaluate the equations with their damping."""
     states, numbers = rows(y), rows(p)
     viscous = Links(
-        viscous_moment(0, states, numbers),
-        viscous_moment(1, states, numbers),
-        viscous_moment(2, states, numbers),
-        viscous_moment(3, states, numbers),
-        viscous_moment(4, states, numbers),
-        viscous_moment(5, states, numbers),
-        viscous_moment(6, states, numbers),
-        viscous_moment(7, states, numbers),
-    )
+        viscous_moment(0, states, numbers), viscous_moment(1, states, numbers),
+        viscous_moment(2, states, numbers), viscous_moment(3, states, numbers),
+        viscous_moment(4, states, numbers), viscous_moment(5, states, numbers),
+        viscous_moment(6, states, numbers), viscous_moment(7, states, numbers),
+    )  # fmt: skip
     return motion(named(Moment, moment), named(State, y), named(Machine, p), viscous)
 
 

@@ -12,6 +12,7 @@ moment to each link that follows the rates of all twists.
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import NamedTuple
 
 import numpy as np
@@ -26,75 +27,23 @@ class Moment(NamedTuple):
     phase: Array
 
 
-class State(NamedTuple):
-    """Twists of the links and their rates."""
-
-    phi12: Array  # rad
-    phi23: Array
-    phi34: Array
-    phi35: Array
-    phi46: Array
-    phi47: Array
-    phi58: Array
-    phi59: Array
-    phi12_: Array  # rad/s
-    phi23_: Array
-    phi34_: Array
-    phi35_: Array
-    phi46_: Array
-    phi47_: Array
-    phi58_: Array
-    phi59_: Array
-
-
-class Machine(NamedTuple):
-    """Numbers of one drive and its loads, SI."""
-
-    # reciprocals of the inertias: a division costs as much as ten multiplications
-    per_Q1: Array
-    per_Q2: Array
-    per_Q3: Array
-    per_Q4: Array
-    per_Q5: Array
-    per_Q6: Array
-    per_Q7: Array
-    per_Q8: Array
-    per_Q9: Array
-    C12: Array
-    C23: Array
-    C34: Array
-    C35: Array
-    C46: Array
-    C47: Array
-    C58: Array
-    C59: Array
-    # loads of the stands, each from one phase until before another
-    M6: Array
-    M7: Array
-    M8: Array
-    M9: Array
-    on6: Array
-    on7: Array
-    on8: Array
-    on9: Array
-    off6: Array
-    off7: Array
-    off8: Array
-    off9: Array
-    matched: Array  # 1 where the motor's moment steps with the loads, 0 where it stays
-
-
-class Links(NamedTuple):
-    """A moment in each link, N m."""
-
-    M12: Array
-    M23: Array
-    M34: Array
-    M35: Array
-    M46: Array
-    M47: Array
-    M58: Array
-    M59: Array
+# twists of the links, rad, and their rates, rad/s
+State = namedtuple(
+    "State",
+    "phi12 phi23 phi34 phi35 phi46 phi47 phi58 phi59 "
+    "phi12_ phi23_ phi34_ phi35_ phi46_ phi47_ phi58_ phi59_",
+)
+# numbers of one drive and its loads, SI: reciprocals of the inertias, for a division
+# costs as much as ten multiplications; stiffnesses; loads of the stands, each from one
+# phase until before another; 1 where the motor's moment steps with them, else 0
+Machine = namedtuple(
+    "Machine",
+    "per_Q1 per_Q2 per_Q3 per_Q4 per_Q5 per_Q6 per_Q7 per_Q8 per_Q9 "
+    "C12 C23 C34 C35 C46 C47 C58 C59 "
+    "M6 M7 M8 M9 on6 on7 on8 on9 off6 off7 off8 off9 matched",
+)
+# a moment in each link, N m
+Links = namedtuple("Links", "M12 M23 M34 M35 M46 M47 M58 M59")
 
 
 class Motion(NamedTuple):
@@ -114,15 +63,10 @@ def motion(moment: Moment, y: State, p: Machine, viscous: Links) -> Motion:
     M1 = p.matched * (M6 + M7 + M8 + M9)
 
     elastic = Links(
-        M12=p.C12 * y.phi12,
-        M23=p.C23 * y.phi23,
-        M34=p.C34 * y.phi34,
-        M35=p.C35 * y.phi35,
-        M46=p.C46 * y.phi46,
-        M47=p.C47 * y.phi47,
-        M58=p.C58 * y.phi58,
-        M59=p.C59 * y.phi59,
-    )
+        M12=p.C12 * y.phi12, M23=p.C23 * y.phi23, M34=p.C34 * y.phi34,
+        M35=p.C35 * y.phi35, M46=p.C46 * y.phi46, M47=p.C47 * y.phi47,
+        M58=p.C58 * y.phi58, M59=p.C59 * y.phi59,
+    )  # fmt: skip
     M12 = elastic.M12 + viscous.M12
     M23 = elastic.M23 + viscous.M23
     M34 = elastic.M34 + viscous.M34
@@ -145,21 +89,10 @@ def motion(moment: Moment, y: State, p: Machine, viscous: Links) -> Motion:
 
     # (2)
     derivative = State(
-        phi12=y.phi12_,
-        phi23=y.phi23_,
-        phi34=y.phi34_,
-        phi35=y.phi35_,
-        phi46=y.phi46_,
-        phi47=y.phi47_,
-        phi58=y.phi58_,
-        phi59=y.phi59_,
-        phi12_=phi1__ - phi2__,
-        phi23_=phi2__ - phi3__,
-        phi34_=phi3__ - phi4__,
-        phi35_=phi3__ - phi5__,
-        phi46_=phi4__ - phi6__,
-        phi47_=phi4__ - phi7__,
-        phi58_=phi5__ - phi8__,
-        phi59_=phi5__ - phi9__,
-    )
+        phi12=y.phi12_, phi23=y.phi23_, phi34=y.phi34_, phi35=y.phi35_,
+        phi46=y.phi46_, phi47=y.phi47_, phi58=y.phi58_, phi59=y.phi59_,
+        phi12_=phi1__ - phi2__, phi23_=phi2__ - phi3__, phi34_=phi3__ - phi4__,
+        phi35_=phi3__ - phi5__, phi46_=phi4__ - phi6__, phi47_=phi4__ - phi7__,
+        phi58_=phi5__ - phi8__, phi59_=phi5__ - phi9__,
+    )  # fmt: skip
     return Motion(derivative, elastic)

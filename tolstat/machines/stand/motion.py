@@ -15,6 +15,7 @@ carriage that yaws to the left; run-out and tooth position enter the meshes.
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import NamedTuple
 
 import numpy as np
@@ -39,37 +40,17 @@ class Moment(NamedTuple):
     phase: Array
 
 
-class State(NamedTuple):
-    """Coordinates and speeds of the stand."""
-
-    phi31: Array  # rad, wheel 7
-    phi32: Array  # rad, wheel 8
-    x: Array  # m, carriage
-    alpha: Array  # rad, carriage: yaw
-    phi31_: Array  # rad/s
-    phi32_: Array  # rad/s
-    x_: Array  # m/s
-    alpha_: Array  # rad/s
-
+# angles of wheels 7 and 8, rad, position of the carriage, m, its yaw, rad; their rates
+State = namedtuple("State", "phi31 phi32 x alpha phi31_ phi32_ x_ alpha_")
+# rates of the energies, W
+Powers = namedtuple("Powers", "drive slide guide roll spin damping contact")
 
 # What the integrator measures each state's error by. The yaw is the sharpest: the gate
 # of the guides opens within 1e-8 rad, and friction holds the carriage on that edge.
 SCALE = State(
-    phi31=1e-3, phi32=1e-3, x=3e-3, alpha=5e-7,  # type: ignore[arg-type]
-    phi31_=0.1, phi32_=0.1, x_=0.3, alpha_=0.15,  # type: ignore[arg-type]
+    phi31=1e-3, phi32=1e-3, x=3e-3, alpha=5e-7,
+    phi31_=0.1, phi32_=0.1, x_=0.3, alpha_=0.15,
 )  # fmt: skip
-
-
-class Powers(NamedTuple):
-    """Rates of the energies, W."""
-
-    drive: Array
-    slide: Array
-    guide: Array
-    roll: Array
-    spin: Array
-    damping: Array
-    contact: Array
 
 
 class Loads(NamedTuple):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Mapping
 from math import asinh, hypot
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,73 +13,20 @@ from tolstat.machines.stand.declarations import Settings
 from tolstat.machines.stand.nominal import NOMINAL
 from tolstat.machines.stand.parts import faults, initial_position, parts_of
 
-
-class Parameters(NamedTuple):
-    """Numbers of one machine, SI, as the equations name them.
-
-    Reciprocals are hoisted out of the equations: a division costs as much as ten
-    multiplications there.
-    """
-
-    # drive law
-    omega0: Array
-    t1: Array
-    per_t1: Array
-    phi1_0: Array
-    # gears: B maps (phi1, a_1, a_2) to the deformations of meshes 0, 1, 2 and shaft 12
-    B00: Array
-    B01: Array
-    B02: Array
-    B10: Array
-    B11: Array
-    B12: Array
-    B20: Array
-    B21: Array
-    B22: Array
-    B30: Array
-    B31: Array
-    B32: Array
-    k30: Array
-    k31: Array
-    k32: Array
-    c2: Array
-    Hc2: Array
-    s1: Array
-    s2: Array
-    # run-out: E7c = E7 cos th7, E7s = E7 sin th7, ...
-    E7c: Array
-    E8c: Array
-    E10c: Array
-    E11c: Array
-    E7s: Array
-    E8s: Array
-    E10s: Array
-    E11s: Array
-    # wheels and shaft 9
-    per_I1: Array
-    per_I2: Array
-    c3: Array
-    cos_psi1: Array
-    cos_psi2: Array
-    sin_psi1: Array
-    sin_psi2: Array
-    r_1: Array
-    r_2: Array
-    # rods
-    l1: Array
-    l2: Array
-    k1: Array
-    k2: Array
-    H1: Array
-    H2: Array
-    link: Array  # 1 with the equalizing link, 0 without
-    # carriage
-    m: Array
-    per_m: Array
-    mu: Array
-    mu_rot: Array
-    delta: Array
-    F0: Array
+# numbers of one machine, SI, as the equations name them, each float64[n]. Reciprocals
+# are hoisted out of the equations: a division costs as much as ten multiplications
+# there. B maps (phi1, a_1, a_2) to the deformations of meshes 0, 1, 2 and shaft 12;
+# E7c = E7 cos th7, E7s = E7 sin th7, ...; link is 1 with the equalizing link, else 0.
+Parameters = namedtuple(
+    "Parameters",
+    "omega0 t1 per_t1 phi1_0 "  # drive law
+    "B00 B01 B02 B10 B11 B12 B20 B21 B22 B30 B31 B32 "  # gears
+    "k30 k31 k32 c2 Hc2 s1 s2 "
+    "E7c E8c E10c E11c E7s E8s E10s E11s "  # run-out
+    "per_I1 per_I2 c3 cos_psi1 cos_psi2 sin_psi1 sin_psi2 r_1 r_2 "  # wheels, shaft 9
+    "l1 l2 k1 k2 H1 H2 link "  # rods
+    "m per_m mu mu_rot delta F0",  # carriage
+)
 
 
 def gear_deformations(

@@ -8,8 +8,8 @@ statically indeterminate kinematic chains (2012); equation numbers are the paper
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,26 +32,8 @@ FAULTS = {
 }
 
 
-class Parts(NamedTuple):
-    """What deviations make of the parts, float64[n] each, SI."""
-
-    l1: Array
-    l2: Array
-    r_1: Array
-    r_2: Array
-    k30: Array
-    k31: Array
-    k32: Array
-    k1: Array
-    k2: Array
-    I1: Array
-    I2: Array
-    m: Array
-    mu: Array
-    c2: Array
-    c3: Array
-    delta: Array
-    F0: Array
+# what deviations make of the parts, float64[n] each, SI
+Parts = namedtuple("Parts", "l1 l2 r_1 r_2 k30 k31 k32 k1 k2 I1 I2 m mu c2 c3 delta F0")
 
 
 def parts_of(deviations: Mapping[str, Array], settings: Settings) -> Parts:
