@@ -117,7 +117,7 @@ def test_a_digest_of_its_own_source_and_of_no_other_machine(tmp_path):
     assert changed(other, "", "x = 1\n") == before
     assert changed(package / "render" / "picture.py") == before
     assert changed(package / "integrator" / "step.py") == before
-    stand = changed(package / "machines" / "stand" / "settings.py", "7.5", "7.6")
+    stand = changed(package / "machines" / "stand" / "declarations.py", "7.5", "7.6")
     assert stand[0] != before[0] and stand[1] == before[1]
     stack = changed(tmp_path / "stack.py", "gap < 0", "gap <= 0")
     assert stack[0] == stand[0] and stack[1] != stand[1]

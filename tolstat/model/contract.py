@@ -26,43 +26,22 @@ NOTHING_FAILED: Mapping[str, Truths] = {}
 
 
 class Outcome(NamedTuple):
-    """What a block of trials yields.
+    """What a block of trials yields."""
 
-    Attributes
-    ----------
-    responses : float64[trial, response]
-        SI; whatever in failed trials.
-    status : int64[trial] or None
-        As the integrator found it, values of `tolstat.status.Status`; None where
-        nothing is integrated: then trials whose responses are finite are done.
-    steps : int64[trial] or None
-        Integration steps; None where nothing is integrated.
-    failed : mapping of str to bool[trial]
-        Trials without an answer, by a word of `Model.failures`.
-    """
-
-    responses: Array
+    responses: Array  # [trial, response], SI; whatever in failed trials
+    # [trial], `tolstat.status.Status`, as the integrator found it; None where nothing
+    # is integrated: then trials whose responses are finite are done
     status: NDArray[np.int64] | None = None
-    steps: NDArray[np.int64] | None = None
-    failed: Mapping[str, Truths] = NOTHING_FAILED
+    steps: NDArray[np.int64] | None = None  # [trial], of integration, if any
+    failed: Mapping[str, Truths] = NOTHING_FAILED  # by a word of `Model.failures`
 
 
 class Answers(NamedTuple):
-    """A checked outcome.
+    """A checked outcome."""
 
-    Attributes
-    ----------
-    responses : float64[trial, response]
-        SI; NaN in failed trials.
-    status : int64[trial]
-        How each ended: one of `tolstat.status.words_of`.
-    steps : int64[trial] or None
-        None where nothing is integrated, 0 where steps are not counted.
-    """
-
-    responses: Array
-    status: NDArray[np.int64]
-    steps: NDArray[np.int64] | None
+    responses: Array  # [trial, response], SI; NaN in failed trials
+    status: NDArray[np.int64]  # [trial], one of `tolstat.status.words_of`
+    steps: NDArray[np.int64] | None  # [trial]; None where nothing is integrated
 
     @classmethod
     def joined(cls, answers: Sequence[Answers]) -> Answers:
@@ -76,19 +55,12 @@ class Answers(NamedTuple):
 
 
 class History(NamedTuple):
-    """How one trial moved, and what it answered.
+    """How one trial moved, and what it answered."""
 
-    Attributes
-    ----------
-    chart : Chart
-        Curves over time; NaN after a failure. Marks are peaks to within a sample, the
-        span the time over which responses are taken.
-    outcome : Outcome
-        The same trial's responses, bit for bit as `evaluate` finds them.
-    """
-
+    # curves over time; NaN after a failure. Marks are peaks to within a sample, the
+    # span the time over which responses are taken
     chart: Chart
-    outcome: Outcome
+    outcome: Outcome  # of the same trial, bit for bit as `evaluate` finds it
 
 
 @dataclass(frozen=True)
@@ -102,28 +74,16 @@ class Model(ABC):
     A custom model inherits from this class and has a name, `describe` and `evaluate`;
     the rest is optional. One that integrates has a setting `rtol`, its tolerance: steps
     are stored, and some trials are audited with a thousandth of it.
-
-    Attributes
-    ----------
-    name, title : str
-        How it is called in study files, and in words.
-    settings : type
-        A frozen dataclass whose fields are declared with `tolstat.setting`.
-    assumptions : tuple of str
-        Sentences on what its answers rest on, for reports.
-    failures : mapping of str to str
-        Why a trial may have no answer, beside the integrator's reasons: a word for the
-        status, and the sentence that has to hold.
-    views : tuple of Offer
-        What it can show; a model with a `history` also has a view of that name.
     """
 
-    name: ClassVar[str]
+    name: ClassVar[str]  # how it is called in study files
     title: ClassVar[str] = ""
-    settings: ClassVar[type] = NoSettings
-    assumptions: ClassVar[tuple[str, ...]] = ()
+    settings: ClassVar[type] = NoSettings  # a frozen dataclass of `tolstat.setting`
+    assumptions: ClassVar[tuple[str, ...]] = ()  # sentences on what its answers rest on
+    # why a trial may have no answer, beside the integrator's reasons: a word for the
+    # status, and the sentence that has to hold
     failures: ClassVar[Mapping[str, str]] = {}
-    views: ClassVar[tuple[Offer, ...]] = ()
+    views: ClassVar[tuple[Offer, ...]] = ()  # and "history", if it moves
 
     @abstractmethod
     def describe(self, settings: Any) -> Description:
@@ -156,14 +116,8 @@ class Model(ABC):
     ) -> tuple[StudyNumber, ...]:
         """Return numbers of the study, shown beside those of its trials.
 
-        Parameters
-        ----------
-        settings : object
-            Of all trials.
-        spreads : mapping of str to Spread
-            Tolerance, mean and sigma by contributor that deviates, SI.
-        independent : bool
-            Whether these deviate independently of each other.
+        `spreads` are tolerance, mean and sigma, SI, by contributor that deviates;
+        `independent` tells whether these deviate independently of each other.
         """
         return ()
 
@@ -178,16 +132,10 @@ class Model(ABC):
         raise ModelError(f"model '{self.name}' does not move: it has no histories")
 
     def view(self, name: str, deviations: Array, settings: Any) -> View:
-        """Show one of `views`.
+        """Show one of `views`, by its name.
 
-        Parameters
-        ----------
-        name : str
-            Of the view.
-        deviations : float64[trial, contributor]
-            SI: the unit that is shown, then as many others as its offer wants.
-        settings : object
-            Of all of them.
+        deviations[trial, contributor], SI, are those of the unit that is shown, then of
+        as many others as its offer wants.
         """
         raise ModelError(f"model '{self.name}' has no views")
 
@@ -218,17 +166,8 @@ class Model(ABC):
 def sample_times(horizon: float, step: float) -> Array:
     """Return the times at which a history is seen, for `Model.history`.
 
-    Parameters
-    ----------
-    horizon : float
-        How long it is, s.
-    step : float
-        About how far apart two of them are, s.
-
-    Raises
-    ------
-    ModelError
-        If there are more than anybody looks at.
+    The history is `horizon` s long; two of them are about `step` s apart. More than
+    MOST_SAMPLES are refused.
     """
     if not horizon / step <= MOST_SAMPLES:
         raise ModelError(

@@ -21,55 +21,26 @@ class Gear(NamedTuple):
 
 @dataclass(frozen=True)
 class Contributor:
-    """A dimension or property that carries a tolerance.
+    """A dimension or property that carries a tolerance."""
 
-    Attributes
-    ----------
-    name : str
-        As typed in study files; `NAME_<number>` also answers to NAME.
-    unit : str
-        SI unit of its deviation; "1" for a deviation relative to the nominal.
-    symbol : str
-        The paper's letter.
-    sentence : str
-        What it is.
-    source : str
-        Where it enters the equations.
-    size : float, optional
-        Nominal size, m, that an ISO 286 grade of this length refers to.
-    gear : Gear, optional
-        The wheel that an ISO 1328 class refers to.
-    part : str
-        Kind of part that it belongs to, such as "gears": contributions are summed over
-        it; else over contributors whose names differ in their number alone.
-    shown : str
-        Unit in which it is shown where a study types none; by its size if empty. "1"
-        is a plain number, "count" a whole one.
-    """
-
-    name: str
-    unit: str
-    symbol: str = ""
-    sentence: str = ""
-    source: str = ""
-    size: float | None = None
-    gear: Gear | None = None
+    name: str  # as typed in study files; `NAME_<number>` also answers to NAME
+    unit: str  # SI, of its deviation; "1" for a deviation relative to the nominal
+    symbol: str = ""  # the paper's letter
+    sentence: str = ""  # what it is
+    source: str = ""  # where it enters the equations
+    size: float | None = None  # nominal, m, that an ISO 286 grade of it refers to
+    gear: Gear | None = None  # the wheel that an ISO 1328 class refers to
+    # kind of part that it belongs to, such as "gears": contributions are summed over
+    # it; else over contributors whose names differ in their number alone
     part: str = ""
+    # unit in which it is shown where a study types none; by its size if empty. "1" is a
+    # plain number, "count" a whole one
     shown: str = ""
 
 
 @dataclass(frozen=True)
 class Response:
-    """A number that a trial yields.
-
-    Attributes
-    ----------
-    name, unit, symbol, sentence, source, shown
-        As of `Contributor`.
-    range : tuple of float, optional
-        Bounds, SI, that it has because of what it is: a share lies between 0 and 1. An
-        open end is infinite. Intervals of its mean rest on them.
-    """
+    """A number that a trial yields; see `Contributor`."""
 
     name: str
     unit: str
@@ -77,6 +48,8 @@ class Response:
     sentence: str = ""
     source: str = ""
     shown: str = ""
+    # bounds, SI, that it has because of what it is: a share lies between 0 and 1. An
+    # open end is infinite. Intervals of its mean rest on them
     range: tuple[float, float] | None = None
 
 

@@ -41,28 +41,17 @@ class Axis(NamedTuple):
 class Curve(NamedTuple):
     """One quantity over the axis of its chart.
 
-    Attributes
-    ----------
-    name, unit, symbol, sentence : str
-        As of a response; where a response has the same name, its peak is the curve's.
-    values : float64[point]
-        SI; NaN leaves a gap.
-    at : float64[point], optional
-        Where on the axis, SI; the chart's own points if None.
-    shown : str
-        Unit in which it is shown; by its size if empty.
-    points : bool
-        Whether it is drawn as points, such as what was measured, and not as a line.
+    Where a response has the same name, its peak is the curve's.
     """
 
     name: str
     unit: str
     symbol: str
     sentence: str
-    values: Array
-    at: Array | None = None
-    shown: str = ""
-    points: bool = False
+    values: Array  # [point], SI; NaN leaves a gap
+    at: Array | None = None  # [point], SI, on the axis; the chart's own points if None
+    shown: str = ""  # unit in which it is shown; by its size if empty
+    points: bool = False  # drawn as points, such as what was measured, not as a line
 
     @classmethod
     def of(cls, response: Response, values: Array) -> Curve:
@@ -109,18 +98,9 @@ class Mark(NamedTuple):
 def peaks_of(
     curves: Sequence[Curve], at: Array, *, least: float = -np.inf, words: str = "peak"
 ) -> tuple[Mark, ...]:
-    """Mark where curves are greatest to either side; none where they end in a failure.
+    """Mark where curves over the points `at` are greatest to either side.
 
-    Parameters
-    ----------
-    curves : sequence of Curve
-        Over the points `at`; NaN after a failure.
-    at : float64[point]
-        Where on the axis, SI.
-    least : float
-        From where on it peaks count.
-    words : str
-        For the legend.
+    Peaks count from `least` on; a curve that ends in a failure, NaN, has none.
     """
     found = []
     for curve in curves:

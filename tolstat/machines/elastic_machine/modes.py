@@ -17,41 +17,23 @@ from tolstat.machines.elastic_machine.start_up import Law
 
 
 class Modes(NamedTuple):
-    """The modes of each machine, k_m ascending, float64[..., mode] but for two.
+    """The modes of each machine, k_m ascending, float64[..., mode] but for two."""
 
-    Attributes
-    ----------
-    k : natural frequency without damping, rad/s.
-    h : float64[..., mode, mass], shape; 1 at the first mass.
-    alpha, beta, gamma : modal mass, damping, stiffness, h^T I h, h^T B h, h^T C h.
-    g : h^T I 1, kg m2.
-    rho : float64[..., mode, mass], g_m h_ms/gamma_m, s2: what mode m adds to the static
-        error of mass s at 1 rad/s2, (10).
-    zeta : damping ratio beta_m k_m/(2 gamma_m).
-    """
-
-    k: Array
-    h: Array
-    alpha: Array
+    k: Array  # natural frequency without damping, rad/s
+    h: Array  # [..., mode, mass], shape; 1 at the first mass
+    alpha: Array  # modal mass, damping, stiffness: h^T I h, h^T B h, h^T C h
     beta: Array
     gamma: Array
-    g: Array
-    rho: Array
-    zeta: Array
+    g: Array  # h^T I 1, kg m2
+    rho: Array  # [..., mode, mass], g_m h_ms/gamma_m, s2: what mode m adds to the
+    # static error of mass s at 1 rad/s2, (10)
+    zeta: Array  # damping ratio beta_m k_m/(2 gamma_m)
 
 
 def of_springs(values: Array) -> Array:
-    """Return the matrix of springs in a row, C of c or B of b.
+    """Return the matrix of springs in a row, [..., mass, mass], C of c or B of b.
 
-    Parameters
-    ----------
-    values : float64[..., mass]
-        Of the spring before each mass; the first is held by the programmed shaft.
-
-    Returns
-    -------
-    float64[..., mass, mass]
-        Symmetric, with three diagonals.
+    They stand before each mass; the first is held by the programmed shaft.
     """
     n = values.shape[-1]
     found = np.zeros((*values.shape, n))
@@ -63,12 +45,9 @@ def of_springs(values: Array) -> Array:
 
 
 def natural_frequencies(J: Array, c: Array) -> Array:
-    """Return k_m of float64[..., mass] J, c without damping, ascending, rad/s.
+    """Return k_m, [..., mode], of J, c, [..., mass], undamped, ascending, rad/s.
 
-    Returns
-    -------
-    float64[..., mode]
-        Each machine by itself: bitwise the same among any others.
+    Each machine by itself: bitwise the same among any others.
     """
     descending = np.linalg.svd(_root(J, c), compute_uv=False)
     return np.asarray(descending[..., ::-1], np.float64)
@@ -108,21 +87,11 @@ def left_by_start_up(modes: Modes, law: Law, omega0: float, t0: Array) -> Array:
     |rho_s^(m)| k_m times |integral of phi0'' e^(-j k_m t)| = |omega0| lambda, for the
     constant acceleration 2 eps0 |rho_s^(m)| |sin(k_m t0/2)|.
 
-    Parameters
-    ----------
-    modes : Modes
-        Of one machine.
-    law : Law
-        Of the start-up.
-    omega0 : float
-        Speed after start-up, rad/s.
-    t0 : float64[time]
-        Start-up times, s.
-
     Returns
     -------
     float64[time, mode, mass]
-        rad. Of all modes together their sum is reached where they meet; never more.
+        rad, of one machine started to omega0, rad/s, in times t0[time], s. Of all modes
+        together their sum is reached where they meet; never more.
     """
     periods = np.multiply.outer(t0, modes.k) / (2.0 * np.pi)
     share = abs(omega0) * law.spectrum(periods) * modes.k

@@ -89,31 +89,16 @@ def spectrum_of_cycloid(rho: Array) -> Array:
 
 
 class Law(NamedTuple):
-    """A start-up law.
+    """A start-up law."""
 
-    Attributes
-    ----------
-    shape : callable
-        f(s) for s from 0 to 1.
-    spectrum : callable
-        lambda(rho) >= 0, rho = omega t0/(2 pi): |integral of phi0'' e^(-j omega t)| =
-        |omega0| lambda, so eps0 t0 lambda as printed.
-    greatest : float
-        Of f.
-    knots : tuple of float
-        Where between 0 and 1 a derivative of f jumps: a step has to end there.
-    zeros : tuple of float
-        The first zero of lambda and their distance; empty where there is none.
-    sentence : str
-        What the acceleration does.
-    """
-
-    shape: Callable[[Array], Array]
+    shape: Callable[[Array], Array]  # f(s) for s from 0 to 1
+    # lambda(rho) >= 0, rho = omega t0/(2 pi): |integral of phi0'' e^(-j omega t)| =
+    # |omega0| lambda, so eps0 t0 lambda as printed
     spectrum: Callable[[Array], Array]
-    greatest: float
-    knots: tuple[float, ...]
-    zeros: tuple[float, ...]
-    sentence: str
+    greatest: float  # of f
+    knots: tuple[float, ...]  # where a derivative of f jumps: a step has to end there
+    zeros: tuple[float, ...]  # the first zero of lambda, and their distance, if any
+    sentence: str  # what the acceleration does
 
 
 _NINTHS = tuple(i / 9.0 for i in (1, 2, 3, 6, 7, 8))
@@ -126,14 +111,10 @@ LAWS = {
         polynomial, spectrum_of_polynomial, 16.0 / 9.0, (), (), "speed by a polynomial"
     ),
     "trapezoidal": Law(
-        trapezoidal,
-        spectrum_of_trapezoidal,
-        1.5,
-        _NINTHS,
-        (1.5, 1.5),
+        trapezoidal, spectrum_of_trapezoidal, 1.5, _NINTHS, (1.5, 1.5),
         "trapezoidal jerk",
     ),
     "cycloid": Law(
         cycloid, spectrum_of_cycloid, 2.0, (), (2.0, 1.0), "speed along a cycloid"
     ),
-}
+}  # fmt: skip

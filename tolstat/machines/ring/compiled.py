@@ -19,18 +19,10 @@ derivative = compiled(within=True)(motion.derivative)
 def ring_of(P, n):
     """Read the ring, n rows a field."""
     return Ring(
-        P[:n],
-        P[n : 2 * n],
-        P[2 * n : 3 * n],
-        P[3 * n : 4 * n],
-        P[4 * n : 5 * n],
-        P[5 * n : 6 * n],
-        P[6 * n : 7 * n],
-        P[7 * n : 8 * n],
-        P[8 * n : 9 * n],
-        P[9 * n : 10 * n],
-        P[10 * n : 11 * n],
-    )
+        P[:n], P[n : 2 * n], P[2 * n : 3 * n], P[3 * n : 4 * n], P[4 * n : 5 * n],
+        P[5 * n : 6 * n], P[6 * n : 7 * n], P[7 * n : 8 * n], P[8 * n : 9 * n],
+        P[9 * n : 10 * n], P[10 * n : 11 * n],
+    )  # fmt: skip
 
 
 @compiled(rates_signature)

@@ -15,12 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.ring.harmonics import (
-    Supported,
-    harmonics,
-    supported,
-    total,
-)
+from tolstat.machines.ring.harmonics import Supported, harmonics, supported, total
 
 FREE = float(np.sqrt(20.0))  # of the free ring, and the highest there is
 NOTICED = 1e-6  # of sqrt nu: a growth
@@ -39,17 +34,11 @@ def squares(Omega: Array, on: Supported) -> NDArray[np.complex128]:
     With b' for the second half of the coordinates the matrices are half as large:
     [[M, 2 Omega l], [0, M]] - p [[C_a, 0], [-2 Omega l, C_b]].
 
-    Parameters
-    ----------
-    Omega : float64[trial]
-        Speed in units of sqrt nu.
-    on : Supported
-        The supports.
-
     Returns
     -------
     complex128[trial, 2 harmonics]
-        In no order; real and above zero where the ring is stable.
+        At Omega[trial], in units of sqrt nu; in no order; real and above zero where the
+        ring is stable.
     """
     k = harmonics(on.s.shape[1] + 1)
     n = len(k.j)

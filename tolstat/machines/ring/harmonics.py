@@ -55,14 +55,9 @@ def harmonics(N: int) -> Harmonics:
 
 
 def supported(alpha: Array, N: int) -> Supported:
-    """Eliminate the first harmonic, (3), (4).
+    """Eliminate the first of N harmonics, (3), (4).
 
-    Parameters
-    ----------
-    alpha : float64[trial]
-        Half the angle between the supports, rad, between 0 and pi/2.
-    N : int
-        Number of harmonics.
+    alpha[trial] is half the angle between the supports, rad, between 0 and pi/2.
     """
     j = np.arange(2, N + 1)
     sign = np.where(j % 2 == 0, 1.0, -1.0)
@@ -74,15 +69,7 @@ def supported(alpha: Array, N: int) -> Supported:
 
 
 def place(theta: Array, on: Supported) -> Place:
-    """Return what the harmonics move at a place, (1), (2).
-
-    Parameters
-    ----------
-    theta : float64[trial]
-        Angle in space, rad.
-    on : Supported
-        The supports.
-    """
+    """Return what the harmonics move at theta[trial], an angle in space, (1), (2)."""
     j = np.arange(2, on.s.shape[1] + 2)
     angle = theta[:, None] * j
     cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
@@ -103,13 +90,7 @@ def nu_of(E: Array, rho: Array, w: Array, h: Array, r: Array) -> Array:
 
 
 def total(terms: Array) -> Array:
-    """Add up over the harmonics, the same way for any number of trials.
-
-    Parameters
-    ----------
-    terms : float64[trial, harmonic]
-        What is added.
-    """
+    """Add up terms[trial, harmonic], the same way for any number of trials."""
     found = terms[:, 0]
     for column in range(1, terms.shape[1]):
         found = found + terms[:, column]

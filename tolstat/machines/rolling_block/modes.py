@@ -33,17 +33,8 @@ class Modes(NamedTuple):
 def modes_of(Q: Array, C: Array) -> Modes:
     """Solve (K - omega^2 M) phi = 0 for each drive, by its mass-scaled stiffness.
 
-    Parameters
-    ----------
-    Q : float64[trial, mass]
-        Moments of inertia, kg m2, positive.
-    C : float64[trial, link]
-        Stiffnesses, N m/rad, positive.
-
-    Returns
-    -------
-    Modes
-        Signs of the shapes as LAPACK finds them.
+    Of Q[trial, mass], kg m2, and C[trial, link], N m/rad; signs of the shapes are as
+    LAPACK finds them.
     """
     root = np.sqrt(Q)
     scaled = stiffness_matrix(C) / root[:, :, None] / root[:, None, :]
@@ -53,17 +44,9 @@ def modes_of(Q: Array, C: Array) -> Modes:
 
 
 def unit_shapes(phi: Array) -> Array:
-    """Scale shapes as Table 1 has them: length 1, the largest part positive.
+    """Scale shapes phi[..., mass, mode] as Table 1 has them.
 
-    Parameters
-    ----------
-    phi : float64[..., mass, mode]
-        Shapes of any scale.
-
-    Returns
-    -------
-    float64[..., mass, mode]
-        Of equally large parts the last one is positive.
+    Of length 1, the largest part positive; of equally large ones the last.
     """
     unit = phi / np.sqrt(np.sum(phi * phi, axis=-2, keepdims=True))
     size = np.abs(unit)
@@ -75,14 +58,7 @@ def unit_shapes(phi: Array) -> Array:
 
 
 def mac(phi: Array, reference: Array) -> Array:
-    """Compare shapes by the modal assurance criterion.
-
-    Parameters
-    ----------
-    phi : float64[..., mass, mode]
-        Shapes.
-    reference : float64[mass, mode] or float64[..., mass, mode]
-        Shapes, too.
+    """Compare shapes, [..., mass, mode], by the modal assurance criterion.
 
     Returns
     -------
@@ -130,15 +106,10 @@ def tracked(phi: Array, reference: Array) -> tuple[NDArray[np.intp], Array]:
 def antiphase(phi: Array) -> Truths:
     """Find the gaps whose stands swing in antiphase: there tension swings.
 
-    Parameters
-    ----------
-    phi : float64[trial, mass, mode]
-        Shapes.
-
     Returns
     -------
     bool[trial, mode, gap]
-        Gaps 31-32, 32-33, 33-34.
+        Of phi[trial, mass, mode]; gaps 31-32, 32-33, 33-34.
 
     References
     ----------
