@@ -63,17 +63,14 @@ def integrate(
     # the compiler is loaded, and compiles, when something is first integrated
     from tolstat.integrator.march import march
 
+    rtol, max_step, max_steps = accuracy
     block = Block(
         start=np.ascontiguousarray(start, float),
         parameters=np.ascontiguousarray(parameters, float),
         marks=np.ascontiguousarray(marks, float),
         samples=np.ascontiguousarray([] if samples is None else samples, float),
         watch_from=int(watch_from),
-        accuracy=Accuracy(
-            rtol=float(accuracy.rtol),
-            max_step=float(accuracy.max_step),
-            max_steps=int(accuracy.max_steps),
-        ),
+        accuracy=Accuracy(float(rtol), float(max_step), int(max_steps)),
     )
     solution = unsolved(system, block)
     lanes = idle_lanes(block, solution)

@@ -81,28 +81,6 @@ def _share_above(a, b):
 
 
 @compiled(within=True)
-def _follow_times(taking, h, start, middle, end, above):
-    """Add the time that each watched quantity spends above zero.
-
-    Parameters
-    ----------
-    taking : mask
-        The lanes that are to be followed.
-    h : vector
-        The step, s.
-    start, middle, end : float64[n or more, lanes]
-        The watched quantities over one step, taken as straight over each half.
-    above : float64[n, lanes]
-        Time above zero, s; changed in place.
-    """
-    start, middle, end, above = rows(start), rows(middle), rows(end), rows(above)
-    for i in range(len(above)):
-        a, m, b = start[i], middle[i], end[i]
-        share = 0.5 * (_share_above(a, m) + _share_above(m, b))
-        above[i] = np.where(taking, above[i] + h * share, above[i])
-
-
-@compiled(within=True)
 def follow(watch, taking, t, h, lanes, step):
     """Follow the watched quantities over a step.
 
@@ -123,11 +101,11 @@ def follow(watch, taking, t, h, lanes, step):
     first_extreme = len(lanes.y) + len(lanes.quadratures)
     first_above = first_extreme + n_extremes
     _follow_extremes(watch, taking, t, h, first_extreme, lanes, step)
-    _follow_times(
-        taking,
-        h,
-        step.k[0, first_above:],
-        step.watched_middle[n_extremes:],
-        step.k[6, first_above:],
-        lanes.above,
-    )
+    start, middle, end = rows(step.k[0]), rows(step.watched_middle), rows(step.k[6])
+    above = rows(lanes.above)
+    for i in range(len(above)):
+        a, b = start[first_above + i], end[first_above + i]
+        m = middle[n_extremes + i]
+        # taken as straight over each half
+        share = 0.5 * (_share_above(a, m) + _share_above(m, b))
+        above[i] = np.where(taking, above[i] + h * share, above[i])

@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tolstat.arrays import Array
-from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError, TolstatError, UnitError
-from tolstat.model.contract import Answers, Model, Outcome
+from tolstat.model.contract import Answers, Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.model.view import Chart, Listing, Offer, View
 from tolstat.status import FIRST_OWN, Status, words_of
@@ -170,11 +169,7 @@ def _check_units(
 
 
 def numbers_of(
-    model: Model,
-    settings: Any,
-    spreads: Mapping[str, Spread],
-    *,
-    independent: bool = True,
+    model: Model, settings: Any, spreads: Spreads, *, independent: bool = True
 ) -> tuple[StudyNumber, ...]:
     """Return the numbers of a study, their names and units checked; see the model's."""
     units = {each.name: each.unit for each in described(model, settings).responses}

@@ -22,6 +22,7 @@ from tolstat.model.view import Chart, Offer, View
 
 MOST_SAMPLES = 2_000_000  # of a history
 TIGHTER, LEAST_RTOL = 1000.0, 1e-12  # of an audit: below, rounding decides
+Spreads = Mapping[str, Spread]  # by contributor that deviates
 NOTHING_FAILED: Mapping[str, Truths] = {}
 
 
@@ -112,7 +113,7 @@ class Model(ABC):
         return replace(settings, rtol=max(settings.rtol / TIGHTER, LEAST_RTOL))
 
     def numbers(
-        self, settings: Any, spreads: Mapping[str, Spread], *, independent: bool = True
+        self, settings: Any, spreads: Spreads, *, independent: bool = True
     ) -> tuple[StudyNumber, ...]:
         """Return numbers of the study, shown beside those of its trials.
 

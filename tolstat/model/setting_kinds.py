@@ -230,30 +230,23 @@ class Numbers(Kind):
     most: int = 10_000
 
     def read(self, given: Any) -> tuple[Any, ...]:
-        return self._all(given, self.each.read)
+        return self.checked(given, self.each.read)
 
-    def checked(self, value: Any) -> tuple[Any, ...]:
-        return self._all(value, self.each.checked)
-
-    def _all(self, given: Any, one: Any) -> tuple[Any, ...]:
-        given = given.tolist() if isinstance(given, np.ndarray) else given
+    def checked(self, value: Any, one: Any = None) -> tuple[Any, ...]:
+        given = value.tolist() if isinstance(value, np.ndarray) else value
         several = isinstance(given, Sequence) and not isinstance(given, str)
         items = list(given) if several else [given]
         if not self.least <= len(items) <= self.most:
-            raise ModelError(f"{len(items)} numbers; {self._count} expected")
+            most = "" if self.least == self.most else f" to {self.most}"
+            words = f"{self.least}{most} are expected"
+            raise ModelError(f"{len(items)} numbers; {words}")
         found = []
         for place, item in enumerate(items, start=1):
             try:
-                found.append(one(item))
+                found.append((one or self.each.checked)(item))
             except ValueError as error:
                 raise ModelError(f"number {place}: {error}") from None
         return tuple(found)
-
-    @property
-    def _count(self) -> str:
-        if self.least == self.most:
-            return f"{self.least} are"
-        return f"{self.least} to {self.most} are"
 
     def words(self, value: tuple[Any, ...]) -> str:
         return "[" + ", ".join(self.each.words(item) for item in value) + "]"
@@ -278,23 +271,17 @@ class Rows(Kind):
     named: bool  # then a table, else a list
 
     def read(self, given: Any) -> Any:
-        return self._all(given, "read")
+        return self.checked(given, "read")
 
-    def checked(self, value: Any) -> Any:
-        return self._all(value, "checked")
-
-    def _all(self, given: Any, how: str) -> Any:
+    def checked(self, value: Any, how: str = "checked") -> Any:
         if self.named:
-            if not isinstance(given, Mapping):
-                raise ModelError(
-                    f"a table by name is expected, such as {self._example}"
-                )
-            return {str(n): self._row(str(n), row, how) for n, row in given.items()}
-        if isinstance(given, str | Mapping) or not isinstance(given, Sequence):
+            if not isinstance(value, Mapping):
+                words = "a table by name is expected, such as"
+                raise ModelError(f"{words} {self._example}")
+            return {str(n): self._row(str(n), row, how) for n, row in value.items()}
+        if isinstance(value, str | Mapping) or not isinstance(value, Sequence):
             raise ModelError(f"a list of rows is expected, such as {self._example}")
-        return tuple(
-            self._row(f"row {i}", row, how) for i, row in enumerate(given, start=1)
-        )
+        return tuple(self._row(f"row {i}", r, how) for i, r in enumerate(value, 1))
 
     def _row(self, name: str, row: Any, how: str) -> dict[str, Any]:
         if not isinstance(row, Mapping):  # a table of one column needs no second level

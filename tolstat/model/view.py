@@ -210,16 +210,8 @@ class Chart:
 
         `attrs["units"]` holds the units. Curves with points of their own are not in it.
         """
-        import pandas as pd
-
-        (axis, at), *others = self.columns()
-        index = pd.Index(at, name=axis.name)
-        frame = pd.DataFrame({a.name: v for a, v in others}, index=index)
-        frame.attrs["units"] = {
-            axis.name: axis.unit,
-            **{a.name: a.unit for a, _ in others},
-        }
-        return frame
+        (axis, _), *_ = columns = [*self.columns()]
+        return _frame(columns).set_index(axis.name)
 
 
 @dataclass(frozen=True)
@@ -242,20 +234,22 @@ class Listing:
         """Yield each column with its head."""
         yield from zip(self.heads, self.values, strict=True)
 
-    def parts(
-        self,
-    ) -> Iterator[tuple[str, NDArray[np.generic], NDArray[np.generic]]]:
+    def parts(self) -> Iterator[tuple[str, NDArray[np.generic], NDArray[np.generic]]]:
         """Yield each column over the first: name, the first, values."""
         for head, values in self.columns():
             yield head.name, self.values[0], values
 
     def frame(self) -> pd.DataFrame:
         """Return the rows as a DataFrame, SI; `attrs["units"]` holds the units."""
-        import pandas as pd
-
-        frame = pd.DataFrame({head.name: values for head, values in self.columns()})
-        frame.attrs["units"] = {head.name: head.unit for head in self.heads}
-        return frame
+        return _frame([*self.columns()])
 
 
 View = Chart | Listing
+
+
+def _frame(columns: list[tuple[Axis, NDArray[Any]]]) -> pd.DataFrame:
+    import pandas as pd
+
+    frame = pd.DataFrame({head.name: values for head, values in columns})
+    frame.attrs["units"] = {head.name: head.unit for head, _ in columns}
+    return frame

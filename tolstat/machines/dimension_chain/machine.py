@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.deviations.spread import Spread
 from tolstat.machines.dimension_chain.algebras import Values
 from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
-from tolstat.model.contract import Model, Outcome
+from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.units.scale import scale_of
 
@@ -59,11 +57,7 @@ class DimensionChain(Model):
         return Outcome(_gap(deviations, settings)[:, None])
 
     def numbers(
-        self,
-        settings: Settings,
-        spreads: Mapping[str, Spread],
-        *,
-        independent: bool = True,
+        self, settings: Settings, spreads: Spreads, *, independent: bool = True
     ) -> tuple[StudyNumber, ...]:
         found = answers(settings.formula, settings.nominal, spreads)
         unit, formula = settings.unit, settings.formula

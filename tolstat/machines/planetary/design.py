@@ -20,11 +20,7 @@ if TYPE_CHECKING:
     from tolstat.machines.planetary.declarations import Settings
 
 # teeth that exist in each scheme, for three satellites and equal modules
-EXAMPLES = {
-    "AA": (30, 21, 25, 25),
-    "II": (78, 26, 30, 81),
-    "AI": (24, 36, 21, 84),
-}
+EXAMPLES = {"AA": (30, 21, 25, 25), "II": (78, 26, 30, 81), "AI": (24, 36, 21, 84)}
 MOST_SATELLITES = 24
 ROUNDING = 1e-12  # so much apart is touching
 MOST_SHIFT = 2.0  # of the centre distance of wheels 3 and 4, in modules
@@ -73,6 +69,7 @@ def design_of(settings: Settings) -> Design:
             + _other_teeth(settings),
         )
     b2, b3 = _helix_angles(settings, D)
+    given = settings.helix_2 is not None and settings.helix_3 is not None
     dw2 = settings.module * z2 / math.cos(b2)
     dw1, dw3 = dw2 * z1 / z2, dw2 / D
     found = Design(
@@ -80,7 +77,7 @@ def design_of(settings: Settings) -> Design:
         a=(dw1 + scheme.s12 * dw2) / 2,
         alpha12=math.atan(math.tan(settings.pressure_angle) / math.cos(b2)),
         alpha34=_pressure_angle(settings, b2, b3, dw3),
-        unbalance=_left_over(settings, b2, b3, D),
+        unbalance=float(unbalance(b2, b3, D)) if given else 0.0,
         F=2 * settings.torque / dw1,
     )  # fmt: skip
     _check_satellites(settings, found)
@@ -138,12 +135,6 @@ def _helix_angles(settings: Settings, D: float) -> tuple[float, float]:
             f"or {_other_teeth(settings)}",
         )
     return float(found.b2), float(found.b3)
-
-
-def _left_over(settings: Settings, b2: float, b3: float, D: float) -> float:
-    """Return the axial force left; exactly 0 where an angle was balanced."""
-    given = settings.helix_2 is not None and settings.helix_3 is not None
-    return float(unbalance(b2, b3, D)) if given else 0.0
 
 
 def _pressure_angle(settings: Settings, b2: float, b3: float, dw3: float) -> float:

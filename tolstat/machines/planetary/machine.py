@@ -7,7 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.deviations.spread import Spread
 from tolstat.machines.planetary.declarations import Settings, description_of
 from tolstat.machines.planetary.design import design_of
 from tolstat.machines.planetary.trials import (
@@ -19,7 +18,7 @@ from tolstat.machines.planetary.trials import (
     shared,
 )
 from tolstat.machines.planetary.views import OFFERS, designs_listing, existence_chart
-from tolstat.model.contract import Model, Outcome
+from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import View
 
@@ -66,11 +65,7 @@ class Planetary(Model):
         return Outcome(np.stack(responses, axis=1))
 
     def numbers(
-        self,
-        settings: Settings,
-        spreads: Mapping[str, Spread],
-        *,
-        independent: bool = True,
+        self, settings: Settings, spreads: Spreads, *, independent: bool = True
     ) -> tuple[StudyNumber, ...]:
         design = design_of(settings)
         F = design.F / settings.satellites

@@ -177,24 +177,18 @@ Settings = dataclasses.make_dataclass(
 )
 
 
-_RING = (
+_PARTS = (
     Contributor("radius", "m", "r", "radius of the middle line", "(5)", part="ring"),
     Contributor("width", "m", "w", "width of the ring", "F in (5)", part="ring"),
     Contributor("thickness", "m", "h", "thickness of the ring", "F, J in (5)", part="ring"),
     Contributor("youngs_modulus", "1", "E", "Young's modulus of the ring", "mu in (5)", part="ring"),
     Contributor("density", "1", "rho", "density of the ring", "chi in (5)", part="ring"),
     Contributor("ring_damping", "1", "K_T", "internal friction of the ring", "(6), (7)", part="ring"),
-)  # fmt: skip
-_SET_UP = (
     Contributor("support_angle", "rad", "2 alpha", "angle between the supports", "(3), (4)", shown="deg", part="set-up"),
     Contributor("tool_angle", "rad", "theta_R", "where the tool stands", "(8), (9)", shown="deg", part="set-up"),
-)  # fmt: skip
-_TOOL = (
     Contributor("tool_stiffness", "1", "K_C", "stiffness of the tool module", "tool equation", part="tool"),
     Contributor("tool_mass", "1", "m_c", "mass of the tool module", "tool equation", part="tool"),
     Contributor("tool_damping", "1", "c_c", "damping of the tool module", "tool equation", part="tool"),
-)  # fmt: skip
-_CUT = (
     Contributor("depth", "m", "t_R0", "depth of cut as set", "t_R in (10)", part="cut"),
     Contributor("feed", "1", "S", "feed", "(10)", part="cut"),
     Contributor("speed", "1", "Omega", "angular speed of the ring", "V in (10)", part="cut"),
@@ -202,9 +196,7 @@ _CUT = (
     Contributor("force_exponent", "1", "x_P", "exponent of the depth in the radial force, absolute", "(10)", shown="1", part="cut"),
 )  # fmt: skip
 RELATIVE = {
-    each.name
-    for each in (*_RING, *_SET_UP, *_TOOL, *_CUT)
-    if each.unit == "1" and each.name != "force_exponent"
+    each.name for each in _PARTS if each.unit == "1" and each.name != "force_exponent"
 }
 
 _CUTTING = (
@@ -248,6 +240,6 @@ def description_of(settings: Asked) -> Description:
     critical = () if settings.hoop else _CRITICAL
     resting, growth = (_RESTING, _GROWTH) if settings.rests else ((), ())
     return Description(
-        (*_RING, *_SET_UP, *_TOOL, *_CUT, *lobes),
+        (*_PARTS, *lobes),
         (*_CUTTING[:3], *resting, *_CUTTING[3:], *critical, *growth),
     )

@@ -20,50 +20,22 @@ the second square is (U' - Omega V)^2; the tool's damping, printed K_T, is c_c h
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
 
 import numpy as np
 
 from tolstat.arrays import Array
 
-
-class Tool(NamedTuple):
-    """Tool, force and speed of each machine, each float64[lanes], SI."""
-
-    per_m_c: Array
-    c_c: Array
-    K_C: Array
-    t_R0: Array
-    c_R: Array  # N at 1 mm
-    x_R: Array
-    c_T: Array  # N at 1 mm
-    x_T: Array
-    Omega: Array
-    per_pi_chi: Array  # 1/kg
-    per_a: Array  # 1/(1 + sum 2 s_j^2/C_j)
-    per_b: Array  # 1/(1 + sum 2 t_j^2/C_j)
-
-
-HEAD = len(Tool._fields)  # these parameters come first
-
-
-class Ring(NamedTuple):
-    """The ring of each machine, each float64[harmonic, lanes], SI."""
-
-    per_C: Array
-    d: Array  # nu K_T n^2
-    gyro: Array  # 2 Omega l
-    M: Array
-    g: Array
-    s: Array
-    t: Array
-    u_a: Array  # U = u_a a + u_b b at the tool
-    u_b: Array
-    v_a: Array  # V = v_a a + v_b b there
-    v_b: Array
-
-
-RING = len(Ring._fields)
+# tool, force and speed of each machine, float64[lanes], SI; c_R, c_T in N at 1 mm;
+# per_a is 1/(1 + sum 2 s_j^2/C_j), per_b 1/(1 + sum 2 t_j^2/C_j)
+Tool = namedtuple(
+    "Tool", "per_m_c c_c K_C t_R0 c_R x_R c_T x_T Omega per_pi_chi per_a per_b"
+)
+# the ring, float64[harmonic, lanes], SI: d = nu K_T n^2, gyro = 2 Omega l; at the tool
+# U = u_a a + u_b b, V = v_a a + v_b b
+Ring = namedtuple("Ring", "per_C d gyro M g s t u_a u_b v_a v_b")
+# the parameters of the tool come first, those of the ring follow
+HEAD, RING = len(Tool._fields), len(Ring._fields)
 
 
 def depth_of_cut(t: Array, y: Array, e: Array, tool: Tool, ring: Ring) -> Array:

@@ -15,13 +15,7 @@ from tolstat.machines.ring.declarations import (
     description_of,
     phase,
 )
-from tolstat.machines.ring.harmonics import (
-    Place,
-    Supported,
-    nu_of,
-    place,
-    supported,
-)
+from tolstat.machines.ring.harmonics import Place, Supported, nu_of, place, supported
 
 
 class Rings(NamedTuple):

@@ -15,7 +15,6 @@ from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
 from tolstat.machines.rolling_block.frequency_response import NO_PART, contributions
 from tolstat.machines.rolling_block.modes import Modes, antiphase, modes_of
-from tolstat.machines.rolling_block.motion import Machine
 from tolstat.machines.rolling_block.parameters import Drive, nominal
 from tolstat.machines.rolling_block.resonance import free_speeds, speed_margin
 from tolstat.machines.rolling_block.structure import LINK_NAMES, STANDS, STATIC_SHARES
@@ -111,15 +110,11 @@ def followed(
 
     n = len(drive.zeta)
     one = np.ones(n)
-    machine = Machine._make(
-        [
-            *(1.0 / drive.Q.T),
-            *drive.C.T,
-            *(one * moment for moment in loading.moments),
-            *(one * mark for mark in loading.on),
-            *(one * mark for mark in loading.off),
-            one * loading.matched,
-        ]
+    machine = (  # in the order of `motion.Machine`
+        *(1.0 / drive.Q.T),
+        *drive.C.T,
+        *(one * each for each in (*loading.moments, *loading.on, *loading.off)),
+        one * loading.matched,
     )
     H = damping_matrix(modes, drive.C, drive.zeta).reshape(n, -1)
     typical = nominal(settings)

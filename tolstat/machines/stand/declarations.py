@@ -34,14 +34,9 @@ _R = Response
 _WHEEL, _PINION = 2 * NOMINAL.r3, 2 * NOMINAL.r2
 
 PARTS = {
-    "rod": "rods",
-    "crank": "cranks",
-    "tooth": "gears",
-    "runout": "gears",
-    "mesh": "gears",
-    "wheel": "gears",
-    "shaft": "shafts",
-}
+    "rod": "rods", "crank": "cranks", "tooth": "gears", "runout": "gears",
+    "mesh": "gears", "wheel": "gears", "shaft": "shafts",
+}  # fmt: skip
 
 _EACH = (
     _C("rod_length_1", "m", "dl1", "length of rod 3", "l_1 in (4)", NOMINAL.l),

@@ -44,6 +44,11 @@ class Moment(NamedTuple):
 State = namedtuple("State", "phi31 phi32 x alpha phi31_ phi32_ x_ alpha_")
 # rates of the energies, W
 Powers = namedtuple("Powers", "drive slide guide roll spin damping contact")
+# elastic forces, N (tension of a rod is positive), moments, N m (that of the drive with
+# dissipation), and the yaw, rad
+Loads = namedtuple(
+    "Loads", "rod_1 rod_2 shaft_9 shaft_12 mesh_0 mesh_1 mesh_2 drive_moment yaw"
+)
 
 # What the integrator measures each state's error by. The yaw is the sharpest: the gate
 # of the guides opens within 1e-8 rad, and friction holds the carriage on that edge.
@@ -51,20 +56,6 @@ SCALE = State(
     phi31=1e-3, phi32=1e-3, x=3e-3, alpha=5e-7,
     phi31_=0.1, phi32_=0.1, x_=0.3, alpha_=0.15,
 )  # fmt: skip
-
-
-class Loads(NamedTuple):
-    """Elastic loads and the yaw, signed; tension of a rod is positive."""
-
-    rod_1: Array  # N
-    rod_2: Array  # N
-    shaft_9: Array  # N m
-    shaft_12: Array  # N m
-    mesh_0: Array  # N
-    mesh_1: Array  # N
-    mesh_2: Array  # N
-    drive_moment: Array  # N m, dissipation included
-    yaw: Array  # rad
 
 
 class Motion(NamedTuple):

@@ -55,8 +55,8 @@ def outcome_of(solution: Solution, p: Parameters, settings: Settings) -> Outcome
     with np.errstate(invalid="ignore"):
         responses = responses_of(solution, p, settings)
     table = np.stack([responses[r.name] for r in RESPONSES], axis=1)
-    shares = np.stack([responses[r.name] for r in RESPONSES if r.range == SHARE])
-    too_much = ((shares < 0) | (shares > 1)).any(axis=0)
+    shares = table[:, [r.range == SHARE for r in RESPONSES]]
+    too_much = ((shares < 0) | (shares > 1)).any(axis=1)
     done = solution.status == Status.DONE
     return Outcome(table, solution.status, solution.steps, {NO_SHARE: done & too_much})
 

@@ -33,33 +33,9 @@ POWERS = {
 def chart_of(
     time: Array, states: Array, moved: Motion, window: tuple[float, float], delta: float
 ) -> Chart:
-    """Chart a motion.
+    """Chart a motion; the first two panels are the paper's Figs. 2 and 3.
 
-    Returns
-    -------
-    Chart
-        Its first two panels are the paper's Figs. 2 and 3.
-    """
-    curves = curves_of(states, moved)
-    return Chart(
-        Axis("time", "s", "s"),
-        time,
-        curves,
-        marks=peaks_of(
-            [curve for curve in curves if curve.name in LOADS], time, least=window[0]
-        ),
-        spans=(Span(*window, "over which responses are taken"),),
-        panels=panels(delta),
-    )
-
-
-def curves_of(states: Array, moved: Motion) -> tuple[Curve, ...]:
-    """Name the quantities of a motion.
-
-    Returns
-    -------
-    tuple of Curve
-        Coordinates, loads (signed) and powers, SI.
+    Loads are signed.
     """
     y = State(*states.T)
     words = {response.name: response for response in RESPONSES}
@@ -71,24 +47,27 @@ def curves_of(states: Array, moved: Motion) -> tuple[Curve, ...]:
         Curve(f"{power}_power", "W", "P", sentence, getattr(moved.powers, power))
         for power, sentence in POWERS.items()
     ]
-    return (
-        Curve("crank_position_1", "rad", "phi31", "angle of wheel 7", y.phi31),
-        Curve("crank_position_2", "rad", "phi32", "angle of wheel 8", y.phi32),
-        Curve("position", "m", "x", "position of the carriage", y.x),
-        Curve("speed", "m/s", "x'", "speed of the carriage", y.x_),
-        *loads,
-        *powers,
-    )
-
-
-def panels(delta: float) -> tuple[Panel, ...]:
-    """List the pictures; the paper's Figs. 2 and 3 are the first two."""
     guides = (Level(delta, "guides touched"), Level(-delta, ""))
-    return (
-        Panel("Moment of shaft 9", ("shaft_9_moment",)),
-        Panel("Rod forces (tension is positive)", ("rod_force_1", "rod_force_2")),
-        Panel("Yaw of the carriage", ("yaw",), levels=guides),
-        Panel("Carriage", ("position",), right=("speed",)),
-        Panel("Power", ("drive_power", "roll_power")),
-        Panel("Losses", ("slide_power", "guide_power", "spin_power", "damping_power")),
+    losses = ("slide_power", "guide_power", "spin_power", "damping_power")
+    return Chart(
+        Axis("time", "s", "s"),
+        time,
+        (
+            Curve("crank_position_1", "rad", "phi31", "angle of wheel 7", y.phi31),
+            Curve("crank_position_2", "rad", "phi32", "angle of wheel 8", y.phi32),
+            Curve("position", "m", "x", "position of the carriage", y.x),
+            Curve("speed", "m/s", "x'", "speed of the carriage", y.x_),
+            *loads,
+            *powers,
+        ),
+        marks=peaks_of(loads, time, least=window[0]),
+        spans=(Span(*window, "over which responses are taken"),),
+        panels=(
+            Panel("Moment of shaft 9", ("shaft_9_moment",)),
+            Panel("Rod forces (tension is positive)", ("rod_force_1", "rod_force_2")),
+            Panel("Yaw of the carriage", ("yaw",), levels=guides),
+            Panel("Carriage", ("position",), right=("speed",)),
+            Panel("Power", ("drive_power", "roll_power")),
+            Panel("Losses", losses),
+        ),
     )
