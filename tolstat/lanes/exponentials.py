@@ -29,7 +29,7 @@ TWO_54 = 18014398509481984.0
 # ln 2 in two parts; the first has 42 bits, so that k of them are exact
 LN2_A = 0.6931471805598903
 LN2_B = 5.497923018708371e-14
-# 2/3 likewise
+# 2/3 in two parts
 TWO_THIRDS_A = 0.6666666666666666
 TWO_THIRDS_B = 3.700743415417188e-17
 

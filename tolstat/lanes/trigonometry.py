@@ -1,4 +1,8 @@
-"""Branch-free sin, cos and arctan of vectors."""
+"""Branch-free sin, cos and arctan of vectors.
+
+sin and cos err by at most 2 ulp up to |x| = 1e6, beyond which they are NaN; arctan by
+1.1e-13 of itself, with one division.
+"""
 
 from __future__ import annotations
 

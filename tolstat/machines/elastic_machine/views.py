@@ -30,7 +30,7 @@ from tolstat.model.view import (
 )
 
 MOST_SHOWN = 4  # masses in one picture of a history; all are in the data
-MACHINES = 100  # with deviations, for bands
+MANY = 100  # with deviations, for bands
 RULE = 5.0, 10.0  # periods of the first mode that the paper asks for
 LONGEST = 200.0  # periods in the start-up that a spectrum is drawn to
 LOOKED = 3.0  # periods after the longest start-up
@@ -38,11 +38,7 @@ POINTS = 40  # start-ups integrated, beside the closed form
 
 OFFERS = (
     Offer("spectrum", "spectrum of the start-up law, and where the modes lie on it"),
-    Offer(
-        "residual",
-        "vibration left by start-ups of any length, without load",
-        machines=MACHINES,
-    ),
+    Offer("residual", "vibration left by start-ups of any length, without load", MANY),
     Offer("modes", "natural frequencies, damping and shapes"),
 )
 
