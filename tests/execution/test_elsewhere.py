@@ -81,7 +81,7 @@ def test_what_a_pool_cannot_do_is_a_sentence(tmp_path):
     path = study.with_suffix(".h5")
     with (
         executor,
-        pytest.raises(BrokenError, match="0 of 1000 trials are stored$") as broken,
+        pytest.raises(BrokenError, match=r"0 of 1000 trials are stored$") as broken,
     ):
         tolstat.run(study, executor=executor)
     assert [(each.what, each.path) for each in broken.value.advice] == [
