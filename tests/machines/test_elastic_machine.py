@@ -8,7 +8,7 @@ import pytest
 import tolstat
 from tests.machines.elastic import CASES, random_machine, solved
 from tolstat.lanes.vector import WIDTH
-from tolstat.machines.elastic_machine.declarations import Settings, description_of
+from tolstat.machines.elastic_machine.declarations import Settings
 from tolstat.machines.elastic_machine.machine import ElasticMachine
 from tolstat.machines.elastic_machine.modes import left_by_start_up, modes_of
 from tolstat.machines.elastic_machine.start_up import LAWS
@@ -26,7 +26,7 @@ def settings_of(given):
 def theta(given, times, row=None):
     """Histories of theta, float64[time, mass]."""
     settings = settings_of(given)
-    n = len(description_of(settings).contributors)
+    n = len(ElasticMachine().describe(settings).contributors)
     row = np.zeros(n) if row is None else row
     found = simulated(row[None], settings, np.asarray(times, float))
     return found.solution.history[0, :, : len(settings.inertia)]
@@ -196,7 +196,7 @@ def test_deviations_are_of_what_they_say():
     """Relative but for time and torque; the final speed is held."""
     rng = np.random.default_rng(3)
     settings = Settings()
-    names = [c.name for c in description_of(settings).contributors]
+    names = [c.name for c in ElasticMachine().describe(settings).contributors]
     assert names[:5] == [
         "inertia_1",
         "inertia_2",
@@ -218,7 +218,7 @@ def test_deviations_are_of_what_they_say():
     torque = -4.0 + deviations["load_torque_1"]
     given["load_torque"] = [{"time": 0.1, "mass": 4, "torque": torque}]
     known = tolstat.evaluate(MODEL, None, given).iloc[0]
-    responses = [r.name for r in description_of(settings).responses]
+    responses = [r.name for r in ElasticMachine().describe(settings).responses]
     np.testing.assert_allclose(
         row[responses].to_numpy(float), known[responses].to_numpy(float), rtol=1e-6
     )
@@ -228,7 +228,7 @@ def test_deviations_are_of_what_they_say():
 def test_bit_for_bit_the_same_in_any_block(law):
     settings = settings_of({"start_up_law": law, "rtol": 1e-6})
     rng = np.random.default_rng(6)
-    n = len(description_of(settings).contributors)
+    n = len(ElasticMachine().describe(settings).contributors)
     deviations = rng.uniform(-0.3, 0.3, (3 * WIDTH + 5, n))
     deviations[4, 0] = -1.5  # cannot exist
     machine = ElasticMachine()

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from tolstat.errors import ModelError
-from tolstat.machines.elastic_machine.parameters import deflected_at_start_up
 from tolstat.machines.elastic_machine.start_up import LAWS
 from tolstat.model.description import POSITIVE, Contributor, Description, Response
 from tolstat.model.settings import column, setting
@@ -92,13 +91,12 @@ def spring(s: int) -> str:
     return f"{s - 1}{s}" if s < 10 else f"{s - 1},{s}"
 
 
-def description_of(settings: Settings) -> Description:
+def description_of(settings: Settings, deflected: Collection[int]) -> Description:
     """List contributors and responses: so many of each as there are masses and steps.
 
-    A mass that nothing deflects when the start-up ends has no dynamic factor.
+    A mass that is not `deflected` when the start-up ends has no dynamic factor.
     """
     masses = range(1, len(settings.inertia) + 1)
-    deflected = deflected_at_start_up(settings)
     return Description(
         (
             *(Contributor(f"inertia_{s}", "1", f"J_{s}", f"moment of inertia of mass {s}", "I in (7)") for s in masses),

@@ -12,7 +12,7 @@ from tolstat.machines.elastic_machine import motion
 from tolstat.machines.elastic_machine.declarations import Settings, description_of
 from tolstat.machines.elastic_machine.modes import Modes, left_by_start_up, modes_of
 from tolstat.machines.elastic_machine.motion import HEAD, Chain, StartUp
-from tolstat.machines.elastic_machine.parameters import build
+from tolstat.machines.elastic_machine.parameters import build, deflected_at_start_up
 from tolstat.machines.elastic_machine.start_up import LAWS, Law
 from tolstat.machines.elastic_machine.trials import Trials, simulated
 from tolstat.model.view import (
@@ -60,7 +60,7 @@ def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
     f = LAWS[settings.start_up_law].shape(time * start_up.per_t0)
     phi0__ = motion.acceleration(f, phase, start_up)
 
-    responses = description_of(settings).responses
+    responses = description_of(settings, deflected_at_start_up(settings)).responses
     watched = tuple(map(Curve.of, responses, found))
     programmed = Curve(
         "acceleration", "rad/s^2", "phi0''", "of the programmed shaft", phi0__

@@ -5,13 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import radians
 
-from tolstat.machines.planetary.design import (
-    EXAMPLES,
-    MOST_SATELLITES,
-    Design,
-    design_of,
-)
-from tolstat.machines.planetary.scheme import SCHEMES
+from tolstat.machines.planetary.scheme import EXAMPLES, MOST_SATELLITES, SCHEMES, Design
 from tolstat.machines.planetary.synthesis import ORDERS
 from tolstat.machines.planetary.wanted import MOST_TEETH, STEEPEST
 from tolstat.model.description import Contributor, Description, Gear, Response
@@ -23,13 +17,7 @@ BALANCED = {"balanced": None}
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of a planetary gear, and of the view that lists others, SI.
-
-    Raises
-    ------
-    ModelError
-        If there is no such gear.
-    """
+    """Settings of a planetary gear, and of the view that lists others, SI."""
 
     # fmt: off
     scheme: str = setting("AI", "meshes 1-2 and 3-4: A external, I internal; wheel 4 stands still", choices=tuple(SCHEMES))
@@ -53,10 +41,6 @@ class Settings:
     helix: Range = setting(Range(radians(8), radians(30)), "view designs: helix angles of both rims", unit="rad", at_least=0.0, at_most=STEEPEST)
     order: str = setting("ratio_error", "view designs: what comes first", choices=ORDERS)
     # fmt: on
-
-    def __post_init__(self) -> None:
-        """Refuse gears that do not exist."""
-        design_of(self)
 
 
 _C = Contributor

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
 
 from tolstat.errors import ModelError
+from tolstat.machines.planetary.declarations import Settings
 from tolstat.machines.planetary.scheme import (
+    EXAMPLES,
+    MOST_SATELLITES,
     SCHEMES,
-    Scheme,
+    Design,
     assembly,
     balanced,
     diameter_ratio,
@@ -16,33 +18,8 @@ from tolstat.machines.planetary.scheme import (
     unbalance,
 )
 
-if TYPE_CHECKING:
-    from tolstat.machines.planetary.declarations import Settings
-
-# teeth that exist in each scheme, for three satellites and equal modules
-EXAMPLES = {"AA": (30, 21, 25, 25), "II": (78, 26, 30, 81), "AI": (24, 36, 21, 84)}
-MOST_SATELLITES = 24
 ROUNDING = 1e-12  # so much apart is touching
 MOST_SHIFT = 2.0  # of the centre distance of wheels 3 and 4, in modules
-
-
-class Design(NamedTuple):
-    """A planetary gear without deviations, SI."""
-
-    scheme: Scheme
-    ratio: float
-    D: float  # dw2/dw3
-    b2: float  # helix angles at the pitch cylinders, rad
-    b3: float
-    dw1: float  # pitch diameters
-    dw2: float
-    dw3: float
-    dw4: float
-    a: float  # centre distance
-    alpha12: float  # transverse pressure angles of the meshes, rad
-    alpha34: float
-    unbalance: float  # axial force on a satellite for 1 N in mesh 1-2; 0 if balanced
-    F: float  # tangential force of all satellites together in mesh 1-2, N
 
 
 def design_of(settings: Settings) -> Design:

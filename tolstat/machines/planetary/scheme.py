@@ -25,6 +25,9 @@ from numpy.typing import ArrayLike
 from tolstat.arrays import Array
 from tolstat.errors import ModelError, allowed_names
 
+# teeth that exist in each scheme, for three satellites and equal modules
+EXAMPLES = {"AA": (30, 21, 25, 25), "II": (78, 26, 30, 81), "AI": (24, 36, 21, 84)}
+MOST_SATELLITES = 24
 SPUR = 1e-12  # kap is 1 but for rounding
 # of a number of teeth: a whole number, or whole numbers in an array
 Teeth = Any
@@ -170,3 +173,22 @@ def balanced(
 def unbalance(b2: Any, b3: Any, D: Any) -> Any:
     """Return the axial force left on a satellite, for a force of 1 in mesh 1-2."""
     return np.tan(b2) - D * np.tan(b3)
+
+
+class Design(NamedTuple):
+    """A planetary gear without deviations, SI."""
+
+    scheme: Scheme
+    ratio: float
+    D: float  # dw2/dw3
+    b2: float  # helix angles at the pitch cylinders, rad
+    b3: float
+    dw1: float  # pitch diameters
+    dw2: float
+    dw3: float
+    dw4: float
+    a: float  # centre distance
+    alpha12: float  # transverse pressure angles of the meshes, rad
+    alpha34: float
+    unbalance: float  # axial force on a satellite for 1 N in mesh 1-2; 0 if balanced
+    F: float  # tangential force of all satellites together in mesh 1-2, N

@@ -8,7 +8,7 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.planetary.declarations import Settings
-from tolstat.machines.planetary.design import Design
+from tolstat.machines.planetary.scheme import Design
 
 NO_TOOTH = "no tooth left"
 NO_MESH = "does not mesh"

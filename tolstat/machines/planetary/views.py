@@ -6,8 +6,7 @@ import numpy as np
 
 from tolstat.errors import ModelError
 from tolstat.machines.planetary.declarations import Settings
-from tolstat.machines.planetary.design import Design
-from tolstat.machines.planetary.scheme import existence
+from tolstat.machines.planetary.scheme import Design, existence
 from tolstat.machines.planetary.synthesis import UNITS, ordered, search
 from tolstat.machines.planetary.wanted import Wanted
 from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Offer, Panel, Region
