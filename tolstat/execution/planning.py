@@ -43,13 +43,12 @@ Column = TypeVar("Column", Contributor, Response)
 def plan_of(study: Study, trials: Trials, path: Path) -> Run:
     """Return the run of a study before any of its trials has run."""
     model, points, asked = study.model, study.points, study.document
-    typed_trials = asked.trials if isinstance(asked.trials, int) else None
     columns = study.sampler.columns if study.sampler else {}
     assumed = assumed_of(study.deviating, scores=bool(study.aim))
     independent = study.deviating.dependence == Dependence()
     return Run(
         path=path,
-        study=StudyText(study.text, typed_trials, asked.seed),
+        study=StudyText(study.text),
         study_file=study.path.resolve() if study.path else None,
         title=study.title,
         model=model.name,

@@ -17,24 +17,25 @@ SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies beyond
 
 @dataclass(frozen=True)
 class StudyText:
-    """The study that a run was made from.
-
-    Attributes
-    ----------
-    text : str
-        As it was written.
-    trials, seed : int or None
-        As they stand there; None for a stopping rule, or for none.
-    """
+    """The study that a run was made from: its text, as it was written."""
 
     text: str
-    trials: int | None
-    seed: int | None
 
     @cached_property
     def table(self) -> dict[str, Any]:
         """The text, read as TOML."""
         return tomllib.loads(self.text)
+
+    @property
+    def trials(self) -> int | None:
+        """How many it asks for; None where it has a stopping rule, or none."""
+        trials = self.table.get("trials")
+        return trials if isinstance(trials, int) else None
+
+    @property
+    def seed(self) -> int | None:
+        """Its seed; None where it has none."""
+        return self.table.get("seed")
 
 
 class Assumed(NamedTuple):

@@ -160,12 +160,11 @@ def _pairs(
     pairs: dict[tuple[str, str], float] = {}
     for name, partners in given.items():
         with problems.noting(f"[correlation] {name}", partners):
+            firsts = expand(name, known)
             for other, rank in partners.items():
-                _add_pairs(pairs, expand(name, known), expand(other, known), rank)
-            for member in expand(name, known):
-                _check_deviates(member, found, batches)
-            for other in partners:
-                for member in expand(other, known):
+                seconds = expand(other, known)
+                _add_pairs(pairs, firsts, seconds, rank)
+                for member in (*firsts, *seconds):
                     _check_deviates(member, found, batches)
     for group in groups(pairs):
         with problems.noting("[correlation]", None):

@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import io
+import re
 import stat
+import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from tolstat.errors import DataError
+import tomli_w
+
+from tolstat.errors import DataError, StudyError, allowed_names
+from tolstat.study.study_bounds import DEEPEST, TOO_DEEP
 
 MEGABYTE = 1_000_000
+MOST_MEGABYTES = 1  # of a study
+TOO_LONG = "a number of thousands of digits; no key of a study takes one"
+NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
 
 
 def beside(folder: Path | None, name: str) -> Path:
@@ -36,13 +47,60 @@ def beside(folder: Path | None, name: str) -> Path:
 def content(path: Path, megabytes: int) -> bytes:
     """Return the content of a file; refuse a larger one, read no further."""
     most = megabytes * MEGABYTE
-    with path.open("rb") as file:
-        found = file.read(most + 1)
+    try:
+        with path.open("rb") as file:
+            found = file.read(most + 1)
+    except FileNotFoundError:
+        near = [each.name for each in sorted(path.parent.glob(f"*{path.suffix}"))]
+        hint = allowed_names(path.name, near) if near else "nor any like it"
+        raise DataError(f"{path}: there is no such file; {hint}") from None
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error}") from None
     if len(found) > most:
         raise DataError(f"{path} is larger than {megabytes} MB, and no more is read")
     return found
 
 
-def as_text(found: bytes, encoding: str) -> str:
+def as_text(path: Path, found: bytes, encoding: str) -> str:
     """Decode the content of a text file; every line ends as Python's do."""
-    return io.TextIOWrapper(io.BytesIO(found), encoding).read()
+    try:
+        return io.TextIOWrapper(io.BytesIO(found), encoding).read()
+    except UnicodeDecodeError as error:
+        raise DataError(f"{path} cannot be read: {error}") from None
+
+
+def read_toml(source: Path | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return the text of a study, and what it holds; Python's is written as TOML."""
+    if not isinstance(source, Path):
+        try:
+            text = tomli_w.dumps(source)
+        except (TypeError, ValueError, RecursionError) as error:
+            why = TOO_DEEP if isinstance(error, RecursionError) else error
+            raise StudyError(f"the study holds what no study file can: {why}") from None
+        return text, _table(text, "the study")
+    if source.suffix == ".h5":
+        raise StudyError(f"{source} is a stored run; a study is a .toml file")
+    try:
+        text = as_text(source, content(source, MOST_MEGABYTES), "utf-8")
+    except DataError as error:
+        raise StudyError(f"{error}") from None
+    return text, _table(text, f"{source}")
+
+
+def _table(text: str, source: str) -> dict[str, Any]:
+    """Return what a TOML file holds."""
+    lines, deep = text.split("\n"), DEEP_KEY.search(text)
+    try:
+        if deep:  # which tomllib would take minutes to read
+            line, why = deep[0], TOO_DEEP
+        else:
+            return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise StudyError(f"{source} is not a TOML file: {error}") from None
+    except RecursionError:
+        line = max(lines, key=lambda each: each.count("[") + each.count("{"))
+        why = TOO_DEEP
+    except ValueError:
+        line = max(lines, key=lambda each: sum(map(str.isdigit, each)))
+        why = TOO_LONG
+    raise StudyError(f"{source} cannot be run:\n  {line[:40]}...: {why}")

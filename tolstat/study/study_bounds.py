@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from tolstat.study.problems import Problems
@@ -13,42 +13,17 @@ DEEPEST = 16  # tables and lists inside each other
 LONGEST, LONGEST_KEY = 10_000, 200  # characters
 TOO_DEEP = f"more than {DEEPEST} tables or lists inside each other"
 
-Path = tuple[str, ...]
+Path = tuple[Any, ...]
 
 
 def check_bounds(table: Mapping[str, Any], problems: Problems) -> None:
     """Refuse what no key of a study can hold."""
-    for path, value in _values(table):
-        if wrong := _unusable(value, path):
-            number = isinstance(value, int | float)
-            problems.add(_key(path), value if number else None, wrong)
-
-
-def check_lines(section: str, lines: object, problems: Problems) -> None:
-    """Refuse what Python gives as lines of a section: not texts or tables by name."""
-    if not isinstance(lines, Mapping):
-        said = "a dict is expected, of what a study says by name"
-        problems.add(f"[{section}]", None, said)
-        problems.raise_if_any()
-        return
-    for name, line in lines.items():
-        if not isinstance(name, str):
-            problems.add(f"[{section}]", name, "a name is expected, a text")
-        elif not isinstance(line, str | Mapping):
-            said = "a text or a table is expected, as a study has it"
-            problems.add(f"[{section}] {name}", line, said)
-    problems.raise_if_any()
-    check_bounds({section: lines}, problems)
-    problems.raise_if_any()
-
-
-def _values(table: Mapping[str, Any]) -> Iterator[tuple[Path, Any]]:
-    """Yield every value with where it stands; nothing below what is too deep."""
     left: list[tuple[Path, Any]] = [((), table)]
     while left:
         path, value = left.pop()
-        if path:
-            yield path, value
+        if path and (wrong := _unusable(value, path)):
+            number = isinstance(value, int | float)
+            problems.add(_key(path), value if number else None, wrong)
         if len(path) > DEEPEST:
             continue
         if isinstance(value, Mapping):
@@ -62,6 +37,8 @@ def _unusable(value: Any, path: Path) -> str:
     """Say why a study cannot hold a value there; empty where it can."""
     if len(path) > DEEPEST:
         return TOO_DEEP
+    if not isinstance(path[-1], str):
+        return "a name is expected, a text"
     if wrong := _unusable_text(path[-1], "key", LONGEST_KEY):
         return wrong
     if isinstance(value, str):
@@ -87,5 +64,5 @@ def _unusable_text(text: str, what: str, longest: int) -> str:
 
 def _key(path: Path) -> str:
     """Name a place in a study: "trials", "[deviations] rod_length, cp"."""
-    section, *rest = path
+    section, *rest = map(str, path)
     return f"[{section}] {', '.join(rest)}" if rest else section
