@@ -21,7 +21,7 @@ from tolstat.model.contract import Model
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
 from tolstat.store.open_run import open as open_run
-from tolstat.store.stored_diagnostics import Diagnostics, Worst
+from tolstat.store.run_records import Diagnostics, Worst
 from tolstat.store.stored_run import Run
 from tolstat.study.limits_section import read_limits
 from tolstat.study.problems import Problems

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from tolstat import catalogue
+from tolstat.arrays import Array
 from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.spread import Spread, spread_of
 from tolstat.errors import StudyError
@@ -105,7 +106,7 @@ def _columns(study: Study, trials: Trials) -> dict[str, NDArray[Any]]:
     return found
 
 
-def cannot_be_built(study: Study, deviations: NDArray[np.float64]) -> str:
+def cannot_be_built(study: Study, deviations: Array) -> str:
     """Say which share of deviations[trial, contributor], SI, cannot be built.
 
     Empty where all can; refused where none can.

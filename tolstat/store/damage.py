@@ -11,10 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.status import Status
-from tolstat.store.fingerprint import fingerprints
-from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, STATUS
-from tolstat.store.run_times import is_whole
-from tolstat.store.trial_rows import columns_of, nominal_columns_of
+from tolstat.store.fingerprint import fingerprints, is_whole
+from tolstat.store.layout import (
+    ALONE,
+    CHECKSUM,
+    CLOCK,
+    STATUS,
+    columns_of,
+    nominal_columns_of,
+)
 
 NAMED = 20  # ranges of trials that are listed
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from tolstat.store.audited import Reason
 from tolstat.store.codec import write_record
 from tolstat.store.layout import (
     ALONE,
@@ -20,13 +19,15 @@ from tolstat.store.layout import (
     STATUS,
     STEPS,
     TRIAL,
+    Place,
     allocate,
     encoded,
+    places_of,
 )
 from tolstat.store.memory_file import MemoryFile
+from tolstat.store.run_records import Reason
 from tolstat.store.seal import length_of, write_seal
 from tolstat.store.stored_run import Run
-from tolstat.store.trial_rows import Place, places_of
 
 ALIGNED = 64  # bytes: no value lies across two pages, where a kill could tear it
 

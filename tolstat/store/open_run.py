@@ -12,6 +12,7 @@ from tolstat.errors import Advice, DamagedError, RunFileError
 from tolstat.model.description import Response
 from tolstat.store.codec import fields_of, read
 from tolstat.store.damage import damage_of
+from tolstat.store.fingerprint import seconds_of, written_at
 from tolstat.store.layout import (
     CLOCK,
     NOMINAL,
@@ -19,7 +20,6 @@ from tolstat.store.layout import (
     STEPS,
     decoded,
 )
-from tolstat.store.run_times import seconds_of, written_at
 from tolstat.store.seal import check_seal
 from tolstat.store.stored_run import Run
 

@@ -1,16 +1,20 @@
-"""Records that a run is made of."""
+"""Records that a run is made of: its study, its settings, what is known at its end."""
 
 from __future__ import annotations
 
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import IntFlag
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from tolstat.arrays import Array, Truths
+from tolstat.statistics.estimate import Estimate
 
 SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies beyond
 
@@ -131,7 +135,7 @@ class Reference(NamedTuple):
     """
 
     label: str
-    columns: Mapping[str, NDArray[np.float64]]
+    columns: Mapping[str, Array]
 
 
 class Stopped(NamedTuple):
@@ -157,3 +161,139 @@ class Stopped(NamedTuple):
     stages: tuple[int, ...]
     at_most: int
     wanted: float = 0.0
+
+
+class Reason(IntFlag):
+    """Why a response had a trial evaluated again; there may be several reasons."""
+
+    NEAR = 1  # next to an end of its limit, or so near that an error may cross it
+    WORST = 2  # nearest to the limit from within, or farthest beyond
+    SPREAD = 4  # one of those spread over its range, the least and the largest included
+
+
+@dataclass(frozen=True)
+class Audited:
+    """Trials that were evaluated again, more precisely.
+
+    Attributes
+    ----------
+    trials : int64[n]
+        Their numbers, ascending.
+    settings : dict of str to float
+        What was tightened, and to what: rtol.
+    status : uint8[n]
+        How they ended then.
+    responses : dict of str to float64[n]
+        SI.
+    at_random : bool[n]
+        Whether a trial is the one of its hundred that was chosen at random: only these
+        speak for the machines that were not evaluated again.
+    chosen_by : dict of str to uint8[n]
+        By response that chose trials on purpose: sums of `Reason`, 0 for none.
+    """
+
+    trials: NDArray[np.int64]
+    settings: Mapping[str, float]
+    status: NDArray[np.uint8]
+    responses: Mapping[str, Array]
+    at_random: Truths
+    chosen_by: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
+
+
+def joined(one: Audited, other: Audited) -> Audited:
+    """Put other trials, evaluated with the same settings, among those of one."""
+    trials = np.concatenate([one.trials, other.trials])
+    order = np.argsort(trials)
+    return Audited(
+        trials[order],
+        one.settings,
+        np.concatenate([one.status, other.status])[order],
+        _together(one.responses, other.responses, order),
+        np.concatenate([one.at_random, other.at_random])[order],
+        _together(one.chosen_by, other.chosen_by, order),
+    )
+
+
+def _together(
+    one: Mapping[str, NDArray[Any]],
+    other: Mapping[str, NDArray[Any]],
+    order: NDArray[np.int64],
+) -> dict[str, NDArray[Any]]:
+    return {name: np.concatenate([one[name], other[name]])[order] for name in one}
+
+
+Members = tuple[str, ...]  # contributors, taken together
+
+
+class WorstCase(NamedTuple):
+    """The worst corner of the tolerances that was found.
+
+    Attributes
+    ----------
+    value : float
+        Of the response, SI; NaN if every machine tried failed.
+    deviations : dict of str to float
+        The machine, SI.
+    tried, failed : int
+        Machines simulated for it, and how many of these failed.
+    """
+
+    value: float
+    deviations: Mapping[str, float]
+    tried: int
+    failed: int
+
+
+class Worst(NamedTuple):
+    """One of the worst trials of a response.
+
+    Attributes
+    ----------
+    trial : int
+        Its number.
+    precise : float
+        The response, evaluated more precisely, SI; NaN where that failed or cannot be.
+    """
+
+    trial: int
+    precise: float
+
+
+class Halved(NamedTuple):
+    """The fraction out of limit with some tolerances halved, from weighted trials.
+
+    Attributes
+    ----------
+    beyond : Estimate
+        The fraction, or why it cannot be estimated.
+    effective : int
+        Effective sample size; 0 without weights.
+    """
+
+    beyond: Estimate
+    effective: int
+
+
+@dataclass(frozen=True)
+class Diagnostics:
+    """What a run says beyond its trials.
+
+    Attributes
+    ----------
+    slopes : dict of str to dict of str to float
+        By response and contributor that deviates, at the nominal machine, SI.
+    worst_cases : dict of str to dict of str to WorstCase
+        By limited response and side: "least", "largest".
+    worst : dict of str to list of Worst
+        The worst ten trials of limited responses, the worst first.
+    halved : dict of str to dict of Members to Halved
+        By limited response and the contributors whose tolerances are halved, at once.
+    missing : str
+        Why there is none of it; empty if there is.
+    """
+
+    slopes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    worst_cases: Mapping[str, Mapping[str, WorstCase]] = field(default_factory=dict)
+    worst: Mapping[str, list[Worst]] = field(default_factory=dict)
+    halved: Mapping[str, Mapping[Members, Halved]] = field(default_factory=dict)
+    missing: str = ""

@@ -18,11 +18,12 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Truths
 from tolstat.errors import Advice, BrokenError, RunFileError, TolstatError
 from tolstat.model.contract import Answers
 from tolstat.status import Status
 from tolstat.store.draft import draft_of
-from tolstat.store.fingerprint import fingerprints
+from tolstat.store.fingerprint import clock_of, fingerprints, seconds_of
 from tolstat.store.layout import (
     ALONE,
     CHECKSUM,
@@ -30,19 +31,20 @@ from tolstat.store.layout import (
     NOMINAL,
     STATUS,
     STEPS,
+    Rows,
     encoded,
+    places_of,
 )
 from tolstat.store.lock import Lock
-from tolstat.store.rescue import is_still, rescued
-from tolstat.store.run_times import clock_of, seconds_of
 from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import (
     aside_of,
     check_replaceable,
     check_room,
     free_name,
+    is_still,
+    rescued,
 )
-from tolstat.store.trial_rows import Rows, places_of
 
 SAFE_EVERY = 2.0  # s, between two times at which data are made safe from a power cut
 
@@ -86,7 +88,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         return writer
 
     @classmethod
-    def opened(cls, lock: Lock, run: Run, whole: NDArray[np.bool_]) -> RunWriter:
+    def opened(cls, lock: Lock, run: Run, whole: Truths) -> RunWriter:
         """Open a file to resume its run.
 
         Trials that are not whole have not run. With more trials than the file holds, or

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.errors import DataError, UnitError, allowed_names
 from tolstat.study.files import as_text, beside, content
 from tolstat.units.conversion import to_si
@@ -47,7 +47,7 @@ class CsvTable(NamedTuple):
                 ) from None
         return found
 
-    def values(self, name: str, unit: str) -> NDArray[np.float64]:
+    def values(self, name: str, unit: str) -> Array:
         """Return the numbers of a column, SI."""
         written = dict(zip(self.heads, self.units, strict=True))[name]
         try:

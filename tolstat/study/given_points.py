@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.deviations.names import expand
 from tolstat.errors import DataError, ModelError, allowed_names
 from tolstat.model.checked import described
@@ -72,7 +73,7 @@ def cases_among(cases: Sequence[Case], chosen: NDArray[np.int64]) -> list[Case]:
 class Points:
     """Machines as given."""
 
-    deviations: NDArray[np.float64]  # float64[trial, contributor], SI
+    deviations: Array  # float64[trial, contributor], SI
     cases: tuple[Case, ...]  # their settings, in the order of the trials
     shown: Mapping[str, str]  # the unit in which each contributor or setting is written
     # the axes of a grid, the slowest first; none for a table
@@ -266,7 +267,7 @@ def read_reference(
     swept: Sequence[Swept],
     description: Description,
     folder: Path | None,
-) -> tuple[str, dict[str, NDArray[np.float64]]]:
+) -> tuple[str, dict[str, Array]]:
     """Read the section [reference]: its label, and the columns of its points, SI.
 
     The first column is swept, the others are responses, or swept too where the grid has

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.measured import DOUBTFUL, Fitted, Measured, fit
 from tolstat.errors import DataError, DistributionError
@@ -18,8 +18,6 @@ from tolstat.study.study_schema import PartsEntry, read_entry
 from tolstat.units.conversion import to_si
 from tolstat.units.grammar import quantity
 from tolstat.units.scale import Scale, scale_of
-
-Array = NDArray[np.float64]
 
 PART_OF_SIZE = 0.5  # of its nominal size: as far off half of the parts cannot be
 FAR = 10  # times their spread off zero: measured values may well be sizes

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat import catalogue
+from tolstat.arrays import Array
 from tolstat.deviations.draw import Course, draw_in_stages, streams_of
 from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import ModelError, StudyError, TolstatError
@@ -69,7 +69,7 @@ class Study:
     deviating: Deviations  # what deviates, and what is correlated
     points: Points | None  # the machines of a grid or a table
     # known points to be shown beside a grid: their label, and columns
-    reference: tuple[str, dict[str, NDArray[np.float64]]] | None
+    reference: tuple[str, dict[str, Array]] | None
     limits: dict[str, Limit]  # by response, SI
     # the unit in which each contributor, response or swept setting is written
     shown: dict[str, str]
@@ -119,14 +119,14 @@ class Study:
             )
         )
 
-    def deviations(self) -> NDArray[np.float64]:
+    def deviations(self) -> Array:
         """Return the deviations that are known before any trial has run, SI.
 
         float64[trial, contributor]: of all trials, or of the first of its `stages`.
         """
         return next(self.stages())[1]
 
-    def machines(self, number: int) -> NDArray[np.float64]:
+    def machines(self, number: int) -> Array:
         """Return deviations of the first trials, SI; random ones of what is sought."""
         if self.sampler and not self.sampler.sample:
             return self.at_random(cast(int, self.seed), number).deviations()

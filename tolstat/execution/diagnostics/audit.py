@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.execution.diagnostics.audit_selection import (
+from tolstat.execution.diagnostics.trial_selection import (
     Choice,
     choose,
     choose_in_reach,
@@ -16,7 +16,7 @@ from tolstat.execution.diagnostics.audit_selection import (
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.checked import tightened
-from tolstat.store.audited import Audited, joined
+from tolstat.store.run_records import Audited, joined
 from tolstat.study.given_points import cases_among
 from tolstat.study.study import Study
 
