@@ -16,6 +16,8 @@ from tolstat.arrays import Array
 ODD = np.uint64(0x9E3779B97F4A7C15)  # 2**64 over the golden ratio
 HALF = np.uint64(32)
 AT_ONCE = 8192  # rows: what is mixed stays in the processor's cache
+Clock = Array
+EXACT = np.uint64(12)  # bits of a checksum that a float64 has no room for
 
 
 def fingerprints(columns: Sequence[NDArray[Any]], first: int = 0) -> NDArray[np.uint64]:
@@ -45,10 +47,6 @@ def _words(column: NDArray[Any]) -> list[NDArray[Any]]:
     if column.dtype.kind == "S":
         return list(column.view(np.uint8).reshape(len(column), -1).T)
     return [column.view(f"u{column.dtype.itemsize}")]
-
-
-Clock = Array
-EXACT = np.uint64(12)  # bits of a checksum that a float64 has no room for
 
 
 def clock_of(seconds: float) -> Clock:

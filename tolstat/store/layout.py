@@ -23,14 +23,13 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.store.memory_file import write_all
-
 TRIAL, STATUS, STEPS = "trial", "status", "steps"
 NOMINAL = "nominal"  # a group
 CHECKS = "checks"  # a group
 CHECKSUM, ALONE = f"{CHECKS}/trial", f"{CHECKS}/nominal"  # of a trial, of the nominal
 CLOCK = f"{CHECKS}/clock"
 SEAL = f"{CHECKS}/seal"
+Column = NDArray[Any]
 
 
 def allocate(
@@ -60,9 +59,6 @@ def decoded(values: NDArray[Any]) -> NDArray[Any]:
     """Return values that a file holds; half a character is no reason to refuse it."""
     text = values.dtype.kind == "S"
     return np.char.decode(values, "utf-8", "replace") if text else values
-
-
-Column = NDArray[Any]
 
 
 class Place(NamedTuple):
@@ -131,3 +127,10 @@ class Rows:
     def sync(self) -> None:
         """Bring everything to the disk."""
         os.fsync(self.file.fileno())
+
+
+def write_all(file: BinaryIO, data: Any) -> None:
+    """Write all of it: an unbuffered file may take a part where the disk gets full."""
+    left = memoryview(data).cast("B")
+    while left:
+        left = left[file.write(left) :]

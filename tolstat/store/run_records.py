@@ -17,6 +17,7 @@ from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
 
 SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies beyond
+Members = tuple[str, ...]  # contributors, taken together
 
 
 @dataclass(frozen=True)
@@ -220,9 +221,6 @@ def _together(
     order: NDArray[np.int64],
 ) -> dict[str, NDArray[Any]]:
     return {name: np.concatenate([one[name], other[name]])[order] for name in one}
-
-
-Members = tuple[str, ...]  # contributors, taken together
 
 
 class WorstCase(NamedTuple):

@@ -9,9 +9,8 @@ from typing import Annotated, Any, Literal, TypeVar, get_args
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from tolstat.errors import StudyError, allowed_names
-from tolstat.study.files import read_toml
+from tolstat.study.files import check_bounds, read_toml
 from tolstat.study.problems import Problems, toml_of
-from tolstat.study.study_bounds import check_bounds
 
 MOST_SEED = 2**64 - 1
 MOST_TRIALS = 10_000_000  # of a grid

@@ -23,6 +23,7 @@ SPREAD = 12  # trials at least, over the range of a limited response
 REACH = 2  # times the largest error seen: others may err more
 IN_REACH = 20  # trials at least, that may be looked at because they may change sides
 NO_LIMIT = Limit(-np.inf, np.inf)
+WORST = 10  # trials of each limited response
 
 
 class Choice(NamedTuple):
@@ -118,9 +119,6 @@ def _on_purpose(
         Reason.WORST: np.array(worst_trials(values, status, limit), np.int64),
         Reason.SPREAD: done[spread(known, max(SPREAD, share // 2))],
     }
-
-
-WORST = 10  # trials of each limited response
 
 
 def next_to(values: Array, limit: Limit, end: float, number: int) -> Numbers:
