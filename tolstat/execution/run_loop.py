@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tolstat.errors import LostError, ModelError
 from tolstat.execution.diagnostics.after_run import gather
 from tolstat.execution.diagnostics.audit import audit, evaluated_again
+from tolstat.execution.diagnostics.trial_selection import Choice
 from tolstat.execution.trial_table import Stages, Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.statistics.intervals.precision import FIRST, next_stage, trials_wanted
@@ -181,7 +182,7 @@ def _ended(
 def _rerun(study: Study, trials: Trials, workers: Workers) -> Audited:
     """Evaluate the failed trials again, with tighter settings."""
     failed = np.flatnonzero(trials.status != Status.DONE)
-    found = evaluated_again(study, trials, failed, workers)
+    found = evaluated_again(study, trials, Choice(failed, failed < 0, {}), workers)
     if found is None:
         raise ModelError(
             f"model '{study.model.name}' has no tighter settings: what failed would "

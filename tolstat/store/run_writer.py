@@ -207,9 +207,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     @contextmanager
     def _writing(self) -> Iterator[Rows]:
         """Give the rows to be written to; say what is stored where that fails."""
-        rows = self._open_rows()
         try:
-            yield rows
+            yield self._open_rows()
         except OSError as error:
             raise self._lost_hope(error) from error
 
@@ -218,10 +217,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         assert self._rows
         if is_still(self._rows.file, self.path):
             return self._rows
-        try:
-            lock, file = rescued(self._rows.file, self.path)
-        except OSError as error:
-            raise self._lost_hope(error) from error
+        lock, file = rescued(self._rows.file, self.path)
         warnings.warn(
             f"{self.path} was removed or moved while it was written: the run goes on "
             f"in {lock.path}",
@@ -259,10 +255,11 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def failed(self, error: TolstatError) -> BrokenError | None:
         """Say what a machine's failure leaves; None where that is no file at all."""
         self._make_safe()
-        if self._new and not self._open_rows().read(STATUS).any():
+        assert self._rows
+        if self._new and not self._rows.read(STATUS).any():
             self._unwanted = True  # nothing was done
             return None
-        return self.cut_short(error)
+        return self._error(str(error))
 
     def cut_short(self, error: TolstatError) -> BrokenError:
         """Say what is stored where it cannot be gone on."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal
 from itertools import pairwise
 from typing import Any, TypeVar
@@ -16,6 +16,8 @@ from tolstat.deviations.grades import iso286
 from tolstat.deviations.prices import Law, Offered, Priced, half_of, resized, zone_of
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import CostError, DistributionError, UnitError, allowed_names
+from tolstat.model.description import Contributor
+from tolstat.study.distribution_entry import read_distribution, written_unit
 from tolstat.study.study_schema import (
     MOST_PRICE,
     Exponential,
@@ -39,29 +41,27 @@ WIDEST = 1000  # times the tightest tolerance
 ROUNDING = 1e-9
 
 Found = TypeVar("Found")
-Make = Callable[[str], Mapping[str, Distribution]]
 
 
 def read_cost(
     name: str,
     given: Any,
-    specified: Mapping[str, Distribution],
-    make: Make,
-    unit: str,
-    shown: str,
-    words: str,
+    keys: Mapping[str, Any],
+    parts: Sequence[Contributor],
+    found: Mapping[str, Distribution],
 ) -> Priced:
-    """Read what the parts of an entry cost by their tolerance.
-
-    `make` reads the entry with another tolerance; `shown` is the unit in which the
-    entry writes its own, empty for a grade; `words` that tolerance.
-    """
+    """Read what the parts of an entry cost by tolerance; `keys` are its other keys."""
+    if "data" in keys:
+        raise CostError("cost is by tolerance, and measured parts have none")
     if not isinstance(given, dict) or not given:
         raise CostError(f"cost: a table is expected, {EXAMPLE}")
+    specified = {each.name: found[each.name] for each in parts}
     zones = {zone_of(each) for each in specified.values()}
     if None in zones:
         raise CostError("cost is by tolerance, and the entry has none")
-    shown = shown or scale_of(unit, "", half_of(specified)).shown
+    graded, unit = "iso1328" in keys, parts[0].unit
+    words = f"iso1328 = {keys['iso1328']}" if graded else str(keys["tolerance"])
+    shown = written_unit(keys) or scale_of(unit, "", half_of(specified)).shown
     if set(given) & set(Exponential.model_fields):
         if len(zones) > 1:
             raise CostError(
@@ -75,7 +75,9 @@ def read_cost(
         number = isinstance(price, int | float) and not isinstance(price, bool)
         if not number or not 0 <= price <= MOST_PRICE:
             raise CostError(f'cost, "{each}": a price is a number from 0, such as 10')
-        offered.append(Offered(each, float(price), make(each)))
+        entry = with_tolerance(keys, each)
+        made = {part.name: read_distribution(entry, part) for part in parts}
+        offered.append(Offered(each, float(price), made))
     offered.sort(key=lambda each: -half_of(each.distributions))
     halves = [half_of(each.distributions) for each in offered]
     if any(a - b <= ROUNDING * a for a, b in pairwise(halves)):
