@@ -26,21 +26,12 @@ NAMED = 20  # ranges of trials that are listed
 
 @dataclass(frozen=True)
 class Damage:
-    """What is not as it was written.
+    """What is not as it was written."""
 
-    Attributes
-    ----------
-    trials : int64[n]
-        Numbers of the trials, ascending.
-    nominal : bool
-        Whether the nominal machine is.
-    clock : bool
-        Whether the time that the run took is.
-    """
-
+    # int64[n]: Numbers of the trials, ascending
     trials: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-    nominal: bool = False
-    clock: bool = False
+    nominal: bool = False  # whether the nominal machine is
+    clock: bool = False  # whether the time that the run took is
 
     def __bool__(self) -> bool:
         """Tell whether there is any."""

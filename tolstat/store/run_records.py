@@ -44,28 +44,15 @@ class StudyText:
 
 
 class Assumed(NamedTuple):
-    """What was assumed of a deviation.
+    """What was assumed of a deviation."""
 
-    Attributes
-    ----------
-    tolerance : tuple of float
-        Its ends, SI.
-    words : str
-        Its distribution.
-    batch : str
-        The batch whose parts are all as this one; empty for a part of its own.
-    mean, sigma : float
-        Of its distribution, SI.
-    at_scores : tuple of float
-        Deviations at the normal scores of `SCORES`, SI, the least first: how far out a
-        part lies. Of rare runs; empty in others.
-    """
-
-    tolerance: tuple[float, float]
-    words: str
-    batch: str
-    mean: float = math.nan
-    sigma: float = math.nan
+    tolerance: tuple[float, float]  # its ends, SI
+    words: str  # its distribution
+    batch: str  # the batch whose parts are all as this one; empty for a part of its own
+    mean: float = math.nan  # of its distribution, SI
+    sigma: float = math.nan  # of its distribution, SI
+    # deviations at the normal scores of `SCORES`, SI, the least first: how far out a
+    # part lies. Of rare runs; empty in others
     at_scores: tuple[float, ...] = ()
 
 
@@ -95,72 +82,35 @@ class DrawDetail(NamedTuple):
 
 
 class Sampled(NamedTuple):
-    """How the machines were drawn: what their sampler says of it.
+    """How the machines were drawn: what their sampler says of it."""
 
-    Attributes
-    ----------
-    seed : int
-        From which all random numbers come.
-    promise : str
-        What may be said about intervals.
-    replicates : int
-        Independent randomisations; 0 where every trial is independent.
-    group : int
-        Trials that belong together.
-    factors : tuple of str
-        What varies independently, in the order in which it is drawn.
-    sample : bool
-        Whether the trials are a sample of production.
-    aim : str
-        The response whose limit was sought; empty where none was.
-    """
-
-    seed: int
-    promise: str
-    replicates: int
-    group: int
+    seed: int  # from which all random numbers come
+    promise: str  # what may be said about intervals
+    replicates: int  # independent randomisations; 0 where every trial is independent
+    group: int  # trials that belong together
+    # what varies independently, in the order in which it is drawn
     factors: tuple[str, ...]
-    sample: bool
-    aim: str
+    sample: bool  # whether the trials are a sample of production
+    aim: str  # the response whose limit was sought; empty where none was
 
 
 class Reference(NamedTuple):
-    """Known points of a publication or a measurement.
+    """Known points of a publication or a measurement."""
 
-    Attributes
-    ----------
-    label : str
-        Where they come from.
-    columns : dict of str to float64[point]
-        The swept contributor or setting first, then responses, SI.
-    """
-
-    label: str
+    label: str  # where they come from
+    # float64[point]: the swept contributor or setting first, then responses, SI
     columns: Mapping[str, Array]
 
 
 class Stopped(NamedTuple):
-    """What a stopping rule made of a run.
+    """What a stopping rule made of a run."""
 
-    Attributes
-    ----------
-    rules : tuple of str
-        As they are written: `Run.rules`.
-    reached : bool
-        Whether all of them were.
-    stages : tuple of int
-        After how many trials they were looked at.
-    at_most : int
-        Trials after which it would have ended whatever was reached.
-    wanted : float
-        Trials that the last look asked for: 0 if all was reached, infinite where there
-        was no interval yet.
-    """
-
-    rules: tuple[str, ...]
-    reached: bool
-    stages: tuple[int, ...]
-    at_most: int
+    rules: tuple[str, ...]  # as they are written: `Run.rules`
+    reached: bool  # whether all of them were
+    stages: tuple[int, ...]  # after how many trials they were looked at
+    at_most: int  # trials after which it would have ended whatever was reached
+    # trials that the last look asked for: 0 if all was reached, infinite where there
+    # was no interval yet
     wanted: float = 0.0
 
 
@@ -174,30 +124,16 @@ class Reason(IntFlag):
 
 @dataclass(frozen=True)
 class Audited:
-    """Trials that were evaluated again, more precisely.
+    """Trials that were evaluated again, more precisely."""
 
-    Attributes
-    ----------
-    trials : int64[n]
-        Their numbers, ascending.
-    settings : dict of str to float
-        What was tightened, and to what: rtol.
-    status : uint8[n]
-        How they ended then.
-    responses : dict of str to float64[n]
-        SI.
-    at_random : bool[n]
-        Whether a trial is the one of its hundred that was chosen at random: only these
-        speak for the machines that were not evaluated again.
-    chosen_by : dict of str to uint8[n]
-        By response that chose trials on purpose: sums of `Reason`, 0 for none.
-    """
-
-    trials: NDArray[np.int64]
-    settings: Mapping[str, float]
-    status: NDArray[np.uint8]
-    responses: Mapping[str, Array]
+    trials: NDArray[np.int64]  # int64[n]: their numbers, ascending
+    settings: Mapping[str, float]  # what was tightened, and to what: rtol
+    status: NDArray[np.uint8]  # uint8[n]: how they ended then
+    responses: Mapping[str, Array]  # float64[n]: SI
+    # bool[n]: whether a trial is the one of its hundred that was chosen at random:
+    # only these speak for the machines that were not evaluated again
     at_random: Truths
+    # uint8[n]: by response that chose trials on purpose: sums of `Reason`, 0 for none
     chosen_by: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
 
 
@@ -224,74 +160,39 @@ def _together(
 
 
 class WorstCase(NamedTuple):
-    """The worst corner of the tolerances that was found.
+    """The worst corner of the tolerances that was found."""
 
-    Attributes
-    ----------
-    value : float
-        Of the response, SI; NaN if every machine tried failed.
-    deviations : dict of str to float
-        The machine, SI.
-    tried, failed : int
-        Machines simulated for it, and how many of these failed.
-    """
-
-    value: float
-    deviations: Mapping[str, float]
-    tried: int
-    failed: int
+    value: float  # of the response, SI; NaN if every machine tried failed
+    deviations: Mapping[str, float]  # the machine, SI
+    tried: int  # trials simulated for it
+    failed: int  # how many of these failed
 
 
 class Worst(NamedTuple):
-    """One of the worst trials of a response.
+    """One of the worst trials of a response."""
 
-    Attributes
-    ----------
-    trial : int
-        Its number.
-    precise : float
-        The response, evaluated more precisely, SI; NaN where that failed or cannot be.
-    """
-
-    trial: int
+    trial: int  # its number
+    # the response, evaluated more precisely, SI; NaN where that failed or cannot be
     precise: float
 
 
 class Halved(NamedTuple):
-    """The fraction out of limit with some tolerances halved, from weighted trials.
+    """The fraction out of limit with some tolerances halved, from weighted trials."""
 
-    Attributes
-    ----------
-    beyond : Estimate
-        The fraction, or why it cannot be estimated.
-    effective : int
-        Effective sample size; 0 without weights.
-    """
-
-    beyond: Estimate
-    effective: int
+    beyond: Estimate  # the fraction, or why it cannot be estimated
+    effective: int  # effective sample size; 0 without weights
 
 
 @dataclass(frozen=True)
 class Diagnostics:
-    """What a run says beyond its trials.
+    """What a run says beyond its trials."""
 
-    Attributes
-    ----------
-    slopes : dict of str to dict of str to float
-        By response and contributor that deviates, at the nominal machine, SI.
-    worst_cases : dict of str to dict of str to WorstCase
-        By limited response and side: "least", "largest".
-    worst : dict of str to list of Worst
-        The worst ten trials of limited responses, the worst first.
-    halved : dict of str to dict of Members to Halved
-        By limited response and the contributors whose tolerances are halved, at once.
-    missing : str
-        Why there is none of it; empty if there is.
-    """
-
+    # by response and contributor that deviates, at the nominal machine, SI
     slopes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    # by limited response and side: "least", "largest"
     worst_cases: Mapping[str, Mapping[str, WorstCase]] = field(default_factory=dict)
+    # the worst ten trials of limited responses, the worst first
     worst: Mapping[str, list[Worst]] = field(default_factory=dict)
+    # by limited response and the contributors whose tolerances are halved, at once
     halved: Mapping[str, Mapping[Members, Halved]] = field(default_factory=dict)
-    missing: str = ""
+    missing: str = ""  # why there is none of it; empty if there is
