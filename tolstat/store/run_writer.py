@@ -35,14 +35,13 @@ from tolstat.store.layout import (
     encoded,
     places_of,
 )
-from tolstat.store.lock import Lock
+from tolstat.store.lock import Lock, is_still
 from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import (
     aside_of,
     check_replaceable,
     check_room,
     free_name,
-    is_still,
     rescued,
 )
 

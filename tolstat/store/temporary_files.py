@@ -90,14 +90,6 @@ def check_room(path: Path, size: int) -> None:
         )
 
 
-def is_still(file: BinaryIO, path: Path) -> bool:
-    """Tell whether an open file is what a path names."""
-    try:
-        return os.path.samestat(os.fstat(file.fileno()), path.stat())
-    except OSError:
-        return False
-
-
 def rescued(file: BinaryIO, path: Path) -> tuple[Lock, BinaryIO]:
     """Copy an open file to a name that is free, beside where it was if that can be."""
     for folder in (path.parent, Path.cwd(), Path(tempfile.gettempdir())):
