@@ -11,14 +11,18 @@ import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
 from tolstat.answers.report.gather import report_of
 from tolstat.deviations.samplers.random import Random
-from tolstat.execution.diagnostics.audit_selection import choose, random_trials
-from tolstat.execution.diagnostics.trial_selection import next_to, spread
+from tolstat.execution.diagnostics.trial_selection import (
+    choose,
+    next_to,
+    random_trials,
+    spread,
+)
 from tolstat.execution.execute import execute
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
-from tolstat.store.audited import Reason
+from tolstat.store.run_records import Reason
 from tolstat.study.study import load
 
 

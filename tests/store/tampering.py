@@ -7,9 +7,8 @@ from contextlib import contextmanager
 import h5py
 
 from tolstat.store.fingerprint import fingerprints
-from tolstat.store.layout import CHECKSUM, SEAL
+from tolstat.store.layout import CHECKSUM, SEAL, columns_of, places_of
 from tolstat.store.seal import write_seal
-from tolstat.store.trial_rows import columns_of, places_of
 
 
 @contextmanager

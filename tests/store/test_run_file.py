@@ -13,8 +13,8 @@ import xarray
 
 import tolstat
 from tolstat.errors import BrokenError, RunFileError
+from tolstat.store.layout import Rows, places_of
 from tolstat.store.lock import Lock
-from tolstat.store.trial_rows import Rows, places_of
 
 
 @pytest.fixture

@@ -231,7 +231,7 @@ def wrong_of_message(message: str, study: Path, mutant: Mutant) -> str:
     if len(message) > 30_000:
         return f"{len(message)} characters long"
     said = message.replace(str(study), "").replace(study.name, "")
-    keys = {*Document.__dataclass_fields__, *KEYS[3:]} - {"", "a"}
+    keys = {*Document.model_fields, *KEYS[3:]} - {"", "a"}
     known = any(re.search(rf"\b{re.escape(key)}\b", said) for key in keys)
     about_the_file = ("(at line", "(at end of document", "codec can't", "larger than")
     if known or any(words in said for words in about_the_file):

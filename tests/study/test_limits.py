@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from scipy.stats import norm
 
-from tolstat.errors import UnitError
+from tolstat.errors import StudyError, UnitError
 from tolstat.statistics.limits.limit import DEMANDED
 from tolstat.study.limits_section import read_limit
 
@@ -41,9 +41,9 @@ def test_what_is_demanded(given, demanded):
         ({"limit": "<= 3 %", "yield": 99}, 'such as "99 %"'),
         ({"limit": "<= 3 %", "yield": "101 %"}, "between 0 and 100 %"),
         ({"limit": "<= 3 %", "cpk": 1}, "did you mean 'ppk'"),
-        ({"ppk": 1}, 'limit: a text is expected, such as "<= 3 %"'),
+        ({"ppk": 1}, 'limit is missing; a text is expected, such as "<= 3 %"'),
     ],
 )
 def test_what_is_refused(given, words):
-    with pytest.raises(UnitError, match=words.replace(".", r"\.")):
+    with pytest.raises((UnitError, StudyError), match=words.replace(".", r"\.")):
         read_limit(given, "1")

@@ -80,7 +80,7 @@ WRONG = {
         ["trials = ", "made for a number of trials; give one, such as trials = 20000, or"],
     ),
     "until of nothing": (
-        'model = "stand"\nseed = 1\ntrials = { at_most = 100 }\n', ["until, a rule or a list"],
+        'model = "stand"\nseed = 1\ntrials = { at_most = 100 }\n', ["until is missing; a rule or a list"],
     ),
     "unknown key of until": (UNTIL.format('extra_loss p95 +-2 %", most = "1'), ["no key most", "'at_most'"]),
     "until of an unknown response": (UNTIL.format("extra_los p95 +-2 %"), ["extra_los", "did you mean 'extra_loss'"]),
@@ -278,7 +278,7 @@ WRONG = {
     "unknown fit": (
         HEAD + "[deviations]\nrod_length = "
         '{ data = "rods.csv", column = "length", unit = "mm", fit = "weibull" }\n',
-        ["rod_length", "fit = 'weibull'", "normal, lognormal"],
+        ["rod_length", 'fit = "weibull"', "normal, lognormal"],
     ),
     "sizes that are no deviations": (
         HEAD + '[deviations]\nrod_length = { data = "rods.csv", column = "length" }\n',

@@ -21,11 +21,11 @@ from tolstat.model.contract import Model
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
 from tolstat.store.open_run import open as open_run
-from tolstat.store.stored_diagnostics import Diagnostics, Worst
+from tolstat.store.run_records import Diagnostics, Worst
 from tolstat.store.stored_run import Run
 from tolstat.study.limits_section import read_limits
 from tolstat.study.problems import Problems
-from tolstat.study.study_bounds import check_lines
+from tolstat.study.study_schema import check_section
 from tolstat.units.grammar import unit_of
 
 REQUESTED = "requested limits, not those of the study"
@@ -71,7 +71,7 @@ def limited(
 def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     """Return a run with other limits, and the diagnostics of its own; see `limited`."""
     problems = Problems(f"{run.path}", "cannot be asked that")
-    check_lines("limits", limits, problems)
+    check_section("limits", limits, problems)
     read = read_limits(limits, run.responses, problems)
     problems.raise_if_any()
     if run.aim:

@@ -11,8 +11,7 @@ from tolstat.errors import Advice, RunFileError, StoppedError, StudyError
 from tolstat.execution.compatibility import check_same, study_differs
 from tolstat.execution.planning import cannot_be_built, plan_of
 from tolstat.execution.run_loop import Progress, Telling, carry_out
-from tolstat.execution.stages import drawn_again
-from tolstat.execution.trial_table import Trials
+from tolstat.execution.trial_table import Trials, drawn_again
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status

@@ -10,7 +10,7 @@ from typing import cast
 from tolstat.errors import StoppedError, StudyError
 from tolstat.execution.planning import cannot_be_built, plan_of
 from tolstat.execution.run_loop import Progress, Telling, carry_out
-from tolstat.execution.stages import Stages
+from tolstat.execution.trial_table import Stages
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.contract import Model
 from tolstat.store.lock import Lock

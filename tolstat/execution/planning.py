@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from tolstat import catalogue
+from tolstat.arrays import Array
 from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.spread import Spread, spread_of
 from tolstat.errors import StudyError
@@ -43,13 +44,12 @@ Column = TypeVar("Column", Contributor, Response)
 def plan_of(study: Study, trials: Trials, path: Path) -> Run:
     """Return the run of a study before any of its trials has run."""
     model, points, asked = study.model, study.points, study.document
-    typed_trials = asked.trials if isinstance(asked.trials, int) else None
     columns = study.sampler.columns if study.sampler else {}
     assumed = assumed_of(study.deviating, scores=bool(study.aim))
     independent = study.deviating.dependence == Dependence()
     return Run(
         path=path,
-        study=StudyText(study.text, typed_trials, asked.seed),
+        study=StudyText(study.text),
         study_file=study.path.resolve() if study.path else None,
         title=study.title,
         model=model.name,
@@ -106,7 +106,7 @@ def _columns(study: Study, trials: Trials) -> dict[str, NDArray[Any]]:
     return found
 
 
-def cannot_be_built(study: Study, deviations: NDArray[np.float64]) -> str:
+def cannot_be_built(study: Study, deviations: Array) -> str:
     """Say which share of deviations[trial, contributor], SI, cannot be built.
 
     Empty where all can; refused where none can.

@@ -13,16 +13,14 @@ from numpy.typing import NDArray
 from tolstat.errors import LostError, ModelError
 from tolstat.execution.diagnostics.after_run import gather
 from tolstat.execution.diagnostics.audit import audit, evaluated_again
-from tolstat.execution.stages import Stages
-from tolstat.execution.trial_table import Trials
+from tolstat.execution.diagnostics.trial_selection import Choice
+from tolstat.execution.trial_table import Stages, Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.statistics.intervals.precision import FIRST, next_stage, trials_wanted
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
-from tolstat.store.audited import Audited
-from tolstat.store.run_records import Stopped
+from tolstat.store.run_records import Audited, Diagnostics, Stopped
 from tolstat.store.run_writer import RunWriter
-from tolstat.store.stored_diagnostics import Diagnostics
 from tolstat.store.stored_run import Run
 from tolstat.study.given_points import Case
 from tolstat.study.study import Study
@@ -184,7 +182,7 @@ def _ended(
 def _rerun(study: Study, trials: Trials, workers: Workers) -> Audited:
     """Evaluate the failed trials again, with tighter settings."""
     failed = np.flatnonzero(trials.status != Status.DONE)
-    found = evaluated_again(study, trials, failed, workers)
+    found = evaluated_again(study, trials, Choice(failed, failed < 0, {}), workers)
     if found is None:
         raise ModelError(
             f"model '{study.model.name}' has no tighter settings: what failed would "

@@ -56,11 +56,8 @@ def check() -> Check:
 def surroundings() -> dict[str, str]:
     """Say what decides numbers and speed here, by what it is."""
     facts = provenance()
-    found = {
-        name.removeprefix("version_"): words
-        for name, words in facts.items()
-        if name.startswith("version_")
-    }
+    mark = "version_"
+    found = {n[len(mark) :]: v for n, v in facts.items() if n.startswith(mark)}
     for name, extra in EXTRAS.items():
         try:
             found[name] = version(name)

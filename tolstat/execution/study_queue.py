@@ -12,7 +12,7 @@ from tolstat.execution.compatibility import check_same, study_differs
 from tolstat.execution.continuation import go_on, plan_again, study_of
 from tolstat.execution.execute import execute, run_of
 from tolstat.execution.run_loop import Telling
-from tolstat.execution.stages import drawn_again
+from tolstat.execution.trial_table import drawn_again
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run

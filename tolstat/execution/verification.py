@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.errors import TolstatError
 from tolstat.execution.compatibility import trials_drawn_otherwise
 from tolstat.execution.continuation import plan_again, study_of
-from tolstat.execution.diagnostics.audit_selection import random_trials
-from tolstat.execution.stages import drawn_again, is_drawn
+from tolstat.execution.diagnostics.trial_selection import random_trials
+from tolstat.execution.trial_table import drawn_again, is_drawn
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
@@ -23,7 +24,6 @@ from tolstat.store.stored_run import Run
 from tolstat.study.given_points import Case, cases_among
 from tolstat.study.study import Study
 
-Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
 
@@ -121,7 +121,7 @@ def _contradicting(run: Run) -> Numbers:
 
 def _differing(
     run: Run, study: Study, chosen: Numbers, deviations: Array, workers: Workers
-) -> NDArray[np.bool_]:
+) -> Truths:
     """Evaluate the nominal trial and chosen ones; tell which are not bit for bit."""
     cases = [
         Case(0, 1, study.settings),
@@ -138,7 +138,7 @@ def _differing(
 
     codes = {word: code for code, word in run.words.items()}
     nominal = codes.get(run.nominal_values["status"], Status.NOT_RUN)
-    other: NDArray[np.bool_] = np.append(nominal, run.status[chosen]) != found.status
+    other: Truths = np.append(nominal, run.status[chosen]) != found.status
     for each, values in zip(run.responses, found.responses.T, strict=True):
         known = stored(each.name)
         same = known.view(np.uint64) == np.ascontiguousarray(values).view(np.uint64)

@@ -11,31 +11,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.status import Status
-from tolstat.store.fingerprint import fingerprints
-from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, STATUS
-from tolstat.store.run_times import is_whole
-from tolstat.store.trial_rows import columns_of, nominal_columns_of
+from tolstat.store.fingerprint import fingerprints, is_whole
+from tolstat.store.layout import (
+    ALONE,
+    CHECKSUM,
+    CLOCK,
+    STATUS,
+    columns_of,
+    nominal_columns_of,
+)
 
 NAMED = 20  # ranges of trials that are listed
 
 
 @dataclass(frozen=True)
 class Damage:
-    """What is not as it was written.
+    """What is not as it was written."""
 
-    Attributes
-    ----------
-    trials : int64[n]
-        Numbers of the trials, ascending.
-    nominal : bool
-        Whether the nominal machine is.
-    clock : bool
-        Whether the time that the run took is.
-    """
-
+    # int64[n]: Numbers of the trials, ascending
     trials: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-    nominal: bool = False
-    clock: bool = False
+    nominal: bool = False  # whether the nominal machine is
+    clock: bool = False  # whether the time that the run took is
 
     def __bool__(self) -> bool:
         """Tell whether there is any."""

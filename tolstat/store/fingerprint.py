@@ -1,16 +1,23 @@
-"""A checksum of every trial: 64 bits over all that is stored of it."""
+"""Checksums of every trial and of the clock: 64 bits over all that is stored."""
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Sequence
+from datetime import datetime
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array
+
 ODD = np.uint64(0x9E3779B97F4A7C15)  # 2**64 over the golden ratio
 HALF = np.uint64(32)
 AT_ONCE = 8192  # rows: what is mixed stays in the processor's cache
+Clock = Array
+EXACT = np.uint64(12)  # bits of a checksum that a float64 has no room for
 
 
 def fingerprints(columns: Sequence[NDArray[Any]], first: int = 0) -> NDArray[np.uint64]:
@@ -40,3 +47,30 @@ def _words(column: NDArray[Any]) -> list[NDArray[Any]]:
     if column.dtype.kind == "S":
         return list(column.view(np.uint8).reshape(len(column), -1).T)
     return [column.view(f"u{column.dtype.itemsize}")]
+
+
+def clock_of(seconds: float) -> Clock:
+    """Return what is stored now of a run that took so many seconds: float64[3]."""
+    return _checked(seconds, time.time())
+
+
+def seconds_of(clock: NDArray[Any]) -> float:
+    """Return how long a run took; NaN where nothing was written, or it is damaged."""
+    return float(clock[0]) if is_whole(clock) else math.nan
+
+
+def written_at(clock: NDArray[Any]) -> str:
+    """Return when a run was last written, with its zone; empty where unknown."""
+    if not is_whole(clock):
+        return ""
+    return datetime.fromtimestamp(clock[1]).astimezone().isoformat(timespec="seconds")
+
+
+def is_whole(clock: NDArray[Any]) -> bool:
+    """Tell whether a clock is as it was written."""
+    return clock.tobytes() == _checked(clock[0], clock[1]).tobytes()
+
+
+def _checked(seconds: float, at: float) -> Clock:
+    values = [np.array([each]) for each in (seconds, at)]
+    return np.array([seconds, at, float(fingerprints(values)[0] >> EXACT)])

@@ -7,7 +7,7 @@ import re
 import socket
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from tolstat.errors import BrokenError, RunFileError
 from tolstat.store.provenance import now
@@ -56,7 +56,7 @@ class Lock(AbstractContextManager["Lock"]):
                     f"{path} is being written by {holder}; wait for it, or give "
                     "another name"
                 )
-            if self._is_there(file):
+            if is_still(file, self._place):
                 break
             file.close()  # who held it has just removed it
         self._file: IO[str] | None = file
@@ -67,12 +67,6 @@ class Lock(AbstractContextManager["Lock"]):
             file.write(WORDS + here)
             file.flush()
 
-    def _is_there(self, file: IO[str]) -> bool:
-        try:
-            return os.path.samestat(os.fstat(file.fileno()), self._place.stat())
-        except OSError:
-            return False
-
     def __exit__(self, *_: object) -> None:
         """Let others write."""
         if self._file:
@@ -81,6 +75,14 @@ class Lock(AbstractContextManager["Lock"]):
             with suppress(OSError):
                 self._file.close()
             self._file = None
+
+
+def is_still(file: IO[Any], path: Path) -> bool:
+    """Tell whether an open file is what a path names."""
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), path.stat())
+    except OSError:
+        return False
 
 
 def writer_of(path: Path) -> str:

@@ -12,6 +12,7 @@ from tolstat.errors import Advice, DamagedError, RunFileError
 from tolstat.model.description import Response
 from tolstat.store.codec import fields_of, read
 from tolstat.store.damage import damage_of
+from tolstat.store.fingerprint import seconds_of, written_at
 from tolstat.store.layout import (
     CLOCK,
     NOMINAL,
@@ -19,7 +20,6 @@ from tolstat.store.layout import (
     STEPS,
     decoded,
 )
-from tolstat.store.run_times import seconds_of, written_at
 from tolstat.store.seal import check_seal
 from tolstat.store.stored_run import Run
 
@@ -82,21 +82,16 @@ def _read(path: Path, file: h5py.File) -> Run:
     columns[STATUS] = status
     clock = file[CLOCK][...]
     fields = {each.name: read(file, each.stored.name, each) for each in fields_of(Run)}
-    study_file = file.attrs.get("study_file")
+    study = file.attrs.get("study_file")
     return Run(
         path=path,
         nominal_values=_nominal(file[NOMINAL], fields["responses"], fields["words"]),
-        study_file=_beside(path, study_file) if study_file else None,
+        study_file=study and Path(os.path.normpath(path.resolve().parent / study)),
         damage=damage_of(file, columns, complete=fields["complete"]),
         times={"ended_at": written_at(clock), "seconds": seconds_of(clock)},
         columns={name: decoded(values) for name, values in columns.items()},
         **fields,
     )
-
-
-def _beside(path: Path, name: str) -> Path:
-    """Return where the study lies that a run was made from."""
-    return Path(os.path.normpath(path.resolve().parent / name))
 
 
 def _nominal(

@@ -1,65 +1,58 @@
-"""Records that a run is made of."""
+"""Records that a run is made of: its study, its settings, what is known at its end."""
 
 from __future__ import annotations
 
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import IntFlag
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
+from tolstat.statistics.estimate import Estimate
+
 SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies beyond
+Members = tuple[str, ...]  # contributors, taken together
 
 
 @dataclass(frozen=True)
 class StudyText:
-    """The study that a run was made from.
-
-    Attributes
-    ----------
-    text : str
-        As it was written.
-    trials, seed : int or None
-        As they stand there; None for a stopping rule, or for none.
-    """
+    """The study that a run was made from: its text, as it was written."""
 
     text: str
-    trials: int | None
-    seed: int | None
 
     @cached_property
     def table(self) -> dict[str, Any]:
         """The text, read as TOML."""
         return tomllib.loads(self.text)
 
+    @property
+    def trials(self) -> int | None:
+        """How many it asks for; None where it has a stopping rule, or none."""
+        trials = self.table.get("trials")
+        return trials if isinstance(trials, int) else None
+
+    @property
+    def seed(self) -> int | None:
+        """Its seed; None where it has none."""
+        return self.table.get("seed")
+
 
 class Assumed(NamedTuple):
-    """What was assumed of a deviation.
+    """What was assumed of a deviation."""
 
-    Attributes
-    ----------
-    tolerance : tuple of float
-        Its ends, SI.
-    words : str
-        Its distribution.
-    batch : str
-        The batch whose parts are all as this one; empty for a part of its own.
-    mean, sigma : float
-        Of its distribution, SI.
-    at_scores : tuple of float
-        Deviations at the normal scores of `SCORES`, SI, the least first: how far out a
-        part lies. Of rare runs; empty in others.
-    """
-
-    tolerance: tuple[float, float]
-    words: str
-    batch: str
-    mean: float = math.nan
-    sigma: float = math.nan
+    tolerance: tuple[float, float]  # its ends, SI
+    words: str  # its distribution
+    batch: str  # the batch whose parts are all as this one; empty for a part of its own
+    mean: float = math.nan  # of its distribution, SI
+    sigma: float = math.nan  # of its distribution, SI
+    # deviations at the normal scores of `SCORES`, SI, the least first: how far out a
+    # part lies. Of rare runs; empty in others
     at_scores: tuple[float, ...] = ()
 
 
@@ -89,70 +82,117 @@ class DrawDetail(NamedTuple):
 
 
 class Sampled(NamedTuple):
-    """How the machines were drawn: what their sampler says of it.
+    """How the machines were drawn: what their sampler says of it."""
 
-    Attributes
-    ----------
-    seed : int
-        From which all random numbers come.
-    promise : str
-        What may be said about intervals.
-    replicates : int
-        Independent randomisations; 0 where every trial is independent.
-    group : int
-        Trials that belong together.
-    factors : tuple of str
-        What varies independently, in the order in which it is drawn.
-    sample : bool
-        Whether the trials are a sample of production.
-    aim : str
-        The response whose limit was sought; empty where none was.
-    """
-
-    seed: int
-    promise: str
-    replicates: int
-    group: int
+    seed: int  # from which all random numbers come
+    promise: str  # what may be said about intervals
+    replicates: int  # independent randomisations; 0 where every trial is independent
+    group: int  # trials that belong together
+    # what varies independently, in the order in which it is drawn
     factors: tuple[str, ...]
-    sample: bool
-    aim: str
+    sample: bool  # whether the trials are a sample of production
+    aim: str  # the response whose limit was sought; empty where none was
 
 
 class Reference(NamedTuple):
-    """Known points of a publication or a measurement.
+    """Known points of a publication or a measurement."""
 
-    Attributes
-    ----------
-    label : str
-        Where they come from.
-    columns : dict of str to float64[point]
-        The swept contributor or setting first, then responses, SI.
-    """
-
-    label: str
-    columns: Mapping[str, NDArray[np.float64]]
+    label: str  # where they come from
+    # float64[point]: the swept contributor or setting first, then responses, SI
+    columns: Mapping[str, Array]
 
 
 class Stopped(NamedTuple):
-    """What a stopping rule made of a run.
+    """What a stopping rule made of a run."""
 
-    Attributes
-    ----------
-    rules : tuple of str
-        As they are written: `Run.rules`.
-    reached : bool
-        Whether all of them were.
-    stages : tuple of int
-        After how many trials they were looked at.
-    at_most : int
-        Trials after which it would have ended whatever was reached.
-    wanted : float
-        Trials that the last look asked for: 0 if all was reached, infinite where there
-        was no interval yet.
-    """
-
-    rules: tuple[str, ...]
-    reached: bool
-    stages: tuple[int, ...]
-    at_most: int
+    rules: tuple[str, ...]  # as they are written: `Run.rules`
+    reached: bool  # whether all of them were
+    stages: tuple[int, ...]  # after how many trials they were looked at
+    at_most: int  # trials after which it would have ended whatever was reached
+    # trials that the last look asked for: 0 if all was reached, infinite where there
+    # was no interval yet
     wanted: float = 0.0
+
+
+class Reason(IntFlag):
+    """Why a response had a trial evaluated again; there may be several reasons."""
+
+    NEAR = 1  # next to an end of its limit, or so near that an error may cross it
+    WORST = 2  # nearest to the limit from within, or farthest beyond
+    SPREAD = 4  # one of those spread over its range, the least and the largest included
+
+
+@dataclass(frozen=True)
+class Audited:
+    """Trials that were evaluated again, more precisely."""
+
+    trials: NDArray[np.int64]  # int64[n]: their numbers, ascending
+    settings: Mapping[str, float]  # what was tightened, and to what: rtol
+    status: NDArray[np.uint8]  # uint8[n]: how they ended then
+    responses: Mapping[str, Array]  # float64[n]: SI
+    # bool[n]: whether a trial is the one of its hundred that was chosen at random:
+    # only these speak for the machines that were not evaluated again
+    at_random: Truths
+    # uint8[n]: by response that chose trials on purpose: sums of `Reason`, 0 for none
+    chosen_by: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
+
+
+def joined(one: Audited, other: Audited) -> Audited:
+    """Put other trials, evaluated with the same settings, among those of one."""
+    trials = np.concatenate([one.trials, other.trials])
+    order = np.argsort(trials)
+    return Audited(
+        trials[order],
+        one.settings,
+        np.concatenate([one.status, other.status])[order],
+        _together(one.responses, other.responses, order),
+        np.concatenate([one.at_random, other.at_random])[order],
+        _together(one.chosen_by, other.chosen_by, order),
+    )
+
+
+def _together(
+    one: Mapping[str, NDArray[Any]],
+    other: Mapping[str, NDArray[Any]],
+    order: NDArray[np.int64],
+) -> dict[str, NDArray[Any]]:
+    return {name: np.concatenate([one[name], other[name]])[order] for name in one}
+
+
+class WorstCase(NamedTuple):
+    """The worst corner of the tolerances that was found."""
+
+    value: float  # of the response, SI; NaN if every machine tried failed
+    deviations: Mapping[str, float]  # the machine, SI
+    tried: int  # trials simulated for it
+    failed: int  # how many of these failed
+
+
+class Worst(NamedTuple):
+    """One of the worst trials of a response."""
+
+    trial: int  # its number
+    # the response, evaluated more precisely, SI; NaN where that failed or cannot be
+    precise: float
+
+
+class Halved(NamedTuple):
+    """The fraction out of limit with some tolerances halved, from weighted trials."""
+
+    beyond: Estimate  # the fraction, or why it cannot be estimated
+    effective: int  # effective sample size; 0 without weights
+
+
+@dataclass(frozen=True)
+class Diagnostics:
+    """What a run says beyond its trials."""
+
+    # by response and contributor that deviates, at the nominal machine, SI
+    slopes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    # by limited response and side: "least", "largest"
+    worst_cases: Mapping[str, Mapping[str, WorstCase]] = field(default_factory=dict)
+    # the worst ten trials of limited responses, the worst first
+    worst: Mapping[str, list[Worst]] = field(default_factory=dict)
+    # by limited response and the contributors whose tolerances are halved, at once
+    halved: Mapping[str, Mapping[Members, Halved]] = field(default_factory=dict)
+    missing: str = ""  # why there is none of it; empty if there is

@@ -18,11 +18,12 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Truths
 from tolstat.errors import Advice, BrokenError, RunFileError, TolstatError
 from tolstat.model.contract import Answers
 from tolstat.status import Status
 from tolstat.store.draft import draft_of
-from tolstat.store.fingerprint import fingerprints
+from tolstat.store.fingerprint import clock_of, fingerprints, seconds_of
 from tolstat.store.layout import (
     ALONE,
     CHECKSUM,
@@ -30,19 +31,19 @@ from tolstat.store.layout import (
     NOMINAL,
     STATUS,
     STEPS,
+    Rows,
     encoded,
+    places_of,
 )
-from tolstat.store.lock import Lock
-from tolstat.store.rescue import is_still, rescued
-from tolstat.store.run_times import clock_of, seconds_of
+from tolstat.store.lock import Lock, is_still
 from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import (
     aside_of,
     check_replaceable,
     check_room,
     free_name,
+    rescued,
 )
-from tolstat.store.trial_rows import Rows, places_of
 
 SAFE_EVERY = 2.0  # s, between two times at which data are made safe from a power cut
 
@@ -86,7 +87,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         return writer
 
     @classmethod
-    def opened(cls, lock: Lock, run: Run, whole: NDArray[np.bool_]) -> RunWriter:
+    def opened(cls, lock: Lock, run: Run, whole: Truths) -> RunWriter:
         """Open a file to resume its run.
 
         Trials that are not whole have not run. With more trials than the file holds, or
@@ -205,9 +206,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     @contextmanager
     def _writing(self) -> Iterator[Rows]:
         """Give the rows to be written to; say what is stored where that fails."""
-        rows = self._open_rows()
         try:
-            yield rows
+            yield self._open_rows()
         except OSError as error:
             raise self._lost_hope(error) from error
 
@@ -216,10 +216,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         assert self._rows
         if is_still(self._rows.file, self.path):
             return self._rows
-        try:
-            lock, file = rescued(self._rows.file, self.path)
-        except OSError as error:
-            raise self._lost_hope(error) from error
+        lock, file = rescued(self._rows.file, self.path)
         warnings.warn(
             f"{self.path} was removed or moved while it was written: the run goes on "
             f"in {lock.path}",
@@ -257,10 +254,11 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def failed(self, error: TolstatError) -> BrokenError | None:
         """Say what a machine's failure leaves; None where that is no file at all."""
         self._make_safe()
-        if self._new and not self._open_rows().read(STATUS).any():
+        assert self._rows
+        if self._new and not self._rows.read(STATUS).any():
             self._unwanted = True  # nothing was done
             return None
-        return self.cut_short(error)
+        return self._error(str(error))
 
     def cut_short(self, error: TolstatError) -> BrokenError:
         """Say what is stored where it cannot be gone on."""

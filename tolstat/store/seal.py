@@ -9,13 +9,13 @@ run only rows change.
 from __future__ import annotations
 
 import hashlib
+import io
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from tolstat.errors import DamagedError, RunFileError
-from tolstat.store.memory_file import MemoryFile
 
 FORMAT = 4
 MARK = b"tolstat seal, format "
@@ -27,6 +27,7 @@ PATTERN = re.compile(
     rb"rows((?: \d{1,18} \d{1,18})*) *\n"
 )
 
+File = BinaryIO | io.RawIOBase
 Hole = tuple[int, int]  # where it begins, and how many bytes it has
 
 
@@ -51,9 +52,7 @@ def length_of(columns: int) -> int:
     return 160 + 32 * columns
 
 
-def write_seal(
-    file: BinaryIO | MemoryFile, place: int, length: int, rows: list[Hole]
-) -> None:
+def write_seal(file: File, place: int, length: int, rows: list[Hole]) -> None:
     """Seal a file, the last that is written to it; rows may still change."""
     size = file.seek(0, 2)
     empty = text_of(size, rows)
@@ -63,13 +62,13 @@ def write_seal(
     _put(file, place, length, text_of(size, rows, digest_of(file, seal)))
 
 
-def _put(file: BinaryIO | MemoryFile, place: int, length: int, text: bytes) -> None:
+def _put(file: File, place: int, length: int, text: bytes) -> None:
     assert len(text) < length
     file.seek(place)
     file.write(text.ljust(length - 1) + b"\n")
 
 
-def read_seal(file: BinaryIO | MemoryFile) -> Seal | None:
+def read_seal(file: File) -> Seal | None:
     """Read the seal of a file; None if it has none.
 
     A title or a comment of the study may read like one: the seal is what fits.
@@ -80,7 +79,7 @@ def read_seal(file: BinaryIO | MemoryFile) -> Seal | None:
     return next(iter([*whole, *complete, *found]), None)
 
 
-def _seals(file: BinaryIO | MemoryFile) -> Iterator[Seal]:
+def _seals(file: File) -> Iterator[Seal]:
     """Yield whatever reads like a seal."""
     file.seek(0)
     head = file.read(NEAR)
@@ -97,12 +96,12 @@ def _seals(file: BinaryIO | MemoryFile) -> Iterator[Seal]:
             yield Seal(int(number[0]) if number else FORMAT, 0, "", (), 0)
 
 
-def fits(file: BinaryIO | MemoryFile, seal: Seal) -> bool:
+def fits(file: File, seal: Seal) -> bool:
     """Tell whether a seal is that of the file, and the file whole."""
     return seal.size == file.seek(0, 2) and digest_of(file, seal) == seal.digest
 
 
-def digest_of(file: BinaryIO | MemoryFile, seal: Seal) -> str:
+def digest_of(file: File, seal: Seal) -> str:
     """Digest all of a file but its holes."""
     digest, at = hashlib.sha256(), 0
     for first, length in sorted([*seal.rows, (seal.place, DIGITS)]):
@@ -114,7 +113,7 @@ def digest_of(file: BinaryIO | MemoryFile, seal: Seal) -> str:
     return digest.hexdigest()
 
 
-def _read(file: BinaryIO | MemoryFile, first: int, stop: int) -> Iterator[bytes]:
+def _read(file: File, first: int, stop: int) -> Iterator[bytes]:
     file.seek(first)
     while first < stop and (some := file.read(min(stop - first, AT_ONCE))):
         yield some
@@ -162,6 +161,6 @@ def check_seal(path: Path) -> None:
         )
 
 
-def _begins_as_hdf5(file: BinaryIO | MemoryFile) -> bool:
+def _begins_as_hdf5(file: File) -> bool:
     file.seek(0)
     return file.read(8) == b"\x89HDF\r\n\x1a\n"

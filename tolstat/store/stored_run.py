@@ -12,17 +12,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Truths
 from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.limits.limit import Limit, within
 from tolstat.status import Status, status_words
-from tolstat.store.audited import Audited
 from tolstat.store.codec import ELSEWHERE, Stored
 from tolstat.store.damage import Damage
 from tolstat.store.layout import STATUS, STEPS
 from tolstat.store.provenance import DECISIVE, provenance
 from tolstat.store.run_records import (
     Assumed,
+    Audited,
     Chosen,
+    Diagnostics,
     DrawDetail,
     Reference,
     Sampled,
@@ -30,7 +32,6 @@ from tolstat.store.run_records import (
     StudyText,
     Swept,
 )
-from tolstat.store.stored_diagnostics import Diagnostics
 from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:
@@ -266,9 +267,9 @@ class Run:
         described = [*self.swept, *self.contributors, *self.details]
         return [each.name for each in described]
 
-    def beyond(self, response: str) -> NDArray[np.bool_]:
+    def beyond(self, response: str) -> Truths:
         """Return which trials ended beyond a limit, failed ones among them."""
-        ended: NDArray[np.bool_] = self.status != Status.NOT_RUN
+        ended: Truths = self.status != Status.NOT_RUN
         return ended & ~within(self.column(response), self.limits[response].permitted)
 
     def first(self, trials: int) -> Run:

@@ -1,4 +1,4 @@
-"""Files beside a run: written aside and renamed, moved aside; and room for them."""
+"""Files beside a run: written aside and renamed, moved aside, rescued; their room."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import math
 import os
 import re
 import shutil
+import tempfile
 from contextlib import suppress
 from itertools import count
 from pathlib import Path
+from typing import BinaryIO
 
 from tolstat.errors import Advice, BrokenError, RunFileError, TolstatError
-from tolstat.store.lock import alive
+from tolstat.store.lock import Lock, alive
 from tolstat.store.open_run import open as open_run
 from tolstat.store.seal import is_run
 
@@ -86,3 +88,20 @@ def check_room(path: Path, size: int) -> None:
             f"while its end is written, and {free / 1e6:.1f} MB are free; make room, "
             "or write it to another disk"
         )
+
+
+def rescued(file: BinaryIO, path: Path) -> tuple[Lock, BinaryIO]:
+    """Copy an open file to a name that is free, beside where it was if that can be."""
+    for folder in (path.parent, Path.cwd(), Path(tempfile.gettempdir())):
+        with suppress(OSError, BrokenError):
+            lock = Lock(free_name(path, "rescued", folder))
+            try:
+                with lock.path.open("xb") as copy:
+                    file.seek(0)
+                    shutil.copyfileobj(file, copy)
+                return lock, lock.path.open("r+b", buffering=0)
+            except OSError:
+                lock.path.unlink(missing_ok=True)
+                lock.__exit__()
+                raise
+    raise OSError("it was removed or moved, and no copy of it can be written")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeVar
 
 import tomli_w
 
@@ -16,6 +16,14 @@ from tolstat.deviations.grades import iso286
 from tolstat.deviations.prices import Law, Offered, Priced, half_of, resized, zone_of
 from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import CostError, DistributionError, UnitError, allowed_names
+from tolstat.model.description import Contributor
+from tolstat.study.distribution_entry import read_distribution, written_unit
+from tolstat.study.study_schema import (
+    MOST_PRICE,
+    Exponential,
+    Reciprocal,
+    read_entry,
+)
 from tolstat.units.grammar import quantity, tolerance
 from tolstat.units.scale import scale_of
 
@@ -23,38 +31,38 @@ EXAMPLE = (
     '{ law = "reciprocal", at = "+-0.02 mm", price = 10 }, or what may be chosen, '
     '{ "+-1.2 mm" = 10, "+-0.6 mm" = 25 }'
 )
-LAWS = {"reciprocal": (), "exponential": ("rate",)}
-OF_EVERY_LAW = ("law", "at", "price", "tightest", "loosest")
+LAWS: dict[str, type[Reciprocal]] = {
+    "reciprocal": Reciprocal,
+    "exponential": Exponential,
+}
 SPAN = 4.0, 2.0  # times tighter and looser than on the drawing, by default
 DIGITS, MOST_DIGITS = 3, 12  # of half the width of a tolerance that is written
-LEAST_PRICE, MOST_PRICE = 1e-30, 1e30
 WIDEST = 1000  # times the tightest tolerance
 ROUNDING = 1e-9
 
-Make = Callable[[str], Mapping[str, Distribution]]
+Found = TypeVar("Found")
 
 
 def read_cost(
     name: str,
     given: Any,
-    specified: Mapping[str, Distribution],
-    make: Make,
-    unit: str,
-    shown: str,
-    words: str,
+    keys: Mapping[str, Any],
+    parts: Sequence[Contributor],
+    found: Mapping[str, Distribution],
 ) -> Priced:
-    """Read what the parts of an entry cost by their tolerance.
-
-    `make` reads the entry with another tolerance; `shown` is the unit in which the
-    entry writes its own, empty for a grade; `words` that tolerance.
-    """
+    """Read what the parts of an entry cost by tolerance; `keys` are its other keys."""
+    if "data" in keys:
+        raise CostError("cost is by tolerance, and measured parts have none")
     if not isinstance(given, dict) or not given:
         raise CostError(f"cost: a table is expected, {EXAMPLE}")
+    specified = {each.name: found[each.name] for each in parts}
     zones = {zone_of(each) for each in specified.values()}
     if None in zones:
         raise CostError("cost is by tolerance, and the entry has none")
-    shown = shown or scale_of(unit, "", half_of(specified)).shown
-    if set(given) & {*OF_EVERY_LAW, "rate"}:
+    graded, unit = "iso1328" in keys, parts[0].unit
+    words = f"iso1328 = {keys['iso1328']}" if graded else str(keys["tolerance"])
+    shown = written_unit(keys) or scale_of(unit, "", half_of(specified)).shown
+    if set(given) & set(Exponential.model_fields):
         if len(zones) > 1:
             raise CostError(
                 "cost: the parts have different tolerances; give each an entry of its "
@@ -62,10 +70,14 @@ def read_cost(
             )
         law = _law(given, specified, unit)
         return Priced(name, specified, law, (), unit, shown, words)
-    offered = [
-        Offered(words, _price(f'"{words}"', price), make(words))
-        for words, price in given.items()
-    ]
+    offered = []
+    for each, price in given.items():
+        number = isinstance(price, int | float) and not isinstance(price, bool)
+        if not number or not 0 <= price <= MOST_PRICE:
+            raise CostError(f'cost, "{each}": a price is a number from 0, such as 10')
+        entry = with_tolerance(keys, each)
+        made = {part.name: read_distribution(entry, part) for part in parts}
+        offered.append(Offered(each, float(price), made))
     offered.sort(key=lambda each: -half_of(each.distributions))
     halves = [half_of(each.distributions) for each in offered]
     if any(a - b <= ROUNDING * a for a, b in pairwise(halves)):
@@ -92,27 +104,21 @@ def _law(
     law = given.get("law")
     if not isinstance(law, str) or law not in LAWS:
         raise CostError(f"cost, law = {law}: {allowed_names(str(law), LAWS)}")
-    known = (*OF_EVERY_LAW, *LAWS[law])
-    for key in given:
-        if key not in known:
-            raise CostError(
-                f"the {law} law has no key {key}; {allowed_names(key, known)}"
-            )
-    for key in ("at", "price", *LAWS[law]):
-        if key not in given:
-            raise CostError(f"cost: the {law} law needs the key {key}; {EXAMPLE}")
+    entry = read_entry(LAWS[law], given, f"the {law} law has")
     half, (tighter, looser) = half_of(specified), SPAN
     halves = {"tightest": half / tighter, "loosest": half * looser}
-    for key in ("at", "tightest", "loosest"):
-        if key in given:
-            halves[key] = _half(key, given[key], unit)
-    found = Law(
-        halves["at"],
-        _price("price", given["price"], LEAST_PRICE),
-        halves["tightest"],
-        halves["loosest"],
-        _rate(given["rate"], unit) if "rate" in given else 0.0,
-    )
+    for key in ("at", *halves):
+        if text := getattr(entry, key):
+            halves[key] = Tolerance(*_read(tolerance, key, text, unit)).half
+    rate = 0.0
+    if isinstance(entry, Exponential):
+        rate = _read(quantity, "rate", entry.rate, unit)
+        if not rate > 0:
+            raise CostError(
+                "cost, rate: a quantity above zero is expected; the price is e times "
+                "as much for each rate that the tolerance is tighter"
+            )
+    found = Law(price=entry.price, rate=rate, **halves)
     if not found.tightest < found.loosest:
         raise CostError("cost: the tightest tolerance is no tighter than the loosest")
     if found.loosest > WIDEST * found.tightest:
@@ -154,36 +160,14 @@ def _check_end(law: Law, key: str, specified: Mapping[str, Distribution]) -> Non
         )
 
 
-def _half(key: str, text: Any, unit: str) -> float:
-    """Read half the width of a tolerance of a law."""
-    if not isinstance(text, str):
-        raise CostError(f'cost, {key}: a tolerance such as "+-0.02 mm" is expected')
+def _read(
+    grammar: Callable[[str, str], Found], key: str, text: str, unit: str
+) -> Found:
+    """Read a tolerance or a quantity of a law."""
     try:
-        return Tolerance(*tolerance(text, unit)).half
+        return grammar(text, unit)
     except UnitError as error:
         raise CostError(f'cost, {key} = "{text}": {error}') from None
-
-
-def _rate(text: Any, unit: str) -> float:
-    try:
-        rate = quantity(str(text), unit)
-    except UnitError as error:
-        raise CostError(f'cost, rate = "{text}": {error}') from None
-    if not rate > 0:
-        raise CostError(
-            "cost, rate: a quantity above zero is expected; the price is e times as "
-            "much for each rate that the tolerance is tighter"
-        )
-    return rate
-
-
-def _price(key: str, price: Any, least: float = 0.0) -> float:
-    """Read a price: a number without currency."""
-    fits = isinstance(price, int | float) and not isinstance(price, bool)
-    if not fits or not least <= price <= MOST_PRICE:
-        over = "from 0" if least == 0 else "above 0"
-        raise CostError(f"cost, {key}: a price is a number {over}, such as 10")
-    return float(price)
 
 
 def with_tolerances(text: str, chosen: Mapping[str, str]) -> str:

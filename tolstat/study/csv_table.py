@@ -8,8 +8,12 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
+from tolstat.arrays import Array
 from tolstat.errors import DataError, UnitError, allowed_names
 from tolstat.study.files import as_text, beside, content
+from tolstat.units.conversion import to_si
 from tolstat.units.grammar import bare_number
 
 MOST_MEGABYTES = 32  # of a CSV file
@@ -43,6 +47,15 @@ class CsvTable(NamedTuple):
                 ) from None
         return found
 
+    def values(self, name: str, unit: str) -> Array:
+        """Return the numbers of a column, SI."""
+        written = dict(zip(self.heads, self.units, strict=True))[name]
+        try:
+            factor = to_si(1.0, "" if written == "1" else written, unit)
+        except ValueError as error:
+            raise DataError(f"{self.path}, column {name}: {error}") from None
+        return np.array(self.column(name)) * factor
+
 
 def read_csv(folder: Path | None, name: str) -> CsvTable:
     """Read a CSV file: commas between columns, a head, `#` before remarks.
@@ -50,15 +63,8 @@ def read_csv(folder: Path | None, name: str) -> CsvTable:
     A head may carry its unit: `rod_length_1 [mm]`. There is one row at least.
     """
     path = beside(folder, name)
-    try:
-        found = content(path, MOST_MEGABYTES)
-        text = as_text(found, "utf-8-sig")
-    except FileNotFoundError:
-        near = [p.name for p in sorted(path.parent.glob("*.csv"))]
-        hint = allowed_names(path.name, near) if near else "no .csv file lies there"
-        raise DataError(f"{path}: there is no such file; {hint}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise DataError(f"{path} cannot be read: {error}") from None
+    found = content(path, MOST_MEGABYTES)
+    text = as_text(path, found, "utf-8-sig")
     numbered = [
         (line, _cells(path, line, row))
         for line, row in enumerate(text.splitlines(), start=1)

@@ -16,9 +16,9 @@ from tolstat.deviations.distributions import Distribution
 from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.names import expand
 from tolstat.deviations.prices import Priced
-from tolstat.errors import CostError, DependenceError, ModelError
+from tolstat.errors import DependenceError, ModelError
 from tolstat.model.description import Contributor
-from tolstat.study.cost_entry import read_cost, with_tolerance
+from tolstat.study.cost_entry import read_cost
 from tolstat.study.distribution_entry import DEFAULT, read_distribution, written_unit
 from tolstat.study.measured_parts import read_parts
 from tolstat.study.problems import Problems
@@ -79,35 +79,12 @@ def read_deviations(
                     batches[member] = batch
                 words[member] = _in_words(keys, fitted, batch)
             if cost is not None:
-                priced.append(
-                    _priced(name, cost, keys, [known[m] for m in members], found)
-                )
+                parts = [known[member] for member in members]
+                priced.append(read_cost(name, cost, keys, parts, found))
     pairs = _pairs(correlations, list(known), found, batches, problems)
     return Deviations(
         found, Dependence(batches, pairs), words, shown, tuple(notes), tuple(priced)
     )
-
-
-def _priced(
-    name: str,
-    cost: Any,
-    keys: Mapping[str, Any],
-    members: Sequence[Contributor],
-    found: Mapping[str, Distribution],
-) -> Priced:
-    """Read what the parts of a line cost."""
-
-    def made(words: str) -> dict[str, Distribution]:
-        line = with_tolerance(keys, words)
-        return {each.name: read_distribution(line, each) for each in members}
-
-    if "data" in keys:
-        raise CostError("cost is by tolerance, and measured parts have none")
-    drawn = {each.name: found[each.name] for each in members}
-    graded = "iso1328" in keys
-    words = f"iso1328 = {keys['iso1328']}" if graded else str(keys.get("tolerance"))
-    unit = members[0].unit
-    return read_cost(name, cost, drawn, made, unit, written_unit(keys), words)
 
 
 def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:
@@ -160,12 +137,11 @@ def _pairs(
     pairs: dict[tuple[str, str], float] = {}
     for name, partners in given.items():
         with problems.noting(f"[correlation] {name}", partners):
+            firsts = expand(name, known)
             for other, rank in partners.items():
-                _add_pairs(pairs, expand(name, known), expand(other, known), rank)
-            for member in expand(name, known):
-                _check_deviates(member, found, batches)
-            for other in partners:
-                for member in expand(other, known):
+                seconds = expand(other, known)
+                _add_pairs(pairs, firsts, seconds, rank)
+                for member in (*firsts, *seconds):
                     _check_deviates(member, found, batches)
     for group in groups(pairs):
         with problems.noting("[correlation]", None):

@@ -1,14 +1,82 @@
-"""Files that a study is in, or names: regular ones, beside it, of a bounded size."""
+"""What a study may hold and name: files beside it, of a bounded size and depth."""
 
 from __future__ import annotations
 
 import io
+import math
+import re
 import stat
+import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from tolstat.errors import DataError
+import tomli_w
 
+from tolstat.errors import DataError, StudyError, allowed_names
+from tolstat.study.problems import Problems
+from tolstat.units.grammar import MOST
+
+DEEPEST = 16  # tables and lists inside each other
+LONGEST, LONGEST_KEY = 10_000, 200  # characters
+TOO_DEEP = f"more than {DEEPEST} tables or lists inside each other"
 MEGABYTE = 1_000_000
+MOST_MEGABYTES = 1  # of a study
+TOO_LONG = "a number of thousands of digits; no key of a study takes one"
+NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
+
+
+def check_bounds(table: Mapping[str, Any], problems: Problems) -> None:
+    """Refuse what no key of a study can hold."""
+    left: list[tuple[tuple[Any, ...], Any]] = [((), table)]
+    while left:
+        path, value = left.pop()
+        if path and (wrong := _unusable(value, path)):
+            number = isinstance(value, int | float)
+            problems.add(_key(path), value if number else None, wrong)
+        if len(path) > DEEPEST:
+            continue
+        if isinstance(value, Mapping):
+            left += reversed([((*path, key), each) for key, each in value.items()])
+        elif isinstance(value, list):
+            numbered = enumerate(value, start=1)
+            left += reversed([((*path, f"value {i}"), each) for i, each in numbered])
+
+
+def _unusable(value: Any, path: tuple[Any, ...]) -> str:
+    """Say why a study cannot hold a value there; empty where it can."""
+    if len(path) > DEEPEST:
+        return TOO_DEEP
+    if not isinstance(path[-1], str):
+        return "a name is expected, a text"
+    if wrong := _unusable_text(path[-1], "key", LONGEST_KEY):
+        return wrong
+    if isinstance(value, str):
+        return _unusable_text(value, "text", LONGEST)
+    if isinstance(value, float) and not math.isfinite(value):
+        return "a finite number is expected"
+    if isinstance(value, int | float) and abs(value) > MOST:
+        return f"a number of at most {MOST:g} is expected"
+    return ""
+
+
+def _unusable_text(text: str, what: str, longest: int) -> str:
+    if len(text) > longest:
+        return f"a {what} of {len(text)} characters; up to {longest} are read"
+    if "\0" in text:
+        return f"a {what} holds the character NUL; leave it"
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return f"a {what} holds half a character; leave it"
+    return ""
+
+
+def _key(path: tuple[Any, ...]) -> str:
+    """Name a place in a study: "trials", "[deviations] rod_length, cp"."""
+    section, *rest = map(str, path)
+    return f"[{section}] {', '.join(rest)}" if rest else section
 
 
 def beside(folder: Path | None, name: str) -> Path:
@@ -36,13 +104,60 @@ def beside(folder: Path | None, name: str) -> Path:
 def content(path: Path, megabytes: int) -> bytes:
     """Return the content of a file; refuse a larger one, read no further."""
     most = megabytes * MEGABYTE
-    with path.open("rb") as file:
-        found = file.read(most + 1)
+    try:
+        with path.open("rb") as file:
+            found = file.read(most + 1)
+    except FileNotFoundError:
+        near = [each.name for each in sorted(path.parent.glob(f"*{path.suffix}"))]
+        hint = allowed_names(path.name, near) if near else "nor any like it"
+        raise DataError(f"{path}: there is no such file; {hint}") from None
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error}") from None
     if len(found) > most:
         raise DataError(f"{path} is larger than {megabytes} MB, and no more is read")
     return found
 
 
-def as_text(found: bytes, encoding: str) -> str:
+def as_text(path: Path, found: bytes, encoding: str) -> str:
     """Decode the content of a text file; every line ends as Python's do."""
-    return io.TextIOWrapper(io.BytesIO(found), encoding).read()
+    try:
+        return io.TextIOWrapper(io.BytesIO(found), encoding).read()
+    except UnicodeDecodeError as error:
+        raise DataError(f"{path} cannot be read: {error}") from None
+
+
+def read_toml(source: Path | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return the text of a study, and what it holds; Python's is written as TOML."""
+    if not isinstance(source, Path):
+        try:
+            text = tomli_w.dumps(source)
+        except (TypeError, ValueError, RecursionError) as error:
+            why = TOO_DEEP if isinstance(error, RecursionError) else error
+            raise StudyError(f"the study holds what no study file can: {why}") from None
+        return text, _table(text, "the study")
+    if source.suffix == ".h5":
+        raise StudyError(f"{source} is a stored run; a study is a .toml file")
+    try:
+        text = as_text(source, content(source, MOST_MEGABYTES), "utf-8")
+    except DataError as error:
+        raise StudyError(f"{error}") from None
+    return text, _table(text, f"{source}")
+
+
+def _table(text: str, source: str) -> dict[str, Any]:
+    """Return what a TOML file holds."""
+    lines, deep = text.split("\n"), DEEP_KEY.search(text)
+    try:
+        if deep:  # which tomllib would take minutes to read
+            line, why = deep[0], TOO_DEEP
+        else:
+            return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise StudyError(f"{source} is not a TOML file: {error}") from None
+    except RecursionError:
+        line = max(lines, key=lambda each: each.count("[") + each.count("{"))
+        why = TOO_DEEP
+    except ValueError:
+        line = max(lines, key=lambda each: sum(map(str.isdigit, each)))
+        why = TOO_LONG
+    raise StudyError(f"{source} cannot be run:\n  {line[:40]}...: {why}")

@@ -1,4 +1,4 @@
-"""Machines that are given and not drawn: a grid of values, or a table."""
+"""Machines that are given and not drawn, a grid or a table; points shown beside."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.deviations.names import expand
 from tolstat.errors import DataError, ModelError, allowed_names
 from tolstat.model.checked import described
@@ -22,13 +23,19 @@ from tolstat.model.settings import as_typed, setting_of, settings_of
 from tolstat.study.csv_table import read_csv
 from tolstat.study.memory_needed import too_large
 from tolstat.study.problems import Problems
-from tolstat.units.conversion import to_si
+from tolstat.study.study_schema import (
+    AXIS,
+    MOST_TRIALS,
+    AxisEntry,
+    Document,
+    ReferenceEntry,
+    read_entry,
+)
 from tolstat.units.grammar import quantity, unit_of
 
-MOST_TRIALS, MOST_CASES = 10_000_000, 10_000  # of a grid; cases: other settings
+MOST_CASES = 10_000  # of a grid: other settings
 DEVIATIONS = "deviations"  # in [grid]: the table of what is meant as a deviation
 TAKEN = "settings."  # before the column of a setting that bears a contributor's name
-EXAMPLE = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
 
 
 class Swept(NamedTuple):
@@ -66,7 +73,7 @@ def cases_among(cases: Sequence[Case], chosen: NDArray[np.int64]) -> list[Case]:
 class Points:
     """Machines as given."""
 
-    deviations: NDArray[np.float64]  # float64[trial, contributor], SI
+    deviations: Array  # float64[trial, contributor], SI
     cases: tuple[Case, ...]  # their settings, in the order of the trials
     shown: Mapping[str, str]  # the unit in which each contributor or setting is written
     # the axes of a grid, the slowest first; none for a table
@@ -77,7 +84,7 @@ class Points:
 
 
 def read_grid(
-    given: Mapping[str, Any],
+    document: Document,
     model: Model,
     settings: Any,
     description: Description,
@@ -90,41 +97,42 @@ def read_grid(
     """
     axes: list[Swept] = []
     before = len(problems.found)
-    for name, values, deviation in _axes(given):
+    for name, values, deviation in _axes(document.grid):
         with problems.noting(f"[grid] {name}", values):
             axes.append(_axis(name, values, deviation, model, description))
             taken = [m for axis in axes[:-1] for m in axis.members]
             if double := [m for m in axes[-1].members if m in taken]:
                 raise ModelError(f"{double[0]} stands there already; give it once")
+            if (
+                not axes[-1].members
+                and setting_name(axes[-1].name) in document.settings
+            ):
+                raise ModelError("stands in [settings] already")
     if len(problems.found) > before:
         return None
     # settings outermost: trials of the same settings are integrated together
     axes.sort(key=lambda axis: bool(axis.members))
-    trials = math.prod(len(axis.values) for axis in axes)
-    cases = math.prod(len(axis.values) for axis in axes if not axis.members)
-    wrong = too_large(trials, description)
-    if trials > MOST_TRIALS:
-        wrong = f"{trials} points are more than {MOST_TRIALS}"
-    if cases > MOST_CASES:
-        wrong = f"{cases} combinations of settings are more than {MOST_CASES}"
-    if wrong:
-        problems.add("[grid]", None, wrong)
-        return None
-    return _product(axes, trials, model, settings, description, problems)
+    with problems.noting("[grid]", None):
+        return _product(axes, model, settings, description)
+    return None
 
 
 def _product(
-    axes: list[Swept],
-    trials: int,
-    model: Model,
-    settings: Any,
-    description: Description,
-    problems: Problems,
-) -> Points | None:
+    axes: list[Swept], model: Model, settings: Any, description: Description
+) -> Points:
     chosen = [axis for axis in axes if not axis.members]
+    trials = math.prod(len(axis.values) for axis in axes)
+    number = math.prod(len(axis.values) for axis in chosen)
+    if number > MOST_CASES:
+        raise ModelError(
+            f"{number} combinations of settings are more than {MOST_CASES}"
+        )
+    if trials > MOST_TRIALS:
+        raise ModelError(f"{trials} points are more than {MOST_TRIALS}")
+    if wrong := too_large(trials, description):
+        raise ModelError(wrong)
     names = [contributor.name for contributor in description.contributors]
-    shape = [len(axis.values) for axis in axes]
-    index = np.unravel_index(np.arange(trials), shape)
+    index = np.unravel_index(np.arange(trials), [len(axis.values) for axis in axes])
     deviations = np.zeros((trials, len(names)))
     columns: dict[str, NDArray[Any]] = {}
     for axis, where in zip(axes, index, strict=True):
@@ -133,21 +141,17 @@ def _product(
             deviations[:, names.index(member)] = column
         if not axis.members:
             columns[axis.name] = column
-    each = trials // math.prod(len(axis.values) for axis in chosen)
-    cases = []
+    each, cases = trials // number, []
     for i, values in enumerate(product(*(axis.values for axis in chosen))):
         moved = (setting_name(axis.name) for axis in chosen)
         changes = dict(zip(moved, values, strict=True))
-        with problems.noting("[grid]", None):
-            case = Case(i * each, (i + 1) * each, replace(settings, **changes))
-            if _columns(described(model, case.settings)) != _columns(description):
-                raise ModelError(
-                    f"{', '.join(changes)}: these settings change which contributors "
-                    "or responses the model has; make a study of each"
-                )
-            cases.append(case)
-        if len(cases) == i:  # refused: the others would be for the same reason
-            return None
+        case = Case(i * each, (i + 1) * each, replace(settings, **changes))
+        if _columns(described(model, case.settings)) != _columns(description):
+            raise ModelError(
+                f"{', '.join(changes)}: these settings change which contributors or "
+                "responses the model has; make a study of each"
+            )
+        cases.append(case)
     shown = {m: axis.shown for axis in axes for m in axis.members or (axis.name,)}
     return Points(deviations, tuple(cases), shown, tuple(axes), columns)
 
@@ -200,9 +204,7 @@ def _setting_axis(name: str, given: Any, model: Model, *, taken: bool) -> Swept:
     unit = (kind.unit if isinstance(kind, Number) else "") or "1"
     if isinstance(given, dict):
         if not isinstance(kind, Number):
-            raise ModelError(
-                f"a list of values is expected; it is no number: {EXAMPLE}"
-            )
+            raise ModelError(f"a list of values is expected; it is no number: {AXIS}")
         values = [kind.checked(value) for value in _steps(given, unit)]
         return Swept(column, (), values, None, unit, _written(given))
     values = [kind.read(value) for value in _listed(given)]
@@ -214,7 +216,7 @@ def _setting_axis(name: str, given: Any, model: Model, *, taken: bool) -> Swept:
 
 def _listed(given: Any) -> list[Any]:
     if not isinstance(given, list) or not given:
-        raise ModelError(f"values are expected, such as {EXAMPLE}")
+        raise ModelError(f"values are expected, such as {AXIS}")
     return given
 
 
@@ -224,17 +226,11 @@ def _written(given: Mapping[str, Any]) -> str:
 
 def _steps(given: dict[str, Any], unit: str) -> list[float]:
     """Read from, to and points."""
-    if sorted(given) != ["from", "points", "to"]:
-        raise ModelError(f"from, to and points are expected: {EXAMPLE}")
-    points = given["points"]
-    if isinstance(points, bool) or not isinstance(points, int) or points < 2:
-        raise ModelError(f"points = {points}: a whole number from 2 is expected")
-    if points > MOST_TRIALS:
-        raise ModelError(f"points = {points}: at most {MOST_TRIALS} are expected")
-    first, last = (quantity(str(given[key]), unit) for key in ("from", "to"))
+    entry = read_entry(AxisEntry, given, "there is")
+    first, last = (quantity(str(end), unit) for end in (entry.first, entry.last))
     if first == last:
         raise ModelError("from and to are the same")
-    steps: list[float] = np.linspace(first, last, points).tolist()
+    steps: list[float] = np.linspace(first, last, entry.points).tolist()
     return steps
 
 
@@ -254,14 +250,40 @@ def read_table(
     for head, written in zip(table.heads, table.units, strict=True):
         try:
             members = expand(head, names)
-            factor = to_si(1.0, "" if written == "1" else written, units[members[0]])
-        except (ModelError, ValueError) as error:
+        except ModelError as error:
             raise DataError(f"{path}, column {head}: {error}") from None
+        column = table.values(head, units[members[0]])
         for member in members:
             if member in shown:
                 raise DataError(f"{path}: {member} stands there twice")
             shown[member] = written
-            column = np.array(table.column(head)) * factor
             deviations[:, names.index(member)] = column
     note = f"{len(deviations)} machines of {path.name} (SHA-256 {table.digest[:12]})"
     return Points(deviations, (Case(0, len(deviations), settings),), shown, note=note)
+
+
+def read_reference(
+    given: Mapping[str, Any],
+    swept: Sequence[Swept],
+    description: Description,
+    folder: Path | None,
+) -> tuple[str, dict[str, Array]]:
+    """Read the section [reference]: its label, and the columns of its points, SI.
+
+    The first column is swept, the others are responses, or swept too where the grid has
+    several axes, each with its unit in the head.
+    """
+    entry = read_entry(ReferenceEntry, given, "there is")
+    table = read_csv(folder, entry.data)
+    units = {axis.name: axis.unit for axis in swept if axis.words is None}
+    if (first := table.heads[0]) not in units:
+        raise DataError(
+            f"{table.path}: the first column, '{first}', is to be swept by [grid]; "
+            f"{allowed_names(first, units)}"
+        )
+    units |= {each.name: each.unit for each in description.responses}
+    if wrong := [head for head in table.heads if head not in units]:
+        known = allowed_names(wrong[0], units)
+        raise DataError(f"{table.path}, column {wrong[0]}: {known}")
+    columns = {head: table.values(head, units[head]) for head in table.heads}
+    return entry.label, columns

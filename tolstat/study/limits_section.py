@@ -6,15 +6,12 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from tolstat.deviations.names import expand
-from tolstat.errors import ModelError, UnitError, allowed_names
+from tolstat.errors import ModelError, UnitError
 from tolstat.model.description import Response
 from tolstat.statistics.limits.limit import DEMANDED, Limit, yield_of_ppk
 from tolstat.study.problems import Problems
+from tolstat.study.study_schema import LimitEntry, read_entry
 from tolstat.units.grammar import limit, quantity
-
-DEMANDS = ("yield", "ppk", "ppm")
-EXAMPLES = {"ppk": "1.33", "ppm": "100"}
-RANGES = {"ppk": ("0", "2.7"), "ppm": ("0", "1 000 000")}
 
 
 def read_limits(
@@ -43,39 +40,28 @@ def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
     SI.
     """
     keys = {"limit": given} if isinstance(given, str) else given
-    for key in keys:
-        if key not in ("limit", *DEMANDS):
-            allowed = allowed_names(key, ("limit", *DEMANDS))
-            raise UnitError(f"a limit has no key {key}; {allowed}")
-    if not isinstance(keys.get("limit"), str):
-        raise UnitError('limit: a text is expected, such as "<= 3 %"')
-    lower, upper = limit(keys["limit"], unit)
-    found = Limit(lower, upper, words=keys["limit"].strip())
-    demanded = _demanded(keys, found.ends)
-    typed = float(keys["ppk"]) if "ppk" in keys else None
-    return found._replace(demanded=demanded, typed_ppk=typed)
+    entry = read_entry(LimitEntry, keys, "a limit has")
+    lower, upper = limit(entry.limit, unit)
+    found = Limit(lower, upper, words=entry.limit.strip())
+    return found._replace(demanded=_demanded(entry, found.ends), typed_ppk=entry.ppk)
 
 
-def _demanded(keys: dict[str, Any], ends: int) -> float:
+def _demanded(entry: LimitEntry, ends: int) -> float:
     """Read which share of the machines is to be within."""
-    given = [key for key in DEMANDS if key in keys]
-    if not given:
-        return DEMANDED
+    said = {"yield": entry.demanded, "ppk": entry.ppk, "ppm": entry.ppm}
+    given = [key for key, value in said.items() if value is not None]
     if len(given) > 1:
         raise UnitError(f"{' and '.join(given)} say the same twice; give one of them")
-    (key,) = given
-    value = keys[key]
-    if key == "yield":
-        if not isinstance(value, str):
-            raise UnitError('yield: a text is expected, such as "99 %"')
-        demanded = quantity(value, "1")
-        if not (0 < demanded < 1 and 1 - demanded < 1):
-            raise UnitError(f"yield = {value}: between 0 and 100 % is expected")
-        return demanded
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise UnitError(f"{key}: a number is expected, such as {key} = {EXAMPLES[key]}")
-    demanded = 1 - value / 1e6 if key == "ppm" else yield_of_ppk(value, ends)
-    if not (value > 0 and 0 < demanded < 1):
-        least, most = RANGES[key]
-        raise UnitError(f"{key} = {value:g}: between {least} and {most} is expected")
+    demanded, expected = DEMANDED, ""
+    if entry.demanded is not None:
+        demanded, expected = quantity(entry.demanded, "1"), "0 and 100 %"
+    if entry.ppk is not None:
+        demanded = yield_of_ppk(entry.ppk, ends) if entry.ppk > 0 else 0
+        expected = "0 and 2.7"
+    if entry.ppm is not None:
+        demanded, expected = 1 - entry.ppm / 1e6, "0 and 1 000 000"
+    if not (0 < demanded < 1 and 1 - demanded < 1):
+        value = said[given[0]]
+        shown = value if isinstance(value, str) else f"{value:g}"
+        raise UnitError(f"{given[0]} = {shown}: between {expected} is expected")
     return demanded

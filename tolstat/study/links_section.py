@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from tolstat.deviations.distributions import Distribution
@@ -57,11 +56,9 @@ def read_links(document: Document, model: Model, problems: Problems) -> Document
                 deviations[name] = deviates
     problems.raise_if_any()
     given = {"settings": document.settings, "links": document.links}
-    return replace(
-        document,
-        settings=settings_with_links(given, model),
-        deviations={**deviations, **document.deviations},
-    )
+    settings = settings_with_links(given, model)
+    both = {**deviations, **document.deviations}
+    return document.model_copy(update={"settings": settings, "deviations": both})
 
 
 def check_sizes(

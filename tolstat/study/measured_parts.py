@@ -7,20 +7,18 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.deviations.distributions import Distribution
-from tolstat.deviations.measured import DOUBTFUL, FITS, Fitted, Measured, fit
-from tolstat.errors import DataError, DistributionError, allowed_names
+from tolstat.deviations.measured import DOUBTFUL, Fitted, Measured, fit
+from tolstat.errors import DataError, DistributionError
 from tolstat.model.description import Contributor
 from tolstat.study.csv_table import read_csv
+from tolstat.study.study_schema import PartsEntry, read_entry
 from tolstat.units.conversion import to_si
 from tolstat.units.grammar import quantity
 from tolstat.units.scale import Scale, scale_of
 
-Array = NDArray[np.float64]
-
-KEYS = ("data", "column", "unit", "nominal", "fit")
 PART_OF_SIZE = 0.5  # of its nominal size: as far off half of the parts cannot be
 FAR = 10  # times their spread off zero: measured values may well be sizes
 
@@ -44,44 +42,33 @@ def read_parts(
     quantity to subtract, where the column holds sizes and not deviations); `fit`
     ("normal" or "lognormal").
     """
-    for key, value in keys.items():
-        if key not in KEYS:
-            raise DistributionError(
-                f"measured parts have no key {key}; {allowed_names(key, KEYS)}"
-            )
-        if not isinstance(value, str):
-            raise DistributionError(f"{key}: a text is expected, in quotes")
-    if "column" not in keys:
-        raise DistributionError("the key column is missing")
-    kind = keys.get("fit")
-    if kind is not None and kind not in FITS:
-        raise DistributionError(f"fit = '{kind}': {allowed_names(kind, FITS)}")
-    table = read_csv(folder, keys["data"])
-    head = dict(zip(table.heads, table.units, strict=True)).get(keys["column"], "")
-    written = keys.get("unit", head)
+    entry = read_entry(PartsEntry, keys, "measured parts have")
+    table = read_csv(folder, entry.data)
+    head = dict(zip(table.heads, table.units, strict=True)).get(entry.column, "")
+    written = head if entry.unit is None else entry.unit
     if head and head != written:
         raise DataError(
-            f"{table.path} gives column {keys['column']} in {head}, the study in "
+            f"{table.path} gives column {entry.column} in {head}, the study in "
             f"{written}"
         )
-    numbers, written = table.column(keys["column"]), "" if written == "1" else written
+    numbers, written = table.column(entry.column), "" if written == "1" else written
     values = [to_si(value, written, contributor.unit) for value in numbers]
-    nominal = 0.0
-    if "nominal" in keys:
-        nominal = quantity(keys["nominal"], contributor.unit)
+    nominal = (
+        quantity(entry.nominal, contributor.unit) if entry.nominal is not None else 0.0
+    )
     parts = np.sort(np.array(values) - nominal)
-    _refuse_sizes(parts, keys, contributor, written)
+    _refuse_sizes(parts, entry, contributor, written)
     hint = "" if nominal else _hint_at_sizes(parts, contributor, written)
-    what = f"{len(parts)} parts of {keys['data']} (SHA-256 {table.digest[:12]})"
-    if kind is None:
+    what = f"{len(parts)} parts of {entry.data} (SHA-256 {table.digest[:12]})"
+    if entry.fit is None:
         note = f"{what}, each as likely as any other"
         return Parts(Measured(parts), note + hint, written)
-    fitted: Fitted = fit(parts, kind)
+    fitted: Fitted = fit(parts, entry.fit)
     doubt = ": doubtful" if fitted.p_value < DOUBTFUL else ""
     words = _fitted_in_words(fitted, scale_of(contributor.unit, written))
     return Parts(
         fitted,
-        f"{kind} distribution fitted to {what}, {words}, Anderson-Darling p = "
+        f"{entry.fit} distribution fitted to {what}, {words}, Anderson-Darling p = "
         f"{fitted.p_value:.3g}{doubt}{hint}",
         written,
         words,
@@ -103,16 +90,16 @@ def _fitted_in_words(fitted: Fitted, scale: Scale) -> str:
 
 
 def _refuse_sizes(
-    parts: Array, keys: dict[str, Any], contributor: Contributor, written: str
+    parts: Array, entry: PartsEntry, contributor: Contributor, written: str
 ) -> None:
     """Refuse parts of which every other one is off by half of this nominal size."""
     size = contributor.size
     if not size or np.median(np.abs(parts)) < PART_OF_SIZE * size:
         return
     scale = scale_of(contributor.unit, written)
-    less = f" less nominal = '{keys['nominal']}'" if "nominal" in keys else ""
+    less = f" less nominal = '{entry.nominal}'" if entry.nominal else ""
     raise DistributionError(
-        f"column {keys['column']}{less} goes {_from_to(parts, scale)}, and "
+        f"column {entry.column}{less} goes {_from_to(parts, scale)}, and "
         f"{contributor.name} is nominally {scale.factor * size:g} {scale.mark}: "
         "deviations of half of that and more, for every other part, are none; where "
         "the column holds sizes give the nominal one, "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 from typing import Any
 
 from tolstat.deviations import samplers
@@ -13,10 +12,11 @@ from tolstat.deviations.names import expand
 from tolstat.deviations.parts import find_in, names_in
 from tolstat.deviations.samplers import Sampler
 from tolstat.errors import ModelError, StudyError, allowed_names
+from tolstat.statistics.sensitivity.sobol_indices import LEAST
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import Points
 from tolstat.study.problems import Problems
-from tolstat.study.study_schema import MISSING, Document
+from tolstat.study.study_schema import MISSING, Document, RareEntry, read_entry
 
 GIVEN = ("grid", "table")  # samplings that draw nothing
 EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
@@ -28,31 +28,13 @@ def sampler_of(sampling: str) -> Sampler:
     return found
 
 
-def read_sampling(document: Document, problems: Problems) -> tuple[Document, str]:
-    """Read a sampling that may name the response at whose limit it aims.
-
-    Returned are the study with the name of the sampling alone, and the response that
-    `{ rare = "..." }` names, empty where none is named.
-    """
-    given = document.sampling
+def read_sampling(given: str | dict[str, Any], problems: Problems) -> tuple[str, str]:
+    """Return a sampling, and the response whose limit it is to seek; empty for none."""
     if isinstance(given, str):
-        return document, ""
+        return given, ""
     with problems.noting("sampling", given):
-        aiming = [name for name in names_in(samplers) if sampler_of(name).aims]
-        for key in given:
-            if key not in aiming:
-                raise StudyError(f"no key {key}; {allowed_names(key, aiming)}")
-        if len(given) != 1:
-            raise StudyError(f"one of {', '.join(aiming)} is expected")
-        ((sampling, name),) = given.items()
-        if not isinstance(name, str) or not name:
-            example = next(iter(document.limits), "extra_loss")
-            raise StudyError(
-                "a response with a limit is expected, such as "
-                f'{{ {sampling} = "{example}" }}'
-            )
-        return replace(document, sampling=sampling), name
-    return replace(document, sampling="random"), ""
+        return "rare", read_entry(RareEntry, given, "there is").rare
+    return "random", ""
 
 
 def aim_of(sampling: str, name: str, limited: Collection[str], known: list[str]) -> str:
@@ -82,45 +64,35 @@ def aim_of(sampling: str, name: str, limited: Collection[str], known: list[str])
 
 def check_sampling(
     document: Document,
+    sampling: str,
     deviating: Deviations,
     points: Points | None,
     problems: Problems,
 ) -> None:
-    """Refuse keys that are missing for a sampling as read, or say nothing to it."""
-    sampling = str(document.sampling)
+    """Refuse keys that are missing for a sampling, or say nothing to it."""
     known = [*names_in(samplers), *GIVEN]
     if sampling not in known:
         allowed = allowed_names(sampling, known)
         problems.add("sampling", sampling, f"no such sampling; {allowed}")
         return
-    drawn = sampling not in GIVEN
-    for key in ("trials", "seed"):
-        value = getattr(document, key)
-        if drawn and value is None:
-            usual = sampler_of(sampling).usual_trials(_varying(deviating))
-            said = f"missing; such as trials = {usual}" if usual else MISSING["trials"]
-            problems.add(key, None, said if key == "trials" else MISSING[key])
-        elif not drawn and value is not None:
-            problems.add(key, value, f'sampling = "{sampling}" draws nothing; leave it')
-    for key in GIVEN:
-        value = getattr(document, key)
-        if value and sampling != key:
-            problems.add(key, None, f'it needs sampling = "{key}"')
+    for key, of in (("grid", "grid"), ("table", "table"), ("[reference]", "grid")):
+        if getattr(document, key.strip("[]")) and sampling != of:
+            problems.add(key, None, f'it needs sampling = "{of}"')
+    if sampling == "grid" and not document.grid:
+        problems.add("[grid]", None, "missing; name what is swept, and its values")
     if sampling == "table" and not document.table:
         problems.add("table", None, 'missing; such as table = "machines.csv"')
-    if document.reference and sampling != "grid":
-        problems.add("[reference]", None, 'it needs sampling = "grid"')
-    if drawn:
-        _check_drawn(document, deviating, problems)
-    else:
-        _check_given(document, deviating, points, problems)
-
-
-def _check_drawn(document: Document, deviating: Deviations, problems: Problems) -> None:
-    sampling, varying = str(document.sampling), _varying(deviating)
-    sampler = sampler_of(sampling)
+    if sampling in GIVEN:
+        _check_given(document, sampling, deviating, points, problems)
+        return
+    sampler, varying = sampler_of(sampling), varying_in(deviating)
+    usual = sampler.usual_trials(varying)
+    if document.trials is None:
+        said = f"missing; such as trials = {usual}" if usual else MISSING["trials"]
+        problems.add("trials", None, said)
+    if document.seed is None:
+        problems.add("seed", None, MISSING["seed"])
     if isinstance(document.trials, dict) and not sampler.extensible:
-        usual = sampler.usual_trials(varying)
         number = f"give one, such as trials = {usual}," if usual else "give one"
         problems.add(
             "trials", document.trials,
@@ -134,33 +106,52 @@ def _check_drawn(document: Document, deviating: Deviations, problems: Problems) 
         )  # fmt: skip
 
 
-def check_trials(trials: int, sampling: str, deviating: Deviations) -> str:
-    """Return what is wrong with a number of trials; empty if nothing is."""
-    return sampler_of(sampling).unfit(trials, _varying(deviating))
-
-
-def _varying(deviating: Deviations) -> int:
-    """Count what varies independently."""
-    return len(factors(deviating.distributions, deviating.dependence))
-
-
 def _check_given(
     document: Document,
+    sampling: str,
     deviating: Deviations,
     points: Points | None,
     problems: Problems,
 ) -> None:
-    sampling = str(document.sampling)
+    """Refuse what is said of draws where nothing is drawn."""
+    none = f'sampling = "{sampling}" draws nothing'
+    for key in ("trials", "seed"):
+        if (value := getattr(document, key)) is not None:
+            problems.add(key, value, f"{none}; leave it")
     if document.correlation:
-        problems.add("[correlation]", None, f'sampling = "{sampling}" draws nothing')
+        problems.add("[correlation]", None, none)
     taken = {m for axis in points.swept for m in axis.members} if points else set()
-    held: dict[str, Any] = dict(deviating.distributions)
-    for name, distribution in held.items():
+    for name, distribution in deviating.distributions.items():
         if not isinstance(distribution, Constant):
-            message = (
-                f'sampling = "{sampling}" draws nothing; only distribution = '
-                '"constant" goes with it'
-            )
-            problems.add(f"[deviations] {name}", None, message)
+            only = f'{none}; only distribution = "constant" goes with it'
+            problems.add(f"[deviations] {name}", None, only)
         elif name in taken:
             problems.add(f"[deviations] {name}", None, "stands in [grid] already")
+
+
+def check_trials(trials: int, sampling: str, deviating: Deviations) -> str:
+    """Return what is wrong with a number of trials; empty if nothing is."""
+    return sampler_of(sampling).unfit(trials, varying_in(deviating))
+
+
+def varying_in(deviating: Deviations) -> int:
+    """Count what varies independently."""
+    return len(factors(deviating.distributions, deviating.dependence))
+
+
+def warnings_of(sampling: str, trials: int, varying: int) -> tuple[str, ...]:
+    """Say before a study is run what it will not tell."""
+    if varying == 0 and trials > 1:
+        return (
+            f"nothing deviates: all {trials} trials are one and the same machine, "
+            "nothing spreads and no interval means anything; give [deviations]",
+        )
+    sampler = sampler_of(sampling)
+    group = sampler.group(varying)
+    if group > 1 and trials < LEAST * group:
+        return (
+            f"there will be no Sobol' indices: they need {LEAST} groups of {group} "
+            f"trials, trials = {LEAST * group} or more, and {trials} are "
+            f"{trials // group} groups",
+        )
+    return sampler.warnings(trials, varying)

@@ -10,9 +10,9 @@ from tolstat.errors import StudyError, UnitError, allowed_names
 from tolstat.model.description import Description
 from tolstat.statistics.intervals.precision import Precision
 from tolstat.statistics.intervals.statistic import Statistic
+from tolstat.study.study_schema import UntilEntry, read_entry
 from tolstat.units.grammar import bare_number, quantity, unit_of
 
-EXAMPLE = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
 KINDS = ("mean", "sigma", "median", "beyond")
 
 
@@ -28,38 +28,17 @@ class Until(NamedTuple):
 def read_until(
     given: Mapping[str, Any], description: Description, limited: Mapping[str, Any]
 ) -> Until:
-    """Read a stopping rule.
+    """Read a stopping rule: `until`, one or a list of them, and `at_most`.
 
-    Parameters
-    ----------
-    given : mapping
-        `until`, one rule or a list of them, and `at_most`.
-    description : Description
-        Of the model.
-    limited : mapping
-        Names of the responses with a limit are its keys.
-
-    Raises
-    ------
-    StudyError, UnitError
-        If a key, a name or a quantity is wrong.
+    `limited` are the responses with a limit.
     """
-    for key in given:
-        if key not in ("until", "at_most"):
-            allowed = allowed_names(key, ("until", "at_most"))
-            raise StudyError(f"no key {key}; {allowed}")
-    at_most = given.get("at_most")
-    if isinstance(at_most, bool) or not isinstance(at_most, int) or at_most < 1:
-        raise StudyError(f"at_most, a whole number from 1, is expected: {EXAMPLE}")
-    rules = given.get("until")
-    rules = [rules] if isinstance(rules, str) else rules
-    if not isinstance(rules, list) or not rules:
-        raise StudyError(f"until, a rule or a list of them, is expected: {EXAMPLE}")
+    entry = read_entry(UntilEntry, given, "there is")
+    rules = [entry.until] if isinstance(entry.until, str) else entry.until
     units = {each.name: each.unit for each in description.responses}
-    read = [_precision(str(rule), units, limited) for rule in rules]
+    read = [_precision(rule, units, limited) for rule in rules]
     shown = {each.statistic.response: unit for each, unit in read if unit}
     precisions = tuple(each for each, _ in read)
-    return Until(precisions, at_most, tuple(map(str, rules)), shown)
+    return Until(precisions, entry.at_most, tuple(rules), shown)
 
 
 def _precision(

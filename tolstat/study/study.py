@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat import catalogue
+from tolstat.arrays import Array
 from tolstat.deviations.draw import Course, draw_in_stages, streams_of
 from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import ModelError, StudyError, TolstatError
@@ -23,22 +23,27 @@ from tolstat.model.description import Description
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import words_of
 from tolstat.study.deviations_section import Deviations, read_deviations
-from tolstat.study.given_points import Case, Points, read_grid, read_table, setting_name
+from tolstat.study.given_points import (
+    Case,
+    Points,
+    read_grid,
+    read_reference,
+    read_table,
+)
 from tolstat.study.limits_section import read_limits
 from tolstat.study.links_section import check_sizes, read_links
 from tolstat.study.memory_needed import large, too_large
 from tolstat.study.problems import Problems
-from tolstat.study.reference import read_reference
 from tolstat.study.sampling import (
     aim_of,
     check_sampling,
     check_trials,
     read_sampling,
     sampler_of,
+    warnings_of,
 )
 from tolstat.study.stopping_rule import Until, read_until
-from tolstat.study.study_schema import Document, instead, read
-from tolstat.study.study_warnings import doubts_of
+from tolstat.study.study_schema import Document, read
 from tolstat.units.grammar import unit_of
 
 Source = str | os.PathLike[str] | Mapping[str, Any]
@@ -50,7 +55,7 @@ class Study:
 
     path: Path | None  # its file; None if it was given in Python
     text: str  # the file as it was written, or would be
-    document: Document  # its keys, as they are written
+    document: Document  # its keys; links are among settings and deviations
     title: str  # in the user's words
     model: Model  # the machine
     settings: Any  # instance of `model.settings`, SI
@@ -64,7 +69,7 @@ class Study:
     deviating: Deviations  # what deviates, and what is correlated
     points: Points | None  # the machines of a grid or a table
     # known points to be shown beside a grid: their label, and columns
-    reference: tuple[str, dict[str, NDArray[np.float64]]] | None
+    reference: tuple[str, dict[str, Array]] | None
     limits: dict[str, Limit]  # by response, SI
     # the unit in which each contributor, response or swept setting is written
     shown: dict[str, str]
@@ -96,7 +101,7 @@ class Study:
         """Those that are the same on every computer."""
         if self.points:
             return ()
-        return doubts_of(self.sampling, self.trials, len(self.factors))
+        return warnings_of(self.sampling, self.trials, len(self.factors))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -114,14 +119,14 @@ class Study:
             )
         )
 
-    def deviations(self) -> NDArray[np.float64]:
+    def deviations(self) -> Array:
         """Return the deviations that are known before any trial has run, SI.
 
         float64[trial, contributor]: of all trials, or of the first of its `stages`.
         """
         return next(self.stages())[1]
 
-    def machines(self, number: int) -> NDArray[np.float64]:
+    def machines(self, number: int) -> Array:
         """Return deviations of the first trials, SI; random ones of what is sought."""
         if self.sampler and not self.sampler.sample:
             return self.at_random(cast(int, self.seed), number).deviations()
@@ -174,8 +179,9 @@ def load(
     path = None if isinstance(source, Mapping) else Path(source)
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
-    text, written = read(path or cast(Mapping[str, Any], source), problems)
-    document, about = read_sampling(instead(written, problems, trials, seed), problems)
+    asked = path or cast(Mapping[str, Any], source)
+    text, document = read(asked, problems, trials=trials, seed=seed)
+    sampling, about = read_sampling(document.sampling, problems)
     machine = _machine(document, model, problems)
     document = read_links(document, machine, problems)
     settings = _settings(document, machine, problems)
@@ -184,19 +190,23 @@ def load(
     )
     deviating = read_deviations(
         document.deviations, document.correlation, description.contributors, folder,
-        problems, linked=written.links,
+        problems, linked=document.links,
     )  # fmt: skip
-    check_sizes(written.links, settings, deviating.distributions, problems)
-    points = _points(document, machine, settings, description, folder, problems)
-    check_sampling(document, deviating, points, problems)
-    reference = None
+    check_sizes(document.links, settings, deviating.distributions, problems)
+    points = None
+    if sampling == "grid" and document.grid:
+        points = read_grid(document, machine, settings, description, problems)
+    if sampling == "table" and document.table:
+        with problems.noting("table", document.table):
+            points = read_table(folder, document.table, settings, description)
+    check_sampling(document, sampling, deviating, points, problems)
+    reference, aim, until = None, "", None
     if document.reference:
         with problems.noting("[reference]", document.reference):
             swept = points.swept if points else ()
             reference = read_reference(document.reference, swept, description, folder)
     limits = read_limits(document.limits, description.responses, problems)
-    aim, until, sampling = "", None, str(document.sampling)
-    with problems.noting("sampling", {sampling: about} if about else sampling):
+    with problems.noting("sampling", document.sampling):
         names = [response.name for response in description.responses]
         aim = aim_of(sampling, about, limits, names)
     if isinstance(document.trials, dict):
@@ -216,7 +226,7 @@ def load(
     return Study(
         path,
         text,
-        written,
+        document,
         document.title or (path.stem if path else machine.name),
         machine,
         settings,
@@ -289,28 +299,3 @@ def _settings(document: Document, model: Model, problems: Problems) -> Any:
     return problems.required(
         "[settings]", None, lambda: model_settings.make(model, values)
     )
-
-
-def _points(
-    document: Document,
-    model: Model,
-    settings: Any,
-    description: Description,
-    folder: Path | None,
-    problems: Problems,
-) -> Points | None:
-    """Read the machines of a grid or a table."""
-    if document.sampling == "grid":
-        if not document.grid:
-            problems.add("[grid]", None, "missing; name what is swept, and its values")
-            return None
-        points = read_grid(document.grid, model, settings, description, problems)
-        for axis in points.swept if points else ():
-            if not axis.members and setting_name(axis.name) in document.settings:
-                message = "stands in [settings] already"
-                problems.add(f"[grid] {axis.name}", None, message)
-        return points
-    if document.sampling == "table" and document.table:
-        with problems.noting("table", document.table):
-            return read_table(folder, document.table, settings, description)
-    return None

@@ -33,7 +33,7 @@ from tolstat.answers.report.gather import report_of
 from tolstat.document.blocks import Figure, Gallery, Section, Table
 from tolstat.model.contract import Outcome
 from tolstat.render.screen import as_text
-from tolstat.store.stored_diagnostics import Diagnostics
+from tolstat.store.run_records import Diagnostics
 
 
 def first_of(found):

@@ -19,7 +19,7 @@ from tolstat.statistics.limits.verdict_changes import VerdictChanges, verdict_ch
 from tolstat.statistics.limits.yields import yield_of
 from tolstat.statistics.summary import Summary
 from tolstat.status import Status
-from tolstat.store.audited import Reason
+from tolstat.store.run_records import Reason
 
 Array = NDArray[np.float64]
 

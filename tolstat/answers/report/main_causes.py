@@ -20,7 +20,7 @@ from tolstat.statistics.sensitivity.out_of_limit import (
     of_kind,
 )
 from tolstat.statistics.sensitivity.pairs import BOTH_FAR, SUM, Together, pairs
-from tolstat.store.stored_diagnostics import Halved, Members
+from tolstat.store.run_records import Halved, Members
 from tolstat.store.stored_run import Run
 
 Array = NDArray[np.float64]

@@ -20,8 +20,7 @@ from tolstat.statistics.sensitivity.linear import Departure, Linear
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 from tolstat.statistics.sensitivity.pairs import Together
 from tolstat.statistics.summary import Summary
-from tolstat.store.run_records import Chosen
-from tolstat.store.stored_diagnostics import WorstCase
+from tolstat.store.run_records import Chosen, WorstCase
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 

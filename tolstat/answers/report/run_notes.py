@@ -9,7 +9,7 @@ import numpy as np
 from tolstat.model.description import StudyNumber
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
-from tolstat.store.audited import Audited
+from tolstat.store.run_records import Audited
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PER_CENT
 

@@ -18,7 +18,7 @@ from tolstat.study.edited_study import with_deviations, with_limits
 from tolstat.study.limits_section import read_limits
 from tolstat.study.problems import Problems
 from tolstat.study.study import Study, load
-from tolstat.study.study_bounds import check_lines
+from tolstat.study.study_schema import check_section
 
 
 def fresh_study(
@@ -63,7 +63,7 @@ def fresh_study(
     study = study_of(run, model=model)
     problems = Problems(f"{run.path}", "cannot be asked that")
     scenario = read_scenario(deviations, study, run, problems)
-    check_lines("limits", limits or {}, problems)
+    check_section("limits", limits or {}, problems)
     limited = read_limits(limits or {}, run.responses, problems)
     if not deviations and not limits:
         problems.add("[deviations]", None, "no entry is given; name a contributor")

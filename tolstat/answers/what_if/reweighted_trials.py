@@ -29,7 +29,7 @@ from tolstat.errors import (
 )
 from tolstat.execution.compatibility import trials_drawn_otherwise
 from tolstat.execution.continuation import plan_again, study_of
-from tolstat.execution.stages import drawn_again
+from tolstat.execution.trial_table import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.reweighting.weights import LEAST_EFFECTIVE, Weights

@@ -12,7 +12,7 @@ from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations, read_deviations
 from tolstat.study.problems import Problems, toml_of
 from tolstat.study.study import Study
-from tolstat.study.study_bounds import check_lines
+from tolstat.study.study_schema import check_section
 
 Entries = Mapping[str, str | dict[str, Any]]
 
@@ -21,7 +21,7 @@ def read_scenario(
     given: Entries, study: Study, run: Run, problems: Problems
 ) -> Deviations:
     """Read entries of [deviations]; data files are those beside the run's study."""
-    check_lines("deviations", given, problems)
+    check_section("deviations", given, problems)
     for name, entry in given.items():
         if isinstance(entry, dict) and "common" in entry:
             with problems.noting(f"[deviations] {name}", entry):

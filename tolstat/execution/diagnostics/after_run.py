@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import spread_of
 from tolstat.execution.diagnostics.halved_tolerances import halved_shares
 from tolstat.execution.diagnostics.slopes_and_corners import (
@@ -19,11 +19,8 @@ from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
 from tolstat.statistics.limits.limit import margins
 from tolstat.status import Status
-from tolstat.store.audited import Audited
-from tolstat.store.stored_diagnostics import Diagnostics, Worst, WorstCase
+from tolstat.store.run_records import Audited, Diagnostics, Worst, WorstCase
 from tolstat.study.study import Study
-
-Array = NDArray[np.float64]
 
 
 def gather(
@@ -54,7 +51,7 @@ def _zones(study: Study) -> tuple[Array, Array]:
 
 
 def _by_name(
-    study: Study, table: Array, varying: NDArray[np.bool_]
+    study: Study, table: Array, varying: Truths
 ) -> dict[str, dict[str, float]]:
     """Return slopes by response and contributor, of those that vary."""
     if not varying.any():

@@ -5,9 +5,8 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tolstat.execution.diagnostics.audit_selection import (
+from tolstat.execution.diagnostics.trial_selection import (
     Choice,
     choose,
     choose_in_reach,
@@ -16,7 +15,7 @@ from tolstat.execution.diagnostics.audit_selection import (
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.checked import tightened
-from tolstat.store.audited import Audited, joined
+from tolstat.store.run_records import Audited, joined
 from tolstat.study.given_points import cases_among
 from tolstat.study.study import Study
 
@@ -31,28 +30,23 @@ def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
     seed = study.seed or 0
     if study.sampler is None:
         chosen = random_trials(seed, len(trials.deviations))
-        return _audited(study, trials, Choice(chosen, chosen >= 0, {}), workers)
+        return evaluated_again(study, trials, Choice(chosen, chosen >= 0, {}), workers)
     choice = choose(trials, study.limits, seed)
-    found = _audited(study, trials, choice, workers)
+    found = evaluated_again(study, trials, choice, workers)
     if found is None:
         return None
     errors = {name: _largest_error(trials, found, name) for name in study.limits}
     more = choose_in_reach(trials, study.limits, choice, errors)
-    further = _audited(study, trials, more, workers) if len(more.trials) else None
+    further = (
+        evaluated_again(study, trials, more, workers) if len(more.trials) else None
+    )
     return joined(found, further) if further else found
 
 
 def evaluated_again(
-    study: Study, trials: Trials, chosen: NDArray[np.int64], workers: Workers
-) -> Audited | None:
-    """Evaluate chosen trials more precisely; None for a model that cannot be."""
-    return _audited(study, trials, Choice(chosen, chosen < 0, {}), workers)
-
-
-def _audited(
     study: Study, trials: Trials, choice: Choice, workers: Workers
 ) -> Audited | None:
-    """Evaluate chosen trials more precisely."""
+    """Evaluate chosen trials more precisely; None for a model that cannot be."""
     tight = tightened(study.model, study.settings)
     if tight is None:
         return None

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.distributions.constant import Constant
 from tolstat.deviations.halved import halved
@@ -20,11 +20,8 @@ from tolstat.statistics.limits.limit import within
 from tolstat.statistics.reweighting.weighted_estimates import weighted_share
 from tolstat.statistics.reweighting.weights import Weights
 from tolstat.statistics.sensitivity.pairs import pairs
-from tolstat.store.stored_diagnostics import Halved, Members
+from tolstat.store.run_records import Halved, Members
 from tolstat.study.study import Study
-
-Array = NDArray[np.float64]
-Truths = NDArray[np.bool_]
 
 TURN = 2 * math.pi * (1 - 1e-9)
 
@@ -40,7 +37,7 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     if sampler is None or sampler.replicates or not sampler.sample:
         return {}
     group = sampler.group(len(study.factors))
-    own: slice | NDArray[np.bool_] = slice(None)
+    own: slice | Truths = slice(None)
     if group > 1:
         own = np.arange(len(trials.status)) % group < OWN
     deviating = study.deviating

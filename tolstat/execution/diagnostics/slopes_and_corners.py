@@ -6,12 +6,10 @@ from collections.abc import Generator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.contract import Model
-
-Array = NDArray[np.float64]
 
 Move = tuple[list[int], Array]  # columns, and the ends they are moved to
 STEP = 0.1  # of a usual deviation, to either side
