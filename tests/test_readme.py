@@ -14,8 +14,8 @@ from tests.conftest import ROOT
 from tests.model.rich import Rich
 from tests.model.test_settings import WRITTEN
 from tolstat.cli.main import main
-from tolstat.deviations import distributions, samplers
-from tolstat.deviations.parts import names_in
+from tolstat.deviations.distributions import DISTRIBUTIONS
+from tolstat.deviations.samplers import SAMPLERS
 from tolstat.model.settings import read
 from tolstat.study.sampling import GIVEN
 from tolstat.study.stopping_rule import KINDS
@@ -178,8 +178,8 @@ def rows_under(heading):
 
 
 def test_what_is_looked_up_is_all_there_is():
-    assert rows_under("Deviations") == set(names_in(distributions))
-    assert rows_under("Sampling") == {*names_in(samplers), *GIVEN}
+    assert rows_under("Deviations") == set(DISTRIBUTIONS)
+    assert rows_under("Sampling") == {*SAMPLERS, *GIVEN}
     assert set(KINDS) <= rows_under("As many trials as it takes")
     text = (ROOT / "runs" / "README.md").read_text()
     listed = re.search(r"Known units:\n(.*?); joined", text, re.DOTALL)[1]

@@ -10,12 +10,14 @@ from scipy.stats import norm
 from tests.coverage.problems import SIZES
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.dependence import Dependence, joined
-from tolstat.deviations.distributions.lognormal import Lognormal
-from tolstat.deviations.distributions.normal import Normal
-from tolstat.deviations.distributions.uniform import Uniform
-from tolstat.deviations.distributions.weibull import Weibull
-from tolstat.deviations.halved import halved
-from tolstat.deviations.tolerance import Tolerance
+from tolstat.deviations.distributions import (
+    Lognormal,
+    Normal,
+    Tolerance,
+    Uniform,
+    Weibull,
+)
+from tolstat.deviations.spread import halved
 from tolstat.statistics.reweighting.weighted_estimates import weighted_share
 from tolstat.statistics.reweighting.weights import Weights
 

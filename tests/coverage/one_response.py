@@ -8,8 +8,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from tests.coverage.problems import PROBLEMS, SIZES, limit_of, simulated
-from tolstat.deviations.samplers.latin import REPLICATES, Latin
-from tolstat.deviations.samplers.sobol import Sobol
+from tolstat.deviations.samplers import REPLICATES, Latin, Sobol
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.intervals.precision import (
     FIRST,

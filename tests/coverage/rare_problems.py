@@ -11,13 +11,15 @@ from scipy.optimize import brentq
 from scipy.stats import chi2, norm, truncnorm, weibull_min
 
 from tolstat.deviations.dependence import Batch, Dependence
-from tolstat.deviations.distributions.lognormal import Lognormal
-from tolstat.deviations.distributions.normal import Normal
-from tolstat.deviations.distributions.truncated_normal import TruncatedNormal
-from tolstat.deviations.distributions.uniform import Uniform
-from tolstat.deviations.distributions.weibull import Weibull
+from tolstat.deviations.distributions import (
+    Lognormal,
+    Normal,
+    Tolerance,
+    TruncatedNormal,
+    Uniform,
+    Weibull,
+)
 from tolstat.deviations.draw import draw_in_stages
-from tolstat.deviations.tolerance import Tolerance
 from tolstat.statistics.limits.rare_share import rare_share
 
 

@@ -11,9 +11,8 @@ from scipy.stats import lognorm, norm
 from tests.coverage.halving_problems import of_scores
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.dependence import Batch, Dependence, joined
-from tolstat.deviations.distributions.normal import Normal
+from tolstat.deviations.distributions import Normal, Tolerance
 from tolstat.deviations.overlap import check_overlap, overlap_of
-from tolstat.deviations.tolerance import Tolerance
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.statistics.intervals.statistic import mean, quantiles_at, sigma
 from tolstat.statistics.limits.capability import by_moments, by_percentiles

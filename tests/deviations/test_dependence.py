@@ -13,10 +13,7 @@ from tolstat.deviations.dependence import (
     correlation_of_scores,
     groups,
 )
-from tolstat.deviations.distributions.lognormal import Lognormal
-from tolstat.deviations.distributions.normal import Normal
-from tolstat.deviations.distributions.uniform import Uniform
-from tolstat.deviations.tolerance import Tolerance
+from tolstat.deviations.distributions import Lognormal, Normal, Tolerance, Uniform
 from tolstat.errors import DependenceError
 
 NAMES = ["rod_1", "rod_2", "rod_3", "mass"]

@@ -8,22 +8,24 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.deviations import distributions, measured
-from tolstat.deviations.distributions.arcsine import Arcsine
-from tolstat.deviations.distributions.beta import Beta
-from tolstat.deviations.distributions.constant import Constant
-from tolstat.deviations.distributions.lognormal import Lognormal
-from tolstat.deviations.distributions.normal import Normal
-from tolstat.deviations.distributions.trapezoidal import Trapezoidal
-from tolstat.deviations.distributions.triangular import Triangular
-from tolstat.deviations.distributions.truncated_normal import TruncatedNormal
-from tolstat.deviations.distributions.uniform import Uniform
-from tolstat.deviations.distributions.weibull import Weibull
+from tolstat.deviations import measured
+from tolstat.deviations.distributions import (
+    DISTRIBUTIONS,
+    Arcsine,
+    Beta,
+    Constant,
+    Lognormal,
+    Normal,
+    Tolerance,
+    Trapezoidal,
+    Triangular,
+    TruncatedNormal,
+    Uniform,
+    Weibull,
+)
 from tolstat.deviations.measured import Fitted, Measured, fit
-from tolstat.deviations.parts import find_in, names_in
-from tolstat.deviations.samplers.random import Random
+from tolstat.deviations.samplers import Random
 from tolstat.deviations.spread import spread_of
-from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import DistributionError
 
 ZONE = Tolerance(-1e-4, 3e-4)  # unequal ends
@@ -186,12 +188,10 @@ def test_what_does_not_fit_is_refused(make, words):
         make()
 
 
-def test_distributions_are_found_by_their_file():
-    found = names_in(distributions)
-    assert {"normal", "truncated_normal", "weibull"} <= set(found)
-    for name in found:
-        assert dataclasses.is_dataclass(find_in(distributions, name))
-    assert find_in(distributions, "truncated_normal") is TruncatedNormal
+def test_distributions_are_found_by_their_name():
+    assert {"normal", "truncated_normal", "weibull"} <= set(DISTRIBUTIONS)
+    assert all(map(dataclasses.is_dataclass, DISTRIBUTIONS.values()))
+    assert DISTRIBUTIONS["truncated_normal"] is TruncatedNormal
 
 
 def test_measured_parts_spread_to_three_sigma_of_a_normal_one():

@@ -8,7 +8,7 @@ from itertools import product
 
 import pytest
 
-from tolstat.deviations.grades import iso286, iso1328
+from tolstat.deviations import iso286, iso1328
 from tolstat.errors import GradeError
 
 # values that workshop handbooks print: nominal size (mm), grade, um

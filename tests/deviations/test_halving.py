@@ -11,19 +11,21 @@ from scipy import stats
 from tests.deviations.drawing import draw
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.dependence import Batch, Dependence
-from tolstat.deviations.distributions.arcsine import Arcsine
-from tolstat.deviations.distributions.beta import Beta
-from tolstat.deviations.distributions.constant import Constant
-from tolstat.deviations.distributions.lognormal import Lognormal
-from tolstat.deviations.distributions.normal import Normal
-from tolstat.deviations.distributions.trapezoidal import Trapezoidal
-from tolstat.deviations.distributions.triangular import Triangular
-from tolstat.deviations.distributions.truncated_normal import TruncatedNormal
-from tolstat.deviations.distributions.uniform import Uniform
-from tolstat.deviations.distributions.weibull import Weibull
-from tolstat.deviations.halved import halved
+from tolstat.deviations.distributions import (
+    Arcsine,
+    Beta,
+    Constant,
+    Lognormal,
+    Normal,
+    Tolerance,
+    Trapezoidal,
+    Triangular,
+    TruncatedNormal,
+    Uniform,
+    Weibull,
+)
 from tolstat.deviations.measured import Fitted, Measured
-from tolstat.deviations.tolerance import Tolerance
+from tolstat.deviations.spread import halved
 from tolstat.errors import DistributionError
 
 

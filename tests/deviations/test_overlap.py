@@ -8,11 +8,8 @@ from scipy import stats
 
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.dependence import Batch, Dependence
-from tolstat.deviations.distributions.normal import Normal
-from tolstat.deviations.distributions.triangular import Triangular
-from tolstat.deviations.distributions.uniform import Uniform
+from tolstat.deviations.distributions import Normal, Tolerance, Triangular, Uniform
 from tolstat.deviations.overlap import check_overlap, overlap_of
-from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import DistributionError
 
 

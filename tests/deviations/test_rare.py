@@ -8,11 +8,10 @@ from scipy.special import ndtri
 from scipy.stats import norm
 
 from tests.coverage.rare_problems import RARE_PROBLEMS, RareProblem, sought
-from tolstat.deviations.distributions.normal import Normal
+from tolstat.deviations.distributions import Normal, Tolerance
 from tolstat.deviations.mixture import fitted
-from tolstat.deviations.samplers.rare import FIRST, STEP, Rare, trials_of_stage
+from tolstat.deviations.rare import FIRST, STEP, Rare, trials_of_stage
 from tolstat.deviations.subset_simulation import subset_simulation
-from tolstat.deviations.tolerance import Tolerance
 from tolstat.statistics.limits.rare_share import rare_share
 
 STREAMS = {f"x{i}": i for i in range(6)}

@@ -10,7 +10,7 @@ import pytest
 import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
 from tolstat.answers.report.gather import report_of
-from tolstat.deviations.samplers.random import Random
+from tolstat.deviations.samplers import Random
 from tolstat.execution.diagnostics.trial_selection import (
     choose,
     next_to,

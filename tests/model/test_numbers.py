@@ -12,12 +12,14 @@ import tolstat
 from tests.model.rich import Rich
 from tolstat import StudyNumber
 from tolstat.answers.report.gather import report_of
-from tolstat.deviations.distributions.lognormal import Lognormal
-from tolstat.deviations.distributions.normal import Normal
-from tolstat.deviations.distributions.truncated_normal import TruncatedNormal
-from tolstat.deviations.distributions.weibull import Weibull
+from tolstat.deviations.distributions import (
+    Lognormal,
+    Normal,
+    Tolerance,
+    TruncatedNormal,
+    Weibull,
+)
 from tolstat.deviations.spread import spread_of
-from tolstat.deviations.tolerance import Tolerance
 from tolstat.errors import ModelError
 from tolstat.model.checked import numbers_of
 from tolstat.model.settings import make

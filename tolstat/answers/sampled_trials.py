@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations.samplers.saltelli import OWN
+from tolstat.deviations.samplers import OWN
 from tolstat.errors import Advice, PictureError
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status

@@ -8,13 +8,11 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.deviations import samplers
 from tolstat.deviations.dependence import Dependence, joined
-from tolstat.deviations.distributions import Distribution
-from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.names import known_or_general
-from tolstat.deviations.parts import find_in
-from tolstat.deviations.samplers import Sampler, Stage
+from tolstat.deviations.sampler import Stage
+from tolstat.deviations.samplers import SAMPLERS
 
 # stages and their deviations; each is sent what its trials answered
 Course = Generator[tuple[Stage, NDArray[np.float64]], NDArray[np.float64], None]
@@ -53,8 +51,7 @@ def draw_in_stages(
         `Sampler.stages` wants.
     """
     streams = streams_of(contributors, distributions, dependence)
-    sampler: Sampler = find_in(samplers, sampling)()
-    stages = sampler.stages(seed, streams, trials)
+    stages = SAMPLERS[sampling]().stages(seed, streams, trials)
     with suppress(StopIteration):
         stage = next(stages)
         while True:

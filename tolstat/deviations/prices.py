@@ -6,14 +6,13 @@ tolerances, of which one is chosen.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple
 
 from tolstat.deviations.distributions import Distribution
-from tolstat.deviations.tolerance import Tolerance
+from tolstat.deviations.spread import half_of, resized
 
 SAME = 1e-9  # of a tolerance: rounding errors
 
@@ -131,35 +130,3 @@ class Priced:
             return self.offered[round(choice)].distributions
         half = math.exp(choice)
         return {name: resized(each, half) for name, each in self.specified.items()}
-
-
-def zone_of(distribution: Distribution) -> Tolerance | None:
-    """Return the tolerance of a distribution; None where it has none."""
-    return getattr(distribution, "tolerance", None)
-
-
-def half_of(distributions: Mapping[str, Distribution]) -> float:
-    """Return half the width of the tolerance of parts that share one, SI."""
-    zone = zone_of(next(iter(distributions.values())))
-    assert zone is not None  # checked when the study was loaded
-    return zone.half
-
-
-def resized(distribution: Distribution, half: float) -> Distribution:
-    """Return a distribution with another half width, SI, its other keys unchanged.
-
-    The zone changes towards zero, or its end nearest to it: +-0.2 mm becomes +-0.1 mm,
-    0..60 um becomes 0..30 um, as a halved tolerance does.
-
-    Raises
-    ------
-    DistributionError
-        If another key does not fit that tolerance.
-    """
-    zone = zone_of(distribution)
-    assert zone is not None  # checked when the study was loaded
-    fixed, ratio = zone.nearest, half / zone.half
-    new = Tolerance(*(fixed + ratio * (end - fixed) for end in zone))
-    return cast(
-        Distribution, dataclasses.replace(cast(Any, distribution), tolerance=new)
-    )

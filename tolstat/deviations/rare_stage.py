@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from tolstat.deviations.samplers import Stage
-from tolstat.deviations.streams import random_bits, unit_samples_of
+from tolstat.deviations.sampler import Stage, random_bits, unit_samples_of
 
 Array = NDArray[np.float64]
 

@@ -1,14 +1,19 @@
-"""The zone, the mean and the standard deviation of a distribution."""
+"""The spread of a distribution, and the same with another tolerance."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, cast
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from tolstat.deviations.distributions import THREE_SIGMA, Distribution
+from tolstat.deviations.distributions import THREE_SIGMA, Distribution, Tolerance
+from tolstat.errors import DistributionError
 
 FAR, STEP = 8.0, 1e-3  # of the normal score over which moments are integrated
 
@@ -26,16 +31,21 @@ class Spread(NamedTuple):
     sigma: float
 
 
+def zone_of(distribution: Distribution) -> Tolerance | None:
+    """Return the tolerance of a distribution; None where it has none."""
+    return getattr(distribution, "tolerance", None)
+
+
 def spread_of(distribution: Distribution) -> Spread:
     """Return the spread of a distribution.
 
     Moments are integrals over the normal score, exact to rounding where the inverse
     distribution function is smooth.
     """
-    zone = getattr(distribution, "tolerance", None)
+    zone = zone_of(distribution)
     if zone is None:
         ends = np.array([1 - THREE_SIGMA, THREE_SIGMA])
-        zone = distribution.deviations(ends).tolist()
+        zone = Tolerance(*distribution.deviations(ends).tolist())
     z = np.arange(-FAR, FAR + STEP / 2, STEP)
     weight = np.exp(-0.5 * z * z)
     weight /= np.trapezoid(weight, z)
@@ -43,4 +53,60 @@ def spread_of(distribution: Distribution) -> Spread:
     mean = float(np.trapezoid(weight * x, z))
     size = max(float(np.abs(x - mean).max()), 1e-300)  # squares neither over nor under
     sigma = size * math.sqrt(np.trapezoid(weight * ((x - mean) / size) ** 2, z))
-    return Spread(float(zone[0]), float(zone[1]), mean, sigma)
+    return Spread(float(zone.lower), float(zone.upper), mean, sigma)
+
+
+@dataclass(frozen=True)
+class Nearer:
+    """Every deviation of a distribution half as far from a centre, SI."""
+
+    distribution: Distribution
+    centre: float
+
+    def deviations(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        return self.centre + 0.5 * (self.distribution.deviations(u) - self.centre)
+
+
+def halved(distribution: Distribution) -> Nearer:
+    """Return a distribution with half its tolerance.
+
+    Each deviation is half as far from zero, or from the nearer end of a tolerance on
+    one side of zero: +-0.2 mm becomes +-0.1 mm, 0..60 um becomes 0..30 um, +16..+34 um
+    becomes +16..+25 um, as a finer grade of the same position. Shape and Cp stay.
+
+    Raises
+    ------
+    DistributionError
+        If it has no tolerance.
+    """
+    zone = zone_of(distribution)
+    if zone is None:
+        raise DistributionError("it has no tolerance")
+    return Nearer(distribution, zone.nearest)
+
+
+def half_of(distributions: Mapping[str, Distribution]) -> float:
+    """Return half the width of the tolerance of parts that share one, SI."""
+    zone = zone_of(next(iter(distributions.values())))
+    assert zone is not None  # checked when the study was loaded
+    return zone.half
+
+
+def resized(distribution: Distribution, half: float) -> Distribution:
+    """Return a distribution with another half width, SI, its other keys unchanged.
+
+    The zone changes towards zero, or its end nearest to it, as that of `halved`.
+
+    Raises
+    ------
+    DistributionError
+        If another key does not fit that tolerance.
+    """
+    zone = zone_of(distribution)
+    assert zone is not None  # checked when the study was loaded
+    fixed, ratio = zone.nearest, half / zone.half
+    new = Tolerance(*(fixed + ratio * (end - fixed) for end in zone))
+    return cast(
+        Distribution, dataclasses.replace(cast(Any, distribution), tolerance=new)
+    )

@@ -11,10 +11,10 @@ from typing import Any, TypeVar
 
 import tomli_w
 
-from tolstat.deviations.distributions import Distribution
-from tolstat.deviations.grades import iso286
-from tolstat.deviations.prices import Law, Offered, Priced, half_of, resized, zone_of
-from tolstat.deviations.tolerance import Tolerance
+from tolstat.deviations import iso286
+from tolstat.deviations.distributions import Distribution, Tolerance
+from tolstat.deviations.prices import Law, Offered, Priced
+from tolstat.deviations.spread import half_of, resized, zone_of
 from tolstat.errors import CostError, DistributionError, UnitError, allowed_names
 from tolstat.model.description import Contributor
 from tolstat.study.distribution_entry import read_distribution, written_unit

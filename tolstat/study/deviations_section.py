@@ -12,8 +12,7 @@ from tolstat.deviations.dependence import (
     correlation_of_scores,
     groups,
 )
-from tolstat.deviations.distributions import Distribution
-from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.names import expand
 from tolstat.deviations.prices import Priced
 from tolstat.errors import DependenceError, ModelError

@@ -8,11 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from tolstat.deviations import distributions
-from tolstat.deviations.distributions import Distribution
-from tolstat.deviations.grades import iso286, iso1328
-from tolstat.deviations.parts import find_in, names_in
-from tolstat.deviations.tolerance import Tolerance
+from tolstat.deviations import iso286, iso1328
+from tolstat.deviations.distributions import DISTRIBUTIONS, Distribution, Tolerance
 from tolstat.errors import DistributionError, GradeError, allowed_names
 from tolstat.model.description import Contributor
 from tolstat.units.grammar import MOST, quantity, tolerance, unit_of
@@ -31,12 +28,12 @@ def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distri
     `module`; `distribution`, and the keys of that distribution. SI.
     """
     keys = dict(given)
-    name, known = keys.pop("distribution", DEFAULT), names_in(distributions)
+    name, known = keys.pop("distribution", DEFAULT), list(DISTRIBUTIONS)
     if name not in known:
         raise DistributionError(
             f"no distribution is called '{name}'; {allowed_names(str(name), known)}"
         )
-    kind = find_in(distributions, name)
+    kind: Any = DISTRIBUTIONS[name]
     fields = {field.name: field for field in dataclasses.fields(kind)}
     values: dict[str, Any] = {}
     zone = _zone(keys, contributor)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from tolstat.deviations import samplers
-from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.distributions import Constant
 from tolstat.deviations.draw import factors
 from tolstat.deviations.names import expand
-from tolstat.deviations.parts import find_in, names_in
-from tolstat.deviations.samplers import Sampler
+from tolstat.deviations.sampler import Sampler
+from tolstat.deviations.samplers import SAMPLERS
 from tolstat.errors import ModelError, StudyError, allowed_names
 from tolstat.statistics.sensitivity.sobol_indices import LEAST
 from tolstat.study.deviations_section import Deviations
@@ -24,8 +23,7 @@ EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
 
 def sampler_of(sampling: str) -> Sampler:
     """Return the sampler of a name."""
-    found: Sampler = find_in(samplers, sampling)()
-    return found
+    return SAMPLERS[sampling]()
 
 
 def read_sampling(given: str | dict[str, Any], problems: Problems) -> tuple[str, str]:
@@ -42,7 +40,7 @@ def aim_of(sampling: str, name: str, limited: Collection[str], known: list[str])
 
     Empty where it aims at none.
     """
-    if sampling not in names_in(samplers) or not sampler_of(sampling).aims:
+    if sampling not in SAMPLERS or not SAMPLERS[sampling].aims:
         return ""
     asked = expand(name, known) if name else list(limited)
     if name and (without := [each for each in asked if each not in limited]):
@@ -70,7 +68,7 @@ def check_sampling(
     problems: Problems,
 ) -> None:
     """Refuse keys that are missing for a sampling, or say nothing to it."""
-    known = [*names_in(samplers), *GIVEN]
+    known = [*SAMPLERS, *GIVEN]
     if sampling not in known:
         allowed = allowed_names(sampling, known)
         problems.add("sampling", sampling, f"no such sampling; {allowed}")

@@ -14,7 +14,7 @@ import numpy as np
 from tolstat import catalogue
 from tolstat.arrays import Array
 from tolstat.deviations.draw import Course, draw_in_stages, streams_of
-from tolstat.deviations.samplers import Sampler, Stage
+from tolstat.deviations.sampler import Sampler, Stage
 from tolstat.errors import ModelError, StudyError, TolstatError
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, impossible

@@ -8,8 +8,7 @@ from scipy.special import log_ndtr
 
 from tolstat.answers.allocate.optimizer import Choice
 from tolstat.deviations.density_ratio import correlations
-from tolstat.deviations.distributions import Distribution
-from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.spread import Spread, spread_of
 from tolstat.execution.diagnostics.slopes_and_corners import slopes
 from tolstat.execution.workers.crew import Workers

@@ -18,8 +18,7 @@ from tolstat.deviations.density_ratio import (
     equal_parts,
 )
 from tolstat.deviations.dependence import Dependence
-from tolstat.deviations.distributions import Distribution
-from tolstat.deviations.distributions.constant import Constant
+from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.prices import Priced
 from tolstat.execution.trial_table import Trials
 from tolstat.statistics.intervals.gamma_interval import gamma_ends

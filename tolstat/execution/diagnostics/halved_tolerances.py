@@ -9,9 +9,9 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.density_ratio import DensityRatio
-from tolstat.deviations.distributions.constant import Constant
-from tolstat.deviations.halved import halved
-from tolstat.deviations.samplers.saltelli import OWN
+from tolstat.deviations.distributions import Constant
+from tolstat.deviations.samplers import OWN
+from tolstat.deviations.spread import halved
 from tolstat.errors import DistributionError
 from tolstat.execution.trial_table import Trials
 from tolstat.model.description import kinds_of_part

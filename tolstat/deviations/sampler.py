@@ -1,12 +1,12 @@
-"""Ways to choose unit samples, one in each file.
+"""What a sampler is: a way to choose unit samples.
 
-A sampler is a class called as its file (`Random` in random.py), derived from `Sampler`.
 It says what its samples allow, and chooses them: all at once by `unit_samples`, or
 stage by stage, each once the answers to those before are known, by `stages`.
 """
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -109,3 +109,22 @@ class Sampler:
             trials; nothing where it aims at none.
         """
         yield Stage(self.unit_samples(seed, streams, trials))
+
+
+def random_bits(
+    seed: int, name: str, count: int, purpose: str = ""
+) -> NDArray[np.uint64]:
+    """Return the first uint64[count] numbers of the stream of a contributor or batch.
+
+    They are independent and uniform. A larger count leaves the first as they are; a
+    purpose names another stream.
+    """
+    words = f"{seed}:{name}:{purpose}" if purpose else f"{seed}:{name}"
+    digest = hashlib.sha256(words.encode()).digest()
+    key = np.frombuffer(digest[:16], dtype="<u8")
+    return np.random.Philox(key=key).random_raw(count)
+
+
+def unit_samples_of(bits: NDArray[np.uint64]) -> NDArray[np.float64]:
+    """Turn bits into numbers above 0 and below 1: 52 bits and a half reach neither."""
+    return np.asarray(((bits >> np.uint64(12)) + 0.5) * 2.0**-52, np.float64)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from decimal import ROUND_HALF_UP, Context, Decimal
 
-from tolstat.deviations.tolerance import Tolerance
+from tolstat.deviations.distributions import Tolerance
 from tolstat.errors import GradeError
 
 EDITION = "ISO 1328-1:2013"

@@ -20,7 +20,7 @@ from tolstat.deviations.rare_stage import (
     stage_of,
     unit_samples,
 )
-from tolstat.deviations.samplers import Sampler
+from tolstat.deviations.sampler import Sampler
 from tolstat.deviations.subset_simulation import STEPS, subset_simulation
 
 Array = NDArray[np.float64]

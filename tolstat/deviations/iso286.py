@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 from bisect import bisect_left
 
-from tolstat.deviations.tolerance import Tolerance
+from tolstat.deviations.distributions import Tolerance
 from tolstat.errors import GradeError
 
 GRADES = range(1, 19)

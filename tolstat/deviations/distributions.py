@@ -1,0 +1,361 @@
+"""Distributions of a deviation, by their names in study files.
+
+A distribution is a frozen dataclass. Its fields, declared with `key`, are its keys in
+the study file, SI; `tolerance` is the permitted zone. It raises `DistributionError`
+when they do not fit each other. Its one method, `deviations(u)`, is the inverse
+distribution function at 0 < u < 1, SI.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import betaincinv, ndtr, ndtri
+
+from tolstat.errors import DistributionError
+
+Array = NDArray[np.float64]
+
+# share of a centred normal distribution below mean + 3 sigma: where the far end of a
+# tolerance lies at Cp = 1
+THREE_SIGMA = 0.9986501019683699
+
+
+class Distribution(Protocol):
+    """What every distribution is."""
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        ...
+
+
+def key(
+    reads: str = "number",
+    default: Any = dataclasses.MISSING,
+    *,
+    choices: Sequence[str] = (),
+) -> Any:
+    """Declare a field that is a key of the study file.
+
+    Parameters
+    ----------
+    reads : str
+        "number"; "quantity" or "tolerance", in the unit of the contributor; "word".
+    default : optional
+        Value of a key that the study leaves out; without one the key is required.
+    choices : sequence of str
+        The words allowed.
+    """
+    metadata = {"reads": reads, "choices": tuple(choices)}
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+class Tolerance(NamedTuple):
+    """The permitted zone of a deviation, in the SI unit of its contributor."""
+
+    lower: float
+    upper: float
+
+    @property
+    def middle(self) -> float:
+        """Middle of the zone, the aim of a centred process."""
+        return 0.5 * (self.lower + self.upper)
+
+    @property
+    def nearest(self) -> float:
+        """The deviation in the zone that is nearest to zero."""
+        return min(max(0.0, self.lower), self.upper)
+
+    @property
+    def half(self) -> float:
+        """Half the width of the zone."""
+        return 0.5 * (self.upper - self.lower)
+
+
+@dataclass(frozen=True)
+class Constant:
+    """The deviation, SI, of a part that was measured, or deviates on purpose."""
+
+    value: float = key("quantity")
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        return np.full_like(u, self.value)
+
+
+@dataclass(frozen=True)
+class _Toleranced:
+    """A distribution that a tolerance is given for."""
+
+    tolerance: Tolerance = key("tolerance")
+
+    def _above_zero(self, *names: str) -> None:
+        """Refuse keys that are not above zero."""
+        for name in names:
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise DistributionError(f"{name} = {value:g}: it must be above zero")
+
+
+@dataclass(frozen=True)
+class Uniform(_Toleranced):
+    """Every deviation inside the tolerance is as likely as any other."""
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        lower, upper = self.tolerance
+        return lower + (upper - lower) * u
+
+
+@dataclass(frozen=True)
+class Arcsine(_Toleranced):
+    """Sine of a random phase between the ends of the tolerance (JCGM 101, 6.4.6)."""
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        lower, upper = self.tolerance
+        return lower + (upper - lower) * np.sin(0.5 * np.pi * u) ** 2
+
+
+@dataclass(frozen=True)
+class Triangular(_Toleranced):
+    """Triangle over the tolerance.
+
+    Attributes
+    ----------
+    mode : float, optional
+        The most likely deviation, SI; the middle of the tolerance if not given.
+    """
+
+    mode: float | None = key("quantity", None)
+
+    def __post_init__(self) -> None:
+        """Refuse a mode outside the tolerance."""
+        lower, upper = self.tolerance
+        if self.mode is not None and not lower <= self.mode <= upper:
+            raise DistributionError("the mode lies outside the tolerance")
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        lower, upper = self.tolerance
+        mode = self.tolerance.middle if self.mode is None else self.mode
+        width = upper - lower
+        rising = lower + np.sqrt(u * width * (mode - lower))
+        falling = upper - np.sqrt((1 - u) * width * (upper - mode))
+        return np.where(u * width < mode - lower, rising, falling)
+
+
+@dataclass(frozen=True)
+class Trapezoidal(_Toleranced):
+    """Trapezium over the tolerance: rising, flat, falling (JCGM 101, 6.4.4).
+
+    Attributes
+    ----------
+    plateau : Tolerance, optional
+        Where all deviations are equally likely; the middle half of the tolerance if not
+        given.
+    """
+
+    plateau: Tolerance | None = key("tolerance", None)
+
+    def __post_init__(self) -> None:
+        """Refuse a plateau outside the tolerance."""
+        lower, upper = self.tolerance
+        if self.plateau and not lower <= self.plateau[0] <= self.plateau[1] <= upper:
+            raise DistributionError("the plateau lies outside the tolerance")
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        lower, upper = self.tolerance
+        quarter = self.tolerance.half / 2
+        first, last = self.plateau or (lower + quarter, upper - quarter)
+        height = 2 / (upper - lower + last - first)
+        rising = lower + np.sqrt(2 * u * (first - lower) / height)
+        falling = upper - np.sqrt(2 * (1 - u) * (upper - last) / height)
+        share = height * (first - lower) / 2  # of the parts below the plateau
+        flat = first + (u - share) / height
+        beyond = 1 - u < height * (upper - last) / 2
+        return np.where(u < share, rising, np.where(beyond, falling, flat))
+
+
+@dataclass(frozen=True)
+class Beta(_Toleranced):
+    """Beta distribution over the tolerance.
+
+    Attributes
+    ----------
+    alpha, beta : float
+        The density rises as the power alpha - 1 from the lower end and falls as the
+        power beta - 1 towards the upper one.
+    """
+
+    alpha: float = key()
+    beta: float = key()
+
+    def __post_init__(self) -> None:
+        """Refuse shapes that are no distribution."""
+        self._above_zero("alpha", "beta")
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        lower, upper = self.tolerance
+        share = np.asarray(betaincinv(self.alpha, self.beta, u))
+        return np.clip(lower + (upper - lower) * share, lower, upper)  # rounding
+
+
+@dataclass(frozen=True)
+class Lognormal(_Toleranced):
+    """Lognormal distribution that begins at the lower end of the tolerance.
+
+    Not truncated: 99.865 % of the parts lie below the upper end, as many as of a normal
+    distribution lie below three sigma.
+
+    Attributes
+    ----------
+    median : float
+        Half of the parts lie below, SI.
+    """
+
+    median: float = key("quantity")
+
+    def __post_init__(self) -> None:
+        """Refuse a median outside the tolerance."""
+        if not self.tolerance.lower < self.median < self.tolerance.upper:
+            raise DistributionError("the median lies outside the tolerance")
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        lower, upper = self.tolerance
+        scale = self.median - lower
+        sigma = math.log((upper - lower) / scale) / 3
+        return lower + scale * np.exp(sigma * np.asarray(ndtri(u)))
+
+
+@dataclass(frozen=True)
+class Weibull(_Toleranced):
+    """Weibull distribution that begins at the lower end of the tolerance.
+
+    Not truncated: 99.865 % of the parts lie below the upper end, as many as of a normal
+    distribution lie below three sigma.
+
+    Attributes
+    ----------
+    shape : float
+        1 is exponential, 2 the eccentricity of a bore that is normal in both directions
+        (Rayleigh), 3.6 almost symmetric.
+    """
+
+    shape: float = key()
+
+    def __post_init__(self) -> None:
+        """Refuse a shape that is no distribution."""
+        self._above_zero("shape")
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        lower, upper = self.tolerance
+        power = 1 / self.shape
+        scale = (upper - lower) / (-math.log1p(-THREE_SIGMA)) ** power
+        return np.asarray(lower + scale * np.power(-np.log1p(-u), power))
+
+
+@dataclass(frozen=True)
+class Normal(_Toleranced):
+    """Normal distribution, not truncated: the tolerance is +-3 sigma at Cp = 1.
+
+    Attributes
+    ----------
+    cp : float, optional
+        Half the tolerance over three standard deviations.
+    cpk : float, optional
+        Distance of the mean from the nearer end over three standard deviations. With
+        `cp` it gives the shift, towards the upper end; with `shift` the standard
+        deviation; alone it is a centred process.
+    shift : float, optional
+        Mean less the middle of the tolerance, SI.
+    """
+
+    cp: float | None = key(default=None)
+    cpk: float | None = key(default=None)
+    shift: float | None = key("quantity", None)
+
+    def __post_init__(self) -> None:
+        """Refuse keys that contradict each other or the tolerance."""
+        self._above_zero("cp", "cpk")
+        if self.shift is not None and abs(self.shift) >= self.tolerance.half:
+            raise DistributionError(
+                "the shift puts the mean outside the tolerance; give one below half "
+                "its width"
+            )
+        if self.cp is not None and self.cpk is not None:
+            if self.shift is not None:
+                raise DistributionError(
+                    "cp, cpk and shift say one thing too many; give two of them"
+                )
+            if self.cpk > self.cp:
+                raise DistributionError(
+                    f"cpk = {self.cpk:g} is above cp = {self.cp:g}; it is at most cp"
+                )
+
+    @property
+    def mean_and_sigma(self) -> tuple[float, float]:
+        """Mean and standard deviation, SI."""
+        half = self.tolerance.half
+        if self.cp is not None and self.cpk is not None:
+            shift, sigma = half * (1 - self.cpk / self.cp), half / (3 * self.cp)
+        elif self.cpk is not None:
+            shift = self.shift or 0.0
+            sigma = (half - abs(shift)) / (3 * self.cpk)
+        else:
+            shift, sigma = self.shift or 0.0, half / (3 * (self.cp or 1.0))
+        return self.tolerance.middle + shift, sigma
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        mean, sigma = self.mean_and_sigma
+        return mean + sigma * np.asarray(ndtri(u))
+
+
+@dataclass(frozen=True, kw_only=True)
+class TruncatedNormal(Normal):
+    """Normal process, whose parts outside the tolerance are not used as they are.
+
+    Attributes
+    ----------
+    outside : str
+        "screened": other parts replace those outside; "clipped": they are reworked to
+        the end that they missed.
+    """
+
+    outside: str = key("word", choices=("screened", "clipped"))
+
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        lower, upper = self.tolerance
+        mean, sigma = self.mean_and_sigma
+        if self.outside == "screened":
+            below, above = ndtr((lower - mean) / sigma), ndtr((mean - upper) / sigma)
+            u = below + u * (1 - below - above)
+        parts = mean + sigma * np.asarray(ndtri(u))
+        # screening ends at the tolerance but for rounding
+        return np.clip(parts, lower, upper)
+
+
+DISTRIBUTIONS: dict[str, type[Distribution]] = {
+    "arcsine": Arcsine,
+    "beta": Beta,
+    "constant": Constant,
+    "lognormal": Lognormal,
+    "normal": Normal,
+    "trapezoidal": Trapezoidal,
+    "triangular": Triangular,
+    "truncated_normal": TruncatedNormal,
+    "uniform": Uniform,
+    "weibull": Weibull,
+}

@@ -1,1 +1,0 @@
-"""Tolerances of drawings: grades and classes of the standards."""
