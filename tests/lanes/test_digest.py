@@ -181,8 +181,8 @@ CODE = [
     pytest.param("own/far.py", "x - LONG", "x + LONG", {"own"}, id="operator in a file beside"),
     pytest.param("own/far.py", "LONG = 2.0", "LONG = 2.5", {"own"}, id="constant in a file beside"),
     pytest.param("own/own.py", "from far import shift", "from far import unused as shift", {"own"}, id="import"),
-    pytest.param("tolstat/deviations/samplers/sobol.py", "* 2.0**BITS", "* 2.5**BITS", {"one_response"}, id="sampler"),
-    pytest.param("tolstat/deviations/distributions/weibull.py", "-np.log", "np.log", {"halving_problems"}, id="distribution"),
+    pytest.param("tolstat/deviations/samplers.py", "* 2.0**BITS", "* 2.5**BITS", {"one_response"}, id="sampler"),
+    pytest.param("tolstat/deviations/distributions.py", "-np.log", "np.log", {"halving_problems"}, id="distribution"),
     pytest.param("tolstat/statistics/intervals/betting.py", "MOST_STAKED = 0.75", "MOST_STAKED = 0.76", {"one_response"}, id="interval"),
     pytest.param("tests/coverage/problems.py", "SIZES = (50,", "SIZES = (51,", {"one_response", "halving_problems"}, id="problem"),
 ]  # fmt: skip
