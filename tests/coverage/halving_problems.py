@@ -18,8 +18,8 @@ from tolstat.deviations.distributions import (
     Weibull,
 )
 from tolstat.deviations.spread import halved
-from tolstat.statistics.reweighting.weighted_estimates import weighted_share
-from tolstat.statistics.reweighting.weights import Weights
+from tolstat.statistics.intervals.weighted_estimates import weighted_share
+from tolstat.statistics.intervals.weights import Weights
 
 
 class HalvingProblem(NamedTuple):

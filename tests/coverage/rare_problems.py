@@ -20,7 +20,7 @@ from tolstat.deviations.distributions import (
     Weibull,
 )
 from tolstat.deviations.draw import draw_in_stages
-from tolstat.statistics.limits.rare_share import rare_share
+from tolstat.statistics.intervals.weighted_estimates import rare_share
 
 
 class RareProblem(NamedTuple):

@@ -12,7 +12,7 @@ from tolstat.deviations.distributions import Normal, Tolerance
 from tolstat.deviations.mixture import fitted
 from tolstat.deviations.rare import FIRST, STEP, Rare, trials_of_stage
 from tolstat.deviations.subset_simulation import subset_simulation
-from tolstat.statistics.limits.rare_share import rare_share
+from tolstat.statistics.intervals.weighted_estimates import rare_share
 
 STREAMS = {f"x{i}": i for i in range(6)}
 EACH = 400

@@ -7,8 +7,11 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import beta, binom
 
-from tolstat.statistics.intervals.proportions import proportion
-from tolstat.statistics.limits.anytime_valid import anytime_valid, evidence_against
+from tolstat.statistics.intervals.shares import (
+    anytime_valid,
+    evidence_against,
+    proportion,
+)
 from tolstat.statistics.limits.sample_size import trials_that_decide
 
 BAR = 0.0027

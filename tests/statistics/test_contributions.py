@@ -8,7 +8,7 @@ from scipy import stats
 
 from tolstat.statistics.sensitivity.contributions import contributions
 from tolstat.statistics.sensitivity.neighbours import nearest
-from tolstat.statistics.sensitivity.rank_regression import ascending
+from tolstat.statistics.sensitivity.regression import ascending
 
 
 def stack(n, seed=0):

@@ -14,7 +14,7 @@ from tests.coverage.halving_problems import intervals as of_halving
 from tests.coverage.index_problems import intervals as of_indices
 from tests.coverage.measure import FAMILIES, TABLE, digest, measure
 from tests.coverage.one_response import failing, intervals, until_quantile
-from tolstat.statistics.intervals.precision import FIRST
+from tolstat.statistics.intervals.convergence import FIRST
 from tolstat.statistics.intervals.quantiles import quantile
 
 SURE = 3.5  # standard errors

@@ -8,8 +8,8 @@ import pytest
 from tolstat.statistics.integration_error import (
     integration_error,
     share_above_largest,
+    verdict_changes,
 )
-from tolstat.statistics.limits.verdict_changes import verdict_changes
 
 
 def test_equals_take_turns():

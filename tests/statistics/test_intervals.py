@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from scipy.stats import binom, binomtest
 
-from tolstat.statistics.intervals.proportions import proportion
 from tolstat.statistics.intervals.quantiles import (
     _binomial_quantile,
     quantile,
     trials_needed,
 )
-from tolstat.statistics.limits.anytime_valid import anytime_valid
+from tolstat.statistics.intervals.shares import anytime_valid, proportion
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import summarize

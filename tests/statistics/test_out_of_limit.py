@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.statistics.reweighting.weighted_estimates import weighted_share
-from tolstat.statistics.reweighting.weights import (
+from tolstat.statistics.intervals.weighted_estimates import weighted_share
+from tolstat.statistics.intervals.weights import (
     LEAST_EFFECTIVE,
     Weights,
     effective_number,

@@ -17,8 +17,8 @@ from tolstat.statistics.intervals.moments import (
     unseen,
 )
 from tolstat.statistics.intervals.quantiles import quantiles
+from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.statistics.intervals.statistic import quantiles_at
-from tolstat.statistics.limits.anytime_valid import anytime_valid
 from tolstat.statistics.limits.capability import by_moments, by_percentiles, by_share
 from tolstat.statistics.limits.limit import Limit, ppk_of, yield_of_ppk
 from tolstat.statistics.limits.yields import joint_yield, yield_of

@@ -7,8 +7,12 @@ import pytest
 
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import integration_error
-from tolstat.statistics.intervals.convergence import running
-from tolstat.statistics.intervals.precision import Precision, next_stage, trials_wanted
+from tolstat.statistics.intervals.convergence import (
+    Precision,
+    next_stage,
+    running,
+    trials_wanted,
+)
 from tolstat.statistics.intervals.quantiles import quantile
 from tolstat.statistics.intervals.statistic import Statistic
 from tolstat.statistics.sample import Sample

@@ -8,7 +8,11 @@ from scipy.stats import chi2
 
 from tests.coverage.rare_problems import RARE_PROBLEMS, sought
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.rare_share import plain_trials, rare_share, unmet
+from tolstat.statistics.intervals.weighted_estimates import (
+    plain_trials,
+    rare_share,
+    unmet,
+)
 
 N = 1000
 

@@ -7,13 +7,12 @@ import pytest
 from scipy.stats import norm
 
 from tolstat.statistics.intervals.betting import mean_between
-from tolstat.statistics.limits.limit import Limit
-from tolstat.statistics.reweighting.weighted_estimates import (
-    share_by_complement,
+from tolstat.statistics.intervals.weighted_estimates import (
     weighted_quantile,
     weighted_share,
 )
-from tolstat.statistics.reweighting.weights import Weights
+from tolstat.statistics.intervals.weights import Weights
+from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import summarize
 from tolstat.status import Status
@@ -53,7 +52,7 @@ def test_what_is_cut_off_widens_every_interval():
     beyond = Z > 1.0
     sharp, wide = weighted_share(beyond, HALVED), weighted_share(beyond, cut)
     assert wide.upper == pytest.approx(sharp.upper + 0.01)
-    left = share_by_complement(~beyond, cut)
+    left = weighted_share(beyond, cut).complement
     assert left.lower == pytest.approx(1 - wide.upper)
     a, b = (mean_between(Z, -5.0, 5.0, weights=w) for w in (HALVED, cut))
     assert b[1] - a[1] > 0.03 and a[0] - b[0] > 0.03
@@ -68,9 +67,9 @@ def test_where_no_machine_is_left_none_is_said_to_be():
     whole, nothing = (weighted_share(of, HALVED) for of in (all_of_them, none))
     assert whole.value == 1 == whole.upper > whole.lower > 0.9
     assert nothing.value == 0 == nothing.lower < nothing.upper < 0.1
-    assert share_by_complement(none, HALVED)[:3] == (0.0, 0.0, 1 - whole.lower)
+    assert weighted_share(~none, HALVED).complement[:3] == (0.0, 0.0, 1 - whole.lower)
     for most in (Z < 2.0, Z > -0.1):
-        a, b = weighted_share(most, HALVED), share_by_complement(~most, HALVED)
+        a, b = weighted_share(most, HALVED), weighted_share(most, HALVED).complement
         assert a.lower < a.value < a.upper
         assert a.value + weighted_share(~most, HALVED).value == pytest.approx(1)
         assert b.value == pytest.approx(1 - a.value)

@@ -16,7 +16,7 @@ from tolstat.execution.diagnostics.audit import audit, evaluated_again
 from tolstat.execution.diagnostics.trial_selection import Choice
 from tolstat.execution.trial_table import Stages, Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
-from tolstat.statistics.intervals.precision import FIRST, next_stage, trials_wanted
+from tolstat.statistics.intervals.convergence import FIRST, next_stage, trials_wanted
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Diagnostics, Stopped

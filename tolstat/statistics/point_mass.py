@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.replicates import share_from_replicates
-from tolstat.statistics.limits.anytime_valid import anytime_valid
+from tolstat.statistics.intervals.shares import anytime_valid
 
 Array = NDArray[np.float64]
 

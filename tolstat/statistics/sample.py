@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.proportions import proportion
 from tolstat.statistics.intervals.replicates import share_from_replicates
-from tolstat.statistics.reweighting.weighted_estimates import weighted_share
-from tolstat.statistics.reweighting.weights import Weights
+from tolstat.statistics.intervals.shares import anytime_valid, proportion
+from tolstat.statistics.intervals.weighted_estimates import weighted_share
+from tolstat.statistics.intervals.weights import Weights
 from tolstat.status import Status
 
 Array = NDArray[np.float64]
@@ -61,6 +62,28 @@ class Sample(NamedTuple):
         """Number of the randomisation of each trial: int64[trial]."""
         return np.arange(len(self.status)) % max(self.replicates, 1)
 
+    def share(
+        self,
+        units: NDArray[np.bool_],
+        among: NDArray[np.bool_],
+        counted: Callable[[int, int], Estimate] = anytime_valid,
+    ) -> Estimate:
+        """Estimate the share of units with a property among some of the trials.
+
+        Parameters
+        ----------
+        units, among : bool[trial]
+            Which trials have the property; which of them count.
+        counted : function
+            Of a count and of trials: the estimate of independent trials.
+        """
+        units = units[among]
+        if self.replicates:
+            return share_from_replicates(units, self.replicate[among])
+        if self.weights:
+            return weighted_share(units, self.weights.of(among))
+        return counted(int(np.count_nonzero(units)), len(units))
+
     def weights_of(self, trials: NDArray[np.bool_]) -> Weights | None:
         """Return the weights of trials of one kind: bool[trial]."""
         return self.weights and self.weights.of(trials)
@@ -72,12 +95,6 @@ class Sample(NamedTuple):
     @property
     def failures(self) -> Estimate:
         """Share of the trials that ran and failed."""
-        trials = int(np.count_nonzero(self.ran))
-        if trials == 0:
+        if not self.ran.any():
             return Estimate(math.nan, reason="no trial has run")
-        if self.replicates:
-            failed = ~self.done[self.ran]
-            return share_from_replicates(failed, self.replicate[self.ran])
-        if self.weights:
-            return weighted_share(~self.done[self.ran], self.weights.of(self.ran))
-        return proportion(self.failed, trials)
+        return self.share(~self.done, self.ran, proportion)

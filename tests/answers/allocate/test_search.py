@@ -21,7 +21,7 @@ from tests.answers.allocate.linear_stack import (
 )
 from tolstat.answers.allocate.reweighted_pool import Pool
 from tolstat.answers.allocate.search import _aimed
-from tolstat.statistics.limits.anytime_valid import anytime_valid
+from tolstat.statistics.intervals.shares import anytime_valid
 
 
 def test_machines_of_the_pool_are_those_that_were_judged():

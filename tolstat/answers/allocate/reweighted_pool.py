@@ -21,7 +21,7 @@ from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.prices import Priced
 from tolstat.execution.trial_table import Trials
-from tolstat.statistics.intervals.gamma_interval import gamma_ends
+from tolstat.statistics.intervals.shares import gamma_ends
 from tolstat.statistics.limits.limit import Limit, within
 from tolstat.study.study import Study
 

@@ -25,7 +25,7 @@ from tolstat.answers.allocate.reweighted_pool import (
 from tolstat.execution.run_loop import Progress
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Interrupted
-from tolstat.statistics.limits.anytime_valid import anytime_valid
+from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.study.study_schema import MOST_SEED
 
 Array = NDArray[np.float64]

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from string import ascii_uppercase
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.answers.compare.comparison import (
     COMPARED,
@@ -26,8 +25,7 @@ from tolstat.answers.report.gather import responses_in_focus, summaries_of
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.errors import PictureError
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
-from tolstat.statistics.intervals.proportions import proportion
-from tolstat.statistics.intervals.replicates import share_from_replicates
+from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.intervals.statistic import quantiles_at
 from tolstat.statistics.limits.difference import correlation_of_quantiles, difference
 from tolstat.statistics.sample import Sample
@@ -181,8 +179,8 @@ def _response(
     of_trials = summarize(less, pair.sample, declared=declared)
     return ResponseDifference(
         of_trials,
-        _share(less < 0, pair.sample),
-        _share(less > 0, pair.sample),
+        pair.sample.share(less < 0, pair.sample.done, proportion),
+        pair.sample.share(less > 0, pair.sample.done, proportion),
         of_trials.mean,
         _of_quantiles(pair, name, pair.sample),
         limit,
@@ -212,11 +210,3 @@ def _range_of_difference(
     """Return what the difference cannot leave, where both runs declare their range."""
     a, b = ({r.name: r.range for r in run.responses}[name] for run in (first, second))
     return None if a is None or b is None else (b[0] - a[1], b[1] - a[0])
-
-
-def _share(flags: NDArray[np.bool_], sample: Sample) -> Estimate:
-    """Estimate a fraction of the trials that are done in both."""
-    done = sample.done
-    if sample.replicates:
-        return share_from_replicates(flags[done], sample.replicate[done])
-    return proportion(int(flags[done].sum()), int(done.sum()))

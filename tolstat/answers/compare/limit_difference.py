@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from tolstat.answers.compare.pairing import Pair
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.intervals.moments import Reach
-from tolstat.statistics.intervals.proportions import proportion
 from tolstat.statistics.intervals.replicates import (
     mean_of_replicates,
-    share_from_replicates,
 )
+from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.capability import by_share
 from tolstat.statistics.limits.difference import (
     Exchange,
@@ -90,19 +89,23 @@ def limit_difference(pair: Pair, name: str) -> LimitDifference | None:
     limits = own[0] or known[0], own[1] or known[0]
     samples = (pair.sample or pair.first.sample, pair.sample or pair.second.sample)
     good = [
-        (within(values, limit.permitted) & sample.done)[sample.ran]
+        within(values, limit.permitted) & sample.done
         for values, limit, sample in zip(
             pair.values(name), limits, samples, strict=True
         )
     ]
-    a, b = (_share(~each, of) for each, of in zip(good, samples, strict=True))
+    a, b = (
+        sample.share(~each, sample.ran, proportion)
+        for each, sample in zip(good, samples, strict=True)
+    )
     ppks = by_share(a, limits[0]), by_share(b, limits[1])
     changes, more, together = None, difference(a, b), 0.0
     moments = difference_of_ppk(*pair.done(name), limits)
     replicated = samples[0].replicates or samples[1].replicates
     if pair.sample is not None:
-        changes = _exchange(good[0], good[1], pair.sample)
-        more, together = changes.out_of_limit, correlation_of_shares(good[0], good[1])
+        first, second = (each[pair.sample.ran] for each in good)
+        changes = _exchange(first, second, pair.sample)
+        more, together = changes.out_of_limit, correlation_of_shares(first, second)
     ppk_more = difference(ppks[0], ppks[1], together)
     if replicated:
         moments = _unsure(moments)
@@ -117,13 +120,6 @@ def limit_difference(pair: Pair, name: str) -> LimitDifference | None:
         ppk_more,
         moments,
     )
-
-
-def _share(flags: Flags, sample: Sample) -> Estimate:
-    """Estimate a fraction of the trials that ran, at one look."""
-    if sample.replicates:
-        return share_from_replicates(flags, sample.replicate[sample.ran])
-    return proportion(int(flags.sum()), len(flags))
 
 
 def _exchange(first: Flags, second: Flags, sample: Sample) -> Exchange:

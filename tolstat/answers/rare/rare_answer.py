@@ -26,11 +26,16 @@ from tolstat.document.inline import Number
 from tolstat.errors import PictureError, allowed_names
 from tolstat.render.tables import Row
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.weighted_estimates import (
+    ENOUGH,
+    plain_trials,
+    rare_share,
+    unmet,
+)
+from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.capability import by_share
 from tolstat.statistics.limits.limit import Limit, within
-from tolstat.statistics.limits.rare_share import ENOUGH, plain_trials, rare_share, unmet
 from tolstat.statistics.limits.yields import NOT_MET, verdict
-from tolstat.statistics.reweighting.weights import effective_number
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import AS_IS, PER_CENT, PPM, Scale

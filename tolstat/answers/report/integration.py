@@ -11,11 +11,12 @@ from tolstat.answers.report.report_answer import Effect, IntegrationErrors, Larg
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.statistics.integration_error import (
     IntegrationError,
+    VerdictChanges,
     integration_error,
     share_above_largest,
+    verdict_changes,
 )
 from tolstat.statistics.intervals.statistic import quantiles_at
-from tolstat.statistics.limits.verdict_changes import VerdictChanges, verdict_changes
 from tolstat.statistics.limits.yields import yield_of
 from tolstat.statistics.summary import Summary
 from tolstat.status import Status

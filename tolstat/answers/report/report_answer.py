@@ -12,7 +12,7 @@ from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.render.tables import Row
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.limits.verdict_changes import VerdictChanges
+from tolstat.statistics.integration_error import VerdictChanges
 from tolstat.statistics.limits.yields import MET, NOT_MET, UNDECIDED
 from tolstat.statistics.point_mass import PointMass
 from tolstat.statistics.sensitivity.contributions import Contributions

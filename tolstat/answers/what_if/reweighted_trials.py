@@ -32,7 +32,7 @@ from tolstat.execution.continuation import plan_again, study_of
 from tolstat.execution.trial_table import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
-from tolstat.statistics.reweighting.weights import LEAST_EFFECTIVE, Weights
+from tolstat.statistics.intervals.weights import LEAST_EFFECTIVE, Weights
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations

@@ -16,9 +16,9 @@ from tolstat.errors import DistributionError
 from tolstat.execution.trial_table import Trials
 from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.weighted_estimates import weighted_share
+from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import within
-from tolstat.statistics.reweighting.weighted_estimates import weighted_share
-from tolstat.statistics.reweighting.weights import Weights
 from tolstat.statistics.sensitivity.pairs import pairs
 from tolstat.store.run_records import Halved, Members
 from tolstat.study.study import Study

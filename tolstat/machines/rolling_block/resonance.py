@@ -9,7 +9,7 @@ from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.parameters import Seen
 from tolstat.machines.rolling_block.structure import excitation_orders
 from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span, bands_of
-from tolstat.statistics.intervals.proportions import proportion
+from tolstat.statistics.intervals.shares import proportion
 from tolstat.units.grammar import Range
 
 POINTS = 851  # of a range of speeds: one each rpm of the paper's

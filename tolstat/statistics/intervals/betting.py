@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.statistics.reweighting.weights import Weights
+from tolstat.statistics.intervals.weights import Weights
 
 Array = NDArray[np.float64]
 

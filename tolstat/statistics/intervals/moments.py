@@ -19,7 +19,7 @@ from scipy.special import betaincinv
 
 from tolstat.statistics.estimate import NONE_DONE, Estimate, enclosing
 from tolstat.statistics.intervals.betting import mean_between
-from tolstat.statistics.reweighting.weights import Weights
+from tolstat.statistics.intervals.weights import Weights
 
 Array = NDArray[np.float64]
 Ends = tuple[float, float]

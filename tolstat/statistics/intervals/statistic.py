@@ -17,9 +17,9 @@ from tolstat.statistics.intervals.replicates import (
     quantile_of_replicates,
     sigma_of_replicates,
 )
+from tolstat.statistics.intervals.weighted_estimates import weighted_quantile
 from tolstat.statistics.limits.limit import worst_side
 from tolstat.statistics.limits.yields import yield_of
-from tolstat.statistics.reweighting.weighted_estimates import weighted_quantile
 from tolstat.statistics.sample import Sample
 
 Array = NDArray[np.float64]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.jackknife import HEAVY, PARTS, jackknifed
 from tolstat.statistics.intervals.moments import moments, tails_are_light
-from tolstat.statistics.intervals.proportions import proportion
 from tolstat.statistics.intervals.replicates import WIDER
+from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.capability import FAR, STILL
 from tolstat.statistics.limits.limit import Limit
 

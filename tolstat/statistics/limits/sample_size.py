@@ -15,7 +15,7 @@ from tolstat.statistics.intervals.replicates import (
     missing,
     never_met,
 )
-from tolstat.statistics.limits.anytime_valid import PRIOR, evidence_against
+from tolstat.statistics.intervals.shares import PRIOR, evidence_against
 
 CHANCE = 0.8  # that the printed number of trials decides
 GROWTH = 1.25  # between numbers of trials that are tried

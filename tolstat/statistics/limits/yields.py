@@ -9,17 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.replicates import share_from_replicates
-from tolstat.statistics.limits.anytime_valid import anytime_valid
 from tolstat.statistics.limits.limit import DEMANDED, within
 from tolstat.statistics.limits.sample_size import (
     grown,
     replicates_that_decide,
     trials_that_decide,
-)
-from tolstat.statistics.reweighting.weighted_estimates import (
-    share_by_complement,
-    weighted_share,
 )
 from tolstat.statistics.sample import Sample
 
@@ -78,18 +72,18 @@ def yield_of(
         counts.
     """
     ran = sample.ran
-    good, missing = (within(values, limit) & sample.done)[ran], ~sample.done[ran]
+    good = within(values, limit) & sample.done
     least = _most(good, sample)
     found = verdict(least, demanded)
     needed = 0
     if found == UNDECIDED and sample.replicates:
-        needed = replicates_that_decide(good, sample.replicate[ran], demanded)
+        needed = replicates_that_decide(good[ran], sample.replicate[ran], demanded)
     elif found == UNDECIDED and not sample.weights:
-        out, trials = int(np.count_nonzero(~good)), len(good)
-        needed = trials_that_decide(out, trials, 1 - demanded, CONFIDENCE)
+        out, trials = np.count_nonzero(ran & ~good), np.count_nonzero(ran)
+        needed = trials_that_decide(int(out), int(trials), 1 - demanded, CONFIDENCE)
         needed = grown(needed * sample.each) if needed else 0
-    most = _most(good | missing, sample)
-    return Yield(_share(~good, sample), least, most, found, needed)
+    most = _most(good | ~sample.done, sample)
+    return Yield(sample.share(~good, ran), least, most, found, needed)
 
 
 def joint_yield(
@@ -109,7 +103,7 @@ def joint_yield(
     good = np.all(
         [within(responses[name], limit) for name, limit in limits.items()], axis=0
     )
-    return _most((good & sample.done)[sample.ran], sample)
+    return _most(good & sample.done, sample)
 
 
 def verdict(share: Estimate, demanded: float) -> str:
@@ -122,14 +116,5 @@ def verdict(share: Estimate, demanded: float) -> str:
 def _most(units: NDArray[np.bool_], sample: Sample) -> Estimate:
     """Estimate a share of the trials that ran, expected to be most of them."""
     if sample.weights:
-        return share_by_complement(units, sample.weights.of(sample.ran))
-    return _share(units, sample)
-
-
-def _share(units: NDArray[np.bool_], sample: Sample) -> Estimate:
-    """Estimate a share of the trials that ran."""
-    if sample.replicates:
-        return share_from_replicates(units, sample.replicate[sample.ran])
-    if sample.weights:
-        return weighted_share(units, sample.weights.of(sample.ran))
-    return anytime_valid(int(units.sum()), len(units), CONFIDENCE)
+        return sample.share(~units, sample.ran).complement
+    return sample.share(units, sample.ran)

@@ -20,8 +20,11 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.jackknife import jackknifed
 from tolstat.statistics.intervals.moments import moments, tails_are_light
 from tolstat.statistics.sensitivity.neighbours import Row, first_orders, joint, nearest
-from tolstat.statistics.sensitivity.rank_regression import ascending, rank_regressions
-from tolstat.statistics.sensitivity.regression import Regressed
+from tolstat.statistics.sensitivity.regression import (
+    Regressed,
+    ascending,
+    rank_regressions,
+)
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.proportions import proportion
+from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR, holm
 
 Array = NDArray[np.float64]

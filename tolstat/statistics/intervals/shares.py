@@ -1,14 +1,38 @@
-"""Anytime-valid shares: their intervals hold however often trials are added."""
+"""Intervals of shares: exact, anytime-valid, and of weighted counts."""
 
 from __future__ import annotations
 
 import math
 
-from scipy.special import betainc, betaln
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import betainc, betaincinv, betaln, gammaincinv
 
 from tolstat.statistics.estimate import Estimate
 
 PRIOR = 0.5  # of Jeffreys' beta distribution, both parameters: it mixes the bets
+
+
+def proportion(count: int, trials: int, confidence: float = 0.95) -> Estimate:
+    """Estimate a share from a count, with the interval of Clopper and Pearson.
+
+    Parameters
+    ----------
+    count : int
+        Trials that have the property.
+    trials : int
+        All trials, at least one.
+    confidence : float
+        Of the interval.
+
+    References
+    ----------
+    C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404-413.
+    """
+    miss = (1 - confidence) / 2
+    lower = betaincinv(count, trials - count + 1, miss) if count > 0 else 0.0
+    upper = betaincinv(count + 1, trials - count, 1 - miss) if count < trials else 1.0
+    return Estimate(count / trials, float(lower), float(upper))
 
 
 def anytime_valid(count: int, trials: int, confidence: float = 0.95) -> Estimate:
@@ -85,3 +109,30 @@ def _most(count: int, trials: int, wanted: float) -> float:
     if excess(nearly) <= 0:
         return 1.0
     return float(brentq(excess, max(count / trials, 1e-15), nearly, rtol=1e-10))
+
+
+def gamma_ends(
+    counts: NDArray[np.float64], one_more: float, confidence: float = 0.95
+) -> tuple[float, float]:
+    """Return the ends of the interval of the expectation of a sum.
+
+    Parameters
+    ----------
+    counts : float64[unit]
+        What each counted unit adds to the sum.
+    one_more : float
+        What the next one might add; above 0.
+    confidence : float
+        Of the interval.
+
+    References
+    ----------
+    M. P. Fay, E. J. Feuer, Confidence intervals for directly standardized rates,
+    Statistics in Medicine 16 (1997) 791-801.
+    """
+    y, v = counts.sum(), np.sum(counts**2)
+    miss = (1 - confidence) / 2
+    lower = v / y * gammaincinv(y**2 / v, miss) if v > 0 else 0.0
+    more, its_square = y + one_more, v + one_more**2
+    shape, scale = more**2 / its_square, its_square / more
+    return float(lower), float(scale * gammaincinv(shape, 1 - miss))

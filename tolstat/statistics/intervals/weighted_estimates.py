@@ -7,14 +7,18 @@ from bisect import bisect_left
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from tolstat.statistics.estimate import NONE_DONE, Estimate, enclosing
 from tolstat.statistics.intervals.betting import surely_more
-from tolstat.statistics.intervals.gamma_interval import gamma_ends
 from tolstat.statistics.intervals.moments import order_of
-from tolstat.statistics.reweighting.weights import Weights
+from tolstat.statistics.intervals.shares import gamma_ends
+from tolstat.statistics.intervals.weights import Weights, effective_number
 
 Array = NDArray[np.float64]
+
+ENOUGH = 100  # effective sample size of the trials out of limit
+COUNTED = 10  # units out of limit from which their count is nearly normal
 
 
 def weighted_share(units: NDArray[np.bool_], weights: Weights) -> Estimate:
@@ -46,11 +50,6 @@ def weighted_share(units: NDArray[np.bool_], weights: Weights) -> Estimate:
         upper = max(upper, value)
     value = min(value, upper)
     return Estimate(float(value), float(min(lower, value)), float(upper))
-
-
-def share_by_complement(units: NDArray[np.bool_], weights: Weights) -> Estimate:
-    """Estimate a share from that of the few other units, as `weighted_share` does."""
-    return weighted_share(~units, weights).complement
 
 
 def weighted_quantile(
@@ -86,3 +85,66 @@ def weighted_quantile(
     if not from_below or high == n:
         return Estimate(shown, reason=f"{n} trials are too few with these weights")
     return enclosing(value, float(at[low]), float(at[high]))
+
+
+def rare_share(out: NDArray[np.bool_], weights: Array) -> Estimate:
+    """Estimate the share of units out of limit.
+
+    Parameters
+    ----------
+    out : bool[trial]
+        Which of the independent trials are out of limit.
+    weights : float64[trial]
+        Density of each in the study over that of the sample.
+
+    Returns
+    -------
+    Estimate
+        With the gamma interval of a sum of weighted counts. The next one out of limit
+        is assumed as heavy as the heaviest of these, or, where their effective sample
+        size is below a hundred, of all trials. Where none is out of limit the upper end
+        is that of `unmet`.
+    """
+    n = len(weights)
+    if n == 0:
+        return Estimate(math.nan, reason="the last stage has not run")
+    if not out.any():
+        return Estimate(0.0, 0.0, unmet(weights))
+    counts = weights[out] / n
+    next_one = counts if effective_number(counts) >= ENOUGH else weights / n
+    lower, upper = gamma_ends(counts, float(next_one.max()))
+    return Estimate(float(min(counts.sum(), 1.0)), lower, min(upper, 1.0))
+
+
+def unmet(weights: Array, confidence: float = 0.95) -> float:
+    """Return the largest share of a kind of unit that no trial met.
+
+    Parameters
+    ----------
+    weights : float64[trial]
+        As of `rare_share`.
+    confidence : float
+        The share is larger with half the rest.
+    """
+    # a kind of share p has at least p over the largest weight in the sample
+    missed = (1 - confidence) / 2
+    n, most = len(weights), float(weights.max())
+    return float(min(most * -math.expm1(math.log(missed) / n), 1.0))
+
+
+def plain_trials(share: Estimate) -> float:
+    """Return how many random trials would give as narrow an interval.
+
+    NaN where these would be too few for a normal distribution of their count.
+
+    Parameters
+    ----------
+    share : Estimate
+        Of units out of limit.
+    """
+    width, p = share.upper - share.lower, share.value
+    if not (share.sure and p > 0 and width > 0):
+        return math.nan
+    sigmas = 2 * float(ndtri(1 - (1 - 0.95) / 2))
+    trials = math.ceil(p * (1 - p) * (sigmas / width) ** 2)
+    return float(trials) if trials * min(p, 1 - p) >= COUNTED else math.nan

@@ -1,1 +1,0 @@
-"""Trials weighted to stand for other distributions."""
