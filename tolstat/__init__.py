@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from tolstat.answers.views.machine_view import view
     from tolstat.answers.views.replay import replay
     from tolstat.answers.views.trajectory import trajectory
-    from tolstat.answers.what_if.fresh_study import fresh_study
     from tolstat.answers.what_if.reweighted_trials import what_if
+    from tolstat.answers.what_if.scenario import fresh_study
     from tolstat.catalogue import names as models
     from tolstat.execution.continuation import extend, resume
     from tolstat.execution.execute import run
@@ -73,7 +73,7 @@ _HOMES = {
     "compare": "tolstat.answers.compare.compare_runs",
     "evaluate": "tolstat.answers.views.evaluate",
     "extend": "tolstat.execution.continuation",
-    "fresh_study": "tolstat.answers.what_if.fresh_study",
+    "fresh_study": "tolstat.answers.what_if.scenario",
     "limited": "tolstat.answers.relimit",
     "models": "tolstat.catalogue",
     "open": "tolstat.store.open_run",

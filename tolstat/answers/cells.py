@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from tolstat.document.blocks import Cell
-from tolstat.document.inline import Name, Number, Parts, Word, counted, text
+from tolstat.document.inline import Name, Number, Parts, Word, counted, listed, text
 from tolstat.model.description import Response
 from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
@@ -52,6 +53,20 @@ def ppk_cell(found: Estimate) -> Cell:
     if found.sure or found.needs_more or not math.isfinite(found.value):
         return Cell((Number(found, AS_IS),))
     return Cell((), text(Number(found.value), f": {found.reason}"))
+
+
+def changes(both: Mapping[str, tuple[str, str]]) -> Parts:
+    """Write what is before and after, by name: those together that change alike."""
+    alike: dict[tuple[str, str], list[str]] = {}
+    for name, words in both.items():
+        alike.setdefault(words, []).append(name)
+    return listed(
+        [
+            text(listed([Name(n) for n in names]), f": {a or 'none'} -> {b or 'none'}")
+            for (a, b), names in alike.items()
+        ],
+        joint="",
+    )
 
 
 def or_reason(found: Estimate, number: Number) -> Parts:

@@ -9,8 +9,8 @@ from typing import Any
 import click
 
 from tolstat.answers.next_steps import as_typed, command
-from tolstat.answers.what_if.fresh_study import fresh_study
 from tolstat.answers.what_if.reweighted_trials import what_if as ask
+from tolstat.answers.what_if.scenario import fresh_study
 from tolstat.cli.delivery import check_delivery, deliver
 from tolstat.cli.options import form, limits, output_option, path_option, run_file
 from tolstat.cli.typed_entries import deviations_in, limits_in

@@ -72,14 +72,8 @@ class Density:
 class DensityRatio:
     """Trials, to be weighted as if their parts came from other distributions.
 
-    Parameters
-    ----------
-    deviations : mapping of str to float64[trial]
-        By contributor, SI; of every contributor that deviates.
-    distributions : mapping of str to Distribution
-        From which they were sampled.
-    dependence : Dependence
-        Of the deviations.
+    Of every contributor that deviates: float64[trial] deviations, SI, and the
+    distributions and the dependence that they were sampled with.
     """
 
     def __init__(
@@ -96,15 +90,8 @@ class DensityRatio:
     def weights(self, new: Mapping[str, Distribution]) -> Array:
         """Return the density of each trial with new distributions over that as sampled.
 
-        Parameters
-        ----------
-        new : mapping of str to Distribution
-            By contributor; the others stay as sampled.
-
-        Returns
-        -------
-        float64[trial]
-            Their expectation is 1 where the sampled distributions cover the new ones.
+        Of float64[trial] the expectation is 1 where the sampled distributions cover the
+        new ones; contributors that are not given stay as sampled.
 
         Raises
         ------

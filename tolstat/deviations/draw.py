@@ -27,22 +27,9 @@ def draw_in_stages(
     trials: int,
     dependence: Dependence,
 ) -> Course:
-    """Draw trials stage by stage.
+    """Draw trials stage by stage, with a sampler by its name.
 
-    Parameters
-    ----------
-    contributors : sequence of str
-        Every contributor of the model, in order.
-    distributions : mapping of str to Distribution
-        Those that deviate; the others stay zero.
-    sampling : str
-        Name of a sampler.
-    seed : int
-        Of the study.
-    trials : int
-        How many, in all stages.
-    dependence : Dependence
-        What is correlated, or common to several parts.
+    Contributors are all of the model, in order; those without a distribution stay zero.
 
     Yields
     ------
@@ -92,12 +79,7 @@ def factors(
 ) -> set[str]:
     """Name what varies independently: contributors, and batches of parts.
 
-    Parameters
-    ----------
-    distributions : mapping of str to Distribution
-        What deviates.
-    dependence : Dependence
-        What is correlated; a part that is as its batch is is no factor of its own.
+    A part that is as its batch is is no factor of its own.
     """
     batches = dependence.batches
     own = {

@@ -57,14 +57,7 @@ def looks_like_grade(text: str) -> bool:
 
 
 def width(grade: int, size: float) -> float:
-    """Return the width of a tolerance grade, m.
-
-    Parameters
-    ----------
-    grade : int
-        1 to 18.
-    size : float
-        Nominal size, m.
+    """Return the width of a tolerance grade at a nominal size, m.
 
     Raises
     ------

@@ -60,13 +60,6 @@ class Fitted:
 def fit(values: Array, kind: str) -> Fitted:
     """Fit a distribution to measured parts.
 
-    Parameters
-    ----------
-    values : float64[part]
-        Deviations, SI.
-    kind : str
-        One of `FITS`.
-
     Raises
     ------
     DistributionError

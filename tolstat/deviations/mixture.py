@@ -46,35 +46,19 @@ class Mixture(NamedTuple):
         return found
 
     def log_density(self, points: Array) -> Array:
-        """Return the logarithm of the density: float64[point].
-
-        Parameters
-        ----------
-        points : float64[point, direction]
-        """
+        """Return float64[point], the logarithm of the density at [point, direction]."""
         return np.asarray(np.logaddexp.reduce(self.log_parts(points)), np.float64)
 
     def parts(self, which: Array) -> NDArray[np.int64]:
-        """Return int64[point]: the part that each unit sample chooses.
-
-        Parameters
-        ----------
-        which : float64[point]
-            Unit samples.
-        """
+        """Return int64[point]: the part that each unit sample chooses."""
         # the last part takes what rounding leaves
         ends = np.cumsum(self.shares)[:-1]
         return np.asarray(np.searchsorted(ends, which, "right"), np.int64)
 
     def points(self, which: Array, scores: Array) -> Array:
-        """Return points of the mixture.
+        """Return points of the parts that unit samples choose, from normal scores.
 
-        Parameters
-        ----------
-        which : float64[point]
-            Unit samples that choose the part; see `parts`.
-        scores : float64[point, direction]
-            Normal scores.
+        Of float64[point] unit samples and float64[point, direction] scores.
         """
         part = self.parts(which)
         found = np.empty_like(scores)
@@ -93,15 +77,7 @@ class Mixture(NamedTuple):
 
 
 def centred(spreads: Array, directions: int) -> Mixture:
-    """Return normal distributions about zero, alike in all directions.
-
-    Parameters
-    ----------
-    spreads : float64[part]
-        Standard deviation of each; their shares are equal.
-    directions : int
-        How many.
-    """
+    """Return normal distributions about zero, of equal shares and in all directions."""
     n = len(spreads)
     roots = spreads[:, None, None] * np.eye(directions)
     return Mixture(np.full(n, 1 / n), np.zeros((n, directions)), roots)
@@ -110,14 +86,7 @@ def centred(spreads: Array, directions: int) -> Mixture:
 def log_normal(squares: Array, spread: float, directions: int) -> Array:
     """Return the logarithm of the density of a normal distribution alike all round.
 
-    Parameters
-    ----------
-    squares : float64[...]
-        Squared distances from its mean.
-    spread : float
-        Its standard deviation.
-    directions : int
-        How many.
+    Of squared distances from its mean, and its standard deviation.
     """
     logs = -0.5 * squares / spread**2 - directions * np.log(spread)
     return np.asarray(logs - 0.5 * directions * np.log(2 * np.pi), np.float64)

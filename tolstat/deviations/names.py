@@ -11,13 +11,8 @@ from tolstat.errors import ModelError, allowed_names
 def expand(name: str, known: Sequence[str]) -> list[str]:
     """List the known names that a name stands for, at least one.
 
-    Parameters
-    ----------
-    name : str
-        A known name, or one without its number: NAME means exactly NAME_<number>
-        (runout is not runout_phase_7).
-    known : sequence of str
-        All names.
+    A known name, or one without its number: NAME means exactly NAME_<number> (runout is
+    not runout_phase_7).
 
     Raises
     ------

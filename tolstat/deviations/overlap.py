@@ -77,17 +77,6 @@ def overlap_of(
 ) -> Overlap:
     """Return the efficiency of weighted trials, all contributors together.
 
-    Parameters
-    ----------
-    distributions : mapping of str to Distribution
-        Of the trials.
-    dependence : Dependence
-        Of the deviations.
-    new : mapping of str to Distribution
-        By contributor; each is covered.
-    trials : int
-        To be weighted.
-
     Raises
     ------
     DistributionError

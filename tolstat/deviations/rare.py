@@ -144,14 +144,9 @@ class Rare(Sampler):
 
 
 def trials_of_stage(trials: int, directions: int) -> int:
-    """Return how many trials a stage has: as many as a fit wants, if they are enough.
+    """Return how many trials a stage has: as many as a fit wants, if all are enough.
 
-    Parameters
-    ----------
-    trials : int
-        Of all stages.
-    directions : int
-        That deviate independently.
+    Of so many directions that deviate independently.
     """
     enough = trials >= safe_trials(directions)
     return max(round(EACH * trials), _whole_stage(directions) if enough else 0)

@@ -52,15 +52,7 @@ class RareStage(Stage):
 
 
 def stage_of(points: Array, spread: Array | float, weight: Array | float) -> RareStage:
-    """Return the trials that lie at some points.
-
-    Parameters
-    ----------
-    points : float64[trial, stream]
-        Normal scores.
-    spread, weight : float64[trial] or float
-        See `RareStage`.
-    """
+    """Return the trials at float64[trial, stream] normal scores; see `RareStage`."""
     n = len(points)
     return RareStage(
         np.clip(np.asarray(ndtr(points)), LEAST_UNIT, 1 - LEAST_UNIT),

@@ -81,13 +81,9 @@ class Sampler:
 
         Parameters
         ----------
-        seed : int
-            Of the study.
         streams : mapping of str to int
             The names to sample for, each with its fixed number among all names of the
             model.
-        trials : int
-            How many, numbered from 0.
 
         Returns
         -------

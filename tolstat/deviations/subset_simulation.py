@@ -53,18 +53,6 @@ def subset_simulation(
     Of two kinds the smaller one may die out by chance among so few: so two halves of
     the trials go by themselves.
 
-    Parameters
-    ----------
-    seed, streams
-        As of `Sampler.unit_samples`.
-    trials : int
-        Of each step.
-
-    Yields
-    ------
-    RareStage
-        As of `Rare.stages`.
-
     Returns
     -------
     Nearest

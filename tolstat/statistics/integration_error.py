@@ -49,20 +49,12 @@ class IntegrationError(NamedTuple):
         )
 
     def removed(self, values: Array) -> Array:
-        """Return the response as precise integration would have found it.
+        """Return float64[trial] as precise integration would have found it.
 
-        Parameters
-        ----------
-        values : float64[trial]
-            The response; NaN in trials that are not done.
-
-        Returns
-        -------
-        float64[trial]
-            Precise in the trials integrated again. In any other trial, less the error
-            of the representative trial of nearest response; several of equal response
-            take turns. So each counts for as many trials as it represents, even where
-            trials were chosen by their response.
+        Precise in the trials integrated again. In any other trial, less the error of
+        the representative trial of nearest response; several of equal response take
+        turns. So each counts for as many trials as it represents, even where trials
+        were chosen by their response.
         """
         if not self.representative.any():
             return np.full_like(values, np.nan)
@@ -94,12 +86,6 @@ def integration_error(
 
     Parameters
     ----------
-    values : float64[trial]
-        The response; NaN in trials that are not done.
-    trials : int64[n]
-        Which of them were integrated again.
-    precise : float64[n]
-        Their precise response; NaN where that failed.
     representative : bool[n]
         Whether a trial represents those of similar response: it was chosen at random or
         by this response. Another response may choose trials that are rare among these.
@@ -152,14 +138,10 @@ def verdict_changes(
 
     Parameters
     ----------
-    values : float64[trial]
-        The response; NaN in trials that are not done.
     trials : int64[n]
         Which of them were integrated again, done both times.
     precise : float64[n]
         Their precise response.
-    limit : tuple of float
-        Least and greatest permitted value.
     """
     lower, upper = limit
     distance = np.fmin(np.abs(values - lower), np.abs(values - upper))

@@ -34,21 +34,12 @@ class PointMass(NamedTuple):
 def point_mass_of(
     values: Array, replicate: NDArray[np.int64] | None = None
 ) -> PointMass | None:
-    """Find the value that more units share than chance allows.
+    """Find the value that more of float64[n] units share than chance allows.
 
-    Parameters
-    ----------
-    values : float64[n]
-        None NaN.
-    replicate : int64[n], optional
-        Number of the randomisation that each belongs to; independent without it.
-
-    Returns
-    -------
-    PointMass or None
-        The value that at least 0.5 % have exactly. Else at least 10 % that lie within a
-        ten thousandth of the range of 99.5 % of them (a loss that is zero but for
-        smoothed friction). None for a response without either.
+    The value that at least 0.5 % have exactly. Else at least 10 % that lie within a ten
+    thousandth of the range of 99.5 % of them (a loss that is zero but for smoothed
+    friction). None for a response without either. `replicate` is the number of the
+    randomisation of each; without it they are independent.
     """
     n = len(values)
     if n < 2 or np.ptp(values) == 0:

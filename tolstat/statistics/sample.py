@@ -72,8 +72,6 @@ class Sample(NamedTuple):
 
         Parameters
         ----------
-        units, among : bool[trial]
-            Which trials have the property; which of them count.
         counted : function
             Of a count and of trials: the estimate of independent trials.
         """

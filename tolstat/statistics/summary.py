@@ -82,18 +82,9 @@ def summarize(
     limit: Limit | None = None,
     declared: Ends | None = None,
 ) -> Summary:
-    """Summarize a response.
+    """Summarize a response: float64[trial], SI, NaN in trials that are not done.
 
-    Parameters
-    ----------
-    values : float64[trial]
-        The response; NaN in trials that are not done.
-    sample : Sample
-        The trials.
-    limit : Limit, optional
-        Of the response.
-    declared : tuple of float, optional
-        Declared range of the response; an open end is infinite.
+    With its limit and its declared range, whose open ends are infinite.
     """
     done = values[sample.done]
     limited = None

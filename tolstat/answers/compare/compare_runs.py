@@ -50,8 +50,6 @@ def compare(
 
     Parameters
     ----------
-    first, second, *others : Run or path
-        The runs, 26 at most.
     responses : sequence of str
         Responses in focus; those with a limit if none are given.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tolstat.answers.cells import limit_cell, ppk_cell, ppm, verdict_cell
+from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm, verdict_cell
 from tolstat.answers.compare.comparison import (
     COMPARED,
     Comparison,
@@ -150,22 +150,7 @@ def _pairing(one: Difference) -> Iterator[Paragraph]:
         yield note(f"{how.kind} ({how.words}); {both}.")
     for what, differing in (("Settings", one.settings), ("Deviations", one.deviations)):
         if differing:
-            yield note(f"{what} that differ: ", _that_differ(differing), ".")
-
-
-def _that_differ(differing: object) -> Parts:
-    """Write what differs, those together that differ alike."""
-    alike: dict[tuple[str, str], list[str]] = {}
-    assert isinstance(differing, dict)
-    for name, both in differing.items():
-        alike.setdefault(both, []).append(name)
-    return listed(
-        [
-            text(listed([Name(n) for n in names]), f": {a or 'none'} -> {b or 'none'}")
-            for (a, b), names in alike.items()
-        ],
-        joint="",
-    )
+            yield note(f"{what} that differ: ", changes(differing), ".")
 
 
 def _tables(found: Comparison, one: Difference) -> Iterator[Block]:

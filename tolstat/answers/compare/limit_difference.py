@@ -67,20 +67,10 @@ class LimitDifference(NamedTuple):
 
 
 def limit_difference(pair: Pair, name: str) -> LimitDifference | None:
-    """Compare the trials out of the limit of a response.
+    """Compare the trials out of the limit of a response that both runs have.
 
-    Parameters
-    ----------
-    pair : Pair
-        Two runs.
-    name : str
-        Of a response that both have.
-
-    Returns
-    -------
-    LimitDifference or None
-        Of the trials that ran in both where they are paired. None where neither study
-        limits the response.
+    Of the trials that ran in both where they are paired. None where neither study
+    limits the response.
     """
     own = [drawn.run.limits.get(name) for drawn in (pair.first, pair.second)]
     known = [limit for limit in own if limit is not None]

@@ -68,11 +68,6 @@ def pair_of(first: Run, second: Run) -> Pair:
     the order of all deviations of a part is the same in both runs, which chance makes
     of no twenty trials. This order is checked.
 
-    Parameters
-    ----------
-    first, second : Run
-        Whose trials were sampled.
-
     Returns
     -------
     Pair

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tolstat.answers.cells import limit_cell, ppk_cell, ppm
+from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm
 from tolstat.answers.what_if.what_if_answer import ResponseWhatIf, WhatIf
 from tolstat.document.blocks import (
     Block,
@@ -18,7 +18,7 @@ from tolstat.document.blocks import (
     paragraph,
     table,
 )
-from tolstat.document.inline import Name, Number, Word, counted, listed, text
+from tolstat.document.inline import Name, Number, Word, counted, text
 from tolstat.render.json_schema import share_words
 from tolstat.statistics.summary import QUANTILES
 from tolstat.units.scale import PER_CENT
@@ -46,16 +46,9 @@ def _yield(found: WhatIf) -> Paragraph:
 
 
 def _scenario(found: WhatIf) -> Paragraph:
-    """Say what changes: contributors that change alike together."""
-    alike: dict[tuple[str, str], list[str]] = {}
-    for name, each in found.changes.items():
-        alike.setdefault((each.baseline, each.scenario), []).append(name)
-
-    said = [
-        text(listed([Name(name) for name in names]), f": {before} -> {after}")
-        for (before, after), names in alike.items()
-    ]
-    return paragraph("Baseline -> scenario: ", listed(said, joint=""), ".")
+    """Say what changes."""
+    both = {name: (of.baseline, of.scenario) for name, of in found.changes.items()}
+    return paragraph("Baseline -> scenario: ", changes(both), ".")
 
 
 def _limits(found: WhatIf) -> Iterator[Table]:

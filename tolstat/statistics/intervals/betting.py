@@ -36,10 +36,6 @@ def mean_between(
     ----------
     values : float64[n]
         Independent, none NaN, in an order independent of their size.
-    lower, upper : float
-        Ends of the distribution; no value lies outside.
-    confidence : float
-        Of the interval; each side errs with at most half the rest.
     weights : Weights, optional
         With these the mean is that of the units that the values stand for: a bet pays
         the weight times value less m, whose mean is zero if the mean is m. What the cap

@@ -27,15 +27,7 @@ MULTIPLE = 256  # stages are a multiple of it
 
 
 class Running(NamedTuple):
-    """A statistic of the first trials of a run.
-
-    Attributes
-    ----------
-    trials : int64[point]
-        How many, ascending; the last is all of them.
-    value, lower, upper : float64[point]
-        The estimate and its 95 % interval; NaN where there is none yet.
-    """
+    """A statistic of the first trials of a run; NaN where there is no estimate yet."""
 
     trials: NDArray[np.int64]
     value: Array
@@ -49,23 +41,10 @@ def running(
     sample: Sample,
     limit: tuple[float, float] | None = None,
 ) -> Running:
-    """Estimate a statistic from ever more trials.
+    """Estimate a statistic of float64[trial] from ever more trials.
 
-    Parameters
-    ----------
-    statistic : Statistic
-        Of the response.
-    values : float64[trial]
-        The response; NaN in trials that are not done.
-    sample : Sample
-        The trials.
-    limit : tuple of float, optional
-        Least and greatest permitted value, for the share out of limit.
-
-    Returns
-    -------
-    Running
-        At forty numbers of trials, evenly spaced on a logarithmic scale.
+    At forty numbers of trials, evenly spaced on a logarithmic scale; with the permitted
+    values where it is a share out of limit.
     """
     n = len(values)
     fewest = min(FEWEST, n)
@@ -114,19 +93,6 @@ def trials_wanted(
 ) -> float:
     """Estimate how many trials are needed in all.
 
-    Parameters
-    ----------
-    precisions : sequence of Precision
-        All of them are to be reached.
-    responses : mapping of str to float64[trial]
-        Of the trials so far; NaN where they failed.
-    sample : Sample
-        These trials.
-    limits : mapping
-        Least and greatest permitted value by response.
-    ranges : mapping
-        Declared range by response.
-
     Returns
     -------
     float
@@ -166,13 +132,6 @@ def _trials_until(now: float, then: float) -> float:
 
 def next_stage(trials: int, wanted: float) -> int:
     """Return the trials of the next look: at most eight times as many as now.
-
-    Parameters
-    ----------
-    trials : int
-        So far.
-    wanted : float
-        Of `trials_wanted`, not 0.
 
     References
     ----------

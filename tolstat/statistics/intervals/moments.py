@@ -132,17 +132,6 @@ def mean_of(
 ) -> Estimate:
     """Estimate the mean of independent draws.
 
-    Parameters
-    ----------
-    values : float64[n]
-        Independent, none NaN, in any order.
-    reach : Reach
-        Ends of the response.
-    confidence : float
-        Of the interval.
-    weights : Weights, optional
-        Where the values stand for units of other distributions.
-
     Returns
     -------
     Estimate

@@ -17,15 +17,6 @@ def quantile(
 ) -> Estimate:
     """Estimate a quantile of a random sample.
 
-    Parameters
-    ----------
-    values : float64[n]
-        Independent draws, none NaN.
-    share : float
-        Between 0 and 1: 0.95 is the value that 95 % of the units lie below.
-    confidence : float
-        Of the interval; each side errs with at most half the rest.
-
     Returns
     -------
     Estimate
@@ -51,10 +42,6 @@ def quantiles(
 
     Parameters
     ----------
-    values, confidence
-        As of `quantile`.
-    shares : iterable of float
-        Between 0 and 1.
     failed : int
         Trials that have no value.
     worst : int

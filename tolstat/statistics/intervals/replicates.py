@@ -32,10 +32,6 @@ def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
 
     Parameters
     ----------
-    trials : int
-        Of all replicates.
-    replicates : int
-        Independent of each other.
     confidence : float
         A larger share is missed with half the rest.
 
@@ -69,10 +65,6 @@ def mean_of_replicates(
         The response, none NaN.
     replicate : int64[trial]
         Number of the independent randomisation that each trial belongs to.
-    reach : Reach
-        Ends of the response.
-    confidence : float
-        Of the interval.
 
     Returns
     -------
@@ -144,15 +136,6 @@ def quantile_of_replicates(
     values: Array, replicate: Numbers, share: float, confidence: float = 0.95
 ) -> Estimate:
     """Estimate a quantile of Latin hypercube or Sobol' trials.
-
-    Parameters
-    ----------
-    values : float64[trial]
-        None NaN; infinite where a trial failed.
-    replicate, confidence
-        As of `mean_of_replicates`.
-    share : float
-        Between 0 and 1.
 
     Returns
     -------

@@ -16,15 +16,6 @@ PRIOR = 0.5  # of Jeffreys' beta distribution, both parameters: it mixes the bet
 def proportion(count: int, trials: int, confidence: float = 0.95) -> Estimate:
     """Estimate a share from a count, with the interval of Clopper and Pearson.
 
-    Parameters
-    ----------
-    count : int
-        Trials that have the property.
-    trials : int
-        All trials, at least one.
-    confidence : float
-        Of the interval.
-
     References
     ----------
     C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404-413.
@@ -40,10 +31,6 @@ def anytime_valid(count: int, trials: int, confidence: float = 0.95) -> Estimate
 
     Parameters
     ----------
-    count : int
-        Trials that have the property.
-    trials : int
-        All trials, at least one.
     confidence : float
         That the interval holds the share after every trial that is ever added; each
         side errs with at most half the rest.
@@ -70,19 +57,9 @@ def anytime_valid(count: int, trials: int, confidence: float = 0.95) -> Estimate
 def evidence_against(count: int, trials: int, share: float) -> float:
     """Return the evidence that the property is rarer than a share: a logarithm.
 
-    Parameters
-    ----------
-    count, trials
-        As of `anytime_valid`.
-    share : float
-        Between 0 and 1.
-
-    Returns
-    -------
-    float
-        Of the likelihood of smaller shares, averaged over Jeffreys' prior, over that of
-        this one. If the true share is not smaller, it ever exceeds log(k) with a
-        probability of at most 1/k.
+    Of the likelihood of smaller shares, averaged over Jeffreys' prior, over that of
+    this one. If the true share is not smaller, it ever exceeds log(k) with a
+    probability of at most 1/k.
     """
     a, b = count + PRIOR, trials - count + PRIOR
     left = betainc(a, b, share)
@@ -122,8 +99,6 @@ def gamma_ends(
         What each counted unit adds to the sum.
     one_more : float
         What the next one might add; above 0.
-    confidence : float
-        Of the interval.
 
     References
     ----------

@@ -33,19 +33,7 @@ def mean(
     reach: Reach = ANYWHERE,
     confidence: float = 0.95,
 ) -> Estimate:
-    """Estimate the mean over the trials that are done.
-
-    Parameters
-    ----------
-    values : float64[trial]
-        The response; NaN in trials that are not done.
-    sample : Sample
-        The trials.
-    reach : Reach
-        Ends of the response.
-    confidence : float
-        Of the interval.
-    """
+    """Estimate the mean of float64[trial] over the trials that are done."""
     done, replicate = values[sample.done], sample.replicate[sample.done]
     if sample.replicates:
         return mean_of_replicates(done, replicate, reach, confidence)
@@ -81,17 +69,9 @@ def quantiles_at(
 
     Parameters
     ----------
-    values : float64[trial]
-        The response; NaN in trials that are not done.
-    sample : Sample
-        The trials.
-    shares : iterable of float
-        Between 0 and 1.
     limit : tuple of float, optional
         Permitted values. A failed trial is out of a limit with one end. Otherwise its
         place is unknown, and the interval holds wherever it lies.
-    confidence : float
-        Of the intervals.
     """
     done = values[sample.done]
     if not len(done):
@@ -148,19 +128,7 @@ class Statistic(NamedTuple):
         limit: tuple[float, float] | None = None,
         declared: tuple[float, float] | None = None,
     ) -> Estimate:
-        """Estimate it.
-
-        Parameters
-        ----------
-        values : float64[trial]
-            The response; NaN in trials that are not done.
-        sample : Sample
-            The trials.
-        limit : tuple of float, optional
-            Least and greatest permitted value.
-        declared : tuple of float, optional
-            Declared range of the response.
-        """
+        """Estimate it; `declared` is the range of the response, infinite where open."""
         if self.kind == "quantile":
             return quantiles_at(values, sample, [self.share], limit)[self.share]
         if self.kind == "beyond":

@@ -24,13 +24,6 @@ COUNTED = 10  # units out of limit from which their count is nearly normal
 def weighted_share(units: NDArray[np.bool_], weights: Weights) -> Estimate:
     """Estimate a share of the units of other distributions.
 
-    Parameters
-    ----------
-    units : bool[trial]
-        Which of the independent trials have the property.
-    weights : Weights
-        Of the trials.
-
     Returns
     -------
     Estimate
@@ -117,14 +110,9 @@ def rare_share(out: NDArray[np.bool_], weights: Array) -> Estimate:
 
 
 def unmet(weights: Array, confidence: float = 0.95) -> float:
-    """Return the largest share of a kind of unit that no trial met.
+    """Return the largest share of a kind of unit that no weighted trial met.
 
-    Parameters
-    ----------
-    weights : float64[trial]
-        As of `rare_share`.
-    confidence : float
-        The share is larger with half the rest.
+    A larger one is missed with half of what the confidence leaves.
     """
     # a kind of share p has at least p over the largest weight in the sample
     missed = (1 - confidence) / 2
@@ -133,14 +121,9 @@ def unmet(weights: Array, confidence: float = 0.95) -> float:
 
 
 def plain_trials(share: Estimate) -> float:
-    """Return how many random trials would give as narrow an interval.
+    """Return how many random trials would give as narrow an interval of a share.
 
     NaN where these would be too few for a normal distribution of their count.
-
-    Parameters
-    ----------
-    share : Estimate
-        Of units out of limit.
     """
     width, p = share.upper - share.lower, share.value
     if not (share.sure and p > 0 and width > 0):

@@ -47,8 +47,6 @@ def exchange(first: Units, second: Units, confidence: float = 0.95) -> Exchange:
     ----------
     first, second : bool[trial]
         Whether each unit is within, in either design; trials independent.
-    confidence : float
-        Of the interval.
 
     Returns
     -------
@@ -77,20 +75,11 @@ def exchange(first: Units, second: Units, confidence: float = 0.95) -> Exchange:
 
 
 def difference(first: Estimate, second: Estimate, correlation: float = 0.0) -> Estimate:
-    """Subtract the first number from the second, with an interval from theirs.
+    """Subtract the first design's number from the second's, with an interval.
 
-    Parameters
-    ----------
-    first, second : Estimate
-        The same number of two designs.
-    correlation : float
-        Of their errors: 0 for independent trials.
-
-    Returns
-    -------
-    Estimate
-        Second less first; its interval comes from both by squares, end by end. Where
-        one is infinite, from the ends alone: it holds for any correlation.
+    The interval comes from both by squares, end by end; with the correlation of their
+    errors, 0 for independent trials. Where one is infinite, from the ends alone: it
+    holds for any correlation.
 
     References
     ----------
@@ -118,11 +107,8 @@ def difference(first: Estimate, second: Estimate, correlation: float = 0.0) -> E
 def correlation_of_shares(first: Units, second: Units) -> float:
     """Return the correlation of the errors of two shares of the same trials.
 
-    Parameters
-    ----------
-    first, second : bool[trial]
-        Which units have the property, in either design. Two units more are counted that
-        have it in one alone, for that number is uncertain. At most 0.9.
+    Two units more are counted that have the property in one alone, for that number is
+    uncertain. At most 0.9.
     """
     n = len(first) + 2
     both = np.count_nonzero(first & second)
@@ -134,15 +120,10 @@ def correlation_of_shares(first: Units, second: Units) -> float:
 def correlation_of_quantiles(
     first: Array, second: Array, quantiles: tuple[Estimate, Estimate]
 ) -> float:
-    """Return the correlation of the errors of a quantile of two designs.
+    """Return the correlation of the errors of a quantile of two paired designs.
 
-    Parameters
-    ----------
-    first, second : float64[trial]
-        The response in either design, of the same trials in the same order.
-    quantiles : tuple of Estimate
-        Of either design. Where an end of an interval is a value that several units
-        share, the interval is wider than the error: 0.
+    0 where an end of an interval is a value that several units share: the interval is
+    wider than the error.
     """
     a, b = quantiles
     for values, each in ((first, a), (second, b)):
@@ -164,10 +145,6 @@ def difference_of_ppk(
     first, second : float64[trial]
         The response in either design, of trials that are done: the same trials in the
         same order, or independent trials.
-    limits : tuple of Limit
-        Of either design.
-    confidence : float
-        Of the interval.
 
     Returns
     -------

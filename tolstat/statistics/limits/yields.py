@@ -53,17 +53,6 @@ def yield_of(
 ) -> Yield:
     """Estimate the yield of a limit.
 
-    Parameters
-    ----------
-    values : float64[trial]
-        The response; NaN in trials that are not done.
-    sample : Sample
-        The trials.
-    limit : tuple of float
-        Least and greatest permitted value.
-    demanded : float
-        Demanded yield.
-
     Returns
     -------
     Yield
@@ -89,17 +78,7 @@ def yield_of(
 def joint_yield(
     responses: Mapping[str, Array], sample: Sample, limits: Mapping[str, Ends]
 ) -> Estimate:
-    """Estimate the yield of all limits together.
-
-    Parameters
-    ----------
-    responses : mapping of str to float64[trial]
-        By name.
-    sample : Sample
-        The trials; failed ones are out of all limits.
-    limits : mapping of str to tuple of float
-        Least and greatest permitted value of each limited response; at least one.
-    """
+    """Estimate the yield of all limits together, at least one, by response: SI."""
     good = np.all(
         [within(responses[name], limit) for name, limit in limits.items()], axis=0
     )

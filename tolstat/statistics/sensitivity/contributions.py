@@ -88,8 +88,6 @@ def contributions(
         None NaN.
     groups : mapping of str to names, optional
         Contributors of each group.
-    confidence : float
-        Of the intervals.
     independent : bool
         Whether the deviations are independent of each other: only then the indices of
         a linear response come from its regression.

@@ -56,21 +56,9 @@ def scatter_of(deviations: Mapping[str, Array]) -> Scatter:
 def root_sum_square(
     nominal: float, slopes: Mapping[str, float], scatter: Scatter
 ) -> Linear:
-    """Combine slopes with the scatter of the deviations.
+    """Combine slopes at the nominal unit, by contributor, with the scatter; SI.
 
-    Parameters
-    ----------
-    nominal : float
-        Response of the nominal unit.
-    slopes : mapping of str to float
-        By contributor, at the nominal unit.
-    scatter : Scatter
-        Of the deviations.
-
-    Returns
-    -------
-    Linear
-        NaN throughout if a slope is.
+    NaN throughout if a slope is.
     """
     s = np.array([slopes[name] for name in scatter.names])
     variance = float(s @ scatter.covariance @ s)
@@ -106,19 +94,9 @@ class Departure(NamedTuple):
 
 
 def departures(linear: Linear, quantiles: Mapping[float, Estimate]) -> list[Departure]:
-    """Compare the linear answer with simulated quantiles.
+    """Compare the linear answer with simulated quantiles, the median among them.
 
-    Parameters
-    ----------
-    linear : Linear
-        Of the same response.
-    quantiles : mapping of float to Estimate
-        By share; with the median.
-
-    Returns
-    -------
-    list of Departure
-        Of the outermost quantiles that have an interval: the lower, then the upper.
+    At the outermost quantiles that have an interval: the lower, then the upper.
     """
     middle = quantiles[0.5].value
     sure = sorted(share for share, found in quantiles.items() if found.sure)

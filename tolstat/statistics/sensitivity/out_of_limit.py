@@ -51,8 +51,6 @@ def differences(
 
     Parameters
     ----------
-    deviations : mapping of str to float64[trial]
-        By contributor; of independent trials.
     out : mapping of str to bool[trial]
         Which trials are out of the limit of each response; failed ones included.
 

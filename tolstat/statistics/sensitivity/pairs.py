@@ -66,19 +66,9 @@ def pairs(
 ) -> dict[str, list[Together]]:
     """Find the pairs of contributors that together explain the units out of limit.
 
-    Parameters
-    ----------
-    deviations : mapping of str to float64[trial]
-        By contributor; of independent trials.
-    out : mapping of str to bool[trial]
-        Which trials are out of the limit of each response; failed ones included.
-
-    Returns
-    -------
-    dict of str to list of Together
-        By response. Significant pairs, in the outer part in at least 40 % of these
-        units, and more often than either member; the highest share first. Correlated
-        contributors are no pair.
+    Arguments as of `differences`. By response: significant pairs, in the outer part in
+    at least 40 % of these units, and more often than either member; the highest share
+    first. Correlated contributors are no pair.
 
     Notes
     -----

@@ -26,24 +26,17 @@ class Indices(NamedTuple):
 
 
 def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
-    """Estimate the Sobol' indices of a response.
+    """Estimate the Sobol' indices of a response, with a jackknife over groups.
 
     Parameters
     ----------
     groups : float64[group, 2 + factor]
         The response of trials A and B, and of A with one factor from B; none NaN.
-    factors : sequence of str
-        Names, in the order of the columns.
-
-    Returns
-    -------
-    dict of str to Indices
-        By factor, with intervals from a jackknife over twentieths of the groups.
 
     References
     ----------
-    A. Saltelli et al., Computer Physics Communications 181 (2010) 259-270, table 2:
-    (b) for the first order; (f), after Jansen, for the total.
+    A. Saltelli et al., Computer Physics Communications 181 (2010) 259-270, table 2: (b)
+    for the first order; (f), after Jansen, for the total.
     """
     n = len(groups)
     light = tails_are_light(moments(groups[:, :2].ravel()))
