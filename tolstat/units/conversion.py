@@ -13,12 +13,14 @@ from typing import Any
 
 from tolstat.errors import UnitError, allowed_names
 
-POWERS = {"n": "1e-9", "u": "1e-6", "m": "1e-3", "": "1", "k": "1e3", "M": "1e6",
-          "G": "1e9"}  # fmt: skip
+POWERS = {"n": "1e-9", "u": "1e-6", "m": "1e-3", "c": "1e-2", "": "1", "k": "1e3",
+          "M": "1e6", "G": "1e9"}  # fmt: skip
 
 
-def _prefixed(prefixes: tuple[str, ...], name: str, meaning: str) -> dict[str, str]:
-    return {prefix + name: f"{POWERS[prefix]} {meaning}" for prefix in prefixes}
+def _prefixed(prefixes: str, name: str, meaning: str) -> dict[str, str]:
+    """Define a unit with some prefixes; a blank is none."""
+    found = map(str.strip, prefixes)
+    return {prefix + name: f"{POWERS[prefix]} {meaning}" for prefix in found}
 
 
 # what each known name means in SI base units (kg m s rad)
@@ -27,33 +29,24 @@ KNOWN = {
     "count": "1",
     "%": "0.01",
     "ppm": "1e-6",
-    "m": "m",
-    "km": "1e3 m",
-    "cm": "1e-2 m",
-    "mm": "1e-3 m",
-    "um": "1e-6 m",
-    "nm": "1e-9 m",
+    **_prefixed(" kcmun", "m", "m"),
     "in": "0.0254 m",
     "kg": "kg",
     "g": "1e-3 kg",
     "t": "1e3 kg",
-    "s": "s",
-    "ms": "1e-3 s",
-    "us": "1e-6 s",
+    **_prefixed(" mu", "s", "s"),
     "min": "60 s",
     "h": "3600 s",
-    **_prefixed(("m", "", "k"), "Hz", "/ s"),
-    "rad": "rad",
-    "mrad": "1e-3 rad",
-    "urad": "1e-6 rad",
+    **_prefixed("m k", "Hz", "/ s"),
+    **_prefixed(" mu", "rad", "rad"),
     "deg": f"{math.pi / 180!r} rad",
     "arcmin": f"{math.pi / 10800!r} rad",
     "arcsec": f"{math.pi / 648000!r} rad",
     "rpm": f"{math.pi / 30!r} rad / s",
-    **_prefixed(("u", "m", "", "k", "M"), "N", "kg m / s^2"),
-    **_prefixed(("n", "u", "m", "", "k", "M"), "J", "kg m^2 / s^2"),
-    **_prefixed(("u", "m", "", "k", "M"), "W", "kg m^2 / s^3"),
-    **_prefixed(("", "k", "M", "G"), "Pa", "kg / m / s^2"),
+    **_prefixed("um kM", "N", "kg m / s^2"),
+    **_prefixed("num kM", "J", "kg m^2 / s^2"),
+    **_prefixed("um kM", "W", "kg m^2 / s^3"),
+    **_prefixed(" kMG", "Pa", "kg / m / s^2"),
 }
 
 BASES = {"kg": "mass", "m": "length", "s": "time", "rad": "angle"}

@@ -16,14 +16,12 @@ from tolstat.statistics.intervals.replicates import (
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.capability import by_share
 from tolstat.statistics.limits.difference import (
-    Exchange,
     correlation_of_shares,
     difference,
     difference_of_ppk,
     exchange,
 )
 from tolstat.statistics.limits.limit import within
-from tolstat.statistics.sample import Sample
 
 Flags = NDArray[np.bool_]
 
@@ -77,50 +75,34 @@ def limit_difference(pair: Pair, name: str) -> LimitDifference | None:
     if not known:
         return None
     limits = own[0] or known[0], own[1] or known[0]
-    samples = (pair.sample or pair.first.sample, pair.sample or pair.second.sample)
-    good = [
-        within(values, limit.permitted) & sample.done
-        for values, limit, sample in zip(
-            pair.values(name), limits, samples, strict=True
-        )
+    sample, each = pair.sample, (pair.first.sample, pair.second.sample)
+    samples = (sample, sample) if sample else each
+    out = [
+        ~(within(values, limit.permitted) & of.done)
+        for values, limit, of in zip(pair.values(name), limits, samples, strict=True)
     ]
     a, b = (
-        sample.share(~each, sample.ran, proportion)
-        for each, sample in zip(good, samples, strict=True)
+        of.share(flags, of.ran, proportion)
+        for flags, of in zip(out, samples, strict=True)
     )
     ppks = by_share(a, limits[0]), by_share(b, limits[1])
-    changes, more, together = None, difference(a, b), 0.0
+    more, together, worse, better = difference(a, b), 0.0, None, None
+    if sample:
+        first, second = (~flags[sample.ran] for flags in out)
+        worse, better, more = exchange(first, second)
+        together = correlation_of_shares(first, second)
+        if sample.replicates:
+            less, ends = first.astype(np.float64) - second, Reach((-1.0, 1.0))
+            more = mean_of_replicates(less, sample.replicate[sample.ran], ends)
     moments = difference_of_ppk(*pair.done(name), limits)
-    replicated = samples[0].replicates or samples[1].replicates
-    if pair.sample is not None:
-        first, second = (each[pair.sample.ran] for each in good)
-        changes = _exchange(first, second, pair.sample)
-        more, together = changes.out_of_limit, correlation_of_shares(first, second)
-    ppk_more = difference(ppks[0], ppks[1], together)
-    if replicated:
+    ppk_more = difference(*ppks, together)
+    if any(of.replicates for of in samples):
         moments = _unsure(moments)
-        ppk_more = _unsure(ppk_more) if pair.sample else ppk_more
+        ppk_more = _unsure(ppk_more) if sample else ppk_more
     return LimitDifference(
-        (limits[0].words, limits[1].words),
-        (a, b),
-        changes.worse if changes else None,
-        changes.better if changes else None,
-        more,
-        ppks,
-        ppk_more,
-        moments,
-    )
-
-
-def _exchange(first: Flags, second: Flags, sample: Sample) -> Exchange:
-    """Count the trials that change sides; they may depend on each other."""
-    found = exchange(first, second)
-    if not sample.replicates:
-        return found
-    more = first.astype(np.float64) - second
-    share = Reach((-1.0, 1.0))
-    less = mean_of_replicates(more, sample.replicate[sample.ran], share)
-    return found._replace(out_of_limit=less)
+        (limits[0].words, limits[1].words), (a, b), worse, better, more, ppks,
+        ppk_more, moments,
+    )  # fmt: skip
 
 
 def _unsure(found: Estimate) -> Estimate:

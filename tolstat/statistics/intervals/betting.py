@@ -47,10 +47,8 @@ def mean_between(
     J. R. Statist. Soc. B 86 (2024) 1-27: the capitals of (23) to (26), each by itself.
     """
     miss = (1 - confidence) / 2
-    return (
-        least_mean(values, lower, miss, weights),
-        -least_mean(-values, -upper, miss, weights),
-    )
+    least = least_mean(values, lower, miss, weights)
+    return least, -least_mean(-values, -upper, miss, weights)
 
 
 def least_mean(
@@ -68,6 +66,7 @@ def least_mean(
         return lower
     y = (values - lower) / scale
     wanted, tiny = math.log(1 / miss), 1e-300
+    weights = weights or Weights(np.ones(len(y)))
     bets = y, _stakes(y, wanted, weights), wanted, weights
     if not _gain(tiny, *bets) > 0:
         return lower
@@ -87,29 +86,17 @@ def surely_more(
     return _gain(share, y, _stakes(y, wanted, weights), wanted, weights) > 0
 
 
-def _stakes(y: Array, wanted: float, weights: Weights | None) -> Array:
+def _stakes(y: Array, wanted: float, weights: Weights) -> Array:
     """Choose the stake of each trial."""
-    n = len(y)
-    count = np.arange(1, n + 1)
-    if weights is None:
-        mean = (0.5 + np.cumsum(y)) / (count + 1)
-        variance = (0.25 + np.cumsum((y - mean) ** 2)) / (count + 1)
-    else:
-        w = weights.capped
-        mean = (0.5 + np.cumsum(w * y)) / (np.cumsum(w) + 1)
-        variance = (0.25 + np.cumsum((w * (y - mean)) ** 2)) / (count + 1)
+    n, w = len(y), weights.capped
+    mean = (0.5 + np.cumsum(w * y)) / (np.cumsum(w) + 1)
+    variance = (0.25 + np.cumsum((w * (y - mean)) ** 2)) / np.arange(2, n + 2)
     # each stake knows the trials before it, and not its own, but for the scale
     return np.asarray(np.sqrt(2 * wanted / (n * np.append(0.25, variance[:-1]))))
 
 
-def _gain(
-    m: float, y: Array, stake: Array, wanted: float, weights: Weights | None
-) -> float:
+def _gain(m: float, y: Array, stake: Array, wanted: float, weights: Weights) -> float:
     """Return the logarithm of the final capital, less the wanted one."""
-    if weights is None:
-        capital = np.minimum(stake, MOST_STAKED / m)
-        capital *= y - m
-    else:
-        capital = np.minimum(stake, MOST_STAKED / m / (weights.most + weights.cut))
-        capital *= weights.capped * (y - m) - weights.cut * m
+    capital = np.minimum(stake, MOST_STAKED / m / (weights.most + weights.cut))
+    capital *= weights.capped * (y - m) - weights.cut * m
     return float(np.log1p(capital, out=capital).sum()) - wanted
