@@ -95,6 +95,13 @@ class _Toleranced:
 
     tolerance: Tolerance = key("tolerance")
 
+    def deviations(self, u: Array) -> Array:
+        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        return self._between(*self.tolerance, u)
+
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
+        raise NotImplementedError
+
     def _above_zero(self, *names: str) -> None:
         """Refuse keys that are not above zero."""
         for name in names:
@@ -107,9 +114,7 @@ class _Toleranced:
 class Uniform(_Toleranced):
     """Every deviation inside the tolerance is as likely as any other."""
 
-    def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
-        lower, upper = self.tolerance
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
         return lower + (upper - lower) * u
 
 
@@ -117,9 +122,7 @@ class Uniform(_Toleranced):
 class Arcsine(_Toleranced):
     """Sine of a random phase between the ends of the tolerance (JCGM 101, 6.4.6)."""
 
-    def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
-        lower, upper = self.tolerance
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
         return lower + (upper - lower) * np.sin(0.5 * np.pi * u) ** 2
 
 
@@ -141,9 +144,7 @@ class Triangular(_Toleranced):
         if self.mode is not None and not lower <= self.mode <= upper:
             raise DistributionError("the mode lies outside the tolerance")
 
-    def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
-        lower, upper = self.tolerance
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
         mode = self.tolerance.middle if self.mode is None else self.mode
         width = upper - lower
         rising = lower + np.sqrt(u * width * (mode - lower))
@@ -170,9 +171,7 @@ class Trapezoidal(_Toleranced):
         if self.plateau and not lower <= self.plateau[0] <= self.plateau[1] <= upper:
             raise DistributionError("the plateau lies outside the tolerance")
 
-    def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
-        lower, upper = self.tolerance
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
         quarter = self.tolerance.half / 2
         first, last = self.plateau or (lower + quarter, upper - quarter)
         height = 2 / (upper - lower + last - first)
@@ -202,9 +201,7 @@ class Beta(_Toleranced):
         """Refuse shapes that are no distribution."""
         self._above_zero("alpha", "beta")
 
-    def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
-        lower, upper = self.tolerance
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
         share = np.asarray(betaincinv(self.alpha, self.beta, u))
         return np.clip(lower + (upper - lower) * share, lower, upper)  # rounding
 
@@ -229,9 +226,7 @@ class Lognormal(_Toleranced):
         if not self.tolerance.lower < self.median < self.tolerance.upper:
             raise DistributionError("the median lies outside the tolerance")
 
-    def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
-        lower, upper = self.tolerance
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
         scale = self.median - lower
         sigma = math.log((upper - lower) / scale) / 3
         return lower + scale * np.exp(sigma * np.asarray(ndtri(u)))
@@ -257,9 +252,7 @@ class Weibull(_Toleranced):
         """Refuse a shape that is no distribution."""
         self._above_zero("shape")
 
-    def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
-        lower, upper = self.tolerance
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
         power = 1 / self.shape
         scale = (upper - lower) / (-math.log1p(-THREE_SIGMA)) ** power
         return np.asarray(lower + scale * np.power(-np.log1p(-u), power))
@@ -316,8 +309,7 @@ class Normal(_Toleranced):
             shift, sigma = self.shift or 0.0, half / (3 * (self.cp or 1.0))
         return self.tolerance.middle + shift, sigma
 
-    def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
         mean, sigma = self.mean_and_sigma
         return mean + sigma * np.asarray(ndtri(u))
 
@@ -335,9 +327,7 @@ class TruncatedNormal(Normal):
 
     outside: str = key("word", choices=("screened", "clipped"))
 
-    def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
-        lower, upper = self.tolerance
+    def _between(self, lower: float, upper: float, u: Array) -> Array:
         mean, sigma = self.mean_and_sigma
         if self.outside == "screened":
             below, above = ndtr((lower - mean) / sigma), ndtr((mean - upper) / sigma)
