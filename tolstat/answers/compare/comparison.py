@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple
 from tolstat.answers.answer import Answer
 from tolstat.answers.cells import number_cells
 from tolstat.answers.compare.limit_difference import LimitDifference
-from tolstat.answers.compare.pairing import Pair
+from tolstat.answers.compare.pairing import UNPAIRED, Pair
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.render.json_schema import share_words
@@ -138,6 +138,16 @@ class Difference(NamedTuple):
     deviations: Mapping[str, tuple[str, str]]
     focus: tuple[str, ...]
     responses: Mapping[str, ResponseDifference]
+
+    @property
+    def paired(self) -> bool:
+        """Whether the trials of both are the same, or have common random numbers."""
+        return self.pairing.kind != UNPAIRED
+
+    @property
+    def limits(self) -> dict[str, LimitDifference]:
+        """The responses that a study limits."""
+        return {n: each.limit for n, each in self.responses.items() if each.limit}
 
 
 @dataclass(frozen=True, repr=False)

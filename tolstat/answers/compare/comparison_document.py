@@ -9,13 +9,10 @@ from tolstat.answers.compare.comparison import (
     COMPARED,
     Comparison,
     Design,
-    DesignResponse,
     Difference,
-    ResponseDifference,
 )
 from tolstat.answers.compare.comparison_figures import figures_of
-from tolstat.answers.compare.limit_difference import LimitDifference
-from tolstat.answers.compare.pairing import UNPAIRED, Pair
+from tolstat.answers.compare.pairing import Pair
 from tolstat.document.blocks import (
     Block,
     Bullets,
@@ -36,7 +33,7 @@ from tolstat.document.inline import Name, Number, Parts, counted, listed, text
 from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import QUANTILES
-from tolstat.units.scale import PER_CENT, Scale
+from tolstat.units.scale import PER_CENT
 
 SIGNIFICANT = {
     -1: "significantly fewer trials out of the limit of ",
@@ -81,7 +78,7 @@ def _joined(said: list[Parts]) -> Parts:
 
 def _of_both(found: Comparison, one: Difference) -> Parts:
     """Say how many trials the numbers of a difference rest on."""
-    if one.pairing.kind == UNPAIRED:
+    if not one.paired:
         return text("unpaired; ", _of_each(found))
     done = counted(one.pairing.done_in_both, "trial")
     failed = Number(one.pairing.failed)
@@ -92,11 +89,13 @@ def _lead(found: Comparison) -> Iterator[Block]:
     """Lead with the limits on which designs differ significantly."""
     said = []
     for one in found.differences:
-        limits = {n: each.limit for n, each in one.responses.items() if each.limit}
+        signs: dict[int, list[Name]] = {}
+        for name, each in one.limits.items():
+            signs.setdefault(each.significant, []).append(Name(name))
         groups = [
-            text(words, listed([Name(n) for n in names]))
+            text(words, listed(signs[sign]))
             for sign, words in SIGNIFICANT.items()
-            if (names := [n for n, each in limits.items() if each.significant == sign])
+            if sign in signs
         ]
         if groups:
             said.append(text(f"{one.design} less A: ", _joined(groups), "."))
@@ -139,44 +138,43 @@ def _difference(found: Comparison, pair: Pair, one: Difference) -> Iterator[Bloc
 def _pairing(one: Difference) -> Iterator[Paragraph]:
     """Say how the trials are paired, and what else differs."""
     how = one.pairing
-    both = "not trial by trial: differences of means, quantiles and fractions"
-    if how.kind != UNPAIRED:
+    if one.paired:
         done = Number(how.done_in_both)
         yield note(
             f"{how.kind} ({how.words}). ", done, " of ", counted(how.trials, "trial"),
             " are done in both.",
         )  # fmt: skip
     else:
-        yield note(f"{how.kind} ({how.words}); {both}.")
+        yield note(
+            f"{how.kind} ({how.words}); not trial by trial: differences of means, "
+            "quantiles and fractions."
+        )
     for what, differing in (("Settings", one.settings), ("Deviations", one.deviations)):
         if differing:
             yield note(f"{what} that differ: ", changes(differing), ".")
 
 
 def _tables(found: Comparison, one: Difference) -> Iterator[Block]:
-    limits = {n: each.limit for n, each in one.responses.items() if each.limit}
-    if limits:
-        yield _limits(found, one, limits)
+    if one.limits:
+        yield _limits(found, one)
     yield _responses(found, one)
-    if one.pairing.kind != UNPAIRED:
+    if one.paired:
         yield _trial_by_trial(found, one)
     yield note(
         "Below each number stands its 95 % interval: ", one.pairing.promise, ". ",
         "A design without a limit is judged by that of the other. ",
         "Worse: trials within in A and out of limit in ", one.design, "; better: the "
-        "other way round. " if one.pairing.kind != UNPAIRED else None,
+        "other way round. " if one.paired else None,
         "The interval of a mean assumes that no difference lies farther out than twice "
         "the spread of these.",
     )  # fmt: skip
 
 
-def _limits(
-    found: Comparison, one: Difference, limits: dict[str, LimitDifference]
-) -> Table:
-    b, paired = one.design, one.pairing.kind != UNPAIRED
+def _limits(found: Comparison, one: Difference) -> Table:
+    b, paired = one.design, one.paired
     sides = ["worse", "better"] if paired else []
     rows = []
-    for name, each in limits.items():
+    for name, each in one.limits.items():
         other = each.limits[1] if each.limits[0] != each.limits[1] else ""
         row: list[Given] = [
             Name(name),
@@ -206,7 +204,7 @@ def _limits(
 
 def _responses(found: Comparison, one: Difference) -> Table:
     a, b = found.of(one)
-    share, paired = share_words(0.95), one.pairing.kind != UNPAIRED
+    share, paired = share_words(0.95), one.paired
     sides = [
         f"smaller in {b.label}, %",
         Column(f"larger in {b.label}, %", page_only=True),
@@ -244,12 +242,16 @@ def _responses(found: Comparison, one: Difference) -> Table:
 
 
 def _trial_by_trial(found: Comparison, one: Difference) -> Table:
+    rows: list[list[Given]] = []
+    for name, each in one.responses.items():
+        scale, of = found.responses[name].scale, each.trial_by_trial
+        assert of is not None
+        numbers: list[Estimate | float]
+        numbers = [of.mean, of.least, *of.quantiles.values(), of.largest]
+        rows.append([Name(name), scale.mark, *(Number(x, scale) for x in numbers)])
     return table(
         ["response", "unit", "mean", "least", *map(share_words, QUANTILES), "largest"],
-        [
-            _summary_row(name, each, found.responses[name].scale)
-            for name, each in one.responses.items()
-        ],
+        rows,
         "Differences trial by trial",
         caption=_of_both(found, one),
         keys=2,
@@ -258,28 +260,18 @@ def _trial_by_trial(found: Comparison, one: Difference) -> Table:
     )
 
 
-def _summary_row(name: str, each: ResponseDifference, scale: Scale) -> list[Given]:
-    of = each.trial_by_trial
-    assert of is not None
-    quantiles = (of.quantiles[q] for q in QUANTILES)
-    numbers: list[Estimate | float] = [of.mean, of.least, *quantiles, of.largest]
-    return [Name(name), scale.mark, *(Number(x, scale) for x in numbers)]
-
-
 def _in_focus(found: Comparison, pair: Pair, one: Difference, name: str) -> Section:
     """Return the quantiles and the figures of a response."""
     (a, b), each = found.of(one), one.responses[name]
     sentence, scale = found.responses[name]
 
-    def row(design: Design, of: DesignResponse) -> list[Given]:
-        quantiles = (of.quantiles[q] for q in QUANTILES)
-        numbers: list[Estimate | float] = [of.nominal, *quantiles]
+    def row(design: Design) -> list[Given]:
+        of = design.responses[name]
+        numbers: list[Estimate | float] = [of.nominal, *of.quantiles.values()]
         return [design.label, *(Number(x, scale) for x in numbers)]
 
-    less: list[Given] = [f"{b.label} - A", None]
-    for q in QUANTILES:
-        known = each.quantiles.get(q)
-        less.append(Number(known, scale) if known else None)
+    known = (each.quantiles.get(q) for q in QUANTILES)
+    less = [f"{b.label} - A", None, *(x and Number(x, scale) for x in known)]
     heads = ["design", "nominal", *map(share_words, QUANTILES)]
     return Section(
         f"{name}, {b.label} and A",
@@ -287,7 +279,7 @@ def _in_focus(found: Comparison, pair: Pair, one: Difference, name: str) -> Sect
             paragraph(sentence, f", {scale.mark}" if scale.mark else None),
             table(
                 heads,
-                [row(a, a.responses[name]), row(b, b.responses[name]), less],
+                [row(a), row(b), less],
                 caption=_of_each(found),
                 look="dense",
             ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tolstat.answers.relimit import with_limits
 from tolstat.answers.report.gather import all_limits, reportable, summaries_of
@@ -154,7 +154,11 @@ def _covered(
         return None
     with problems.noting("all together", None):
         overlap = _overlap(scenario.distributions, study, len(drawn.trials), left)
-        weights = Weights(_ratio(drawn, study, scenario), overlap.most, overlap.cut)
+        baseline = study.deviating
+        values = {name: drawn.values(name) for name in baseline.distributions}
+        ratio = DensityRatio(values, baseline.distributions, baseline.dependence)
+        new = ratio.weights(scenario.distributions)
+        weights = Weights(new, overlap.most, overlap.cut)
         if weights.too_few:
             raise DistributionError(f"{weights.too_few}: {LEAST_EFFECTIVE} are needed")
         return _Covered(left, overlap, weights)
@@ -205,11 +209,3 @@ def _overlap(
             f"{trials}, and {LEAST_EFFECTIVE} are needed ({each})"
         )
     return found
-
-
-def _ratio(drawn: Drawn, study: Study, scenario: Deviations) -> Any:
-    """Return the weights of the trials: float64[trial]."""
-    baseline = study.deviating
-    values = {name: drawn.values(name) for name in baseline.distributions}
-    ratio = DensityRatio(values, baseline.distributions, baseline.dependence)
-    return ratio.weights(scenario.distributions)
