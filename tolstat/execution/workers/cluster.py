@@ -107,19 +107,18 @@ class Cluster(Executor):
             call, *_ = self._sent.pop(ours)
         try:
             found = theirs.result()
+            if isinstance(found, Mismatch):
+                self._refuse(found)
+                if self._look():
+                    self._send(ours, call)
+                    return
+                raise self._lost("none of its workers can be used")
         except TolstatError as error:
             ours.set_exception(error)
         except BaseException as error:
             ours.set_exception(self._lost(f"{type(error).__name__}: {error}"))
         else:
-            if not isinstance(found, Mismatch):
-                ours.set_result(found)
-                return
-            self._refuse(found)
-            if self._look():
-                self._send(ours, call)
-            else:
-                ours.set_exception(self._lost("none of its workers can be used"))
+            ours.set_result(found)
 
     def _refuse(self, found: Mismatch) -> None:
         """Name a worker that is not used."""
