@@ -110,7 +110,10 @@ def test_captions_count_each_design_or_both(toy, toy_study, tmp_path):
         b for b in blocks_of(found.document()) if isinstance(b, Table) and b.caption
     ]
     captions = [as_text(table.caption) for table in tables]
-    assert captions == [each, less, f"{each}. Differences: {less}", less, each]
+    of_quantiles = "B - A: of quantiles, their difference"
+    assert captions == [
+        each, less, f"{each}. Differences: {less}. {of_quantiles}", less, each,
+    ]  # fmt: skip
     (gallery,) = (b for b in blocks_of(found.document()) if isinstance(b, Gallery))
     said = f"The {both} that are done in both; {1000 - both} failed in either"
     assert said in as_text(gallery.figures[0].caption)

@@ -161,7 +161,7 @@ def test_ctrl_c_during_a_report_leaves_nothing(small_run):
 
 FITTING = """\
 import time
-from tolstat.deviations.sampler import rare
+from tolstat.deviations import rare
 from tolstat.cli.entry import entry
 fitted = rare.fitted
 def for_long(*arguments):

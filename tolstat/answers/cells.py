@@ -69,11 +69,6 @@ def changes(both: Mapping[str, tuple[str, str]]) -> Parts:
     )
 
 
-def or_reason(found: Estimate, number: Number) -> Parts:
-    """Write a number, or why there is none."""
-    return text(found.reason) if math.isnan(found.value) else text(number)
-
-
 def number_cells(
     each: Summary, scale: Scale, whose: str = ""
 ) -> dict[str, Number | str]:

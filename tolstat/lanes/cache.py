@@ -14,6 +14,8 @@ import os
 import shutil
 import time
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
@@ -63,6 +65,20 @@ def cache_folder(source: Path, module: str) -> str | None:
         return None
     _remove_unused(home, folder)
     return str(folder / module)
+
+
+@contextmanager
+def alone_in(folder: str) -> Iterator[None]:
+    """Let one process at a time compile here: what another half wrote is no damage."""
+    try:
+        import fcntl
+    except ImportError:  # not on every system
+        yield
+        return
+    with open(Path(folder).parent / "used", "ab") as file:
+        with suppress(OSError):  # no locks in this file system
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
 
 def remove_damaged(folder: str) -> list[str]:

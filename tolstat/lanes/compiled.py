@@ -12,7 +12,12 @@ import numba
 from numba import njit
 from numba.core.errors import NumbaError
 
-from tolstat.lanes.cache import cache_folder, remove_damaged, vouch_for
+from tolstat.lanes.cache import (
+    alone_in,
+    cache_folder,
+    remove_damaged,
+    vouch_for,
+)
 from tolstat.lanes.digest import PACKAGE
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -71,9 +76,10 @@ def compiled(
             if folder is None:
                 return njit(signature, **options)(function)
             try:
-                damaged = ", ".join(remove_damaged(folder))
-                made = njit(signature, cache=True, **options)(function)
-                vouch_for(folder)
+                with alone_in(folder):
+                    damaged = ", ".join(remove_damaged(folder))
+                    made = njit(signature, cache=True, **options)(function)
+                    vouch_for(folder)
             except NumbaError:
                 raise
             except Exception as error:  # what is kept there cannot be read, or written

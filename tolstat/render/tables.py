@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from tolstat.document.inline import Number
 from tolstat.literal import csv_cell
 from tolstat.statistics.estimate import Estimate
+from tolstat.units.scale import Scale
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,7 +41,7 @@ def rows_as_csv(rows: Sequence[Row]) -> str:
 
 
 def rows_as_frame(rows: Sequence[Row], index: str) -> pd.DataFrame:
-    """Return the same as a DataFrame, SI: `mean`, `mean_lower`, `mean_upper`, ..."""
+    """Return the same in SI: `mean`, `mean_lower`, `mean_upper`, `quantile_95`, ..."""
     import pandas as pd
 
     found = []
@@ -48,6 +49,12 @@ def rows_as_frame(rows: Sequence[Row], index: str) -> pd.DataFrame:
         cells: dict[str, Any] = {}
         for head, given in row.items():
             name = re.sub(r"\W+", "_", _parted(head)[0]).strip("_")
+            name = re.sub(r"(^|_)(?=\d)", r"\1quantile_", name, count=1)
+            if head == "unit":  # the frame is in SI
+                own = (n for h, n in row.items() if h.endswith("[unit]"))
+                scales = [n.scale for n in own if isinstance(n, Number)]
+                units = [each.unit for each in scales if isinstance(each, Scale)]
+                given = next(iter(units), given)
             if isinstance(given, Number) and isinstance(given.value, Estimate):
                 for end, each in zip(ENDS, given.value[:3], strict=True):
                     cells[name + end.replace(" ", "_")] = each

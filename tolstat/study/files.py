@@ -8,12 +8,13 @@ import re
 import stat
 import tomllib
 from collections.abc import Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 
-from tolstat.errors import DataError, StudyError, allowed_names
+from tolstat.errors import DataError, StudyError
 from tolstat.study.problems import Problems
 from tolstat.units.grammar import MOST
 
@@ -109,7 +110,9 @@ def content(path: Path, megabytes: int) -> bytes:
             found = file.read(most + 1)
     except FileNotFoundError:
         near = [each.name for each in sorted(path.parent.glob(f"*{path.suffix}"))]
-        hint = allowed_names(path.name, near) if near else "nor any like it"
+        hint = f"in this folder: {', '.join(near)}" if near else "nor any like it"
+        if close := get_close_matches(path.name, near, n=1):
+            hint = f"did you mean '{close[0]}'?"
         raise DataError(f"{path}: there is no such file; {hint}") from None
     except OSError as error:
         raise DataError(f"{path} cannot be read: {error}") from None

@@ -103,11 +103,9 @@ def read_grid(
             taken = [m for axis in axes[:-1] for m in axis.members]
             if double := [m for m in axes[-1].members if m in taken]:
                 raise ModelError(f"{double[0]} stands there already; give it once")
-            if (
-                not axes[-1].members
-                and setting_name(axes[-1].name) in document.settings
-            ):
-                raise ModelError("stands in [settings] already")
+            swept = axes[-1].name
+            if not axes[-1].members and setting_name(swept) in document.settings:
+                problems.add(f"[grid] {swept}", None, "stands in [settings] already")
     if len(problems.found) > before:
         return None
     # settings outermost: trials of the same settings are integrated together

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from json import dumps
 from typing import Any, TypeVar
 
-from tolstat.errors import StudyError, TolstatError
+from tolstat.errors import Advice, StudyError, TolstatError
 
 Found = TypeVar("Found")
 LONGEST = 300  # characters of what a message repeats
@@ -21,6 +21,7 @@ class Problems:
     def __init__(self, source: str, verdict: str = "cannot be run") -> None:
         self.source, self.verdict = source, verdict
         self.found: list[str] = []
+        self.advice: list[Advice] = []
 
     def add(self, key: str, value: Any, message: str) -> None:
         """Note one problem.
@@ -41,6 +42,7 @@ class Problems:
         try:
             yield
         except TolstatError as error:
+            self.advice += error.advice
             self.add(key, value, str(error))
 
     def required(self, key: str, value: Any, asked: Callable[[], Found]) -> Found:
@@ -53,7 +55,7 @@ class Problems:
     def raise_if_any(self) -> None:
         """Refuse the study if any problem was noted, with one line for each."""
         if self.found:
-            raise StudyError(self.words)
+            raise StudyError(self.words, *self.advice)
 
     @property
     def words(self) -> str:

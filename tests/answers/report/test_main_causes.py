@@ -78,7 +78,7 @@ def test_the_pair_is_named_with_what_it_explains(run, capsys):
     assert pair.halved.lower <= known <= pair.halved.upper < 0.006
     cause, effect = row_of(found)
     assert as_text(cause.main) == apart
-    explained = f"{out} of {out} out-of-limit trials; 5 % of all trials"
+    explained = f"{out} of {out} out-of-limit trials are in the outer 5 % of it"
     assert as_text(cause.below) == explained
     assert effect.main[0].value == pair.halved
     said = json.loads(found.json())["responses"]["gap"]["causes"]["pairs"][0]
@@ -124,7 +124,7 @@ def test_the_single_one_is_named_where_no_pair_explains_more(run):
     assert single.pair is None and single.main == causes.contributors["angle"]
     cause, effect = row_of(with_causes(found, single))
     assert as_text(cause.main) == "angle"
-    assert as_text(cause.below).startswith("level ")
+    assert as_text(cause.below).startswith("significant at ")
     assert effect.main[0].value == causes.contributors["angle"].halved
 
 

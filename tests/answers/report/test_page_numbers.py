@@ -24,8 +24,10 @@ from tests.answers.page_checks import (
 )
 from tolstat.answers.report.gather import report_of
 from tolstat.answers.report.response_section import response_section
-from tolstat.document.digits import in_cell, in_line, plain
+from tolstat.document.blocks import Cell
+from tolstat.document.digits import in_cell, plain
 from tolstat.document.inline import Number
+from tolstat.render.page import _cell
 from tolstat.render.screen import as_text
 from tolstat.statistics.summary import QUANTILES
 from tolstat.units.scale import Ratio
@@ -171,9 +173,10 @@ def test_slopes_and_the_worst_corner_stand_with_their_units(report, mill):
     for name, unit, factor in (
         ("rod_length_1", "kN/mm", 1e-6), ("crank_angle_1", "kN/deg", np.pi / 180e3),
     ):  # fmt: skip
-        (slope,) = rows[name]["slope at the nominal trial"].main
+        slope, *_ = shown = rows[name]["slope at the nominal trial"].main
         assert slope.value == slopes[name] and isinstance(slope.scale, Ratio)
-        words = plain(in_line(slope))
+        words = as_text(shown)
+        assert f"{words.split()[0]}</span> {unit}<" in _cell(Cell(shown))
         assert words.endswith(f" {unit}")
         assert says(words.split()[0], factor * slopes[name])
         worst = as_text(rows[name]["worst case, largest"].main)

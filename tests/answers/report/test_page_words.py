@@ -191,7 +191,8 @@ def test_the_first_page_names_main_causes_and_what_halving_them_gains(report):
     assert as_text(cause.main) == apart
     out = jam.causes.out_of_limit
     assert re.fullmatch(
-        rf"\d+ of {out} out-of-limit trials; 5 % .*", as_text(cause.below)
+        rf"\d+ of {out} out-of-limit trials are in the outer 5 % of it",
+        as_text(cause.below),
     )
     assert f"{apart}: {as_text(cause.below)}; either of them alone in" in (
         section_words(found, "jam_share")

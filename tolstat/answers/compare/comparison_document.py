@@ -192,8 +192,9 @@ def _limits(found: Comparison, one: Difference) -> Table:
         rows.append(row)
     return table(
         [
-            "response", "limit", "ppm: A", b, f"{b} - A", *sides, "Ppk: A", b,
-            f"{b} - A", Column(f"by moments: {b} - A", page_only=True),
+            "response", "limit", "ppm: A", f"ppm: {b}", f"ppm: {b} - A", *sides,
+            "Ppk: A", f"Ppk: {b}", f"Ppk: {b} - A",
+            Column(f"Ppk by moments: {b} - A", page_only=True),
         ],
         rows,
         "Out of limit, and equivalent Ppk",
@@ -235,7 +236,10 @@ def _responses(found: Comparison, one: Difference) -> Table:
         ],
         rows,
         "Responses",
-        caption=text(_of_each(found), ". Differences: ", _of_both(found, one)),
+        caption=text(
+            _of_each(found), ". Differences: ", _of_both(found, one),
+            f". {less}: of quantiles, their difference",
+        ),
         keys=2,
         look="dense",
     )  # fmt: skip

@@ -131,7 +131,7 @@ def _most_probable(found: RareSummary) -> Parts:
         "Most probable failure point that was met: ", listed(parts),
         rest if len(point.leading) < len(point.scores) else None,
         f": trial {point.trial}, ", Number(point.distance),
-        " sigmas from the median trial.",
+        " sigmas from the median of all deviations.",
     )  # fmt: skip
 
 
@@ -173,7 +173,7 @@ def _failure_points(found: RareSummary) -> list[Section]:
         for each in found.failure_points
     ]
     said = note(
-        "The out-of-limit trials nearest to the median trial, in normal scores. A "
+        "The out-of-limit trials nearest to the median deviations, in normal scores. A "
         "straight limit at the distance of the first would have ",
         Number(found.first_order, PPM), " out of limit at this end; a nearer trial "
         "that was not met, and another end of the limit, would add to that.",

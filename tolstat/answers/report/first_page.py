@@ -165,15 +165,17 @@ def _cause_cell(each: ResponseSummary) -> Cell:
     if causes.leading:
         name = causes.leading[0]
         cause = causes.kinds.get(name) or causes.contributors[name]
-        return Cell((Name(name),), text("level ", Number(cause.level, LEVEL)))
+        return Cell((Name(name),), text("significant at ", Number(cause.level, LEVEL)))
     return Cell(text(no_cause(causes)))
 
 
 def explained(pair: PairCause, causes: Causes) -> Parts:
     """Say how many out-of-limit trials a pair explains, and how rare it is."""
     n = causes.out_of_limit
-    trials = f"{round(pair.together.far.value * n)} of {n} out-of-limit trials; "
-    return text(trials, Number(pair.together.of_all, PART), " of all trials")
+    trials = f"{round(pair.together.far.value * n)} of {n} out-of-limit trials "
+    return text(
+        trials, "are in the outer ", Number(pair.together.of_all, PART), " of it"
+    )
 
 
 def no_cause(causes: Causes) -> str:

@@ -265,6 +265,3 @@ def assumptions_of(run: Run) -> Assumptions:
         run.assumptions,
         run.diagnostics.missing,
     )
-
-
-# old name, until sweep has moved

@@ -102,7 +102,9 @@ def assumed_table(given: Assumptions) -> Table:
 def _assumed(found: Report) -> list[Parts]:
     given, trials = found.assumptions, found.trials
     said = [
-        text("All other contributors have no deviation."),
+        text("All other contributors have no deviation.")
+        if len(given.deviations) < len(found.of.contributors)
+        else (),
         text(
             "A normal deviation has three sigma in half its tolerance (Cp 1), unless "
             "the study says otherwise. Yields depend on it."
@@ -131,6 +133,8 @@ def _correlation(found: Report) -> Parts:
     ]
     if pairs:
         return text("Rank correlations (Gaussian copula): ", listed(pairs), ".")
+    if found.of.independent:
+        return text("Deviations are independent.")
     return text("Deviations are independent, except parts of one batch named above.")
 
 

@@ -292,7 +292,7 @@ def _contributors_table(
         "alone, % of the variance": {n: Number(x, PART) for n, x in alone.items()},
         "rank regression coefficient": {n: Number(x) for n, x in ranks.items()},
         "slope at the nominal trial": {
-            n: text(Number(x, Ratio(each.scale, scales[n])))
+            n: text(Number(x, Ratio(each.scale, scales[n])), "")  # with its unit
             for n, x in each.slopes.items()
         },
         "root sum square, % of the variance": {

@@ -85,8 +85,9 @@ def fresh_study(
     Parameters
     ----------
     run : Run or path
-        Its study is edited: trials, seed, batches and correlations stay. Sampling
-        becomes random where its trials depend on each other; a rare run stays one.
+        Its study is edited: trials, batches and correlations stay, the seed is new.
+        Sampling becomes random where its trials depend on each other; a rare run stays
+        one.
     deviations, limits : mapping of str to str or dict
         As of `what_if`; whether the stored trials cover them does not matter.
     model : Model, optional
@@ -125,7 +126,7 @@ def fresh_study(
         table = with_limits(table, limits, [each.name for each in run.responses])
     if not run.rules:
         table["trials"] = run.trials
-    table["seed"] = run.sampled.seed
+    table["seed"] = run.sampled.seed + 1  # the run that proves knows no trial of this
     if run.sampled.replicates:
         table["sampling"] = "random"
     elif run.aim and limits:

@@ -8,7 +8,6 @@ from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm
 from tolstat.answers.what_if.what_if_answer import ResponseWhatIf, WhatIf
 from tolstat.document.blocks import (
     Block,
-    Cell,
     Column,
     Document,
     Given,
@@ -42,7 +41,8 @@ def _yield(found: WhatIf) -> Paragraph:
     if both is None:
         return Paragraph(text("The study limits no response."), "lead")
     before, after = (Number(each.within, PER_CENT) for each in both)
-    return Paragraph(text("Yield, all limits: ", before, " -> ", after, "."), "lead")
+    whose = "all limits" if both.baseline.limits > 1 else "this limit"
+    return Paragraph(text(f"Yield, {whose}: ", before, " -> ", after, "."), "lead")
 
 
 def _scenario(found: WhatIf) -> Paragraph:
@@ -57,17 +57,17 @@ def _limits(found: WhatIf) -> Iterator[Table]:
         (side, of.limited)
         for name, response in found.responses.items()
         for side, of in (
-            (Cell((Name(name),), (BASELINE,)), response.baseline),
-            (Cell((SCENARIO,)), response.scenario),
+            ((Name(name), BASELINE), response.baseline),
+            ((None, SCENARIO), response.scenario),
         )
         if of.limited
     ]
     yield table(
-        ["response", "limit", "verdict", "out of limit, ppm", "equivalent Ppk"],
+        ["response", "", "limit", "verdict", "out of limit, ppm", "equivalent Ppk"],
         [
             [
-                side,
-                limit_cell(limited.limit) if side.below else None,
+                *side,
+                limit_cell(limited.limit) if side[0] else None,
                 Word(limited.yields.verdict, limited.yields.verdict),
                 ppm(limited.yields.out_of_limit),
                 ppk_cell(limited.equivalent),
@@ -76,13 +76,14 @@ def _limits(found: WhatIf) -> Iterator[Table]:
         ],
         "Limits",
         caption=text(counted(found.trials, "trial"), "; failed ones are out of limit"),
+        keys=2,
         look="verdicts",
     )
     yield table(
-        ["response", "yield, %", "Ppk by percentiles", "Ppk by moments"],
+        ["response", "", "yield, %", "Ppk by percentiles", "Ppk by moments"],
         [
             [
-                side,
+                *side,
                 Number(limited.yields.least, PER_CENT),
                 ppk_cell(limited.percentiles.ppk),
                 ppk_cell(limited.moments.ppk),
@@ -90,6 +91,7 @@ def _limits(found: WhatIf) -> Iterator[Table]:
             for side, limited in each
         ],
         "Yields and Ppk",
+        keys=2,
         look="dense",
         page_only=True,
     )
