@@ -19,7 +19,7 @@ from tests.benchmarks.what_if import CASES, compared
 from tests.conftest import TOY_STUDY, Toy
 from tests.store.tampering import resealed
 from tolstat.cli.main import main
-from tolstat.cli.typed_entries import value_in
+from tolstat.cli.what_if import value_in
 from tolstat.deviations.names import expand
 from tolstat.errors import PictureError, RunFileError, StudyError
 

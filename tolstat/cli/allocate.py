@@ -15,10 +15,18 @@ from tolstat.answers.allocate.allocation import CHART, Allocation
 from tolstat.answers.next_steps import command
 from tolstat.answers.views.view_file import check_view_ending, save_view
 from tolstat.catalogue import place_of
-from tolstat.cli.compute_options import Compute, computing
-from tolstat.cli.delivery import deliver
 from tolstat.cli.interrupting import LIMITS_NOT_MET, leave, stop_on_interrupt
-from tolstat.cli.options import form, output_option, path_argument, plot_option
+from tolstat.cli.options import (
+    COUNT,
+    Compute,
+    computing,
+    deliver,
+    force,
+    form,
+    output_option,
+    path_argument,
+    plot_option,
+)
 from tolstat.cli.progress import ProgressBar
 from tolstat.errors import RunFileError, StudyError
 from tolstat.execution.workers.crew import Interrupted
@@ -31,14 +39,14 @@ from tolstat.study.study import Study, load
 @path_argument("study", "STUDY.toml")
 @click.option(
     "--trials",
-    type=click.IntRange(min=1),
+    type=COUNT,
     help="Of the wide run, and of each proof; as many as the limits need if not given.",
 )
 @computing
 @output_option("Write the study with the tolerances found: a .toml file.")
 @plot_option("Cost over ppm: a .png, .svg, .pdf, .csv or .html file.")
 @form
-@click.option("--force", is_flag=True, help="Replace an existing file of -o.")
+@force("Replace an existing file of -o.")
 def allocate(
     study: Path,
     trials: int | None,

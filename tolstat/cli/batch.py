@@ -17,9 +17,8 @@ from rich.table import Table
 from tolstat.answers.index.run_entries import Entry, RunIndex, entry_of
 from tolstat.answers.report.ask import report
 from tolstat.cli.advice import worded
-from tolstat.cli.compute_options import Compute, computing
 from tolstat.cli.interrupting import LIMITS_NOT_MET, stop_on_interrupt
-from tolstat.cli.options import output_option, path_argument
+from tolstat.cli.options import Compute, computing, output_option, path_argument
 from tolstat.cli.progress import AFTERWARDS, leave_interrupted, notes_of
 from tolstat.errors import PictureError, RunFileError, StoppedError, TolstatError
 from tolstat.execution.execute import run_of

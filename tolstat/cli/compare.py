@@ -7,8 +7,14 @@ from pathlib import Path
 import click
 
 from tolstat.answers.compare.compare_runs import compare as ask
-from tolstat.cli.delivery import check_delivery, deliver
-from tolstat.cli.options import closely, form, output_option, path_argument
+from tolstat.cli.options import (
+    check_delivery,
+    closely,
+    deliver,
+    form,
+    output_option,
+    path_argument,
+)
 
 
 @click.command()

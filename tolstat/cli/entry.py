@@ -11,8 +11,7 @@ def entry() -> None:
     # only now: loading click takes as long as Python itself
     import warnings
 
-    from tolstat.cli.group import note
-    from tolstat.cli.main import main
+    from tolstat.cli.main import main, note
 
     warnings.showwarning = note  # type: ignore[assignment]
     main()

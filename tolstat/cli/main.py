@@ -1,21 +1,128 @@
-"""The commands of tolstat: each in the file of its name, loaded when it is called."""
+"""The commands of tolstat: loaded when they are called, and how refusals end them."""
 
 from __future__ import annotations
 
+import ast
+import errno
+import importlib
+import os
+import sys
+from importlib.resources import files
+
 import click
 
-from tolstat.cli.group import EXIT_CODES, Group
+from tolstat.errors import TolstatError
+from tolstat.literal import visible
+
+FILES = {
+    "run": "run", "resume": "run", "extend": "run", "verify": "verify",
+    "show": "show", "trial": "trial", "view": "trial", "report": "report",
+    "what-if": "what_if", "compare": "compare", "allocate": "allocate",
+    "batch": "batch", "runs": "show", "export": "report", "models": "show",
+    "doctor": "verify",
+}  # fmt: skip  # of `tolstat.cli`, by command
+EXIT_CODES = """
+\b
+Exit codes:
+  0    done
+  1    something broke, or is damaged; what was stored before is safe
+  2    the command, its options or its files are wrong; nothing was done
+  3    done, and a limit is not met (run, resume, extend, batch, allocate)
+  130  stopped by Ctrl-C, SIGTERM or SIGHUP; what is finished is stored
+"""
+
+
+class Group(click.Group):
+    """Commands loaded when they are called, whose refusals are sentences."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all commands."""
+        return list(FILES)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Load a command, which then knows --machine."""
+        if cmd_name not in FILES:
+            return None
+        if cmd_name not in self.commands:
+            module = importlib.import_module(f"tolstat.cli.{FILES[cmd_name]}")
+            command: click.Command = getattr(module, cmd_name.replace("-", "_"))
+            command.params.append(_machine_option())
+            self.commands[cmd_name] = command
+        return self.commands[cmd_name]
+
+    def format_commands(
+        self, ctx: click.Context, formatter: click.HelpFormatter
+    ) -> None:
+        """List the commands, each with the first sentence of its help; load none."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, _sentence(name)) for name in FILES])
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run a command; what it refuses ends in a sentence."""
+        try:
+            return super().invoke(ctx)
+        except TolstatError as error:
+            from tolstat.cli.advice import worded
+
+            click.echo(f"tolstat: {visible(worded(error))}", err=True)
+            sys.exit(error.exit_code)
+        except MemoryError:
+            click.echo("tolstat: there is not enough memory for this", err=True)
+            sys.exit(1)
+        except OSError as error:
+            if error.errno != errno.ENOSPC or error.filename is not None:
+                raise
+            # what waits would be written, and fail again, when Python ends
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            click.echo(
+                "tolstat: standard output is on a full disk, and cuts off what is "
+                "shown; what was stored before is safe",
+                err=True,
+            )
+            sys.exit(1)
+
+
+def _sentence(command: str) -> str:
+    """Read the first line of a command's help from its source."""
+    name, file = command.replace("-", "_"), f"{FILES[command]}.py"
+    source = files("tolstat.cli").joinpath(file).read_text("utf-8")
+    for each in ast.parse(source).body:
+        if isinstance(each, ast.FunctionDef) and each.name == name:
+            return (ast.get_docstring(each) or "").partition("\n")[0]
+    raise AssertionError(f"{file} has no function {name}")
+
+
+def _machine_option() -> click.Option:
+    return click.Option(
+        ["--machine"],
+        metavar="FILE.py:NAME",
+        multiple=True,
+        callback=_load_machine,
+        expose_value=False,
+        is_eager=True,
+        help="A custom model, for the studies and runs that name it. May be repeated.",
+    )
+
+
+def _load_machine(
+    ctx: click.Context, option: click.Parameter, places: tuple[str, ...]
+) -> None:
+    for place in places:
+        from tolstat.catalogue import load
+
+        load(place)
+
+
+def note(message: Warning | str, *_: object) -> None:
+    """Print a warning as a sentence; Python would show a line of source with it."""
+    click.echo(f"tolstat: note: {message}", err=True)
 
 
 @click.group(
     cls=Group,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=EXIT_CODES,
-    files=(
-        "run", "resume", "extend", "verify", "show", "trial", "view", "report",
-        "what_if", "compare", "allocate", "batch", "runs", "export", "models", "doctor",
-    ),
-)  # fmt: skip
+)
 @click.version_option(package_name="tolstat", prog_name="tolstat")
 def main() -> None:
     """Monte Carlo tolerance analysis with the dynamics in the loop.

@@ -1,14 +1,26 @@
-"""Arguments and options that several commands have in common."""
+"""Arguments and options that several commands have in common, and what they do."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from tolstat.errors import RunFileError
+from tolstat.literal import visible
+
+if TYPE_CHECKING:
+    from tolstat.answers.answer import Answer
+    from tolstat.execution.workers.crew import Workers
+
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+MOST = 1024  # threads: far more than any processor has
+COUNT = click.IntRange(min=1)
 
 
 def path_argument(name: str, metavar: str | None = None, **more: Any) -> Decorator:
@@ -32,6 +44,11 @@ def plot_option(help: str) -> Decorator:
     return path_option("--plot", help=help)
 
 
+def force(help: str) -> Decorator:
+    """Let a command replace what is there."""
+    return click.option("--force", is_flag=True, help=help)
+
+
 def form(command: Callable[..., Any]) -> Callable[..., Any]:
     """Let a command be asked for its numbers, for other tools."""
     as_csv = click.option("--csv", "form", flag_value="csv", help="The numbers as CSV.")
@@ -53,8 +70,6 @@ closely = click.option(
     multiple=True,
     help="Put it in focus, instead of all that is limited. May be repeated.",
 )
-
-
 limits = click.option(
     "--limit",
     "limits",
@@ -62,3 +77,82 @@ limits = click.option(
     metavar='"NAME <= VALUE"',
     help="Judged beside or instead of the study's limits. May be repeated.",
 )
+
+
+class Compute(NamedTuple):
+    """Who evaluates."""
+
+    workers: int | None = None  # threads; as many as there are processors if not given
+    # address of a Dask scheduler; threads of this process if not given
+    cluster: str | None = None
+
+    @contextmanager
+    def crew(self, stopping: Callable[[], bool]) -> Iterator[Workers]:
+        """Let them work until they are not needed any more, or have to stop."""
+        from tolstat.execution.workers.crew import Workers
+
+        if self.cluster is None:
+            with Workers(self.workers, stopping) as crew:
+                yield crew
+            return
+        from tolstat.execution.workers.cluster import Cluster
+
+        with (
+            Cluster(self.cluster) as cluster,
+            Workers(stopping=stopping, executor=cluster) as crew,
+        ):
+            yield crew
+
+
+workers = click.option(
+    "--workers",
+    type=click.IntRange(1, MOST),
+    help="Threads; all processors if not given. The numbers do not depend on it.",
+)
+_cluster = click.option(
+    "--cluster",
+    metavar="tcp://HOST:8786",
+    help="Evaluate on the workers of this Dask scheduler, instead of here.",
+)
+
+
+def computing(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a command be told who evaluates: its argument `compute`."""
+
+    @wraps(command)
+    def told(
+        *arguments: Any, workers: int | None, cluster: str | None, **options: Any
+    ) -> Any:
+        if workers and cluster:
+            raise click.UsageError("--workers are of this computer, not of a --cluster")
+        return command(*arguments, compute=Compute(workers, cluster), **options)
+
+    return workers(_cluster(told))
+
+
+def check_delivery(output: Path | None, form: str | None) -> None:
+    """Refuse a file that the answer cannot be written to, before it is computed."""
+    from tolstat.answers.answer import ENDINGS
+    from tolstat.render.output_file import check_output
+
+    if output:
+        check_output(output)
+        if not form and output.suffix.lower() not in ENDINGS:
+            raise RunFileError(f"{output}: an answer ends in {', '.join(ENDINGS)}")
+
+
+def deliver(answer: Answer, output: Path | None, form: str | None) -> None:
+    """Show an answer, or write its numbers; into a file if one is given."""
+    from tolstat.render.output_file import replace
+    from tolstat.render.screen import show
+
+    if form:
+        text = answer.json() if form == "json" else answer.csv()
+        if output:
+            replace(output, text.encode())
+        else:
+            click.echo(text, nl=False)
+        return
+    show(answer.document())
+    if output:
+        click.echo(f"written to {visible(str(answer.save(output)))}")

@@ -23,11 +23,10 @@ from rich.text import Text
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.ask import summary
 from tolstat.answers.sweep.reference_tables import comparisons
-from tolstat.cli.compute_options import Compute
 from tolstat.cli.interrupting import INTERRUPTED, LIMITS_NOT_MET, stop_on_interrupt
+from tolstat.cli.options import Compute
 from tolstat.document.blocks import Document
-from tolstat.execution.run_loop import Progress, Telling
-from tolstat.execution.workers.crew import Workers
+from tolstat.execution.run_loop import Progress
 from tolstat.literal import visible
 from tolstat.render.screen import Screen, show
 from tolstat.store.stored_run import Run
@@ -105,14 +104,12 @@ def _out_of_reach(progress: Progress) -> str:
     )
 
 
-def watch(
-    path: Path, compute: Compute, work: Callable[[Workers, Telling], Run]
-) -> None:
+def watch(path: Path, compute: Compute, work: Callable[..., Run]) -> None:
     """Let a run be worked on, show how it goes, then its summary; end the command."""
     console = Screen(stderr=True)
     with stop_on_interrupt() as stop:
         with ProgressBar(path.stem) as bar, compute.crew(stop.is_set) as crew:
-            done = work(crew, bar.tell)
+            done = work(crew, progress=bar.tell)
         if not done.complete:
             _say_how_to_resume(done, console)
         found = summary(done)

@@ -1,4 +1,4 @@
-"""The report of a run."""
+"""The report of a run, and its trials as a table for other programs."""
 
 from __future__ import annotations
 
@@ -9,10 +9,17 @@ import click
 
 from tolstat.answers.relimit import limited
 from tolstat.answers.report import ask
-from tolstat.cli.delivery import deliver
-from tolstat.cli.options import closely, form, limits, output_option, run_file
-from tolstat.cli.typed_entries import limits_in
-from tolstat.cli.what_if import fresh_run_advice
+from tolstat.answers.trial_export import export as write_trials
+from tolstat.cli.options import (
+    closely,
+    deliver,
+    force,
+    form,
+    limits,
+    output_option,
+    run_file,
+)
+from tolstat.cli.what_if import fresh_run_advice, limits_in
 from tolstat.errors import PictureError
 from tolstat.literal import visible
 from tolstat.render.output_file import check_output
@@ -52,3 +59,14 @@ def report(
     else:
         path = found.save(output or run.path.with_suffix(".html"))
         click.echo(f"report in {visible(str(path))}")
+
+
+@click.command()
+@run_file
+@output_option("The table.", metavar="FILE.csv|.parquet", required=True)
+@force("Replace an existing file.")
+def export(source: Path, output: Path, force: bool) -> None:
+    """Write the trials of a run as a table: a row for each, units in the heads, SI."""
+    run = open_run(source)
+    write_trials(run, output, force=force)
+    click.echo(f"{run.trials} trials in {visible(str(output))}")

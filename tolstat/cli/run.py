@@ -1,33 +1,36 @@
-"""A study run."""
+"""A study run, and its run resumed or extended."""
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import click
 
-from tolstat.cli.compute_options import Compute, computing
-from tolstat.cli.options import output_option, path_argument
+from tolstat.cli.options import (
+    COUNT,
+    Compute,
+    computing,
+    force,
+    output_option,
+    path_argument,
+    regardless,
+    run_file,
+)
 from tolstat.cli.progress import watch
+from tolstat.execution.continuation import go_on
 from tolstat.execution.execute import execute
-from tolstat.execution.run_loop import Telling
-from tolstat.execution.workers.crew import Workers
 from tolstat.render.screen import Screen
-from tolstat.store.stored_run import Run
 from tolstat.study.study import load
 
 
 @click.command()
 @path_argument("study")
-@click.option("--trials", type=click.IntRange(min=1), help="Instead of the study's.")
+@click.option("--trials", type=COUNT, help="Instead of the study's.")
 @click.option("--seed", type=click.IntRange(min=0), help="Instead of the study's.")
 @computing
 @output_option("Run file; beside the study, ending in .h5, if not given.")
-@click.option(
-    "--force",
-    is_flag=True,
-    help="Replace an existing run file, which stays until the new one is complete.",
-)
+@force("Replace an existing run file, which stays until the new one is complete.")
 def run(
     study: Path,
     trials: int | None,
@@ -45,8 +48,38 @@ def run(
     path = output or study.with_suffix(".h5")
     for each in asked.doubts:
         Screen(stderr=True).print(f"note: {each}", soft_wrap=True)
+    watch(path, compute, partial(execute, asked, path, force=force))
 
-    def work(crew: Workers, tell: Telling) -> Run:
-        return execute(asked, path, crew, force=force, progress=tell)
 
-    watch(path, compute, work)
+@click.command()
+@run_file
+@computing
+@click.option(
+    "--rerun-failed",
+    "rerun",
+    is_flag=True,
+    help="Evaluate failed trials again with tighter settings, and keep that apart.",
+)
+@regardless
+def resume(source: Path, compute: Compute, rerun: bool, regardless: bool) -> None:
+    """Finish what is missing of a run, and repair what is damaged.
+
+    It becomes, bit for bit, the run that was never interrupted.
+    """
+    watch(source, compute, partial(go_on, source, rerun=rerun, regardless=regardless))
+
+
+@click.command()
+@run_file
+@click.option(
+    "--trials", type=COUNT, required=True, help="How many there are to be in all."
+)
+@computing
+@regardless
+def extend(source: Path, trials: int, compute: Compute, regardless: bool) -> None:
+    """Add trials to a run of random or Sobol' sampling.
+
+    It becomes, bit for bit, one run of so many trials.
+    """
+    work = partial(go_on, source, trials=trials, regardless=regardless)
+    watch(source, compute, work)

@@ -1,21 +1,34 @@
-"""Runs and models on the screen."""
+"""Runs and models on the screen: one of them, all of them, one that is written."""
 
 from __future__ import annotations
 
+import sys
+import time
+from contextlib import nullcontext
 from pathlib import Path
 
 import click
+from rich.live import Live
+from rich.table import Table
 
-from tolstat.answers.model_sheet import model_document
+from tolstat.answers.index.run_entries import RunIndex, entry_of, stored_runs
+from tolstat.answers.model_sheet import model_document, models_document
+from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.ask import summary
 from tolstat.answers.sweep.reference_tables import comparisons
 from tolstat.answers.sweep.sweep_figure import save_sweeps
 from tolstat.answers.sweep.table_rows import table_rows
-from tolstat.cli.follow import follow_run
-from tolstat.cli.options import plot_option
+from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
+from tolstat.cli.options import path_argument, plot_option
 from tolstat.document.blocks import Document
-from tolstat.render import screen
+from tolstat.render.screen import Screen, as_rich, screen
+from tolstat.render.screen import show as print_document
+from tolstat.store.lock import writer_of
 from tolstat.store.open_run import open as open_run
+from tolstat.store.stored_run import Run
+
+LOOK_AGAIN = 1.0  # s, between two looks
+SHARE = 5.0  # times as long as a look takes, at least
 
 
 @click.command()
@@ -42,13 +55,72 @@ def show(
         runs = [open_run(Path(each)) for each in what]
         save_sweeps(runs, plot, responses)
         for run in runs:
-            screen.show(Document("", tuple(comparisons(run))))
-        screen.screen().print(f"drawn in {plot}")
+            print_document(Document("", tuple(comparisons(run))))
+        screen().print(f"drawn in {plot}")
         return
     for each in what:
         if each.endswith((".h5", ".toml")) or Path(each).is_file():
             run = open_run(Path(each))
-            screen.show(summary(run).document())
-            screen.show(Document("", (*table_rows(run), *comparisons(run))))
+            print_document(summary(run).document())
+            print_document(Document("", (*table_rows(run), *comparisons(run))))
         else:
-            screen.show(model_document(each))
+            print_document(model_document(each))
+
+
+@click.command()
+@path_argument("folder", default=".")
+def runs(folder: Path) -> None:
+    """List the runs that are stored in FOLDER, and in the folders in it.
+
+    Exit code 1 if one of them is damaged or no run.
+    """
+    found = stored_runs(folder)
+    print_document(found.document())
+    if any(each.problem for each in found.entries):
+        sys.exit(1)
+
+
+@click.command()
+def models() -> None:
+    """List the models: tolstat's own, of installed packages, and --machine's."""
+    print_document(models_document())
+
+
+def follow_run(path: Path) -> None:
+    """Show how far a run is, until it is complete or nobody writes it any more."""
+    screen, said = Screen(stderr=True), ""
+    shown = Live(console=screen, transient=True) if screen.is_terminal else None
+    with stop_on_interrupt() as stop, shown or nullcontext():
+        before: tuple[float, int] | None = None
+        while True:
+            began = time.monotonic()
+            writer = writer_of(path)  # first: what it writes before it ends is seen
+            run = open_run(path)
+            if shown:
+                shown.update(_state(run, began, before))
+            elif (line := _in_line(run)) != said:
+                screen.print(said := line, soft_wrap=True)
+            if run.complete or not writer:
+                break
+            before = before or (began, run.ended)
+            if stop.wait(max(LOOK_AGAIN, SHARE * (time.monotonic() - began))):
+                sys.exit(INTERRUPTED)
+    if not run.complete:
+        screen.print(
+            f"nothing writes {path}: {run.ended} of {run.trials} trials have run; "
+            f"continue it with: {to_resume(path, run.machine)}",
+            soft_wrap=True,
+        )
+
+
+def _in_line(run: Run) -> str:
+    """Say how far a run is where no table can be drawn again."""
+    failed = "" if run.aim else f", {run.failed} failed"
+    return f"{run.path}: {run.ended} of {run.trials} trials{failed}"
+
+
+def _state(run: Run, now: float, before: tuple[float, int] | None) -> Table:
+    table = as_rich(RunIndex("", run.path.parent, (entry_of(run),)).progress())
+    if before:
+        table.caption = f"{(run.ended - before[1]) / (now - before[0]):.0f} trials/s"
+    return table

@@ -1,4 +1,4 @@
-"""A run verified."""
+"""Whether a run is as it was written, and whether tolstat computes as it should."""
 
 from __future__ import annotations
 
@@ -7,10 +7,14 @@ from pathlib import Path
 
 import click
 
-from tolstat.answers.verified import verified_document
-from tolstat.cli.compute_options import workers
-from tolstat.cli.options import run_file
+from tolstat.answers.checks import (
+    check_document,
+    surroundings_document,
+    verified_document,
+)
+from tolstat.cli.options import run_file, workers
 from tolstat.execution import verification
+from tolstat.execution.self_check import check, surroundings
 from tolstat.render.screen import show
 
 
@@ -27,4 +31,18 @@ def verify(source: Path, every: bool, workers: int | None) -> None:
     found = verification.verify(source, every=every, workers=workers)
     show(verified_document(source, found))
     if not found.whole:
+        sys.exit(1)
+
+
+@click.command()
+def doctor() -> None:
+    """Say what tolstat runs on here, and whether it computes as it should.
+
+    Versions, processor, cores, compiled code that is kept, and how many trials a
+    second it does. Exit code 1 if the same trials have different responses.
+    """
+    show(surroundings_document(surroundings()))
+    found = check()
+    show(check_document(found))
+    if not found.same:
         sys.exit(1)

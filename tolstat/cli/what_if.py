@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
+import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +14,22 @@ import click
 from tolstat.answers.next_steps import as_typed, command
 from tolstat.answers.what_if.reweighted_trials import what_if as ask
 from tolstat.answers.what_if.scenario import fresh_study
-from tolstat.cli.delivery import check_delivery, deliver
-from tolstat.cli.options import form, limits, output_option, path_option, run_file
-from tolstat.cli.typed_entries import deviations_in, limits_in
+from tolstat.cli.options import (
+    check_delivery,
+    deliver,
+    form,
+    limits,
+    output_option,
+    path_option,
+    run_file,
+)
 from tolstat.errors import PictureError, RunFileError, StudyError, TolstatError
 from tolstat.literal import visible
 from tolstat.render.output_file import check_folder, replace
 from tolstat.store.open_run import open as open_run
 from tolstat.store.temporary_files import free_name
+
+NAMED = re.compile(r"\s*([^\W\d]\w*)\s*(\W.*?)\s*", re.DOTALL)
 
 
 @click.command("what-if")
@@ -92,3 +103,41 @@ def fresh_run_advice(
         "what-if", source, *deviations, *limited, "--write", path, machine=run.machine
     )
     return f"\n  `{typed}` writes the study of a fresh run"
+
+
+def deviations_in(texts: Sequence[str]) -> dict[str, Any]:
+    """Read deviations: NAME=TOLERANCE, or NAME={ ... } as in TOML."""
+    found: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip():
+            raise StudyError(f'{text}: NAME=TOLERANCE, such as rod_length="+-0.6 mm"')
+        if name.strip() in found:
+            raise StudyError(f"{text}: {name.strip()} is given twice")
+        found[name.strip()] = value_in(value, text)
+    return found
+
+
+def limits_in(texts: Sequence[str]) -> dict[str, Any]:
+    """Read limits: "NAME <= 120 kN", or NAME = { ... } as in TOML."""
+    found: dict[str, Any] = {}
+    for text in texts:
+        named = NAMED.fullmatch(text)
+        if not named:
+            raise StudyError(f'--limit "{text}": such as "rod_force <= 120 kN"')
+        if named[1] in found:
+            raise StudyError(f'--limit "{text}": {named[1]} is given twice')
+        rest = named[2].strip()
+        found[named[1]] = value_in(rest[1:], text) if rest[0] == "=" else rest
+    return found
+
+
+def value_in(value: str, text: str) -> Any:
+    """Read a value: as of TOML in braces or quotes, else a text."""
+    value = value.strip()
+    if value[:1] not in ("{", '"', "'"):
+        return value
+    try:
+        return tomllib.loads(f"value = {value}")["value"]
+    except (ValueError, RecursionError) as error:
+        raise StudyError(f"{text}: {error}") from None

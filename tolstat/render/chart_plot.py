@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import cycle
-
 import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.document import plot as data
 from tolstat.document.plot import Plot, PlotAxis, PlotPanel
-from tolstat.model.view import Band, Chart, Curve, Panel, Region
+from tolstat.model.view import Chart, Curve, Panel
 from tolstat.render.view_rows import view_scale
 from tolstat.units.scale import Scale
 
@@ -40,11 +38,11 @@ def plot_of(chart: Chart) -> Plot:
 
 
 def _panel(chart: Chart, panel: Panel, x: PlotAxis, along: Scale) -> PlotPanel:
+    factor = along.factor
     shades = (
-        data.Shade(along.factor * span.lower, along.factor * span.upper)
+        data.Shade(factor * span.lower, factor * span.upper)
         for span in (*chart.spans, *panel.spans)
     )
-    factor = along.factor
     scale, ends, layers = _side(chart, panel.names, 0, factor)
     levels = (
         data.Rule(scale.factor * at, False, "limit", words)
@@ -65,17 +63,15 @@ def _side(
     curves = [each for each in chart.curves if each.name in names]
     bands = [each for each in chart.bands if each.name in names]
     regions = [each for each in chart.regions if each.name in names]
-    scale = _scale(curves, [*bands, *regions])
+    shown = [*(each.values for each in curves), *(each.values for each in regions)]
+    shown += [ends for each in bands for ends in (each.lower, each.upper)]
+    unit = chart.units[curves[0].name if curves else names[0]]
+    scale = view_scale(unit, curves[0].shown if curves else "", *shown)
     times = scale.factor
     of = {band.name: band.of for band in bands if band.of in names}
     leading = [name for name in names if name not in of]
-    colours = dict(
-        zip(
-            leading,
-            cycle((*CURVE_COLOURS[first:], *CURVE_COLOURS[:first])),
-            strict=False,
-        )
-    )
+    every = len(CURVE_COLOURS)
+    colours = {n: CURVE_COLOURS[(first + i) % every] for i, n in enumerate(leading)}
     layers: list[data.Layer] = [
         data.Area(along * each.at, times * each.values, colours[each.name], each.name)
         for each in regions
@@ -90,20 +86,21 @@ def _side(
         marks = [mark for mark in chart.marks if mark.curve == curve.name]
         words = [f"{m.words} {scale.words(m.value)}" for m in marks if m.words]
         label = ": ".join([curve.name.replace("_", " "), *words])
-        at = along * (chart.at if curve.at is None else curve.at)
-        values, colour = times * curve.values, colours[curve.name]
+        drawn = along * _places(chart, curve), times * curve.values, colours[curve.name]
         if curve.points:
-            layers.append(data.Points(at, values, colour, label, mark="o"))
+            layers.append(data.Points(*drawn, label, mark="o"))
         else:
-            layers.append(data.Line(at, values, colour, label))
-        layers += [
-            data.Points(
-                np.array([along * m.at]), np.array([times * m.value]), colour, mark="o"
-            )
-            for m in marks
-        ]
-    still = curves and not any(_moves(curve.values) for curve in curves)
+            layers.append(data.Line(*drawn, label))
+        for mark in marks:
+            at = np.array([along * mark.at]), np.array([times * mark.value])
+            layers.append(data.Points(*at, colours[curve.name], mark="o"))
+    moving = (np.unique(c.values[np.isfinite(c.values)]).size > 1 for c in curves)
+    still = curves and not any(moving)
     return scale, STILL if still else None, layers
+
+
+def _places(chart: Chart, curve: Curve) -> Array:
+    return chart.at if curve.at is None else curve.at
 
 
 def _ends(chart: Chart, factor: float) -> tuple[float, float] | None:
@@ -117,26 +114,10 @@ def _ends(chart: Chart, factor: float) -> tuple[float, float] | None:
     ends = np.array([places.min(), places.max()])
     dots = [mark.at for mark in chart.marks]
     for curve in chart.curves:
-        if curve.points:
-            dots += (chart.at if curve.at is None else curve.at).tolist()
+        dots += _places(chart, curve).tolist() if curve.points else []
     if not chart.regions and np.isin(ends, dots).any():
         evenly = np.log(ends) if chart.axis.logarithmic else ends
         evenly = evenly + ROOM * np.ptp(evenly) * np.array([-1.0, 1.0])
         ends = np.exp(evenly) if chart.axis.logarithmic else evenly
     first, last = (factor * ends).tolist()
     return first, last
-
-
-def _moves(values: Array) -> bool:
-    """Tell whether a curve is more than one value; it may have gaps."""
-    there = values[np.isfinite(values)]
-    return len(there) > 0 and bool(np.ptp(there) > 0)
-
-
-def _scale(curves: list[Curve], others: list[Band | Region]) -> Scale:
-    """Choose one unit for all that a panel shows, by the largest of it."""
-    first = curves[0] if curves else others[0]
-    values = [curve.values for curve in curves]
-    for each in others:
-        values += [v for v in each[2:] if isinstance(v, np.ndarray)]
-    return view_scale(first.unit, getattr(first, "shown", ""), *values)

@@ -18,7 +18,7 @@ from scipy.special import ndtri
 from tolstat.document import plot as data
 from tolstat.document.digits import in_cell, plain
 from tolstat.document.inline import Number
-from tolstat.document.plot import Array, Plot, PlotAxis, PlotPanel
+from tolstat.document.plot import Plot, PlotPanel
 from tolstat.errors import PictureError
 from tolstat.literal import visible
 from tolstat.model.view import Chart, Listing, View
@@ -45,12 +45,11 @@ ABOVE = 1.04  # of the highest bar: where intervals stand
 WINDOW = "#f2f2f2"
 MARKS: dict[str, dict[str, Any]] = {
     ".": {"marker": ".", "markersize": 3, "markeredgewidth": 0},
+    "dot": {"marker": ".", "markersize": 4},
+    "faint": {"marker": ".", "markersize": 2.2, "markeredgewidth": 0, "alpha": 0.4},
     "o": {"marker": "o", "markersize": 4, "clip_on": False},  # not cut by an axis' end
     "ring": {"marker": "o", "fillstyle": "none"},
 }
-FAINT: dict[str, Any] = {
-    "marker": ".", "markersize": 2.2, "markeredgewidth": 0, "alpha": 0.4,
-}  # fmt: skip
 NAME = 28  # letters of a name in a line beside an axis
 MOST_WORDS = 32  # along an axis; of more some are written
 LEGEND_COLUMNS = 4, 3, 2, 1  # as many as find room
@@ -68,7 +67,7 @@ def as_svg(picture: Plot | Chart, alt: str) -> Markup:
     alt : str
         What it shows, for those who do not see it.
     """
-    plot = plot_of(picture) if isinstance(picture, Chart) else picture
+    plot = _as_plot(picture)
     with page_figure(plot.width, plot.height) as figure:
         draw_plot(figure, plot)
         return inline(figure, alt)
@@ -86,12 +85,15 @@ def draw(picture: Plot | View, title: str) -> Figure:
         if isinstance(picture, Listing):
             figure = _listing(picture)
         else:
-            plot = plot_of(picture) if isinstance(picture, Chart) else picture
-            figure = Figure(figsize=(plot.width, plot.height))
-            figure.set_layout_engine("constrained")
+            plot = _as_plot(picture)
+            figure = Figure(figsize=(plot.width, plot.height), layout="constrained")
             draw_plot(figure, plot)
         figure.suptitle(visible(title), x=0.01, ha="left", fontsize=11)
     return figure
+
+
+def _as_plot(picture: Plot | Chart) -> Plot:
+    return plot_of(picture) if isinstance(picture, Chart) else picture
 
 
 def draw_plot(figure: Figure, plot: Plot) -> None:
@@ -114,13 +116,7 @@ def draw_plot(figure: Figure, plot: Plot) -> None:
 
 
 def _draw_panel(axes: Axes, panel: PlotPanel, own_legend: bool) -> None:
-    beside = [each for each in panel.layers if isinstance(each, data.Bars)]
-    handles: list[Artist] = []
-    for layer in panel.layers:
-        if isinstance(layer, data.Bars):
-            _draw_bars(axes, layer, beside.index(layer), len(beside))
-        else:
-            handles += _draw(axes, layer, panel)
+    handles = [each for layer in panel.layers for each in _draw(axes, layer, panel)]
     for axis, how in ((axes.xaxis, panel.x), (axes.yaxis, panel.y)):
         if how.scale in ("log", "symlog"):
             logarithmic(axis, **{"linthresh": 10} if how.scale == "symlog" else {})
@@ -132,13 +128,13 @@ def _draw_panel(axes: Axes, panel: PlotPanel, own_legend: bool) -> None:
         axes.xaxis.set_major_locator(MaxNLocator(MOST_WORDS, integer=True))
         axes.xaxis.set_major_formatter(partial(_word_at, panel.x.words))
         axes.tick_params(axis="x", rotation=90)
-    if panel.x.ends:
-        axes.set_xlim(*panel.x.ends)
-    if panel.y.ends:
-        axes.set_ylim(*panel.y.ends)
+    axes.set(**{
+        name: how.ends
+        for name, how in (("xlim", panel.x), ("ylim", panel.y)) if how.ends
+    })  # fmt: skip
     if own_legend:
         _draw_legend(axes, panel, handles)
-    elif not beside:
+    elif not any(isinstance(each, data.Bars) for each in panel.layers):
         few_ticks(axes)
 
 
@@ -168,19 +164,18 @@ def _columns(title: str, labels: list[str]) -> int:
     letters = np.array([len(label) + HANDLE for label in labels])
     for columns in LEGEND_COLUMNS:
         # filled one after the other, each as wide as the longest of its labels
-        filled = [part for part in np.array_split(letters, columns) if len(part)]
-        if len(title) + sum(part.max() for part in filled) <= LINE:
+        filled = np.array_split(letters, columns)
+        if len(title) + sum(part.max(initial=0) for part in filled) <= LINE:
             break
     return columns
 
 
 def _word_at(words: tuple[str, ...], x: float, _: int) -> str:
-    """Write along an axis what stands at a number."""
     return _wrapped(words[int(x)]) if x in range(len(words)) else ""
 
 
 def _wrapped(name: str) -> str:
-    """Write a name along an axis in lines, so that it leaves room for the picture."""
+    """Write a name in lines, so that it leaves room for the picture."""
     return "\n".join(wrap(visible(name), NAME))
 
 
@@ -192,13 +187,13 @@ def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Artist]:
     named: dict[str, Any] = {"color": colour, "label": label}
     drawn: list[Artist] = []
     match layer:
-        case data.Line(x, y, dotted=dotted):
-            dots: dict[str, Any] = {"marker": ".", "markersize": 4} if dotted else {}
-            drawn += axes.plot(x, y, **named, **dots)
-        case data.Points(x, y, faint=faint, mark=mark):
+        case data.Line(x, y):
+            drawn += axes.plot(x, y, **named, **(MARKS["dot"] if layer.dotted else {}))
+        case data.Points(x, y):
             drawn += axes.plot(
-                x, _up(y, panel.y), linestyle="none", **named,
-                rasterized=len(x) > MOST_POINTS, **(FAINT if faint else MARKS[mark]),
+                x, ndtri(y) if panel.y.scale == "normal" else y, linestyle="none",
+                **named, **MARKS["faint" if layer.faint else layer.mark],
+                rasterized=len(x) > MOST_POINTS,
             )  # fmt: skip
         case data.Fill(x, lower, upper):
             axes.fill_between(x, lower, upper, linewidth=0, alpha=0.25, **named)
@@ -212,26 +207,45 @@ def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Artist]:
             axes.axvspan(lower, upper, color=WINDOW, zorder=0)
         case data.Stairs(edges, heights):
             drawn.append(axes.stairs(heights, edges, fill=True, linewidth=0, **named))
-        case data.Rule(at, upright, dash=dash):
+        case data.Rule(at, upright):
             across = axes.axvline if upright else axes.axhline
-            drawn.append(across(at, linestyle=dash, linewidth=1.2, **named))
-        case data.Spans(lower, upper, at):
-            _draw_spans(axes, lower, upper, at, colour, label)
-        case data.Ranges():
-            _draw_ranges(axes, layer)
-        case data.Bars():
-            pass  # drawn beside each other
+            drawn.append(across(at, linestyle=layer.dash, linewidth=1.2, **named))
+        case data.Spans(lower, upper, at):  # above all else
+            top = axes.get_ylim()[1]
+            for ends in zip(lower, upper, strict=True):
+                axes.plot(ends, [ABOVE * top] * 2, color=colour, linewidth=2.5)
+            axes.plot(at, np.full(len(at), ABOVE * top), "|", **named)
+            axes.set_ylim(0, 1.1 * top)
+        case data.Ranges(names):
+            each = zip(layer.lower, layer.upper, layer.at, layer.colours, strict=True)
+            for row, (lower, upper, at, tone) in enumerate(each):
+                axes.plot([lower, upper], [row, row], color=ROLES[tone], alpha=0.4,
+                          linewidth=6, solid_capstyle="butt")  # fmt: skip
+                axes.plot(at, row, "o", color=ROLES[tone], markersize=4)
+            _name_rows(axes, names)
+            axes.set_ylim(len(names) - 0.5, -0.5)
+        case data.Bars(names, values, ends):  # those of other kinds are below them
+            beside = [each for each in panel.layers if isinstance(each, data.Bars)]
+            place, of = beside.index(layer), len(beside)
+            reach = None
+            if ends is not None:
+                reach = np.maximum([[-1.0], [1.0]] * (ends - values), 0.0)
+            axes.barh(
+                np.arange(len(names)) + 0.8 * place / of, values, 0.72 / of,
+                xerr=reach, **named,
+                error_kw={"ecolor": INK, "elinewidth": 0.8, "capsize": 2},
+            )  # fmt: skip
+            if place == 0:
+                _name_rows(axes, names)
+                axes.invert_yaxis()
         case _:
             assert_never(layer)
     return drawn if words else []
 
 
-def _up(shares: Array, axis: PlotAxis) -> Array:
-    """Return where on the axis something stands."""
-    if axis.scale != "normal":
-        return shares
-    scores: Array = ndtri(shares)
-    return scores
+def _name_rows(axes: Axes, names: tuple[str, ...]) -> None:
+    axes.set_yticks(np.arange(len(names)), [*map(_wrapped, names)])
+    axes.grid(visible=False, axis="y")
 
 
 def _normal_ticks(axes: Axes, panel: PlotPanel) -> None:
@@ -241,48 +255,6 @@ def _normal_ticks(axes: Axes, panel: PlotPanel) -> None:
     ticks = sorted({*ticks, *(1 - t for t in ticks)})
     axes.set_yticks(ndtri(ticks), [f"{100 * t:.10g}" for t in ticks])
     axes.set_ylim(ndtri(least / 2), -ndtri(least / 2))
-
-
-def _draw_spans(
-    axes: Axes, lower: Array, upper: Array, at: Array, colour: str, label: str
-) -> None:
-    """Draw intervals above all else."""
-    top = axes.get_ylim()[1]
-    for ends in zip(lower, upper, strict=True):
-        axes.plot(ends, [ABOVE * top] * 2, color=colour, linewidth=2.5)
-    axes.plot(at, np.full(len(at), ABOVE * top), "|", color=colour, label=label)
-    axes.set_ylim(0, 1.1 * top)
-
-
-def _draw_bars(axes: Axes, layer: data.Bars, place: int, of: int) -> None:
-    """Draw bars of one kind, those of other kinds below them."""
-    height = 0.72 / of
-    at = np.arange(len(layer.names)) + 0.8 * place / of
-    reach = None
-    if layer.ends is not None:
-        reach = np.maximum([[-1.0], [1.0]] * (layer.ends - layer.values), 0.0)
-    axes.barh(
-        at, layer.values, height, color=ROLES[layer.colour], xerr=reach,
-        label=in_legend(layer.label),
-        error_kw={"ecolor": INK, "elinewidth": 0.8, "capsize": 2},
-    )  # fmt: skip
-    if place == 0:
-        axes.set_yticks(np.arange(len(layer.names)), [*map(_wrapped, layer.names)])
-        axes.invert_yaxis()
-        axes.grid(visible=False, axis="y")
-
-
-def _draw_ranges(axes: Axes, layer: data.Ranges) -> None:
-    rows = np.arange(len(layer.names))
-    for row, lower, upper, at, colour in zip(
-        rows, layer.lower, layer.upper, layer.at, layer.colours, strict=True
-    ):
-        axes.plot([lower, upper], [row, row], color=ROLES[colour], alpha=0.4,
-                  linewidth=6, solid_capstyle="butt")  # fmt: skip
-        axes.plot(at, row, "o", color=ROLES[colour], markersize=4)
-    axes.set_yticks(rows, [*map(_wrapped, layer.names)])
-    axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.grid(visible=False, axis="y")
 
 
 def _listing(listing: Listing) -> Figure:

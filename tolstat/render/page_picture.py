@@ -17,32 +17,28 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, FixedLocator, MaxNLocator
 
 from tolstat.literal import visible
-from tolstat.render.picture import COLOURS, LIMIT, literally, styled
+from tolstat.render.picture import literally, styled
 
 # stand-ins that the page's style replaces: the same picture in light and in dark
 INK, GRID = "#101418", "#e1e3e6"
-BEYOND, WITHIN, SECOND = LIMIT, COLOURS[0], COLOURS[1]
 MOST_POINTS = 2000  # of a scatter, above which it is rasterised
 WIDTH, HEIGHT = 3.5, 2.5  # inches: half a printed page, and a phone
 SMALLEST = 8.4  # points, so that on paper no word of a picture has less than 8
 PAGE_STYLE: dict[Any, Any] = {
-    "text.color": INK,
-    "axes.labelcolor": INK,
-    "axes.edgecolor": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
+    **dict.fromkeys(
+        ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color",
+         "ytick.color"), INK,
+    ),
     "grid.color": GRID,
-    "figure.facecolor": "none",
-    "axes.facecolor": "none",
-    "savefig.facecolor": "none",
-    "font.size": SMALLEST,
-    "axes.titlesize": SMALLEST,
-    "axes.labelsize": SMALLEST,
-    "xtick.labelsize": SMALLEST,
-    "ytick.labelsize": SMALLEST,
-    "legend.fontsize": SMALLEST,
+    **dict.fromkeys(
+        ("figure.facecolor", "axes.facecolor", "savefig.facecolor"), "none"
+    ),
+    **dict.fromkeys(
+        ("font.size", "axes.titlesize", "axes.labelsize", "xtick.labelsize",
+         "ytick.labelsize", "legend.fontsize"), SMALLEST,
+    ),
     "svg.fonttype": "path",
-}
+}  # fmt: skip
 _numbers = count(1)
 
 
@@ -56,9 +52,7 @@ def page_figure(width: float = WIDTH, height: float = HEIGHT) -> Iterator[Figure
         Inches.
     """
     with styled(), mpl.rc_context(PAGE_STYLE):
-        figure = Figure(figsize=(width, height))
-        figure.set_layout_engine("constrained")
-        yield figure
+        yield Figure(figsize=(width, height), layout="constrained")
 
 
 def few_ticks(axes: Axes) -> None:

@@ -1,4 +1,4 @@
-"""What was found of a run that was verified."""
+"""Checks in words: of a stored run, and of the computer here."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from tolstat.answers.next_steps import to_resume, to_run_again
-from tolstat.document.blocks import Document, Facts, Paragraph, paragraph
-from tolstat.document.inline import Parts, Typed, listed, text
+from tolstat.document.blocks import Column, Document, Facts, Paragraph, paragraph, table
+from tolstat.document.inline import Parts, Typed, counted, listed, text
 from tolstat.execution.compatibility import why_drawn_otherwise
+from tolstat.execution.self_check import Check
 from tolstat.execution.verification import Verification
 from tolstat.status import Status
 from tolstat.store.damage import ranges_of
@@ -57,3 +58,25 @@ def _conclusion(path: Path, found: Verification) -> Paragraph:
         ". Run its study again",
         text(": ", Typed(again)) if again else ".",
     )
+
+
+def surroundings_document(found: dict[str, str]) -> Document:
+    """Return versions, processor, cores, and where compiled code is kept."""
+    columns = "what", Column("here", words=True)
+    return Document("", (table(columns, list(found.items())),))
+
+
+def check_document(found: Check) -> Document:
+    """Return how fast trials are evaluated, and whether they repeat bit for bit."""
+    same = "the same trials have the same responses, bit for bit"
+    if not found.same:
+        same = (
+            "the same trials have different responses: memory, processor or compiled "
+            "code is damaged; remove the folder of compiled code above, and try again"
+        )
+    speed = paragraph(
+        f"ready after {found.ready:.1f} s; ", *counted(found.trials, "trial"),
+        f" of the stand in {found.seconds:.1f} s: "
+        f"{found.trials / found.seconds:.0f} trials/s",
+    )  # fmt: skip
+    return Document("", (speed, paragraph(same)))
