@@ -11,9 +11,8 @@ if TYPE_CHECKING:
     from tolstat.answers.relimit import limited
     from tolstat.answers.report.ask import report, summary
     from tolstat.answers.views.evaluate import evaluate
-    from tolstat.answers.views.machine_view import view
+    from tolstat.answers.views.machine_view import trajectory, view
     from tolstat.answers.views.replay import replay
-    from tolstat.answers.views.trajectory import trajectory
     from tolstat.answers.what_if.reweighted_trials import what_if
     from tolstat.answers.what_if.scenario import fresh_study
     from tolstat.catalogue import names as models
@@ -83,7 +82,7 @@ _HOMES = {
     "run": "tolstat.execution.execute",
     "setting": "tolstat.model.settings",
     "summary": "tolstat.answers.report.ask",
-    "trajectory": "tolstat.answers.views.trajectory",
+    "trajectory": "tolstat.answers.views.machine_view",
     "verify": "tolstat.execution.verification",
     "view": "tolstat.answers.views.machine_view",
     "what_if": "tolstat.answers.what_if.reweighted_trials",

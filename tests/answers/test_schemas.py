@@ -15,9 +15,9 @@ from tests.answers.conftest import chain
 from tests.conftest import ROOT
 from tolstat.answers.allocate.allocation import Allocation
 from tolstat.answers.compare.comparison import Comparison
-from tolstat.answers.index.run_entries import RunIndex, stored_runs
 from tolstat.answers.rare.rare_answer import RareSummary
 from tolstat.answers.report.report_answer import Report, RunSummary
+from tolstat.answers.run_entries import RunIndex, stored_runs
 from tolstat.answers.sweep.extremes import Extremes
 from tolstat.answers.views.replay import Replay
 from tolstat.answers.what_if.what_if_answer import WhatIf

@@ -27,10 +27,10 @@ from tests.execution.rare_chain import CHAIN
 from tests.execution.test_audit import Cliff
 from tests.execution.test_going_on import Enough, same
 from tests.store.tampering import resealed
-from tolstat.answers.index.run_entries import RunIndex, entry_of
 from tolstat.answers.rare.failure_points import normal_score
 from tolstat.answers.rare.rare_answer import rare_summary
 from tolstat.answers.rare.rare_document import STAGES
+from tolstat.answers.run_entries import RunIndex, entry_of
 from tolstat.cli.main import main
 from tolstat.errors import PictureError, RunFileError, StudyError
 from tolstat.execution.execute import execute

@@ -14,8 +14,8 @@ import click
 from rich.live import Live
 from rich.table import Table
 
-from tolstat.answers.index.run_entries import Entry, RunIndex, entry_of
 from tolstat.answers.report.ask import report
+from tolstat.answers.run_entries import Entry, RunIndex, entry_of
 from tolstat.cli.advice import worded
 from tolstat.cli.interrupting import LIMITS_NOT_MET, stop_on_interrupt
 from tolstat.cli.options import Compute, computing, output_option, path_argument

@@ -22,7 +22,7 @@ from rich.text import Text
 
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.ask import summary
-from tolstat.answers.sweep.reference_tables import comparisons
+from tolstat.answers.sweep.table_rows import comparisons
 from tolstat.cli.interrupting import INTERRUPTED, LIMITS_NOT_MET, stop_on_interrupt
 from tolstat.cli.options import Compute
 from tolstat.document.blocks import Document

@@ -11,13 +11,12 @@ import click
 from rich.live import Live
 from rich.table import Table
 
-from tolstat.answers.index.run_entries import RunIndex, entry_of, stored_runs
 from tolstat.answers.model_sheet import model_document, models_document
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.ask import summary
-from tolstat.answers.sweep.reference_tables import comparisons
+from tolstat.answers.run_entries import RunIndex, entry_of, stored_runs
 from tolstat.answers.sweep.sweep_figure import save_sweeps
-from tolstat.answers.sweep.table_rows import table_rows
+from tolstat.answers.sweep.table_rows import comparisons, table_rows
 from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
 from tolstat.cli.options import path_argument, plot_option
 from tolstat.document.blocks import Document

@@ -40,90 +40,43 @@ WORDS = {
 
 
 class AllocatedEntry(NamedTuple):
-    """One entry of the study.
-
-    Attributes
-    ----------
-    name, parts : str, int
-        And how many parts share its tolerance.
-    specified, found : str
-        The tolerance on the drawing, and that of the answer.
-    cost_specified, cost : float
-        Of all its parts.
-    at_loosest : bool
-        Whether it is as loose as it may be.
-    """
+    """One entry of the study."""
 
     name: str
-    parts: int
-    specified: str
+    parts: int  # that share its tolerance
+    specified: str  # the tolerance on the drawing
     found: str
-    cost_specified: float
+    cost_specified: float  # of all its parts
     cost: float
-    at_loosest: bool
+    at_loosest: bool  # whether it is as loose as it may be
 
 
 @dataclass(frozen=True, repr=False)
 class Allocation(Answer):
-    """The cheapest tolerances with which a study meets its limits.
-
-    Attributes
-    ----------
-    cost : float
-        Of the tolerances.
-    half_widths : dict of str to float
-        Of the tolerances, by entry of the study, SI; where none meet the limits, of the
-        tightest.
-    met : bool
-        Whether a fresh run shows that they meet every limit.
-    entries : tuple of AllocatedEntry
-        The same, beside the drawing.
-    schemes : dict of str to Scheme
-        "drawing", "found" or "tightest", "equal_cost" where the limits are met,
-        "root_sum_square", "worst_case"; all by runs of one seed, by which nothing was
-        chosen, but the tightest.
-    omitted_schemes : dict of str to str
-        Of the last two those that there are not, and why.
-    proof : Scheme
-        The answer, by the fresh run that its verdicts are of.
-    reproducible : bool
-        Whether a run of the file with the proof's trials and seed has its trials.
-    verdicts : dict of str to str
-        Of each limit, by the proof.
-    active_limits : tuple of str
-        Limits that a step looser of some tolerance would break: a tenth, as far as it
-        may be, or the next option of a list.
-    exhaustive : bool
-        Whether all combinations of lists were tried.
-    wide_trials : int
-        Trials that were weighted, of no fresh run.
-    fresh_trials : tuple of int
-        Trials of each fresh run, in the order in which they were made.
-    trade_off : tuple of Point
-        Cost over the fraction out of any limit.
-    title, study : str
-        Of the study; the study with these tolerances, as a file.
-    listed : bool
-        Whether every tolerance is one of a list.
-    """
+    """The cheapest tolerances with which a study meets its limits."""
 
     cost: float
-    half_widths: dict[str, float]
-    met: bool
+    half_widths: dict[str, float]  # SI; of the tightest where none meet the limits
+    met: bool  # whether a fresh run shows that they meet every limit
     entries: tuple[AllocatedEntry, ...]
+    # "drawing", "found" or "tightest", "equal_cost" where the limits are met,
+    # "root_sum_square", "worst_case": all but the tightest by runs of one seed, by
+    # which nothing was chosen
     schemes: dict[str, Scheme]
-    omitted_schemes: dict[str, str]
-    proof: Scheme
-    reproducible: bool
-    verdicts: dict[str, str]
+    omitted_schemes: dict[str, str]  # of the last two, and why
+    proof: Scheme  # the answer, by the fresh run that its verdicts are of
+    reproducible: bool  # whether a run of the file has the trials of the proof
+    verdicts: dict[str, str]  # of each limit, by the proof
+    # limits that a step looser of some tolerance would break: a tenth, as far as it may
+    # be, or the next option of a list
     active_limits: tuple[str, ...]
-    exhaustive: bool
-    wide_trials: int
-    fresh_trials: tuple[int, ...]
+    exhaustive: bool  # whether all combinations of lists were tried
+    wide_trials: int  # that were weighted, of no fresh run
+    fresh_trials: tuple[int, ...]  # of each fresh run, in the order they were made
     trade_off: tuple[Point, ...]
     title: str = field(metadata={"json": False})
-    study: str = field(metadata={"json": False})
-    listed: bool = field(metadata={"json": False})
+    study: str = field(metadata={"json": False})  # with these tolerances, as a file
+    listed: bool = field(metadata={"json": False})  # whether all are one of a list
 
     answers: ClassVar[str] = "allocate"
     index: ClassVar[str] = "scheme"
@@ -164,10 +117,10 @@ class Allocation(Answer):
         `found_by` and `proved_by` are commands that find and prove them again.
         """
         proof, drawing = self.proof, self.schemes[DRAWING]
+        cost = f"{proof.cost:.6g} (drawing: {drawing.cost:.6g})"
         shown = "All limits are met" if self.met else "NOT all limits are met"
         lines = [
-            f"Tolerances allocated at a cost of {proof.cost:.6g} "
-            f"(drawing: {drawing.cost:.6g}).",
+            f"Tolerances allocated at a cost of {cost}.",
             found_by,
             f"{shown} in a fresh run of {proof.trials} random trials with seed "
             f"{proof.seed}.",
@@ -216,13 +169,11 @@ class Allocation(Answer):
 
     def _tolerances(self) -> Table:
         found = FOUND if self.met else TIGHTEST
-        heads = ["entry", "parts", "drawing", "cost (drawing)", found, "cost", ""]
+        heads = "entry", "parts", "drawing", "cost (drawing)", found, "cost", ""
         rows: list[list[Given]] = [
-            [
-                (Name(each.name),), Number(each.parts), each.specified,
-                Number(each.cost_specified), each.found, Number(each.cost),
-                "at its loosest" if each.at_loosest else None,
-            ]
+            [Name(each.name), Number(each.parts), each.specified,
+             Number(each.cost_specified), each.found, Number(each.cost),
+             "at its loosest" if each.at_loosest else None]
             for each in self.entries
         ]  # fmt: skip
         drawn = Number(sum(each.cost_specified for each in self.entries))
@@ -230,18 +181,15 @@ class Allocation(Answer):
         return table(heads, rows, "Tolerances")
 
     def _fractions(self) -> Table:
-        heads = ["tolerances", "cost", "any limit", *self.verdicts, "fresh run"]
+        heads = "tolerances", "cost", "any limit", *self.verdicts, "fresh run"
         rows: list[list[Given]] = [
-            [
-                WORDS[name], Number(each.cost), ppm(each.fraction_out_of_any_limit),
-                *(ppm(each.fraction_out_of_limit[limit]) for limit in self.verdicts),
-                Cell(counted(each.trials, "trial"), text(f"seed {each.seed}")),
-            ]
+            [WORDS[name], Number(each.cost), ppm(each.fraction_out_of_any_limit),
+             *(ppm(each.fraction_out_of_limit[limit]) for limit in self.verdicts),
+             Cell(counted(each.trials, "trial"), text(f"seed {each.seed}"))]
             for name, each in self._shown.items()
         ]  # fmt: skip
-        return table(
-            heads, rows, "Fraction out of limit in fresh runs, ppm, with 95 % intervals"
-        )
+        title = "Fraction out of limit in fresh runs, ppm, with 95 % intervals"
+        return table(heads, rows, title)
 
     def _notes(self) -> list[Parts | None]:
         active = [(Name(name),) for name in self.active_limits]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from tolstat.answers.allocate.optimizer import Choice
 from tolstat.answers.allocate.reweighted_pool import out_of_each_limit
+from tolstat.deviations.prices import Priced
 from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
@@ -30,30 +32,14 @@ GROWTH = 1.25  # of a run whose verdicts are not settled, at least
 
 
 class Scheme(NamedTuple):
-    """Tolerances, what they cost, and the fraction out of limit in a fresh run.
+    """Tolerances, what they cost, and the fraction out of limit in a fresh run."""
 
-    Attributes
-    ----------
-    cost : float
-        Of all parts that have one.
-    tolerances : dict of str to str
-        By entry of the study, as written.
-    half_widths : dict of str to float
-        Half their widths, SI.
-    fraction_out_of_limit : dict of str to Estimate
-        By limit.
-    fraction_out_of_any_limit : Estimate
-        Of trials out of one limit or several.
-    trials, seed : int
-        Of the fresh run.
-    """
-
-    cost: float
-    tolerances: dict[str, str]
-    half_widths: dict[str, float]
-    fraction_out_of_limit: dict[str, Estimate]
+    cost: float  # of all parts that have one
+    tolerances: dict[str, str]  # by entry of the study, as written
+    half_widths: dict[str, float]  # half their widths, SI
+    fraction_out_of_limit: dict[str, Estimate]  # by limit
     fraction_out_of_any_limit: Estimate
-    trials: int
+    trials: int  # of the fresh run
     seed: int
 
 
@@ -90,14 +76,15 @@ class FreshRuns:
 
     def cost(self, choice: Choice) -> float:
         """Return the price of all parts with the tolerances of a choice."""
-        pairs = zip(self.priced, choice, strict=True)
-        return _typed(math.fsum(each.cost(x) for each, x in pairs))
+        return _typed(math.fsum(each.cost(x) for each, x in self._chosen(choice)))
 
     def study_text(self, choice: Choice) -> str:
         """Return the study with the tolerances of a choice, as a file."""
-        words = self._words(choice)
-        pairs = zip(self.priced, choice, strict=True)
-        other = {e.name: words[e.name] for e, x in pairs if not e.is_specified(x)}
+        other = {
+            each.name: tolerance_words(each, x)
+            for each, x in self._chosen(choice)
+            if not each.is_specified(x)
+        }
         return with_tolerances(self.study.text, other)
 
     def as_written(self, choice: Choice) -> Choice:
@@ -117,7 +104,10 @@ class FreshRuns:
         answer = self._written(choice)
         while True:
             if len(status) < count:
-                run = self._run(answer, seed, len(status), count)
+                study = answer.at_random(seed, count)
+                deviations = study.deviations()[len(status) :]
+                run = Trials.planned(study.description, deviations)
+                self.evaluate(study, run, "fresh run")
                 out = np.hstack([out, out_of_each_limit(limits, run)])
                 status = np.hstack([status, run.status])
             sample = Sample(status)
@@ -135,11 +125,8 @@ class FreshRuns:
             count = min(max(wanted, math.ceil(GROWTH * count)), most)
         scheme = Scheme(
             self.cost(choice),
-            self._words(choice),
-            {
-                e.name: _typed(e.half(x))
-                for e, x in zip(self.priced, choice, strict=True)
-            },
+            {each.name: tolerance_words(each, x) for each, x in self._chosen(choice)},
+            {each.name: _typed(each.half(x)) for each, x in self._chosen(choice)},
             {name: each.out_of_limit for name, each in yields.items()},
             joint_yield(told, sample, dict.fromkeys(limits, WITHIN)).complement,
             count,
@@ -159,16 +146,8 @@ class FreshRuns:
         if run.over < asked:
             raise Interrupted
 
-    def _run(self, answer: Study, seed: int, first: int, stop: int) -> Trials:
-        """Run some of the random trials of a study."""
-        study = answer.at_random(seed, stop)
-        run = Trials.planned(study.description, study.deviations()[first:])
-        self.evaluate(study, run, "fresh run")
-        return run
-
-    def _words(self, choice: Choice) -> dict[str, str]:
-        pairs = zip(self.priced, choice, strict=True)
-        return {each.name: tolerance_words(each, x) for each, x in pairs}
+    def _chosen(self, choice: Choice) -> Iterator[tuple[Priced, float]]:
+        return zip(self.priced, choice, strict=True)
 
     def _written(self, choice: Choice) -> Study:
         """Return the study with some tolerances, read from the file it would be."""

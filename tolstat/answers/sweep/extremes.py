@@ -27,45 +27,19 @@ class Extreme(NamedTuple):
 
 
 class ResponseExtremes(NamedTuple):
-    """A response over the trials that are done.
+    """A response over the trials that are done."""
 
-    Attributes
-    ----------
-    nominal : float
-        Of the nominal trial; NaN if that failed.
-    scale : Scale
-        How it is shown.
-    least, largest : Extreme or None
-        None where no trial is done.
-    limit : Limit or None
-        What is permitted.
-    out_of_limit : int
-        Trials, failed ones among them; 0 without a limit.
-    """
-
-    nominal: float
+    nominal: float  # of the nominal trial; NaN if that failed
     scale: Scale
-    least: Extreme | None
+    least: Extreme | None  # None where no trial is done
     largest: Extreme | None
-    limit: Limit | None
-    out_of_limit: int
+    limit: Limit | None  # what is permitted
+    out_of_limit: int  # trials, failed ones among them; 0 without a limit
 
 
 @dataclass(frozen=True, repr=False)
 class Extremes(Answer):
-    """What a run of a grid or a table says: its trials are no sample of production.
-
-    Attributes
-    ----------
-    title, run, model, sampling : str
-        What it is of.
-    trials, ran, failed : int
-        How many.
-    responses : dict of str to ResponseExtremes
-        All of them.
-    notes : tuple of str
-        What must be known to read the numbers.
-    """
+    """What a run of a grid or a table says: its trials are no sample of production."""
 
     title: str
     run: str
@@ -75,7 +49,7 @@ class Extremes(Answer):
     ran: int
     failed: int
     responses: Mapping[str, ResponseExtremes]
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # what must be known to read the numbers
     answers: ClassVar[str] = "extremes"
     not_met: ClassVar[tuple[str, ...]] = ()  # no limit is judged
 
@@ -137,43 +111,29 @@ def _responses(found: Extremes) -> Block:
 
 def extremes_of(run: Run) -> Extremes:
     """Say what a run says whose trials were chosen and not sampled."""
-    done = np.flatnonzero(run.status == Status.DONE)
     responses = {}
     for name in (each.name for each in run.responses):
         limit = run.limits.get(name)
         out = int(np.count_nonzero(run.beyond(name))) if limit else 0
-        responses[name] = ResponseExtremes(
-            run.nominal_values[name],
-            run.scales[name],
-            *_ends(run, name, done),
-            limit,
-            out,
-        )
+        nominal, ends = run.nominal_values[name], _ends(run, name)
+        responses[name] = ResponseExtremes(nominal, run.scales[name], *ends, limit, out)
     return Extremes(
-        run.title,
-        run.path.name,
-        run.model,
-        run.sampling,
-        run.trials,
-        run.ended,
-        run.failed,
-        responses,
-        tuple(notes_of(run, None)),
-    )
+        run.title, run.path.name, run.model, run.sampling, run.trials, run.ended,
+        run.failed, responses, tuple(notes_of(run, None)),
+    )  # fmt: skip
 
 
-def _ends(
-    run: Run, name: str, done: np.ndarray[tuple[int], np.dtype[np.int64]]
-) -> tuple[Extreme | None, Extreme | None]:
+def _ends(run: Run, name: str) -> tuple[Extreme | None, Extreme | None]:
     """Return the least and the largest value, each with its trial."""
+    done = np.flatnonzero(run.status == Status.DONE)
     if not len(done):
         return None, None
     values = run.column(name)[done]
     if np.ptp(values) <= ROUNDING * np.abs(values).max():
         same = Extreme(float(values[0]), None)
         return same, same
-    least, largest = (
-        Extreme(float(values[at]), int(done[at]))
-        for at in (values.argmin(), values.argmax())
+    first, last = values.argmin(), values.argmax()
+    return (
+        Extreme(float(values[first]), int(done[first])),
+        Extreme(float(values[last]), int(done[last])),
     )
-    return least, largest

@@ -1,22 +1,27 @@
-"""What a machine can show, asked for by name."""
+"""What a machine can show: a view by its name, a trajectory as a table."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tolstat import catalogue
 from tolstat.answers.views.evaluate import deviations_table
-from tolstat.answers.views.trajectory import STEP
 from tolstat.errors import ModelError, allowed_names
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, history_of, offers, shown
 from tolstat.model.contract import Model
 from tolstat.model.view import View
+from tolstat.status import words_of
 from tolstat.study.study import Source, Study, load
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+STEP = 1e-4  # s
 
 
 def view(
@@ -69,6 +74,55 @@ def view(
     return view_of(study.model, study.settings, name, first, study)
 
 
+def trajectory(
+    model: str | Model,
+    deviations: Mapping[str, float] | None = None,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    step: float = STEP,
+) -> pd.DataFrame:
+    """Simulate one machine and return how it moved.
+
+    Parameters
+    ----------
+    model : str or Model
+        A name of `tolstat.models()`, or a model object that moves.
+    deviations : mapping, optional
+        By contributor name, SI. A name without its number means each of them. What is
+        missing is zero.
+    settings : mapping, optional
+        By name, SI; what is missing takes its default.
+    step : float
+        Time between two rows, s.
+
+    Returns
+    -------
+    DataFrame
+        Indexed by time (s), a column for each curve, SI; NaN after a failure.
+        `attrs["units"]` holds the units, `attrs["responses"]` the responses of the
+        trial, `attrs["status"]` how it ended.
+
+    Raises
+    ------
+    ModelError
+        If a name is unknown, a value is not finite, or the model does not move.
+
+    Examples
+    --------
+    >>> tolstat.trajectory("stand", {"crank_difference": 1e-3})["shaft_9_moment"].plot()
+    """
+    machine = catalogue.find(model)
+    chosen = model_settings.make(machine, settings)
+    first = _first(machine, chosen, deviations)
+    chart, outcome = history_of(machine, first[0], chosen, step)
+    frame = chart.frame()
+    names = [response.name for response in described(machine, chosen).responses]
+    values = outcome.responses[0].tolist()
+    frame.attrs["responses"] = dict(zip(names, values, strict=True))
+    frame.attrs["status"] = words_of(machine.failures)[int(outcome.status[0])]
+    return frame
+
+
 def _first(
     model: Model, settings: Any, deviations: Mapping[str, ArrayLike] | None
 ) -> NDArray[np.float64]:
@@ -88,18 +142,8 @@ def view_of(
 ) -> View:
     """Show a machine.
 
-    Parameters
-    ----------
-    model : Model
-        Which.
-    settings : object
-        Of it.
-    name : str
-        Of the view.
-    first : float64[1, contributor]
-        The machine that is shown, SI.
-    study : Study, optional
-        Whose tolerances open the bands of a view that has such.
+    `first` is the machine that is shown, float64[1, contributor]; the tolerances of a
+    study open the bands of a view that has such.
     """
     known = offers(model)
     if name not in known:

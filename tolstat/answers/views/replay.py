@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ import numpy as np
 from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
-from tolstat.answers.views.trajectory import STEP
+from tolstat.answers.views.machine_view import STEP
 from tolstat.document.blocks import Block, Column, Document, Figure, paragraph, table
 from tolstat.document.inline import Name, Number, Parts, Typed, listed
 from tolstat.errors import ModelError, RunFileError
@@ -33,26 +34,12 @@ from tolstat.units.scale import Scale, scale_of
 
 
 class Quantity(NamedTuple):
-    """A setting, a deviation or a response of one trial.
+    """A setting, a deviation or a response of one trial."""
 
-    Attributes
-    ----------
-    value : float or str
-        SI.
-    scale : Scale
-        How it is shown.
-    sentence : str
-        What it is.
-    limit : str
-        Of a response, in words; empty where it has none.
-    out_of_limit : bool
-        Whether it is outside.
-    """
-
-    value: float | str
-    scale: Scale
-    sentence: str = ""
-    limit: str = ""
+    value: float | str  # SI
+    scale: Scale  # how it is shown
+    sentence: str = ""  # what it is
+    limit: str = ""  # of a response, in words; empty where it has none
     out_of_limit: bool = False
 
     @property
@@ -71,51 +58,25 @@ class Quantity(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Replay(Answer):
-    """One trial of a run simulated again, or the nominal trial.
+    """One trial of a run simulated again, or the nominal trial."""
 
-    Attributes
-    ----------
-    title : str
-        Of the run or the study, and which trial.
-    trial : int or None
-        Its number; None for the nominal one.
-    status : str
-        How it ended.
-    steps : int or None
-        Of the integration; None where nothing is integrated.
-    settings : dict of str to Quantity
-        What a grid changed for it.
-    deviations : dict of str to float
-        By contributor, SI.
-    responses : dict of str to Quantity
-        By name.
-    stored : bool
-        Whether there is a stored row to compare with.
-    differences : tuple of str
-        What is not as stored: responses, bit for bit; "status", "steps".
-    reason : str
-        Why they may differ, if there is a reason.
-    damage : str
-        What of the run is damaged.
-    history : Chart or None
-        How it moved; None for a model that does not move.
-    """
-
-    title: str
-    trial: int | None
-    status: str
-    steps: int | None
-    settings: dict[str, Quantity]
-    deviations: dict[str, float]
+    title: str  # of the run or the study, and which trial
+    trial: int | None  # None for the nominal one
+    status: str  # how it ended
+    steps: int | None  # None where nothing is integrated
+    settings: dict[str, Quantity]  # what a grid changed for it
+    deviations: dict[str, float]  # by contributor, SI
     responses: dict[str, Quantity]
-    stored: bool = False
+    stored: bool = False  # whether there is a stored row to compare with
+    # what is not as stored, bit for bit: responses, "status", "steps"
     differences: tuple[str, ...] = ()
-    reason: str = ""
-    damage: str = ""
+    reason: str = ""  # why they may differ, if there is a reason
+    damage: str = ""  # what of the run is damaged
     repair: str = field(default="", metadata={"json": False})
     contributors: dict[str, Quantity] = field(
         default_factory=dict, metadata={"json": False}
     )
+    # how it moved; None for a model that does not move
     history: Chart | None = field(default=None, metadata={"json": False})
     answers = "trial"
     index = "name"
@@ -127,50 +88,34 @@ class Replay(Answer):
 
     def document(self) -> Document:
         """Return what deviates, what it answers, and whether that is as stored."""
-        steps = f", {self.steps} steps" if self.steps is not None else ""
-        title = f"{self.title}: {self.status}{steps}"
-        blocks = [*self._inputs(), self._answered(), *self._compared()]
-        if self.history:
-            blocks.append(Figure("its histories", self.history, wide=True))
-        return Document(title, tuple(blocks))
-
-    def _inputs(self) -> list[Block]:
         moved = {name: each for name, each in self.contributors.items() if each.value}
-        rows = [
+        inputs = [
             (Name(name), each.words, each.sentence)
-            for name, each in [*self.settings.items(), *moved.items()]
+            for name, each in (self.settings | moved).items()
         ]
-        columns = "contributor", "deviation", Column("", words=True)
-        return [table(columns, rows)] if rows else []
-
-    def _answered(self) -> Block:
-        rows = [
+        answered = [
             (Name(name), each.words,
              each.limit + (": out of limit" if each.out_of_limit else ""))
             for name, each in self.responses.items()
         ]  # fmt: skip
-        return table(("response", "value", Column("limit", words=True)), rows)
-
-    def _compared(self) -> list[Block]:
-        if not self.stored:
-            return []
-        said = [paragraph("bit for bit as stored")]
+        limit, sentence = Column("limit", words=True), Column("", words=True)
+        blocks: list[Block] = [table(("response", "value", limit), answered)]
+        if inputs:
+            heads = "contributor", "deviation", sentence
+            blocks.insert(0, table(heads, inputs))
         if self.differences:
             why = f": {self.reason}" if self.reason else ""
-            said = [
-                paragraph(
-                    f"not bit for bit as stored{why}; different: ",
-                    listed(self.differences, ""),
-                )
-            ]
+            said = f"not bit for bit as stored{why}; different: "
+            blocks.append(paragraph(said, listed(self.differences, "")))
+        elif self.stored:
+            blocks.append(paragraph("bit for bit as stored"))
         if self.damage:
-            said.append(
-                paragraph(
-                    f"the run is damaged: {self.damage}. Repair it with: ",
-                    Typed(self.repair),
-                )
-            )  # fmt: skip
-        return [*said]
+            said = f"the run is damaged: {self.damage}. Repair it with: "
+            blocks.append(paragraph(said, Typed(self.repair)))
+        if self.history:
+            blocks.append(Figure("its histories", self.history, wide=True))
+        steps = f", {self.steps} steps" if self.steps is not None else ""
+        return Document(f"{self.title}: {self.status}{steps}", tuple(blocks))
 
     def rows(self) -> list[Row]:
         """Return deviations and responses, a row for each."""
@@ -221,37 +166,32 @@ def replay(
         raise RunFileError(f"{run.path}: trial {index} has not run")
     machine = catalogue.find(model or run.model)
     settings = read(machine, settings_with_links(run.study.table, machine))
-    swept: dict[str, Quantity] = {}
-    row = np.zeros(len(run.contributors))
+    swept, row = dict[str, Quantity](), np.zeros(len(run.contributors))
     if index is not None:
         settings = replace(settings, **_swept(run, index, machine))
-        swept = {
-            name: Quantity(run.column(name)[index].item(), run.scales[name])
-            for name in (each.name for each in run.swept)
-        }
+        for name in (each.name for each in run.swept):
+            value = run.column(name)[index].item()
+            swept[name] = Quantity(value, run.scales[name])
         row = np.array([run.column(each.name)[index] for each in run.contributors])
     chart, outcome = _simulated(machine, row, settings)
-    word = run.words.get(int(outcome.status[0]), "unknown")
-    deviations = dict(
-        zip([p.name for p in run.contributors], row.tolist(), strict=True)
-    )
+    contributors = {
+        part.name: Quantity(at, run.scales[part.name], part.sentence)
+        for part, at in zip(run.contributors, row.tolist(), strict=True)
+    }
     return Replay(
         f"{run.title}: {'nominal trial' if index is None else f'trial {index}'}",
         index,
-        word,
+        run.words.get(int(outcome.status[0]), "unknown"),
         _steps(outcome),
         swept,
-        deviations,
+        dict(zip(contributors, row.tolist(), strict=True)),
         _responses(run.responses, outcome, run.limits, run.scales),
         stored=True,
-        differences=_differences(run, index, outcome),
+        differences=tuple(_differences(run, index, outcome)),
         reason="; ".join(run.made_otherwise(machine.source_digest)),
         damage=run.damage.words if run.damage else "",
         repair=to_resume(run.path, run.machine),
-        contributors={
-            part.name: Quantity(at, run.scales[part.name], part.sentence)
-            for part, at in zip(run.contributors, row.tolist(), strict=True)
-        },
+        contributors=contributors,
         history=chart,
     )
 
@@ -259,17 +199,15 @@ def replay(
 def nominal_trial(study: Study) -> Replay:
     """Simulate the trial without deviations of a study."""
     contributors, responses = study.description
-    chart, outcome = _simulated(
-        study.model, np.zeros(len(contributors)), study.settings
-    )
-    scales = {
-        each.name: scale_of(
-            each.unit, study.shown.get(each.name) or each.shown, abs(float(value))
-        ).telling(
-            0.0, study.limits[each.name].asked if each.name in study.limits else ()
+    nominal = np.zeros(len(contributors))
+    chart, outcome = _simulated(study.model, nominal, study.settings)
+    scales = {}
+    for each, value in zip(responses, outcome.responses[0].tolist(), strict=True):
+        scale = scale_of(
+            each.unit, study.shown.get(each.name) or each.shown, abs(value)
         )
-        for each, value in zip(responses, outcome.responses[0], strict=True)
-    }
+        limit = study.limits.get(each.name)
+        scales[each.name] = scale.telling(0.0, limit.asked if limit else ())
     return Replay(
         f"{study.title}: nominal trial",
         None,
@@ -313,9 +251,8 @@ def _swept(run: Run, index: int, model: Model) -> dict[str, Any]:
     """Read what a grid changed for one trial."""
     changes: dict[str, Any] = {}
     for swept in run.swept:
-        column = swept.name
-        name = setting_name(column)
-        value, kind = run.column(column)[index].item(), setting_of(model, name).kind
+        name = setting_name(swept.name)
+        value, kind = run.column(swept.name)[index].item(), setting_of(model, name).kind
         if isinstance(value, str):
             typed = run.study.table["grid"][name]
             changes[name] = kind.read(next(t for t in typed if as_typed(t) == value))
@@ -324,21 +261,20 @@ def _swept(run: Run, index: int, model: Model) -> dict[str, Any]:
     return changes
 
 
-def _differences(run: Run, index: int | None, outcome: Answers) -> tuple[str, ...]:
+def _differences(run: Run, index: int | None, outcome: Answers) -> Iterator[str]:
     """Name what is not bit for bit as stored."""
-    different = []
-    for place, response in enumerate(run.responses):
-        name = response.name
-        stored = run.nominal_values[name] if index is None else run.column(name)[index]
-        found = outcome.responses[0, place]
-        same = np.float64(found).tobytes() == np.float64(stored).tobytes()
-        if not (same or (np.isnan(found) and np.isnan(stored))):
-            different.append(name)
-    word = run.nominal_values["status"] if index is None else run.ended_as(index)
-    if run.words.get(int(outcome.status[0])) != word:
-        different.append("status")
-    if outcome.steps is not None and run.steps is not None:
-        steps = run.nominal_values["steps"] if index is None else run.steps[index]
-        if outcome.steps[0] != steps:
-            different.append("steps")
-    return tuple(different)
+    stored = run.nominal_values
+    if index is not None:
+        stored = {each.name: run.column(each.name)[index] for each in run.responses}
+        stored["status"] = run.ended_as(index)
+        stored["steps"] = None if run.steps is None else run.steps[index]
+    for response, found in zip(run.responses, outcome.responses[0], strict=True):
+        known = np.float64(stored[response.name])
+        both = np.isnan(found) and np.isnan(known)
+        if not both and np.float64(found).tobytes() != known.tobytes():
+            yield response.name
+    if run.words.get(int(outcome.status[0])) != stored["status"]:
+        yield "status"
+    steps = stored.get("steps")
+    if None not in (steps, _steps(outcome)) and steps != _steps(outcome):
+        yield "steps"

@@ -1,0 +1,218 @@
+"""Stored runs beside each other: a row for each."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tolstat.answers.answer import Answer
+from tolstat.answers.rare.rare_answer import rare_summary
+from tolstat.answers.sampled_trials import drawn_trials
+from tolstat.document.blocks import (
+    Column,
+    Document,
+    Given,
+    Table,
+    Verbatim,
+    paragraph,
+    table,
+)
+from tolstat.document.inline import Link, Number, Parts, text
+from tolstat.errors import DamagedError, RunFileError, TolstatError
+from tolstat.render.tables import Row
+from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, yield_of
+from tolstat.store.open_run import open as open_run
+from tolstat.store.stored_run import Run
+from tolstat.units.scale import AS_IS
+
+SIZE = AS_IS._replace(most=2)
+RANK = {NOT_MET: 0, UNDECIDED: 1}  # of verdicts: the worst first
+
+
+class Entry(NamedTuple):
+    """A run, or what stands where one should be, in a row."""
+
+    study: str
+    title: str = ""  # empty where nothing can be read
+    model: str = ""
+    state: str = ""  # "complete", ..., "no run"; of a queue what became of the study
+    trials: int = 0  # requested
+    ended: int = 0
+    failed: int | None = 0  # None of a rare run, whose trials are no sample
+    verdicts: str = ""  # on its limits, those that are not met first
+    written: str = ""  # when, with its zone
+    seconds: float = 0.0  # that it took
+    bytes: int = 0
+    run: Path | None = None
+    report: Path | None = None
+    problem: str = ""  # why it is damaged or no run, or what stopped it
+    not_met: bool = False  # whether a limit is found to be not met
+
+    @property
+    def progress(self) -> Parts:
+        """How many of its trials are over."""
+        if not self.trials:
+            return ()
+        of = () if self.ended == self.trials else (Number(self.ended), " of ")
+        return *of, Number(self.trials)
+
+
+@dataclass(frozen=True, repr=False)
+class RunIndex(Answer):
+    """Runs, or the studies of a batch."""
+
+    title: str
+    folder: Path  # from where files are named
+    entries: tuple[Entry, ...]
+    answers = "runs"
+    index = "study"
+
+    @property
+    def short(self) -> str:
+        """How many runs there are."""
+        return f"{len(self.entries)} runs in {self.folder}"
+
+    def document(self) -> Document:
+        """Return a table of them, and what is wrong with some."""
+        if not self.entries:
+            return Document(
+                self.title, (paragraph(f"no run is stored in {self.folder}"),)
+            )
+        problems = (
+            Verbatim(
+                f"{each.run or each.study}: "
+                + each.problem.removeprefix(str(each.run)).lstrip(": ")
+            )
+            for each in self.entries
+            if each.problem
+        )
+        return Document(self.title, (self.progress(whole=True), *problems))
+
+    def progress(self, *, whole: bool = False) -> Table:
+        """Return what changes while they run; the whole table has what stays."""
+        columns = "study", "state", Column("limits", words=True), "trials", "failed"
+        more = (
+            "model", "written", "size", Column("title", words=True, page_only=True),
+            Column("s", page_only=True),
+        )  # fmt: skip
+        rows: list[list[Given]] = []
+        for each in self.entries:
+            page = self._seen(each.report)
+            failed = each.failed if each.ended else None
+            rows.append(
+                [
+                    Link(each.study, page) if page else each.study, each.state,
+                    each.verdicts, each.progress,
+                    None if failed is None else Number(failed),
+                ]
+            )  # fmt: skip
+            if whole:
+                at = each.written and datetime.fromisoformat(each.written)
+                size = text(Number(each.bytes / 1e6, SIZE), " MB")
+                rows[-1] += [each.model, f"{at:%Y-%m-%d %H:%M}" if at else "", size]
+                rows[-1] += [each.title, Number(each.seconds)]
+        return table((*columns, *more) if whole else columns, rows)
+
+    def rows(self) -> list[Row]:
+        """Return all that is known of each; files are named as seen from the folder."""
+        known: list[dict[str, Any]] = [each._asdict() for each in self.entries]
+        for each in known:
+            del each["not_met"]
+            each["failed"] = "" if each["failed"] is None else each["failed"]
+            each["seconds"] = Number(each["seconds"])
+            each |= {name: self._seen(each[name]) for name in ("run", "report")}
+        return [*known]
+
+    def _seen(self, path: Path | None) -> str:
+        """Name a file as seen from the folder."""
+        return Path(os.path.relpath(path, self.folder)).as_posix() if path else ""
+
+
+def stored_runs(folder: Path) -> RunIndex:
+    """Return the runs of a folder, and of those in it.
+
+    Raises
+    ------
+    RunFileError
+        If there is no such folder.
+    """
+    entries = map(entry_at, _stored_in(folder))
+    named = (each._replace(study=str(each.run)) for each in entries)
+    return RunIndex("", folder, tuple(named))
+
+
+def entry_of(run: Run) -> Entry:
+    """Say of a run what fits into a row."""
+    verdicts = verdicts_of(run)
+    return Entry(
+        run.path.stem,
+        run.title,
+        run.model,
+        "complete" if run.complete else "in part" if run.ended else "planned",
+        run.trials,
+        run.ended,
+        None if run.aim else run.failed,
+        "; ".join(f"{word}: {', '.join(some)}" for word, some in verdicts.items()),
+        run.provenance["ended_at"],
+        run.provenance["seconds"],
+        run.path.stat().st_size,
+        run.path,
+        not_met=NOT_MET in verdicts,
+    )
+
+
+def verdicts_of(run: Run) -> dict[str, list[str]]:
+    """Return limited responses by verdict, the worst first.
+
+    Of a grid or a table a verdict is how many trials are out of limit.
+    """
+    if run.aim:
+        return {rare_summary(run).verdict: [run.aim]} if run.ended else {}
+    found: dict[str, list[str]] = {}
+    drawn = drawn_trials(run)
+    for name, limit in run.limits.items() if run.ended else ():
+        if drawn is None:
+            out = np.count_nonzero(run.beyond(name))
+            word = f"{out} of {run.ended} out of limit"
+        elif drawn.sample.ran.any():
+            values = drawn.values(name)
+            judged = yield_of(values, drawn.sample, limit.permitted, limit.demanded)
+            word = judged.verdict
+        else:
+            continue
+        found.setdefault(word, []).append(name)
+    return dict(sorted(found.items(), key=lambda each: RANK.get(each[0], 2)))
+
+
+def _stored_in(folder: Path) -> Iterable[Path]:
+    """Yield the files of a folder that end in .h5, and those of the folders in it."""
+    if folder.is_file():
+        raise RunFileError(f"{folder} is a file; a folder is expected")
+    if not folder.is_dir():
+        raise RunFileError(f"{folder}: no such folder")
+    for here, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        yield from (Path(here, name) for name in sorted(files) if name.endswith(".h5"))
+
+
+def entry_at(path: Path) -> Entry:
+    """Say of a file what fits into a row, whatever it is."""
+    state = "damaged"
+    try:
+        run = open_run(path, damaged=True)
+        found = entry_of(run)
+        if run.damage:
+            found = found._replace(state=state, problem=run.damage.words)
+        return found
+    except DamagedError as error:
+        problem = str(error)
+    except (TolstatError, OSError) as error:
+        state, problem = "no run", str(error)
+    size = path.stat().st_size if path.is_file() else 0
+    return Entry(path.stem, state=state, bytes=size, run=path, problem=problem)
