@@ -21,14 +21,12 @@ from tolstat.model.contract import Model
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
 from tolstat.store.open_run import open as open_run
-from tolstat.store.run_records import Diagnostics, Worst
+from tolstat.store.run_records import Worst
 from tolstat.store.stored_run import Run
 from tolstat.study.limits_section import read_limits
 from tolstat.study.problems import Problems
 from tolstat.study.study_schema import check_section
 from tolstat.units.grammar import unit_of
-
-REQUESTED = "requested limits, not those of the study"
 
 
 def limited(
@@ -47,8 +45,8 @@ def limited(
         is added, or takes the place of the one that there was, whose demanded yield
         stays where none is given.
     model : Model, optional
-        A machine of your own, if the run is of one. Without the machine at hand it is
-        not told what halved tolerances would leave beyond the new limits.
+        A custom model, if the run is of one. Without it the effect of halved tolerances
+        on new limits is not told.
 
     Raises
     ------
@@ -59,13 +57,15 @@ def limited(
     """
     run = run if isinstance(run, Run) else open_run(run)
     found = with_limits(run, limits)
-    diagnostics = replace(
-        run.diagnostics,
-        worst={name: _worst(run, name, each) for name, each in found.limits.items()},
-        halved=_halved(found, model)
-        or _still(run.diagnostics, run.limits, found.limits),
-    )
-    return replace(found, diagnostics=diagnostics)
+    before, halved = run.diagnostics, _halved(found, model)
+    still = {
+        name: shares
+        for name, shares in before.halved.items()
+        if run.limits[name].permitted == found.limits[name].permitted
+    }
+    worst = {name: _worst(run, name, each) for name, each in found.limits.items()}
+    told = replace(before, worst=worst, halved=halved or still)
+    return replace(found, diagnostics=told)
 
 
 def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
@@ -84,16 +84,11 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
         for each in expand(name, list(read)):
             if isinstance(given, str) and each in before:
                 read[each] = read[each]._replace(demanded=before[each].demanded)
-    now = {
-        response.name: {**before, **read}[response.name]
-        for response in run.responses
-        if response.name in before or response.name in read
-    }
+    every = {**before, **read}
+    now = {each.name: every[each.name] for each in run.responses if each.name in every}
     said = "; ".join(f"{name} {limit.words}" for name, limit in read.items())
-    note = (
-        f"{REQUESTED}: {said}; the audit and the worst cases are those of the study's "
-        "limits"
-    )
+    note = f"requested limits, not those of the study: {said}; the audit and the worst "
+    note += "cases are those of the study's limits"
     shown = {name: unit_of(limit.words) for name, limit in read.items()}
     return run.limited(now, shown, note)
 
@@ -125,14 +120,3 @@ def _halved(run: Run, model: Model | None) -> Any:
         trials.take_stored(run, np.ones(run.trials, np.bool_))
         return halved_shares(study, trials)
     return {}
-
-
-def _still(
-    diagnostics: Diagnostics, before: Mapping[str, Limit], now: Mapping[str, Limit]
-) -> Any:
-    """Return the stored shares of limits that are as they were."""
-    return {
-        name: shares
-        for name, shares in diagnostics.halved.items()
-        if before[name].permitted == now[name].permitted
-    }

@@ -18,25 +18,14 @@ Array = NDArray[np.float64]
 
 
 class Drawn(NamedTuple):
-    """Trials of a run whose machines were drawn.
+    """Trials of a run that were sampled."""
 
-    Attributes
-    ----------
-    run : Run
-        All of it.
-    sampled : Sampled
-        How they were drawn.
-    trials : int64[n]
-        Numbers of the trials that statistics rest on: all, or the independent ones of
-        a run made for Sobol' indices.
-    sample : Sample
-        These trials.
-    """
-
-    run: Run
-    sampled: Sampled
+    run: Run  # all of it
+    sampled: Sampled  # how
+    # int64[n], those that statistics rest on: all, or the independent ones of a run
+    # made for Sobol' indices
     trials: NDArray[np.int64]
-    sample: Sample
+    sample: Sample  # these trials
 
     def values(self, name: str) -> Array:
         """Return a response or contributor of these trials, SI."""

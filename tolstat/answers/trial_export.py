@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tolstat.errors import Advice, BrokenError, RunFileError
 from tolstat.literal import csv_cell
-from tolstat.render.output_file import check_output
+from tolstat.render.output_file import check_output, replace
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PLAIN
 
@@ -21,15 +19,6 @@ ENDINGS = (".csv", ".parquet")
 
 def export(run: Run, path: Path, *, force: bool = False) -> None:
     """Write all trials of a run: a row for each, with units in the heads, SI.
-
-    Parameters
-    ----------
-    run : Run
-        Complete or not.
-    path : Path
-        Ends in .csv or .parquet.
-    force : bool
-        Whether an existing file may be replaced.
 
     Raises
     ------
@@ -49,18 +38,18 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
         )
     if ending == ".parquet":
         _check_parquet(path)
-    table, path = table_of(run), path.resolve()  # a link stays one
-    aside = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
+    table = table_of(run)
+
+    def write(aside: Path) -> None:
         if ending == ".csv":
             _as_cells(table).to_csv(aside, lineterminator="\n")
         else:
             table.to_parquet(aside, engine="pyarrow")
-        os.replace(aside, path)
-    except OSError as error:
-        with suppress(OSError):
-            aside.unlink()
-        raise BrokenError(f"{path} cannot be written: {error}") from error
+
+    try:
+        replace(path, write)
+    except RunFileError as error:
+        raise BrokenError(str(error)) from error
 
 
 def table_of(run: Run) -> pd.DataFrame:

@@ -16,9 +16,9 @@ from rich.table import Table
 
 from tolstat.answers.report.ask import report
 from tolstat.answers.run_entries import Entry, RunIndex, entry_of
+from tolstat.cli import options
 from tolstat.cli.advice import worded
 from tolstat.cli.interrupting import LIMITS_NOT_MET, stop_on_interrupt
-from tolstat.cli.options import Compute, computing, output_option, path_argument
 from tolstat.cli.progress import AFTERWARDS, leave_interrupted, notes_of
 from tolstat.errors import PictureError, RunFileError, StoppedError, TolstatError
 from tolstat.execution.execute import run_of
@@ -34,13 +34,15 @@ TITLE = "tolstat batch"
 
 
 @click.command()
-@path_argument("studies", "STUDY.toml...", nargs=-1, required=True)
-@computing
-@output_option(
+@options.path_argument("studies", "STUDY.toml...", nargs=-1, required=True)
+@options.computing
+@options.output_option(
     "Where batch.html and batch.csv go; where the studies lie if not given.",
     metavar="FOLDER",
 )
-def batch(studies: tuple[Path, ...], compute: Compute, output: Path | None) -> None:
+def batch(
+    studies: tuple[Path, ...], compute: options.Compute, output: Path | None
+) -> None:
     """Run studies one after the other, each with all there is to evaluate it.
 
     Runs and reports lie beside their studies. What is finished is skipped, what was
@@ -126,11 +128,8 @@ class Queue:
             self._fail(study, worded(error), error.exit_code)
         except MemoryError:
             self._fail(study, "there is not enough memory for this", 1)
-        for path, text in (
-            (self.page, self.index.html()),
-            (self.page.with_suffix(".csv"), self.index.csv()),
-        ):
-            replace(path, text.encode())
+        replace(self.page, self.index.html().encode())
+        replace(self.page.with_suffix(".csv"), self.index.csv().encode())
 
     def _set(self, study: Path, **changes: object) -> None:
         self.entries[study] = self.entries[study]._replace(**changes)  # type: ignore[arg-type]

@@ -7,21 +7,14 @@ from pathlib import Path
 import click
 
 from tolstat.answers.compare.compare_runs import compare as ask
-from tolstat.cli.options import (
-    check_delivery,
-    closely,
-    deliver,
-    form,
-    output_option,
-    path_argument,
-)
+from tolstat.cli import options
 
 
 @click.command()
-@path_argument("runs", "A.h5 B.h5...", nargs=-1, required=True)
-@output_option("Also into a file: .html, .csv or .json.")
-@form
-@closely
+@options.path_argument("runs", "A.h5 B.h5...", nargs=-1, required=True)
+@options.output_option("Also into a file: .html, .csv or .json.")
+@options.form
+@options.closely
 def compare(
     runs: tuple[Path, ...],
     output: Path | None,
@@ -35,5 +28,5 @@ def compare(
     """
     if len(runs) < 2:
         raise click.UsageError("A.h5 B.h5...: two runs or more are compared")
-    check_delivery(output, form)
-    deliver(ask(*runs, responses=responses), output, form)
+    options.check_delivery(output, form)
+    options.deliver(ask(*runs, responses=responses), output, form)

@@ -10,15 +10,7 @@ import click
 from tolstat.answers.relimit import limited
 from tolstat.answers.report import ask
 from tolstat.answers.trial_export import export as write_trials
-from tolstat.cli.options import (
-    closely,
-    deliver,
-    force,
-    form,
-    limits,
-    output_option,
-    run_file,
-)
+from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
 from tolstat.errors import PictureError
 from tolstat.literal import visible
@@ -27,11 +19,11 @@ from tolstat.store.open_run import open as open_run
 
 
 @click.command()
-@run_file
-@output_option("The page; beside the run, ending in .html, if not given.")
-@form
-@closely
-@limits
+@options.run_file
+@options.output_option("The page; beside the run, ending in .html, if not given.")
+@options.form
+@options.closely
+@options.limits
 def report(
     source: Path,
     output: Path | None,
@@ -55,16 +47,16 @@ def report(
             raise PictureError(f"{error}{advice}", *error.advice) from None
     found = ask.report(run, responses)
     if form:
-        deliver(found, output, form)
+        options.deliver(found, output, form)
     else:
         path = found.save(output or run.path.with_suffix(".html"))
         click.echo(f"report in {visible(str(path))}")
 
 
 @click.command()
-@run_file
-@output_option("The table.", metavar="FILE.csv|.parquet", required=True)
-@force("Replace an existing file.")
+@options.run_file
+@options.output_option("The table.", metavar="FILE.csv|.parquet", required=True)
+@options.force("Replace an existing file.")
 def export(source: Path, output: Path, force: bool) -> None:
     """Write the trials of a run as a table: a row for each, units in the heads, SI."""
     run = open_run(source)

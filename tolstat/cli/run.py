@@ -7,16 +7,7 @@ from pathlib import Path
 
 import click
 
-from tolstat.cli.options import (
-    COUNT,
-    Compute,
-    computing,
-    force,
-    output_option,
-    path_argument,
-    regardless,
-    run_file,
-)
+from tolstat.cli import options
 from tolstat.cli.progress import watch
 from tolstat.execution.continuation import go_on
 from tolstat.execution.execute import execute
@@ -25,17 +16,19 @@ from tolstat.study.study import load
 
 
 @click.command()
-@path_argument("study")
-@click.option("--trials", type=COUNT, help="Instead of the study's.")
+@options.path_argument("study")
+@click.option("--trials", type=options.COUNT, help="Instead of the study's.")
 @click.option("--seed", type=click.IntRange(min=0), help="Instead of the study's.")
-@computing
-@output_option("Run file; beside the study, ending in .h5, if not given.")
-@force("Replace an existing run file, which stays until the new one is complete.")
+@options.computing
+@options.output_option("Run file; beside the study, ending in .h5, if not given.")
+@options.force(
+    "Replace an existing run file, which stays until the new one is complete."
+)
 def run(
     study: Path,
     trials: int | None,
     seed: int | None,
-    compute: Compute,
+    compute: options.Compute,
     output: Path | None,
     force: bool,
 ) -> None:
@@ -52,16 +45,18 @@ def run(
 
 
 @click.command()
-@run_file
-@computing
+@options.run_file
+@options.computing
 @click.option(
     "--rerun-failed",
     "rerun",
     is_flag=True,
     help="Evaluate failed trials again with tighter settings, and keep that apart.",
 )
-@regardless
-def resume(source: Path, compute: Compute, rerun: bool, regardless: bool) -> None:
+@options.regardless
+def resume(
+    source: Path, compute: options.Compute, rerun: bool, regardless: bool
+) -> None:
     """Finish what is missing of a run, and repair what is damaged.
 
     It becomes, bit for bit, the run that was never interrupted.
@@ -70,13 +65,18 @@ def resume(source: Path, compute: Compute, rerun: bool, regardless: bool) -> Non
 
 
 @click.command()
-@run_file
+@options.run_file
 @click.option(
-    "--trials", type=COUNT, required=True, help="How many there are to be in all."
+    "--trials",
+    type=options.COUNT,
+    required=True,
+    help="How many there are to be in all.",
 )
-@computing
-@regardless
-def extend(source: Path, trials: int, compute: Compute, regardless: bool) -> None:
+@options.computing
+@options.regardless
+def extend(
+    source: Path, trials: int, compute: options.Compute, regardless: bool
+) -> None:
     """Add trials to a run of random or Sobol' sampling.
 
     It becomes, bit for bit, one run of so many trials.

@@ -14,15 +14,7 @@ import click
 from tolstat.answers.next_steps import as_typed, command
 from tolstat.answers.what_if.reweighted_trials import what_if as ask
 from tolstat.answers.what_if.scenario import fresh_study
-from tolstat.cli.options import (
-    check_delivery,
-    deliver,
-    form,
-    limits,
-    output_option,
-    path_option,
-    run_file,
-)
+from tolstat.cli import options
 from tolstat.errors import PictureError, RunFileError, StudyError, TolstatError
 from tolstat.literal import visible
 from tolstat.render.output_file import check_folder, replace
@@ -33,12 +25,12 @@ NAMED = re.compile(r"\s*([^\W\d]\w*)\s*(\W.*?)\s*", re.DOTALL)
 
 
 @click.command("what-if")
-@run_file
+@options.run_file
 @click.argument("deviations", metavar="NAME=TOLERANCE...", nargs=-1)
-@output_option("Also into a file: .html, .csv or .json.")
-@form
-@limits
-@path_option(
+@options.output_option("Also into a file: .html, .csv or .json.")
+@options.form
+@options.limits
+@options.path_option(
     "--write",
     metavar="STUDY.toml",
     help="Instead of an answer, write the study of a fresh run that proves it.",
@@ -64,13 +56,13 @@ def what_if(
             raise click.UsageError("--write writes a study, and no answer")
         _write(write, source, *asked)
         return
-    check_delivery(output, form)
+    options.check_delivery(output, form)
     try:
         found = ask(source, asked[0], limits=asked[1])
     except (PictureError, StudyError) as error:
         advice = fresh_run_advice(source, deviations, limits)
         raise type(error)(f"{error}{advice}", *error.advice) from None
-    deliver(found, output, form)
+    options.deliver(found, output, form)
 
 
 def _write(path: Path, source: Path, deviations: Any, limits: Any) -> None:

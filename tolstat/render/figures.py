@@ -58,15 +58,7 @@ MOST_ROWS = 60  # of a listing that is drawn
 
 
 def as_svg(picture: Plot | Chart, alt: str) -> Markup:
-    """Draw a figure into a page.
-
-    Parameters
-    ----------
-    picture : Plot or Chart
-        As data.
-    alt : str
-        What it shows, for those who do not see it.
-    """
+    """Draw a figure into a page; `alt` says what it shows."""
     plot = _as_plot(picture)
     with page_figure(plot.width, plot.height) as figure:
         draw_plot(figure, plot)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -70,22 +71,28 @@ def _reader(path: Path) -> Path | None:
     return None
 
 
-def replace(path: Path, content: bytes) -> Path:
+def replace(path: Path, content: bytes | Callable[[Path], object]) -> Path:
     """Write a file aside and give it its name: what was there stays until it is whole.
+
+    Its content is bytes, or what writes them to a path.
 
     Raises
     ------
     RunFileError
         If it cannot be written.
     """
+
+    def write(at: Path) -> object:
+        return content(at) if callable(content) else at.write_bytes(content)
+
     try:
         if path.exists() and not path.is_file():  # a pipe, a terminal
-            path.write_bytes(content)
+            write(path)
             return path
         whole = path.resolve()  # a link stays one
         aside = aside_of(whole)
         try:
-            aside.write_bytes(content)
+            write(aside)
             os.replace(aside, whole)
         except OSError:
             with suppress(OSError):

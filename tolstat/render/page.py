@@ -9,35 +9,25 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from tolstat.document.blocks import Block, Cell, Document, Figure, Section
+from tolstat.document.blocks import Cell, Document, Figure, Section
 from tolstat.document.digits import Written, in_cell, in_line
 from tolstat.document.inline import Inline, Link, Name, Number, Parts, Typed, Word
 from tolstat.literal import visible
 
 
 def page(document: Document) -> str:
-    """Make the page of a document.
+    """Make the page of a document: HTML with its style and pictures.
 
-    Parameters
-    ----------
-    document : Document
-        Of an answer.
-
-    Returns
-    -------
-    str
-        HTML: style and pictures are in it. Each number has its full value beside it,
-        SI, for programs (`data-value`).
+    Each number has its full value beside it, SI, for programs (`data-value`).
     """
-    made: str = (
-        environment()
-        .get_template("document.html")
-        .render(
-            document=document,
-            style=style(),
-            foot=_css_string(" · ".join(filter(None, document.foot))),
-            contents=list(_anchored(document.blocks)),
-        )
+    text = files("tolstat.render").joinpath("templates/page.css").read_text("utf-8")
+    contents = [
+        b for b in document.blocks if isinstance(b, Section) and b.anchor and b.title
+    ]
+    foot = _css_string(" · ".join(filter(None, document.foot)))
+    template = environment().get_template("document.html")
+    made: str = template.render(
+        document=document, style=Markup(text), foot=foot, contents=contents
     )
     return made
 
@@ -53,27 +43,14 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters["parts"] = _parts
-    made.filters["cell"] = _cell
-    made.filters["breaking"] = _breaking
-    made.filters["svg"] = _svg
+    made.filters.update(parts=_parts, cell=_cell, breaking=_breaking, svg=_svg)
     return made
-
-
-def style() -> Markup:
-    """Return the style sheet that goes into a page."""
-    text = files("tolstat.render").joinpath("templates/page.css").read_text("utf-8")
-    return Markup(text)
 
 
 def _svg(figure: Figure) -> Markup:
     from tolstat.render.figures import as_svg  # a page without figures needs no engine
 
     return as_svg(figure.picture, figure.alt)
-
-
-def _anchored(blocks: tuple[Block, ...]) -> list[Section]:
-    return [b for b in blocks if isinstance(b, Section) and b.anchor and b.title]
 
 
 def _parts(parts: Parts) -> Markup:

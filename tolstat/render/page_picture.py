@@ -44,13 +44,7 @@ _numbers = count(1)
 
 @contextmanager
 def page_figure(width: float = WIDTH, height: float = HEIGHT) -> Iterator[Figure]:
-    """Open a figure in the style of the page.
-
-    Parameters
-    ----------
-    width, height : float
-        Inches.
-    """
+    """Open a figure in the style of the page; width and height in inches."""
     with styled(), mpl.rc_context(PAGE_STYLE):
         yield Figure(figsize=(width, height), layout="constrained")
 
@@ -84,19 +78,10 @@ def legend_above(axes: Axes) -> None:
 
 
 def inline(figure: Figure, alternative: str) -> Markup:
-    """Write a figure as SVG for a page.
+    """Write a figure as SVG for a page: one element, whose names are its own there.
 
-    Parameters
-    ----------
-    figure : Figure
-        Of `page_figure`, while it is open: its style holds for what is written too.
-    alternative : str
-        What the picture shows, for those who do not see it.
-
-    Returns
-    -------
-    Markup
-        One element; its names are its own on the page.
+    The figure is that of `page_figure`, while its style holds; `alternative` says what
+    it shows, for those who do not see it.
     """
     literally(figure)
     buffer = io.StringIO()

@@ -49,15 +49,7 @@ def styled() -> Iterator[None]:
 
 
 def check_ending(path: Path) -> None:
-    """Refuse a file that is no picture, before anything is simulated.
-
-    Raises
-    ------
-    PictureError
-        If the file ends otherwise.
-    RunFileError
-        If it must not be replaced; see `tolstat.render.output_file.check_output`.
-    """
+    """Refuse a file that is no picture, or must not be replaced."""
     if path.suffix.lower() not in ENDINGS:
         raise PictureError(
             f"{path}: a picture ends in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}"
@@ -68,12 +60,7 @@ def check_ending(path: Path) -> None:
 def logarithmic(axis: Axis, **options: Any) -> None:
     """Make an axis logarithmic, with plain numbers: pictures read no markup.
 
-    Parameters
-    ----------
-    axis : Axis
-        Along a picture, or up.
-    **options
-        `linthresh`: up to which it is linear, through zero.
+    With `linthresh` it is linear up to that, through zero.
     """
     axes = axis.axes
     scale = axes.set_xscale if axis is axes.xaxis else axes.set_yscale
@@ -99,14 +86,7 @@ def literally(figure: Figure) -> None:
 
 
 def write(figure: Figure, path: Path) -> None:
-    """Write a picture.
-
-    Parameters
-    ----------
-    figure : Figure
-        Drawn.
-    path : Path
-        Its ending decides the format.
+    """Write a picture in the format of the file's ending.
 
     Raises
     ------

@@ -55,22 +55,16 @@ def screen(least: int = 0) -> Screen:
 
 def show(document: Document) -> None:
     """Print a document on the standard output: its tables and sentences."""
-    if document.title:
-        _print_title(document.title)
-    for block in document.blocks:
-        _show(block)
+    _show(Section(document.title, document.blocks))
 
 
 def _show(block: Block) -> None:
     match block:
         case Section(page_only=True) | Table(page_only=True):
             return
-        case Section():
-            if block.title:
-                _print_title(block.title)
-            for each in block.blocks:
-                _show(each)
-        case Beside():
+        case Section() | Beside():
+            if title := getattr(block, "title", ""):
+                _print_title(title)
             for each in block.blocks:
                 _show(each)
         case Table():

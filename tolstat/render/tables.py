@@ -23,20 +23,15 @@ ENDS = ("", " lower", " upper")
 
 
 def rows_as_csv(rows: Sequence[Row]) -> str:
-    """Write rows that have the same heads.
+    """Write rows that have the same heads as CSV, in the units shown.
 
-    Parameters
-    ----------
-    rows : sequence of mapping of str to Number, str or int
-        A head may end in its unit in brackets; "[unit]" is that of the row. An
-        estimate takes three columns: itself and the ends of its 95 % interval.
-
-    Returns
-    -------
-    str
-        CSV in the units shown; a cell is empty where there is no such number.
+    A head may end in its unit in brackets; "[unit]" is that of the row. An estimate
+    takes three columns: itself and the ends of its 95 % interval.
     """
-    told = [dict(_cells(row)) for row in rows]
+    told = [
+        {head: _shown(value, factor) for head, value, factor in _cells(row)}
+        for row in rows
+    ]
     return csv_text(told[0], [list(each.values()) for each in told])
 
 
@@ -47,59 +42,40 @@ def rows_as_frame(rows: Sequence[Row], index: str) -> pd.DataFrame:
     found = []
     for row in rows:
         cells: dict[str, Any] = {}
-        for head, given in row.items():
-            name = re.sub(r"\W+", "_", _parted(head)[0]).strip("_")
-            name = re.sub(r"(^|_)(?=\d)", r"\1quantile_", name, count=1)
-            if head == "unit":  # the frame is in SI
-                own = (n for h, n in row.items() if h.endswith("[unit]"))
-                scales = [n.scale for n in own if isinstance(n, Number)]
-                units = [each.unit for each in scales if isinstance(each, Scale)]
-                given = next(iter(units), given)
-            if isinstance(given, Number) and isinstance(given.value, Estimate):
-                for end, each in zip(ENDS, given.value[:3], strict=True):
-                    cells[name + end.replace(" ", "_")] = each
-            else:
-                cells[name] = given.value if isinstance(given, Number) else given
+        for head, value, _ in _cells(row):
+            name = re.sub(r"\W+", "_", head.partition(" [")[0]).strip("_")
+            cells[re.sub(r"(^|_)(?=\d)", r"\1quantile_", name, count=1)] = value
+        if "unit" in cells:  # the frame is in SI
+            own = (n for head, n in row.items() if head.endswith("[unit]"))
+            scales = [n.scale for n in own if isinstance(n, Number)]
+            units = [each.unit for each in scales if isinstance(each, Scale)]
+            cells["unit"] = next(iter(units), cells["unit"])
         found.append(cells)
     return pd.DataFrame(found).set_index(index)
 
 
-def _cells(row: Row) -> Iterator[tuple[str, Any]]:
+def _cells(row: Row) -> Iterator[tuple[str, Any, float]]:
+    """Yield heads, values in SI, and what they are multiplied by to be shown."""
     for head, given in row.items():
         if not isinstance(given, Number):
-            yield head, given
+            yield head, given, 0.0
         elif isinstance(given.value, Estimate):
-            name, unit = _parted(head)
+            name, bracket, unit = head.partition(" [")
             for end, value in zip(ENDS, given.value[:3], strict=True):
-                yield name + end + unit, _figures(given.scale.factor * value)
-        elif isinstance(given.value, int):
-            yield head, given.value
+                yield name + end + bracket + unit, value, given.scale.factor
         else:
-            yield head, _figures(given.scale.factor * given.value)
+            yield head, given.value, given.scale.factor
 
 
-def _parted(head: str) -> tuple[str, str]:
-    name, bracket, unit = head.partition(" [")
-    return name, bracket + unit
-
-
-def _figures(value: float) -> float | str:
+def _shown(value: Any, factor: float) -> Any:
     """Return a number without the noise of its conversion; nothing for none."""
-    if math.isnan(value):
-        return ""
-    return float(f"{value:.{FIGURES}g}")
+    if isinstance(value, str | int):
+        return value
+    return "" if math.isnan(value) else float(f"{factor * value:.{FIGURES}g}")
 
 
 def csv_text(heads: Iterable[str], rows: Iterable[Sequence[Any]]) -> str:
-    """Write a table as CSV; no text in it is a formula to a spreadsheet.
-
-    Parameters
-    ----------
-    heads : iterable of str
-        Of the columns.
-    rows : iterable of sequences
-        Numbers and texts.
-    """
+    """Write a table as CSV; no text in it is a formula to a spreadsheet."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(map(csv_cell, heads))

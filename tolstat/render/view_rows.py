@@ -12,14 +12,16 @@ from tolstat.model.view import Band, Chart, Curve, Region, View
 from tolstat.render.tables import csv_text
 from tolstat.units.scale import COUNT, PLAIN, Scale, scale_of
 
+Scaled = tuple[str, Scale | None, NDArray[np.generic]]
 
-def _scaled(
-    view: View,
-) -> Iterator[tuple[str, Scale | None, NDArray[np.generic]]]:
+
+def _scaled(view: View) -> Iterator[Scaled]:
     """Yield each column with how it is shown; None for words."""
-    if isinstance(view, Chart) and (view.regions or any(_own(view))):
-        yield from _long(view)
-        return
+    if isinstance(view, Chart):
+        own = [curve.at is not None for curve in view.curves]
+        if view.regions or any(own):
+            yield from _long(view)
+            return
     columns = list(view.columns())
     for axis, values in columns:
         if values.dtype.kind not in "fiu":
@@ -32,14 +34,7 @@ def _scaled(
         yield axis.name, scale, values
 
 
-def _own(chart: Chart) -> list[bool]:
-    """Tell which curves have points of their own."""
-    return [curve.at is not None for curve in chart.curves]
-
-
-def _long(
-    chart: Chart,
-) -> Iterator[tuple[str, Scale | None, NDArray[np.generic]]]:
+def _long(chart: Chart) -> Iterator[Scaled]:
     """Yield what shares no points as rows of name, place, value, unit."""
     scales = {}
     drawn: list[Curve | Band | Region] = [*chart.curves, *chart.bands, *chart.regions]
@@ -61,15 +56,7 @@ def _long(
 
 
 def view_scale(unit: str, shown: str, *values: NDArray[np.generic]) -> Scale:
-    """Choose how numbers of a view are shown: by the largest; a ratio as it is.
-
-    Parameters
-    ----------
-    unit, shown : str
-        SI unit, and the unit declared; empty where none is.
-    *values : array
-        All that is to be shown in one unit, SI.
-    """
+    """Choose how numbers of a view, SI, are shown: by the largest; a ratio as it is."""
     if unit == "1" and not shown:
         whole = all(each.dtype.kind in "iu" for each in values)
         return Scale(unit, COUNT if whole and values else PLAIN)

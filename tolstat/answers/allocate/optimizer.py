@@ -53,6 +53,9 @@ def cheapest(
 ) -> Cheapest | None:
     """Find the cheapest choice within all bounds.
 
+    Continuous variables by sequential quadratic programming from a start, or halfway;
+    lists by trying their combinations in order of cost.
+
     Parameters
     ----------
     variables : sequence of DesignVariable
@@ -61,14 +64,12 @@ def cheapest(
         float64[bound] of a choice: how far it exceeds each bound, 0 or less within;
         smooth in the continuous variables, and not always least at the tightest.
     start : tuple of float, optional
-        A choice to begin with; halfway between the ends if not given.
+        A choice to begin with.
 
     Returns
     -------
     Cheapest or None
-        Continuous variables by sequential quadratic programming, lists by trying their
-        combinations in order of cost. None where nothing tried is within the bounds: of
-        continuous variables both ends, the start, the middle, and the solution.
+        None where nothing tried is within the bounds.
     """
     search = _Search(variables, excess, start)
     count = math.prod(each.options or 1 for each in variables)

@@ -15,23 +15,12 @@ Array = NDArray[np.float64]
 
 
 class Sweep(NamedTuple):
-    """One curve.
+    """One curve."""
 
-    Attributes
-    ----------
-    label : str
-        What is the same along it: the other axes of the grid.
-    at : dict of str to float or str
-        The same as values, SI, by axis.
-    x, y : float64[point]
-        What was swept and the response, SI; NaN where a trial failed. Words are
-        numbered as `words_along` lists them.
-    """
-
-    label: str
-    at: dict[str, Any]
-    x: Array
-    y: Array
+    label: str  # what is the same along it: the other axes of the grid
+    at: dict[str, Any]  # the same as values, SI, by axis
+    x: Array  # float64[point], what was swept; words by number, see `words_along`
+    y: Array  # float64[point], the response, SI; NaN where a trial failed
 
 
 def swept_axis(run: Run) -> str:
@@ -60,21 +49,7 @@ def words_along(run: Run, axis: str) -> list[str]:
 
 
 def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
-    """Cut a grid run into curves.
-
-    Parameters
-    ----------
-    run : Run
-        With sampling = "grid".
-    axis : str
-        What goes along each curve.
-    response : str
-        What is shown.
-
-    Returns
-    -------
-    list of Sweep
-        One for each combination of the other axes.
+    """Cut a grid run into curves along an axis: one for each combination of the others.
 
     Raises
     ------

@@ -28,16 +28,9 @@ def responses_of_interest(run: Run) -> list[str]:
 
 
 def save_sweeps(runs: Sequence[Run], path: Path, responses: Sequence[str] = ()) -> None:
-    """Draw grid runs as curves, into a picture.
+    """Draw grid runs over the same contributor or setting as curves, into a picture.
 
-    Parameters
-    ----------
-    runs : sequence of Run
-        Grid runs over the same contributor or setting.
-    path : Path
-        Ends in .png, .svg or .pdf.
-    responses : sequence of str
-        Names; what has a reference or a limit if none are given.
+    Without responses those are shown that have a reference or a limit.
 
     Raises
     ------

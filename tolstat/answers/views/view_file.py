@@ -46,15 +46,6 @@ def view_on_screen(view: View, title: str) -> Document:
 def save_view(view: View, path: Path, title: str, sentence: str = "") -> None:
     """Write a view: as a picture, a table of numbers, or a page, by the file's ending.
 
-    Parameters
-    ----------
-    view : Chart or Listing
-        As a machine shows it.
-    path : Path
-        Ends in .png, .svg, .pdf, .csv or .html.
-    title, sentence : str
-        Which machine, and what is shown.
-
     Raises
     ------
     PictureError
