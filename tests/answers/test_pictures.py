@@ -15,7 +15,8 @@ from tolstat.machines.stand.declarations import Settings
 from tolstat.machines.stand.machine import Stand
 from tolstat.model.view import Axis, Chart, Curve, Panel
 from tolstat.render.figures import draw as draw_view
-from tolstat.render.picture import check_ending, write
+from tolstat.render.output_file import check_ending
+from tolstat.render.picture import PICTURES, write
 
 
 def draw_sweeps(runs, responses=()):
@@ -152,7 +153,7 @@ def test_what_cannot_be_drawn(grid, toy, toy_study, tmp_path):
     with pytest.raises(PictureError, match="did you mean 'extra_loss'"):
         draw_sweeps([grid], ["extra_los"])
     with pytest.raises(PictureError, match=r"\.png, \.svg or \.pdf"):
-        check_ending(tmp_path / "picture.gif")
+        check_ending(tmp_path / "picture.gif", "a picture", PICTURES, PictureError)
     with pytest.raises(PictureError, match="cannot be written"):
         write(draw_sweeps([grid]), tmp_path / "nowhere" / "picture.png")
     words = tmp_path / "words.toml"

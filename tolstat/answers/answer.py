@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from tolstat.document.blocks import Document
-from tolstat.errors import RunFileError
 from tolstat.render.json_schema import as_json
-from tolstat.render.output_file import check_output, replace
+from tolstat.render.output_file import check_ending, replace
 from tolstat.render.tables import Row, rows_as_csv, rows_as_frame
 
 if TYPE_CHECKING:
@@ -75,9 +74,7 @@ class Answer(ABC):
         """
         path = Path(path)
         written = {".html": self.html, ".csv": self.csv, ".json": self.json}
-        if path.suffix.lower() not in written:
-            raise RunFileError(f"{path}: an answer ends in {', '.join(ENDINGS)}")
-        check_output(path)
+        check_ending(path, "an answer", ENDINGS)
         return replace(path, written[path.suffix.lower()]().encode())
 
     def __repr__(self) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from tolstat.errors import Advice, BrokenError, RunFileError
 from tolstat.literal import csv_cell
-from tolstat.render.output_file import check_output, replace
+from tolstat.render.output_file import check_ending, replace
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PLAIN
 
@@ -28,9 +28,7 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
         If it cannot be written; nothing is left of it.
     """
     ending = path.suffix.lower()
-    if ending not in ENDINGS:
-        raise RunFileError(f"{path}: a table ends in {' or '.join(ENDINGS)}")
-    check_output(path)
+    check_ending(path, "a table", ENDINGS)
     if path.exists() and not (force and path.is_file()):
         raise RunFileError(
             f"{path} exists already, and is replaced only by force",

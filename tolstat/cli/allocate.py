@@ -12,7 +12,7 @@ import click
 from tolstat.answers.allocate.allocate_tolerances import allocated
 from tolstat.answers.allocate.allocation import CHART
 from tolstat.answers.next_steps import command
-from tolstat.answers.views.view_file import check_view_ending, save_view
+from tolstat.answers.views.view_file import VIEWS, save_view
 from tolstat.catalogue import place_of
 from tolstat.cli import options
 from tolstat.cli.interrupting import LIMITS_NOT_MET, leave, stop_on_interrupt
@@ -20,7 +20,7 @@ from tolstat.cli.progress import ProgressBar
 from tolstat.errors import RunFileError, StudyError
 from tolstat.execution.workers.crew import Interrupted
 from tolstat.literal import visible
-from tolstat.render.output_file import check_folder, replace
+from tolstat.render.output_file import check_ending, check_folder, replace
 from tolstat.study.study import Study, load
 
 
@@ -54,7 +54,7 @@ def allocate(
     if output:
         _check_output(output, asked, force=force)
     if plot:
-        check_view_ending(plot)
+        check_ending(plot, "a view", VIEWS)
     with stop_on_interrupt() as stop:
         try:
             with ProgressBar("trials") as bar, compute.crew(stop.is_set) as crew:

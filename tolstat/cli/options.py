@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from tolstat.errors import RunFileError
 from tolstat.literal import visible
 
 if TYPE_CHECKING:
@@ -133,12 +132,12 @@ def computing(command: Callable[..., Any]) -> Callable[..., Any]:
 def check_delivery(output: Path | None, form: str | None) -> None:
     """Refuse a file that the answer cannot be written to, before it is computed."""
     from tolstat.answers.answer import ENDINGS
-    from tolstat.render.output_file import check_output
+    from tolstat.render.output_file import check_ending, check_output
 
-    if output:
+    if output and form:
         check_output(output)
-        if not form and output.suffix.lower() not in ENDINGS:
-            raise RunFileError(f"{output}: an answer ends in {', '.join(ENDINGS)}")
+    elif output:
+        check_ending(output, "an answer", ENDINGS)
 
 
 def deliver(answer: Answer, output: Path | None, form: str | None) -> None:

@@ -10,14 +10,11 @@ import numpy as np
 
 from tolstat.answers.views.machine_view import view_of
 from tolstat.answers.views.replay import nominal_trial, replay
-from tolstat.answers.views.view_file import (
-    check_view_ending,
-    save_view,
-    view_on_screen,
-)
+from tolstat.answers.views.view_file import VIEWS, save_view, view_on_screen
 from tolstat.cli.options import output_option, path_argument, plot_option
 from tolstat.errors import ModelError
 from tolstat.model.checked import offers
+from tolstat.render.output_file import check_ending
 from tolstat.render.screen import screen, show
 from tolstat.study.study import load
 
@@ -40,7 +37,7 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
             f"{source.with_suffix('.h5')}; or give --nominal"
         )
     if plot:
-        check_view_ending(plot)
+        check_ending(plot, "a view", VIEWS)
     if source.suffix == ".toml":
         found = nominal_trial(load(source))
     else:
@@ -68,7 +65,7 @@ def view(study: Path, name: str, output: Path | None) -> None:
     nominal trial of STUDY.toml, with the bands that its tolerances open.
     """
     if output:
-        check_view_ending(output)
+        check_ending(output, "a view", VIEWS)
     asked = load(study)
     nominal = np.zeros((1, len(asked.description.contributors)))
     found = view_of(asked.model, asked.settings, name, nominal, asked)

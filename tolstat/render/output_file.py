@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from tolstat.errors import RunFileError
+from tolstat.errors import RunFileError, TolstatError
 from tolstat.store.seal import is_run
 from tolstat.store.temporary_files import aside_of
 
@@ -58,6 +58,19 @@ def check_output(path: Path) -> None:
         raise RunFileError(
             f"{path} is named in {study} and is not replaced; give another name"
         )
+
+
+def check_ending(
+    path: Path,
+    what: str,
+    endings: Sequence[str],
+    error: type[TolstatError] = RunFileError,
+) -> None:
+    """Refuse a file of another ending, or one that no answer may replace."""
+    check_output(path)
+    if path.suffix.lower() not in endings:
+        *some, last = endings
+        raise error(f"{path}: {what} ends in {', '.join(some)} or {last}")
 
 
 def _reader(path: Path) -> Path | None:

@@ -17,9 +17,9 @@ from matplotlib.ticker import LogFormatter
 
 from tolstat.errors import PictureError, RunFileError
 from tolstat.literal import visible
-from tolstat.render.output_file import check_output, replace
+from tolstat.render.output_file import replace
 
-ENDINGS = (".png", ".svg", ".pdf")
+PICTURES = (".png", ".svg", ".pdf")
 # told apart in print and by the colour-blind (Okabe and Ito, 2008)
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 LIMIT = "#b00020"
@@ -46,15 +46,6 @@ def styled() -> Iterator[None]:
     """Use the style of tolstat's pictures, for these lines alone."""
     with mpl.rc_context(STYLE):
         yield
-
-
-def check_ending(path: Path) -> None:
-    """Refuse a file that is no picture, or must not be replaced."""
-    if path.suffix.lower() not in ENDINGS:
-        raise PictureError(
-            f"{path}: a picture ends in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}"
-        )
-    check_output(path)
 
 
 def logarithmic(axis: Axis, **options: Any) -> None:

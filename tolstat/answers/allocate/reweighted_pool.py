@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -100,7 +100,7 @@ class Pool:
         takes longer, and not interpolated.
         """
         rows = self._rows()
-        weights = (rows.exact if exact else rows.weights)(choice) / self.trials
+        weights = rows.weights(choice, exact=exact) / self.trials
         counted = weights * rows.times
         usual = float((counted * weights).sum() / counted.sum())
         return np.array(
@@ -145,29 +145,23 @@ class _Rows:
         self._known: dict[tuple[int, ...], dict[Choice, Array]] = {}
         trials = sum(each.trials for each in runs)
         self._shares = [(each.choice, each.trials / trials) for each in runs]
-        self._mixture = self._mixed(self._over_loosest)
-        self._exactly: Array | None = None
+        self._mixtures: dict[bool, Array] = {}
 
-    def weights(self, choice: Choice) -> Array:
-        """Return the density of each with a choice over that of the pool."""
-        found: Array = self._over_loosest(choice) / self._mixture
+    def weights(self, choice: Choice, *, exact: bool = False) -> Array:
+        """Return the density of each with a choice over that of the pool.
+
+        Exact ones are computed without tables, which blur the end of a zone.
+        """
+
+        def over_loosest(choice: Choice) -> Array:
+            every = range(len(choice))
+            return self._of(every, choice) if exact else self._over_loosest(choice)
+
+        if exact not in self._mixtures:
+            parts = (share * over_loosest(each) for each, share in self._shares)
+            self._mixtures[exact] = np.asarray(sum(parts))
+        found: Array = over_loosest(choice) / self._mixtures[exact]
         return found
-
-    def exact(self, choice: Choice) -> Array:
-        """Return the same, without tables, which blur the end of a zone."""
-        if self._exactly is None:
-            self._exactly = self._mixed(self._computed)
-        found: Array = self._computed(choice) / self._exactly
-        return found
-
-    def _mixed(self, over_loosest: Callable[[Choice], Array]) -> Array:
-        found = np.zeros(len(self.times))
-        for choice, share in self._shares:
-            found += share * over_loosest(choice)
-        return found
-
-    def _computed(self, choice: Choice) -> Array:
-        return self._of(range(len(choice)), choice)
 
     def _over_loosest(self, choice: Choice) -> Array:
         """Return the density with a choice over that of the loosest one."""

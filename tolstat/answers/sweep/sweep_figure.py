@@ -13,6 +13,7 @@ from tolstat.answers.sweep.curves import axis_scale, sweeps, swept_axis, words_a
 from tolstat.document.plot import Layer, Line, Plot, PlotAxis, PlotPanel, Points, Rule
 from tolstat.errors import PictureError
 from tolstat.render.chart_plot import CURVE_COLOURS
+from tolstat.render.output_file import check_ending
 from tolstat.store.stored_run import Run
 
 MOST_CURVES = 12
@@ -38,9 +39,9 @@ def save_sweeps(runs: Sequence[Run], path: Path, responses: Sequence[str] = ()) 
         If a run is no grid, they do not sweep the same, or nothing is to be shown.
     """
     from tolstat.render.figures import draw
-    from tolstat.render.picture import check_ending, write
+    from tolstat.render.picture import PICTURES, write
 
-    check_ending(path)
+    check_ending(path, "a picture", PICTURES, PictureError)
     title = "\n".join(run.title for run in runs)
     write(draw(sweep_plot(runs, responses), title), path)
 

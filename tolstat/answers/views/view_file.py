@@ -10,10 +10,10 @@ from tolstat.document.blocks import Block, Document, Figure, paragraph, table
 from tolstat.document.inline import counted
 from tolstat.errors import PictureError
 from tolstat.model.view import Chart, View
-from tolstat.render.output_file import check_output, replace
+from tolstat.render.output_file import check_ending, replace
 from tolstat.render.view_rows import as_csv, view_rows
 
-PICTURES = (".png", ".svg", ".pdf")
+VIEWS = (".png", ".svg", ".pdf", ".csv", ".html")
 MOST_ROWS, MOST_COLUMNS = 40, 7  # on the screen
 
 
@@ -48,10 +48,10 @@ def save_view(view: View, path: Path, title: str, sentence: str = "") -> None:
 
     Raises
     ------
-    PictureError
+    RunFileError, PictureError
         If the ending is another, or it cannot be written.
     """
-    check_view_ending(path)
+    check_ending(path, "a view", VIEWS, PictureError)
     if path.suffix.lower() == ".csv":
         replace(path, as_csv(view).encode())
     elif path.suffix.lower() == ".html":
@@ -63,13 +63,3 @@ def save_view(view: View, path: Path, title: str, sentence: str = "") -> None:
         from tolstat.render.picture import write
 
         write(draw(view, title), path)
-
-
-def check_view_ending(path: Path) -> None:
-    """Refuse a file that a view cannot be written to, before anything is simulated."""
-    endings = (*PICTURES, ".csv", ".html")
-    if path.suffix.lower() not in endings:
-        raise PictureError(
-            f"{path}: a view ends in {', '.join(endings[:-1])} or {endings[-1]}"
-        )
-    check_output(path)
