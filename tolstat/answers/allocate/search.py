@@ -30,7 +30,7 @@ from tolstat.study.study_schema import MOST_SEED
 
 Array = NDArray[np.float64]
 
-WIDE = (("loosest", 0.5), ("halfway", 0.25), ("tightest", 0.25))  # of the wide run
+WIDE = 0.5, 0.25, 0.25  # of the wide run: loosest, halfway, tightest
 MOST_PROVED = 6  # allocations that are proved, the cheaper ones after the first as well
 TIGHTER = 0.95  # of the fractions permitted, after each proof that failed
 CHEAPER = 0.005  # than what is proved: worth another proof
@@ -73,9 +73,9 @@ class Search:
             for each in self.priced
         )
         loosest = tuple(each.ends[1] for each in self.priced)
-        sets = {"loosest": loosest, "halfway": halfway, "tightest": self.tightest}
-        for name, share in WIDE:
-            self._widen(sets[name], math.ceil(share * self.runs.trials))
+        sets = loosest, halfway, self.tightest
+        for choice, share in zip(sets, WIDE, strict=True):
+            self._widen(choice, math.ceil(share * self.runs.trials))
 
     def proved(self) -> Proof | None:
         """Search and prove in turn; return the cheapest that is proved."""
