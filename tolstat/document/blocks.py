@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,21 +20,11 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table.
+    """A column of a table."""
 
-    Attributes
-    ----------
-    head : str
-        What it holds, with its unit.
-    words : bool
-        Whether it holds sentences, which wrap.
-    page_only : bool
-        Whether a screen leaves it out.
-    """
-
-    head: str
-    words: bool = False
-    page_only: bool = False
+    head: str  # what it holds, with its unit
+    words: bool = False  # whether it holds sentences, which wrap
+    page_only: bool = False  # whether a screen leaves it out
 
 
 Given = Inline | Parts | Cell | None  # a cell as it is given
@@ -42,31 +32,15 @@ Given = Inline | Parts | Cell | None  # a cell as it is given
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of cells.
-
-    Attributes
-    ----------
-    columns : tuple of Column
-        From the left.
-    rows : tuple of tuple of Cell
-        As many cells as columns.
-    title, caption : str, Parts
-        Above it; below it.
-    keys : int
-        Columns that say what a row is.
-    look : str
-        "verdicts" or "dense".
-    page_only : bool
-        Whether a screen leaves it out.
-    """
+    """Rows of cells, as many as columns."""
 
     columns: tuple[Column, ...]
     rows: tuple[tuple[Cell, ...], ...]
-    title: str = ""
-    caption: Parts = ()
-    keys: int = 1
-    look: str = ""
-    page_only: bool = False
+    title: str = ""  # above it
+    caption: Parts = ()  # below it
+    keys: int = 1  # columns that say what a row is
+    look: str = ""  # "verdicts" or "dense"
+    page_only: bool = False  # whether a screen leaves it out
     kind = "table"
 
     @property
@@ -97,6 +71,37 @@ def table(
         tuple(Column(c) if isinstance(c, str) else c for c in columns),
         tuple(tuple(map(_cell, row)) for row in rows),
         title, caption, keys, look, page_only,
+    )  # fmt: skip
+
+
+def table_of(
+    rows: Iterable[Mapping[str, Given]],
+    title: str = "",
+    *,
+    words: Sequence[str] = (),
+    page_only: Sequence[str] = (),
+    caption: Parts = (),
+    keys: int = 1,
+    look: str = "",
+) -> Table:
+    """Make a table of cells by head; a column that is empty everywhere is left out.
+
+    Parameters
+    ----------
+    rows : iterable of dict of str to cell
+        A cell that is missing is empty.
+    words, page_only : sequence of str
+        Heads of columns of sentences, and of those that a screen leaves out.
+    title, caption, keys, look
+        As of `Table`.
+    """
+    known = [{head: _cell(each) for head, each in row.items()} for row in rows]
+    every = dict.fromkeys(head for row in known for head in row)
+    heads = [head for head in every if any(any(row.get(head, ())) for row in known)]
+    return Table(
+        tuple(Column(head, head in words, head in page_only) for head in heads),
+        tuple(tuple(row.get(head, Cell(())) for head in heads) for row in known),
+        title, caption, keys, look,
     )  # fmt: skip
 
 
@@ -169,30 +174,14 @@ class Beside:
 
 @dataclass(frozen=True)
 class Section:
-    """Blocks under a heading.
+    """Blocks under a heading."""
 
-    Attributes
-    ----------
-    title : str
-        Its heading; empty for none.
-    blocks : tuple
-        In order.
-    anchor : str
-        Where links to it lead; the contents of a page name it.
-    level : int
-        2 below the title of the document, 3 below a section.
-    page_only : bool
-        Whether a screen leaves it out.
-    role : str
-        "first": a sheet of its own on paper.
-    """
-
-    title: str
+    title: str  # empty for none
     blocks: tuple[Block, ...]
-    anchor: str = ""
-    level: int = 2
-    page_only: bool = False
-    role: str = ""
+    anchor: str = ""  # where links to it lead; the contents of a page name it
+    level: int = 2  # below the title of the document; 3 below a section
+    page_only: bool = False  # whether a screen leaves it out
+    role: str = ""  # "first": a sheet of its own on paper
     kind = "section"
 
 
@@ -203,21 +192,23 @@ Block = (
 
 @dataclass(frozen=True)
 class Document:
-    """What an answer says.
-
-    Attributes
-    ----------
-    title : str
-        Above all.
-    blocks : tuple
-        In order.
-    foot : tuple of str
-        At the foot of each printed sheet.
-    """
+    """What an answer says."""
 
     title: str
     blocks: tuple[Block, ...]
-    foot: tuple[str, ...] = ()
+    foot: tuple[str, ...] = ()  # of each printed sheet
+
+
+def shown(*given: Block | None) -> tuple[Block, ...]:
+    """Return the blocks that say something: an empty one is left out, as None is."""
+    return tuple(each for each in given if each is not None and not _is_empty(each))
+
+
+def _is_empty(block: Block) -> bool:
+    match block:
+        case Paragraph(()) | Bullets(()) | Table(rows=()) | Section(blocks=()):
+            return True
+    return False
 
 
 def note(*parts: Said) -> Paragraph:

@@ -15,21 +15,11 @@ from tolstat.units.scale import AS_IS, Ratio, Scale
 
 @dataclass(frozen=True)
 class Number:
-    """A number or an estimate, SI, and how it is shown.
+    """A number or an estimate, SI, and how it is shown."""
 
-    Attributes
-    ----------
-    value : Estimate, float or int
-        SI; an integer is written whole.
-    scale : Scale or Ratio
-        Unit and figures.
-    bound : str
-        "at_least" or "at_most" of a bound: rounded to its safe side.
-    """
-
-    value: Estimate | float
+    value: Estimate | float  # an integer is written whole
     scale: Scale | Ratio = AS_IS
-    bound: str = ""
+    bound: str = ""  # "at_least" or "at_most": rounded to its safe side
 
 
 @dataclass(frozen=True)
@@ -77,6 +67,24 @@ def text(*given: Said) -> Parts:
         elif each is not None:
             parts += text(*each)
     return tuple(parts)
+
+
+def say(sentence: str, *given: Said) -> Parts:
+    """Return the parts of a sentence whose braces are filled, in their order.
+
+    Raises
+    ------
+    ValueError
+        If there are more or fewer of them.
+    """
+    first, *rest = sentence.split("{}")
+    pairs = zip(given, rest, strict=True)
+    return text(first or None, [(each, words or None) for each, words in pairs])
+
+
+def with_unit(number: Number | None) -> Parts:
+    """Write a number of a table with its unit, where the head has none."""
+    return (number, "") if number else ()
 
 
 def counted(count: int, noun: str, plural: str = "") -> Parts:

@@ -123,22 +123,12 @@ Layer = (
 
 
 class PlotAxis(NamedTuple):
-    """An axis; `scale`: "", "log", "symlog", or "normal" for shares as normal scores.
+    """An axis."""
 
-    Attributes
-    ----------
-    label, scale : str
-        What goes along it, with its unit; how.
-    ends : tuple of float or None
-        Where it begins and ends; None: by what is shown.
-    words : tuple of str
-        What stands at 0, 1, 2, ... instead of numbers.
-    """
-
-    label: str
-    scale: str = ""
-    ends: tuple[float, float] | None = None
-    words: tuple[str, ...] = ()
+    label: str  # what goes along it, with its unit
+    scale: str = ""  # or "log", "symlog", "normal" for shares as normal scores
+    ends: tuple[float, float] | None = None  # None: by what is shown
+    words: tuple[str, ...] = ()  # what stands at 0, 1, 2, ... instead of numbers
 
 
 class PlotPanel(NamedTuple):
@@ -154,20 +144,11 @@ class PlotPanel(NamedTuple):
 class Plot(NamedTuple):
     """Panels, one below the other or `side_by_side`; size in inches.
 
-    Attributes
-    ----------
-    panels : tuple of PlotPanel
-        One axis is shared by all: that along, or that up where they are side by side.
-    side_by_side : bool
-        How they lie.
-    width, height : float
-        Of the whole.
-    legends : bool
-        Whether each panel has its legend, on the line of its title; else one for all.
+    One axis is shared by all: that along, or that up where they are side by side.
     """
 
     panels: tuple[PlotPanel, ...]
     side_by_side: bool = False
     width: float = 3.5
     height: float = 2.5
-    legends: bool = False
+    legends: bool = False  # each panel has its own, beside its title; else one for all

@@ -127,7 +127,7 @@ def test_each_number_of_a_limit_stands_under_its_head(report):
         "response", "limit", "verdict", "out of limit, ppm", "equivalent Ppk",
         "main cause", "tolerance halved, ppm",
     ]  # fmt: skip
-    for name, row in zip(report.answer.limited, rows_of(table), strict=True):
+    for name, row in zip(report.answer.limits, rows_of(table), strict=True):
         each = report.answer.responses[name]
         limited, needed = each.limited, each.limited.yields.needed
         assert as_text(row["response"].main) == name

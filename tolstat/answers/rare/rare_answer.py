@@ -38,105 +38,53 @@ from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.limits.yields import NOT_MET, verdict
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import AS_IS, PER_CENT, PPM, Scale
+from tolstat.units.scale import PER_CENT, PPM, Scale
 
 
 class Stage(NamedTuple):
-    """Trials that were sampled at once.
+    """Trials that were sampled at once."""
 
-    Attributes
-    ----------
-    trials, out_of_limit, failed : int
-        How many have run; of these, out of limit, failed ones among them.
-    least, largest : float
-        Times the spread of the study that they aimed at.
-    """
-
-    trials: int
-    out_of_limit: int
+    trials: int  # that have run
+    out_of_limit: int  # failed ones among them
     failed: int
-    least: float
+    least: float  # times the spread of the study that they aimed at
     largest: float
 
 
 @dataclass(frozen=True, repr=False)
 class RareSummary(Answer):
-    """What a rare run says of its limit.
-
-    Attributes
-    ----------
-    title, run, model : str
-        What it is of.
-    title_block : TitleBlock
-        What it is part of, and who answers for it.
-    trials : TrialCounts
-        What became of them, in all stages; those of the last are counted, and tell
-        which fraction failed. Unseen is the fraction of a kind of out-of-limit trial
-        that the last stage has not met, at most (97.5 %).
-    met : int
-        Out-of-limit trials in the last stage.
-    response, sentence : str
-        What is limited.
-    scale : Scale
-        How it is shown.
-    nominal : float
-        Of the nominal trial; NaN if that failed.
-    limit : Limit
-        What is permitted, and what is demanded.
-    demanded_ppk : float
-        What is demanded, as the Ppk of a normal response.
-    fraction_out_of_limit, within : Estimate
-        Fractions of production; failed trials are out of limit.
-    verdict : str
-        As of a plain run, for one number of trials.
-    equivalent_ppk : Estimate
-        Of a normal response with the same fraction out of limit.
-    plain_trials : float
-        Trials of a plain run with as narrow an interval; NaN where none.
-    first_order : float
-        Fraction out of limit at this end of a limit that is straight, as far from the
-        median trial as the most probable failure point; NaN where none was met.
-    stages : tuple of Stage
-        In order; the last one tells the fraction.
-    failure_points : tuple of FailurePoint
-        The most probable out-of-limit trials that were met, the nearest first.
-    precise, changed : int
-        Trials evaluated again more precisely; those of them that change sides.
-    assumptions : Assumptions
-        What the numbers rest on.
-    scales : dict of str to Scale
-        How each contributor that deviates is shown.
-    provenance : dict
-        Versions, times, processor; the study as it was written.
-    of : Run
-        The run itself; no part of the JSON.
-    """
+    """What a rare run says of its limit."""
 
     title: str
     run: str
     model: str
     title_block: TitleBlock
+    # of all stages; those of the last are counted, and tell which fraction failed.
+    # Unseen is the fraction of a kind of out-of-limit trial that the last stage has not
+    # met, at most (97.5 %)
     trials: TrialCounts
-    met: int
-    response: str
+    met: int  # out-of-limit trials in the last stage
+    response: str  # what is limited
     sentence: str
     scale: Scale
-    nominal: float
+    nominal: float  # of the nominal trial; NaN if that failed
     limit: Limit
-    demanded_ppk: float
-    fraction_out_of_limit: Estimate
+    demanded_ppk: float  # what is demanded, as the Ppk of a normal response
+    fraction_out_of_limit: Estimate  # of production; failed trials are out of limit
     within: Estimate
-    verdict: str
-    equivalent_ppk: Estimate
-    plain_trials: float
+    verdict: str  # as of a plain run, for one number of trials
+    equivalent_ppk: Estimate  # of a normal response with the same fraction
+    plain_trials: float  # of a plain run with as narrow an interval; NaN where none
+    # fraction out of limit at this end of a limit that is straight, as far from the
+    # median trial as the most probable failure point; NaN where none was met
     first_order: float
-    stages: tuple[Stage, ...]
-    failure_points: tuple[FailurePoint, ...]
-    precise: int
-    changed: int
+    stages: tuple[Stage, ...]  # the last one tells the fraction
+    failure_points: tuple[FailurePoint, ...]  # that were met, the most probable first
+    precise: int  # trials evaluated again more precisely
+    changed: int  # those of them that change sides of the limit
     assumptions: Assumptions
-    scales: Mapping[str, Scale]
-    provenance: Mapping[str, object]
+    scales: Mapping[str, Scale]  # of each contributor that deviates
+    provenance: Mapping[str, object]  # versions, times, processor, text of the study
     of: Run = field(metadata={"json": False})
     answers: ClassVar[str] = "rare"
 
@@ -159,28 +107,24 @@ class RareSummary(Answer):
 
     def rows(self) -> Sequence[Row]:
         """Return the one response in a row."""
-        lower, upper = (
-            end if math.isfinite(end) else math.nan for end in self.limit.permitted
-        )
-        return [
-            {
-                "title": self.title,
-                "response": self.response,
-                "unit": self.scale.shown,
-                "nominal [unit]": Number(self.nominal, self.scale),
-                "lower limit [unit]": Number(lower, self.scale),
-                "upper limit [unit]": Number(upper, self.scale),
-                "demanded [%]": Number(self.limit.demanded, PER_CENT),
-                "verdict": self.verdict,
-                "yield [%]": Number(self.within, PER_CENT),
-                "fraction out of limit [ppm]": Number(self.fraction_out_of_limit, PPM),
-                "equivalent Ppk": Number(self.equivalent_ppk, AS_IS),
-                "failed [ppm]": Number(self.trials.failures, PPM),
-                "trials run": self.trials.ran,
-                "trials counted": self.trials.counted,
-                "of these out of limit": self.met,
-            }
-        ]
+        ends = [x if math.isfinite(x) else math.nan for x in self.limit.permitted]
+        return [{
+            "title": self.title,
+            "response": self.response,
+            "unit": self.scale.shown,
+            "nominal [unit]": Number(self.nominal, self.scale),
+            "lower limit [unit]": Number(ends[0], self.scale),
+            "upper limit [unit]": Number(ends[1], self.scale),
+            "demanded [%]": Number(self.limit.demanded, PER_CENT),
+            "verdict": self.verdict,
+            "yield [%]": Number(self.within, PER_CENT),
+            "fraction out of limit [ppm]": Number(self.fraction_out_of_limit, PPM),
+            "equivalent Ppk": Number(self.equivalent_ppk),
+            "failed [ppm]": Number(self.trials.failures, PPM),
+            "trials run": self.trials.ran,
+            "trials counted": self.trials.counted,
+            "of these out of limit": self.met,
+        }]  # fmt: skip
 
 
 def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
@@ -199,15 +143,16 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         If no trial has run, or another response is requested.
     """
     name, limit = run.aim, run.limits[run.aim]
-    names = [each.name for each in run.responses]
-    if others := [each for each in chosen if each != name]:
-        if others[0] not in names:
-            unknown = allowed_names(others[0], names)
-            raise PictureError(f"response {others[0]}: unknown; {unknown}")
-        raise PictureError(
-            f'response {others[0]}: {run.path} has sampling = "rare" and tells of '
-            f"{name} alone"
-        )
+    responses = {each.name: each for each in run.responses}
+    for other in chosen:
+        if other not in responses:
+            unknown = allowed_names(other, list(responses))
+            raise PictureError(f"response {other}: unknown; {unknown}")
+        if other != name:
+            raise PictureError(
+                f'response {other}: {run.path} has sampling = "rare" and tells of '
+                f"{name} alone"
+            )
     if not run.ended:
         raise PictureError(f"{run.path}: no trial has run; there is nothing to report")
     ran = run.status != Status.NOT_RUN
@@ -217,8 +162,8 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     failures = rare_share(run.status[last] > Status.DONE, weights[last])
     if failures.value > 0:  # failed trials are out of limit: no more than these
         failures = failures._replace(upper=min(failures.upper, share.upper))
-    good = share.complement
-    points = failure_points(run, out)
+    points, changes = failure_points(run, out), _changes(run)
+    few, failing = _too_few(weights[last & out]), _failing(run, failures)
     assert run.sampled
     return RareSummary(
         title=run.title,
@@ -226,45 +171,33 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         model=run.model,
         title_block=title_block_of(run),
         trials=TrialCounts(
-            run.trials,
-            run.ended,
-            run.ended - run.failed,
-            run.failed,
-            int(np.count_nonzero(last)),
-            run.counts,
-            failures,
+            run.trials, run.ended, run.ended - run.failed, run.failed,
+            int(np.count_nonzero(last)), run.counts, failures,
             unmet(weights[last]) if last.any() else math.nan,
-            run.sampling,
-            run.sampled.promise,
-            (
-                *_too_few(weights[last & out]),
-                _failing(run, failures),
-                *notes_of(run, None),
-            ),
+            run.sampling, run.sampled.promise, (*few, failing, *notes_of(run, None)),
         ),
         met=int(np.count_nonzero(out[last])),
         response=name,
-        sentence=next(each.sentence for each in run.responses if each.name == name),
+        sentence=responses[name].sentence,
         scale=run.scales[name],
         nominal=run.nominal_values[name],
         limit=limit,
         demanded_ppk=limit.ppk,
         fraction_out_of_limit=share,
-        within=good,
-        verdict=verdict(good, limit.demanded),
+        within=share.complement,
+        verdict=verdict(share.complement, limit.demanded),
         equivalent_ppk=by_share(share, limit),
         plain_trials=plain_trials(share),
         first_order=float(ndtr(-points[0].distance)) if points else math.nan,
-        stages=tuple(
-            _stage(run, ran & (stage == n), out) for n in np.unique(stage[ran])
-        ),
+        stages=tuple(_stage(run, ran & (stage == n)) for n in np.unique(stage[ran])),
         failure_points=points,
-        **_changed(run),
+        precise=len(changes),
+        changed=int(np.count_nonzero(changes)),
         assumptions=assumptions_of(run),
         scales={each: run.scales[each] for each in run.assumed},
         provenance=provenance_of(run),
         of=run,
-    )
+    )  # fmt: skip
 
 
 def _too_few(weights: NDArray[np.float64]) -> list[str]:
@@ -291,23 +224,20 @@ def _failing(run: Run, share: Estimate) -> str:
     return f"{said}; of the trials sampled near the limit: {words}"
 
 
-def _stage(run: Run, trials: NDArray[np.bool_], out: NDArray[np.bool_]) -> Stage:
-    spread = run.column(SPREAD)[trials]
+def _stage(run: Run, trials: NDArray[np.bool_]) -> Stage:
+    spread, out = run.column(SPREAD)[trials], run.beyond(run.aim)[trials]
     return Stage(
-        int(np.count_nonzero(trials)),
-        int(np.count_nonzero(trials & out)),
+        len(spread), int(np.count_nonzero(out)),
         int(np.count_nonzero(run.status[trials] > Status.DONE)),
-        float(spread.min()),
-        float(spread.max()),
-    )
+        float(spread.min()), float(spread.max()),
+    )  # fmt: skip
 
 
-def _changed(run: Run) -> dict[str, int]:
-    """Count the trials evaluated again, and those that change sides of the limit."""
+def _changes(run: Run) -> NDArray[np.bool_]:
+    """Tell of each trial evaluated again whether it changes sides of the limit."""
     if run.audited is None:
-        return {"precise": 0, "changed": 0}
+        return np.zeros(0, dtype=np.bool_)
     permitted = run.limits[run.aim].permitted
     before = within(run.column(run.aim)[run.audited.trials], permitted)
     after = within(run.audited.responses[run.aim], permitted)
-    changed = int(np.count_nonzero(before != after))
-    return {"precise": len(run.audited.trials), "changed": changed}
+    return np.asarray(before != after)

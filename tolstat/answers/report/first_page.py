@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+import numpy as np
 
 from tolstat.answers.cells import limit_cell, ppm, response_cell, verdict_cell
 from tolstat.answers.next_steps import to_extend, to_halve
@@ -21,40 +20,48 @@ from tolstat.document.blocks import (
     Block,
     Bullets,
     Cell,
-    Column,
     Document,
     Facts,
     Figure,
+    Given,
     Paragraph,
     Section,
     Table,
     note,
     paragraph,
-    table,
+    shown,
+    table_of,
 )
 from tolstat.document.inline import (
     Name,
     Number,
     Parts,
+    Said,
     Typed,
     Word,
     counted,
     listed,
+    say,
     text,
 )
 from tolstat.document.plot import Layer, Plot, PlotAxis, PlotPanel, Ranges, Rule
+from tolstat.model.description import kinds_of_part
 from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
-from tolstat.statistics.limits.yields import MET, NOT_MET, UNDECIDED
+from tolstat.statistics.limits.yields import MET, NOT_MET
 from tolstat.statistics.summary import QUANTILES, Limited
 from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM
 
-MATTERS = 0.05  # of the variance, from which a contributor is named
-MOST_SENTENCES = 3
 MOST_NAMED = 4  # parts in a sentence
 LEVEL = PER_CENT.beside(1.0)  # of chance: no test is better than that
 PRINTED = (0.05, 0.5, 0.95, 0.99)  # quantiles on a screen
+INTERVAL = "Below each number stands its 95 % interval"
+READING = (
+    "Quantiles: order statistics, for any distribution. Fractions out of limit: "
+    "anytime-valid, trials may be added. Equivalent Ppk: of a normal response with the "
+    "same fraction out of limit."
+)
 
 
 def summary_document(found: RunSummary) -> Document:
@@ -62,19 +69,20 @@ def summary_document(found: RunSummary) -> Document:
     n = found.trials.requested
     return Document(
         f"{found.title}: {n} {'trial' if n == 1 else 'trials'} of {found.model}",
-        (*first_page(found), responses_table(found), *reading(found)),
+        shown(*first_page(found), responses_table(found), reading(found)),
     )
 
 
 def first_page(found: RunSummary) -> tuple[Block, ...]:
     """Return the blocks of the first page, title block and header left out."""
-    blocks: list[Block] = [Paragraph(lead(found), "lead")]
-    if found.limited:
-        blocks.append(limits_table(found))
-    if steps := next_steps(found):
-        numbered = Bullets(steps, numbered=len(steps) > 1)
-        blocks.append(Section("What to do next", (numbered,), level=3))
-    return (*blocks, *(note(each) for each in found.trials.notes))
+    steps = _next_steps(found)
+    next_steps = shown(Bullets(steps, numbered=len(steps) > 1))
+    return shown(
+        Paragraph(_lead(found), "lead"),
+        limits_table(found),
+        Section("What to do next", next_steps, level=3),
+        *map(note, found.trials.notes),
+    )
 
 
 def title_facts(block: TitleBlock) -> Facts:
@@ -85,97 +93,117 @@ def title_facts(block: TitleBlock) -> Facts:
     return Facts(tuple(rows), "sheet")
 
 
-def lead(found: RunSummary) -> Parts:
+def _lead(found: RunSummary) -> Parts:
     """Say how many limits are met, and the yield of all of them."""
     if found.all_limits is None:
         return text("The study limits no response.")
-    verdicts = [found.responses[name].limited for name in found.limited]
-    counts = {
-        word: sum(1 for each in verdicts if each and each.yields.verdict == word)
-        for word in WORST_FIRST
-    }
+    verdicts = list(found.verdicts.values())
     n = len(verdicts)
-    said: list[Parts] = []
-    for word, count in counts.items():
-        if count and not said:
-            of = "The limit " if n == 1 else f"{count} of {n} limits "
-            of = f"All {n} limits " if count == n > 1 else of
-            said.append(text(of, "is " if count == 1 else "are ", Word(word, word)))
-        elif count:
-            said.append(text(f"{count} ", Word(word, word)))
-    within = Number(found.all_limits.within, PER_CENT)
-    whose = "all limits" if n > 1 else "this limit"
-    failed = " Failed trials count as out of limit." if found.trials.failed else ""
-    return text(listed(said, joint=""), f". Yield, {whose}: ", within, f".{failed}")
+    counts = [(verdicts.count(word), Word(word, word)) for word in WORST_FIRST]
+    (first, word), *others = [each for each in counts if each[0]]
+    of = "The limit is" if n == 1 else f"All {n} limits are"
+    if first < n:
+        of = f"{first} of {n} limits {'is' if first == 1 else 'are'}"
+    said = [text(f"{of} ", word), *(text(f"{count} ", word) for count, word in others)]
+    return say(
+        f"{{}}. Yield, {'all limits' if n > 1 else 'this limit'}: {{}}.{{}}",
+        listed(said, joint=""), Number(found.all_limits.within, PER_CENT),
+        " Failed trials count as out of limit." if found.trials.failed else None,
+    )  # fmt: skip
 
 
 def limits_table(found: RunSummary) -> Table:
     """Return verdict, fraction out of limit, main cause and effect of halving it."""
-    heads: list[Column | str] = [
-        "response", "limit", "verdict", "out of limit, ppm", "equivalent Ppk",
-    ]  # fmt: skip
-    heads += [Column("main cause", words=True), "tolerance halved, ppm"]
-    rows = [_limit_row(found, name) for name in found.limited]
-    if not any(row[-1].main for row in rows):  # no cause is named
-        heads, rows = heads[:-1], [row[:-1] for row in rows]
-    return table(
-        heads,
-        rows,
-        "Limits",
-        caption=rests_on(found),
-        look="verdicts",
+    rows = [_limit_row(found, name, each) for name, each in found.limits.items()]
+    return table_of(
+        rows, "Limits", words=["main cause"], caption=rests_on(found), look="verdicts"
     )
 
 
-def _limit_row(found: RunSummary, name: str) -> list[Cell]:
-    each = found.responses[name]
-    limited = each.limited
-    assert limited
+def limit_row(
+    name: Cell, limit: Limit, verdict: Given, share: Cell, equivalent: Estimate
+) -> dict[str, Given]:
+    """Return a row on a limit: what is demanded, and what was found."""
+    typed = limit.typed_ppk
+    demanded = f"{typed:.{KNOWN}g}" if typed else AS_IS.number(limit.ppk)
+    return {
+        "response": name,
+        "limit": limit_cell(limit),
+        "verdict": verdict,
+        "out of limit, ppm": share,
+        "equivalent Ppk": Cell((Number(equivalent),), text(f"demanded {demanded}")),
+    }
+
+
+def _limit_row(found: RunSummary, name: str, limited: Limited) -> dict[str, Given]:
+    each, yields = found.responses[name], limited.yields
     response = next(one for one in found.of.responses if one.name == name)
     link = name if isinstance(found, Report) and name in found.focus else ""
-    below: Parts = ()
-    if found.trials.failed:
-        most = Number(limited.yields.most, PER_CENT)
-        below = text("yield, if failed trials were good: ", most)
-    return [
-        response_cell(response, link),
-        limit_cell(limited.limit),
-        verdict_cell(limited.yields),
-        Cell((ppm(limited.yields.out_of_limit),), below),
-        Cell((Number(limited.equivalent),), demanded_ppk(limited.limit)),
-        _cause_cell(each),
-        _effect_cell(each, limited),
-    ]
-
-
-def demanded_ppk(limit: Limit) -> Parts:
-    """Say which Ppk a limit demands: as typed, else of four figures."""
-    typed = limit.typed_ppk
-    return text("demanded ", f"{typed:.{KNOWN}g}" if typed else AS_IS.number(limit.ppk))
+    good = Number(yields.most, PER_CENT)
+    failed = say("yield, if failed trials were good: {}", good)
+    share = Cell((ppm(yields.out_of_limit),), failed if found.trials.failed else ())
+    return {
+        **limit_row(response_cell(response, link), limited.limit, verdict_cell(yields),
+                    share, limited.equivalent),
+        "main cause": _cause_cell(each),
+        "tolerance halved, ppm": _effect_cell(each, limited),
+    }  # fmt: skip
 
 
 def _cause_cell(each: ResponseSummary) -> Cell:
-    """Name the main cause of out-of-limit trials, over what it explains of them."""
+    """Name the main cause of out-of-limit trials, over what it explains of them.
+
+    Without one the kind of part that has most of the variance stands below.
+    """
     causes = each.causes
     if causes is None:
         return Cell(())
     if pair := causes.pair:
         every = [one.words for one in (pair, *causes.equivalent_pairs)]
         return Cell(text("; or equally ".join(every)), explained(pair, causes))
-    if causes.leading:
-        name = causes.leading[0]
-        cause = causes.kinds.get(name) or causes.contributors[name]
-        return Cell((Name(name),), text("significant at ", Number(cause.level, LEVEL)))
-    return Cell(text(no_cause(causes)))
+    if causes.leading and (cause := causes.main):
+        assert not isinstance(cause, PairCause)
+        below = text("significant at ", Number(cause.level, LEVEL))
+        return Cell((Name(causes.leading[0]),), below)
+    most = largest_share(each) if isinstance(each, ReportedResponse) else None
+    variance = say("variance: {} {}", Name(most[0]), _least(most[1])) if most else ()
+    return Cell(text(no_cause(causes)), variance)
+
+
+def largest_share(each: ReportedResponse) -> tuple[str, Estimate] | None:
+    """Return what has most of a variance; None where few trials dominate it."""
+    found = each.contributions
+    if found is None or found.dominated_by_few:
+        return None
+    kinds = {name: share_of_kind(each, name) for name in found.groups}
+    grouped = {member for members in each.members.values() for member in members}
+    alone = {n: x for n, x in found.first_order.items() if n not in grouped}
+    every = {**kinds, **alone}
+    known = {n: x for n, x in every.items() if x.value > 0 and not x.lower <= 0}
+    name = max(known, key=lambda name: known[name].value, default="")
+    return (name, known[name]) if name else None
+
+
+def share_of_kind(each: ReportedResponse, kind: str) -> Estimate:
+    """Return the share of a kind of part: with interactions, where that is known."""
+    found = each.contributions
+    assert found
+    together = found.together[kind]
+    return together if together.value > 0 else found.groups[kind]
+
+
+def _least(share: Estimate) -> Parts:
+    """Write a share; one whose interval is open at the top as its lower end."""
+    if share.upper == 1:
+        return text("at least ", Number(max(share.lower, 0.0), PER_CENT, "at_least"))
+    return text(Number(share, PART))
 
 
 def explained(pair: PairCause, causes: Causes) -> Parts:
     """Say how many out-of-limit trials a pair explains, and how rare it is."""
     n = causes.out_of_limit
-    trials = f"{round(pair.together.far.value * n)} of {n} out-of-limit trials "
-    return text(
-        trials, "are in the outer ", Number(pair.together.of_all, PART), " of it"
-    )
+    trials = f"{round(pair.together.far.value * n)} of {n} out-of-limit trials are in "
+    return say(f"{trials}the outer {{}} of it", Number(pair.together.of_all, PART))
 
 
 def no_cause(causes: Causes) -> str:
@@ -205,198 +233,89 @@ def differ(one: Estimate, other: Estimate) -> bool:
     return one.upper < other.lower or other.upper < one.lower
 
 
-def next_steps(found: RunSummary) -> tuple[Parts, ...]:
+def _next_steps(found: RunSummary) -> tuple[Parts, ...]:
     """Say what to do next: tighten the main cause, or run more trials."""
-    steps = []
-    for name in found.limited:
-        each = found.responses[name]
-        assert each.limited
-        judged, causes = each.limited.yields, each.causes
-        if judged.verdict == MET or causes is None or (main := causes.main) is None:
-            continue
-        told = differ(main.halved, judged.out_of_limit)
-        if main.halved.value < judged.out_of_limit.value and (
-            told or judged.verdict == NOT_MET
-        ):
-            steps.append(_tighten(found, name, causes, told))
-            break
-    undecided = [
-        (each.limited.yields.needed, name)
-        for name, each in found.responses.items()
-        if each.limited
-        and each.limited.yields.verdict == UNDECIDED
-        and each.limited.yields.needed
-    ]
-    if undecided:
+    halve = (_halve(found, name, each) for name, each in found.limits.items())
+    steps = [next(filter(None, halve), ())]
+    limits = [(found.limits[name].yields.needed, name) for name in found.verdicts]
+    if undecided := [each for each in limits if each[0]]:
         needed, name = min(undecided)
         command = to_extend(found.of, needed)
-        steps.append(
-            text(
-                "Decide ", Name(name), ": about ", counted(needed, "trial"),
-                (" in all: ", Typed(command)) if command
-                else ", in a new run of the study", ".",
-            )
-        )  # fmt: skip
-    return tuple(steps)
+        how = (
+            (" in all: ", Typed(command)) if command else ", in a new run of the study"
+        )
+        trials = counted(needed, "trial")
+        steps.append(say("Decide {}: about {}{}.", Name(name), trials, how))
+    return tuple(filter(None, steps))
 
 
-def _tighten(found: RunSummary, name: str, causes: Causes, told: bool) -> Parts:
-    """Say what halving the tolerances of the main cause gains, and how to prove it.
+def _halve(found: RunSummary, name: str, limited: Limited) -> Parts:
+    """Say what halving the tolerances of the main cause gains; nothing if it does not.
 
     Where these trials do not tell, a fresh run does.
     """
-    main, each = causes.main, found.responses[name]
-    assert main and each.limited
-    parts = (
-        main.together.members
-        if isinstance(main, PairCause)
-        else _members(found, causes.leading[0])
-    )
-    command = to_halve(found.of, parts)
-    which = "tolerance of " if len(parts) == 1 else "tolerances of "
-    return text(
-        f"Halve the {which}" if told else f"Test half the {which}",
-        listed([Name(part) for part in parts])
-        if len(parts) <= MOST_NAMED
-        else Name(causes.leading[0]),
-        ": ", Name(name), " falls from " if told else " may fall from ",
-        ppm(each.limited.yields.out_of_limit), " to ", ppm(main.halved),
-        None if told else ", which these trials do not decide",
-        (f". {'Prove it with a' if told else 'A'} fresh run: ", Typed(command))
-        if command else None, ".",
-    )  # fmt: skip
-
-
-def _members(found: RunSummary, name: str) -> tuple[str, ...]:
-    """Name the contributors of a kind of part."""
-    from tolstat.model.description import kinds_of_part
-
-    kinds = kinds_of_part(list(found.of.assumed), found.of.contributors)
-    return tuple(kinds.get(name, (name,)))
-
-
-def variance_sentences(found: Report) -> Iterator[Parts]:
-    """Say which contributors have most of the variance, where no cause is named."""
-    every = dict.fromkeys([*found.limited, *found.focus])
-    told = 0
-    for name in every:
-        each = found.responses[name]
-        if each.causes and each.causes.main:
-            continue
-        if (said := _variance(name, each)) and told < MOST_SENTENCES:
-            told += 1
-            yield said
-
-
-def _variance(name: str, each: ReportedResponse) -> Parts:
-    """Name up to three groups or contributors with most of a variance."""
-    found = each.contributions
-    if found is None:
+    now, verdict = limited.yields.out_of_limit, limited.yields.verdict
+    causes = found.responses[name].causes
+    if verdict == MET or causes is None or (main := causes.main) is None:
         return ()
-    few = found.dominated_by_few
-    grouped = {member for members in each.members.values() for member in members}
-    single = [part for part in found.first_order if part not in grouped]
-    known: dict[str, Estimate] = {}
-    for part in [*each.members, *single]:
-        # what parts do together, where that can be told
-        shares = [
-            of[part]
-            for of in (found.together, found.groups, found.first_order)
-            if part in of and not math.isnan(of[part].value)
-        ]
-        if not shares or (few and shares[0] is not found.together.get(part)):
-            continue
-        share = shares[0]
-        size = share.lower if few else share.value
-        if MATTERS <= size <= 1 and not (share.sure and share.lower <= 0):
-            known[part] = share
-    order = sorted(known, key=lambda p: -(known[p].lower if few else known[p].value))
-    named = [
-        text(
-            Name(part), " ",
-            ("at least ", Number(known[part].lower, PER_CENT, "at_least"))
-            if few or known[part].upper == 1
-            else Number(known[part], PART),
-        )
-        for part in order[:3]
-    ]  # fmt: skip
-    about = text("Variance contributions to ", Name(name), ": ")
-    if few:
-        return text(
-            about,
-            "dominated by few trials",
-            ("; ", listed(named)) if named else None,
-            ".",
-        )
-    return text(about, listed(named), ".") if named else ()
+    told = differ(main.halved, now)
+    if not (main.halved.value < now.value and (told or verdict == NOT_MET)):
+        return ()
+    if isinstance(main, PairCause):
+        parts: tuple[str, ...] = main.together.members
+    else:
+        kinds = kinds_of_part(list(found.of.assumed), found.of.contributors)
+        parts = tuple(kinds.get(causes.leading[0], causes.leading[:1]))
+    few = len(parts) <= MOST_NAMED
+    command = to_halve(found.of, parts)
+    fresh: Said = (". Check it with a fresh run: ", Typed(command)) if command else None
+    return say(
+        f"{'Halve' if told else 'Test half'} the "
+        f"{'tolerance' if len(parts) == 1 else 'tolerances'} of {{}}: {{}} "
+        f"{'falls' if told else 'may fall'} from {{}} to {{}}{{}}.",
+        listed([Name(part) for part in parts]) if few else Name(causes.leading[0]),
+        Name(name), ppm(now), ppm(main.halved), fresh,
+    )  # fmt: skip
 
 
 def ranges_figure(found: RunSummary) -> Figure | None:
     """Draw the fractions out of limit with their intervals, and what is permitted."""
-    limited = {
-        name: each.limited
-        for name in found.limited
-        if (each := found.responses[name]).limited and each.limited
-    }
-    shares = {
-        n: x.yields.out_of_limit
-        for n, x in limited.items()
-        if x.yields.out_of_limit.sure
-    }
-    if len(shares) < 2:
+    every = {name: each.yields for name, each in found.limits.items()}
+    sure = {name: each for name, each in every.items() if each.out_of_limit.sure}
+    if len(sure) < 2:
         return None
-    import numpy as np
-
-    permitted = {1e6 * (1 - x.limit.demanded) for x in limited.values()}
+    permitted = {1e6 * (1 - each.limit.demanded) for each in found.limits.values()}
     least = min(1.0, *(each / 10 for each in permitted if each))
-    ends = np.array([each[:3] for each in shares.values()]).T * 1e6
+    ends = np.array([each.out_of_limit[:3] for each in sure.values()]).T * 1e6
     value, lower, upper = np.maximum(ends, least)
+    verdicts = tuple(each.verdict for each in sure.values())
     layers: tuple[Layer, ...] = (
-        Ranges(
-            tuple(shares), lower, upper, value,
-            tuple(limited[n].yields.verdict for n in shares),
-        ),
-        *(
-            Rule(each, upright=True, label=f"permitted {each:.4g}")
-            for each in sorted(permitted)
-        ),
-    )  # fmt: skip
-    said = ", ".join(f"{n} {PPM.number(each.value)}" for n, each in shares.items())
-    plot = Plot(
-        (PlotPanel(PlotAxis("out of limit, ppm", "log"), PlotAxis(""), layers),),
-        width=7.0,
-        height=0.22 * len(shares) + 0.8,
+        Ranges(tuple(sure), lower, upper, value, verdicts),
+        *(Rule(x, upright=True, label=f"permitted {x:.4g}") for x in sorted(permitted)),
     )
-    return Figure(f"Fractions out of limit in ppm: {said}", plot, wide=True)
+    said = [f"{n} {PPM.number(each.out_of_limit.value)}" for n, each in sure.items()]
+    panel = PlotPanel(PlotAxis("out of limit, ppm", "log"), PlotAxis(""), layers)
+    plot = Plot((panel,), width=7.0, height=0.22 * len(sure) + 0.8)
+    words = f"Fractions out of limit in ppm: {', '.join(said)}"
+    return Figure(words, plot, wide=True)
 
 
 def responses_table(found: RunSummary) -> Table:
     """Return the numbers of all responses."""
-    shares = [
-        Column(share_words(share), page_only=share not in PRINTED)
-        for share in QUANTILES
-    ]
-    return table(
-        [
-            "response", "unit", "nominal", Column("mean *", page_only=True),
-            Column("sigma *", page_only=True), Column("least", page_only=True),
-            *shares, Column("largest", page_only=True),
-        ],
-        [
-            [
-                Name(name), each.scale.mark, Number(each.nominal, each.scale),
-                Number(each.mean, each.scale), Number(each.sigma, each.scale),
-                Number(each.least, each.scale),
-                *(Number(each.quantiles[q], each.scale) for q in QUANTILES),
-                Number(each.largest, each.scale),
-            ]
-            for name, each in found.responses.items()
-        ],
-        "Responses",
-        caption=rests_on(found),
-        keys=2,
-        look="dense",
-    )  # fmt: skip
+    rows: list[dict[str, Given]] = []
+    for name, each in found.responses.items():
+        scale, quantiles = each.scale, each.quantiles
+        rows.append({
+            "response": Name(name), "unit": scale.mark,
+            "nominal": Number(each.nominal, scale), "mean *": Number(each.mean, scale),
+            "sigma *": Number(each.sigma, scale), "least": Number(each.least, scale),
+            **{share_words(q): Number(quantiles[q], scale) for q in QUANTILES},
+            "largest": Number(each.largest, scale),
+        })  # fmt: skip
+    page_only = [share_words(q) for q in QUANTILES if q not in PRINTED]
+    page_only += ["mean *", "sigma *", "least", "largest"]
+    return table_of(rows, "Responses", page_only=page_only, caption=rests_on(found),
+                    keys=2, look="dense")  # fmt: skip
 
 
 def rests_on(found: RunSummary) -> Parts:
@@ -404,27 +323,15 @@ def rests_on(found: RunSummary) -> Parts:
     trials = found.trials
     of: Parts = ()
     if trials.counted < trials.requested:
-        of = text(", of the ", Number(trials.counted), " that statistics rest on")
-    done = counted(trials.done, "trial")
-    return text(done, " done, ", Number(trials.failed), " failed", of)
+        of = say(", of the {} that statistics rest on", Number(trials.counted))
+    return say("{} done, {} failed{}", counted(trials.done, "trial"),
+               Number(trials.failed), of)  # fmt: skip
 
 
-def reading(found: RunSummary) -> tuple[Paragraph, ...]:
+def reading(found: RunSummary) -> Paragraph | None:
     """Explain the numbers."""
-    run = found.of
-    if run.sampled and not run.sampled.replicates:
-        return (
-            paragraph(
-                "Below each number stands its 95 % interval. Quantiles: order "
-                "statistics, for any distribution. Fractions out of limit: anytime-"
-                "valid, trials may be added. Equivalent Ppk: of a normal response with "
-                "the same fraction out of limit."
-            ),
-        )
-    if run.sampled:
-        return (
-            paragraph(
-                "Below each number stands its 95 % interval. ", run.sampled.promise, "."
-            ),
-        )
-    return ()
+    if (sampled := found.of.sampled) is None:
+        return None
+    return paragraph(
+        f"{INTERVAL}. {f'{sampled.promise}.' if sampled.replicates else READING}"
+    )

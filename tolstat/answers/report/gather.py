@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from tolstat.answers.report.classical import scatter_of_run, worst_trials
 from tolstat.answers.report.integration import integration_of
 from tolstat.answers.report.main_causes import main_causes
 from tolstat.answers.report.report_answer import (
@@ -23,6 +21,7 @@ from tolstat.answers.report.report_answer import (
     SampledDeviation,
     TitleBlock,
     TrialCounts,
+    WorstTrial,
 )
 from tolstat.answers.report.run_notes import notes_of
 from tolstat.answers.report.variance import contributions_of, indices_of
@@ -31,13 +30,18 @@ from tolstat.errors import PictureError, allowed_names
 from tolstat.statistics.intervals.moments import unseen
 from tolstat.statistics.intervals.replicates import never_met
 from tolstat.statistics.limits.yields import CONFIDENCE, joint_yield
-from tolstat.statistics.point_mass import PointMass, point_mass_of
-from tolstat.statistics.sample import Sample
-from tolstat.statistics.sensitivity.linear import departures, root_sum_square
+from tolstat.statistics.point_mass import point_mass_of
+from tolstat.statistics.sensitivity.linear import (
+    Scatter,
+    departures,
+    root_sum_square,
+    scatter_of,
+)
 from tolstat.statistics.summary import Summary, summarize
 from tolstat.store.stored_run import Run
 
 MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
+NAMED = 3  # contributors of a worst trial
 
 
 def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
@@ -71,8 +75,7 @@ def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
     PictureError
         If the trials were not sampled, none has run, or a response is unknown.
     """
-    drawn = drawn_trials(run)
-    if drawn is None:
+    if (drawn := drawn_trials(run)) is None:
         raise no_sample(run)
     if not np.any(drawn.sample.ran):
         raise PictureError(f"{run.path}: no trial has run; there is nothing to report")
@@ -92,7 +95,8 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
 
 def summary_of(drawn: Drawn) -> RunSummary:
     """Summarize a run: its limits, their main causes, its responses."""
-    run, summaries, causes = drawn.run, summaries_of(drawn), main_causes(drawn)
+    run, causes = drawn.run, main_causes(drawn)
+    summaries = summaries_of(drawn)
     responses = {
         each.name: ResponseSummary(
             **vars(summaries[each.name]),
@@ -103,7 +107,16 @@ def summary_of(drawn: Drawn) -> RunSummary:
         )
         for each in run.responses
     }
-    return RunSummary(**_known(drawn), responses=responses)
+    numbers = {
+        each.name: NumberOfStudy(
+            each.value, run.scale_of(each), each.sentence, each.caveat
+        )
+        for each in run.numbers
+    }
+    return RunSummary(
+        title_block_of(run), run.title, run.path.name, run.model, _trials(drawn),
+        all_limits(drawn), responses, numbers, run,
+    )  # fmt: skip
 
 
 def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
@@ -131,7 +144,8 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
             for name, each in summary.responses.items()
         }
         contributions, members = shares.result()
-    scatter, evidence = scatter_of_run(drawn), run.diagnostics
+    scatter, evidence, sample = _scatter(drawn), run.diagnostics, drawn.sample
+    replicate = sample.replicate[sample.done] if sample.replicates else None
     responses = {}
     for response in run.responses:
         name = response.name
@@ -149,68 +163,67 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
             worst_trials=(),
             contributions=contributions.get(name),
         )
-        found = replace(found, worst_trials=worst_trials(drawn, name, found.leading))
         if name in focus:
             found = replace(
                 found,
-                point_mass=_point_mass(name, drawn),
+                point_mass=point_mass_of(drawn.done(name), replicate),
                 members=members,
                 indices=indices_of(drawn, name) if drawn.grouped else None,
             )
-        responses[name] = found
+        worst = _worst_trials(run, name, found.leading[:NAMED])
+        responses[name] = replace(found, worst_trials=worst)
     return Report(
-        **{**_known(drawn), "trials": summary.trials, "all_limits": summary.all_limits},
-        responses=responses,
+        **{**vars(summary), "responses": responses},
         focus=tuple(focus),
         assumptions=assumptions_of(run),
         provenance=provenance_of(run),
     )
 
 
-def _known(drawn: Drawn) -> dict[str, Any]:
-    """Return what a summary and a report say of the run as a whole."""
+def _scatter(drawn: Drawn) -> Scatter | None:
+    """Return how the deviations scatter; None without slopes.
+
+    By the distributions where each deviation is independent, else by the trials.
+    """
     run = drawn.run
-    return {
-        "title_block": title_block_of(run),
-        "title": run.title,
-        "run": run.path.name,
-        "model": run.model,
-        "trials": _trials(drawn),
-        "all_limits": all_limits(drawn),
-        "numbers": {
-            each.name: NumberOfStudy(
-                each.value, run.scale_of(each), each.sentence, each.caveat
-            )
-            for each in run.numbers
-        },
-        "of": run,
-    }
+    slopes = run.diagnostics.slopes
+    if not slopes or len(drawn.trials) < 2:
+        return None
+    varying = tuple(next(iter(slopes.values())))
+    assumed = [run.assumed[name] for name in varying]
+    sigmas = np.array([each.sigma for each in assumed])
+    if np.isfinite(sigmas).all() and run.independent:
+        means = np.array([each.mean for each in assumed])
+        return Scatter(varying, means, np.diag(sigmas**2))
+    return scatter_of({name: drawn.values(name) for name in varying})
+
+
+def _worst_trials(
+    run: Run, response: str, named: Sequence[str]
+) -> tuple[WorstTrial, ...]:
+    """List the worst trials with some of their deviations."""
+
+    def at(name: str, trial: int) -> float:
+        return float(run.column(name)[trial])
+
+    return tuple(
+        WorstTrial(each.trial, at(response, each.trial), each.precise,
+                   {name: at(name, each.trial) for name in named})
+        for each in run.diagnostics.worst.get(response, ())
+    )  # fmt: skip
 
 
 def _trials(drawn: Drawn) -> TrialCounts:
     run, sample = drawn.run, drawn.sample
-    return TrialCounts(
-        run.trials,
-        run.ended,
-        int(np.count_nonzero(sample.done)),
-        sample.failed,
-        len(drawn.trials),
-        run.counts,
-        sample.failures,
-        _unseen(sample),
-        run.sampling,
-        drawn.sampled.promise,
-        tuple(notes_of(run, sample)),
-    )
-
-
-def _unseen(sample: Sample) -> float:
-    """Return the fraction of production that may lie outside all trials."""
     done = int(np.count_nonzero(sample.done))
-    if sample.replicates:
-        # at either end, which the trials choose themselves
-        return min(2 * never_met(done, sample.replicates), 1.0)
-    return unseen(done)
+    outside = unseen(done)
+    if sample.replicates:  # at either end, which the trials choose themselves
+        outside = min(2 * never_met(done, sample.replicates), 1.0)
+    return TrialCounts(
+        run.trials, run.ended, done, sample.failed, len(drawn.trials), run.counts,
+        sample.failures, outside, run.sampling, drawn.sampled.promise,
+        tuple(notes_of(run, sample)),
+    )  # fmt: skip
 
 
 def all_limits(drawn: Drawn) -> AllLimits | None:
@@ -222,13 +235,6 @@ def all_limits(drawn: Drawn) -> AllLimits | None:
     within = joint_yield(values, drawn.sample, limits)
     n = len(limits)
     return AllLimits(n, within, min(n * (1 - CONFIDENCE) / 2, 1.0))
-
-
-def _point_mass(name: str, drawn: Drawn) -> PointMass | None:
-    """Return the value that many trials share."""
-    sample = drawn.sample
-    replicate = sample.replicate[sample.done] if sample.replicates else None
-    return point_mass_of(drawn.done(name), replicate)
 
 
 def title_block_of(run: Run) -> TitleBlock:
@@ -249,19 +255,14 @@ def provenance_of(run: Run) -> dict[str, object]:
 
 def assumptions_of(run: Run) -> Assumptions:
     """Say what the numbers rest on."""
+    deviations = {
+        each.name: SampledDeviation(
+            assumed.words, *assumed.tolerance, run.scales[each.name], each.sentence
+        )
+        for each in run.contributors
+        if (assumed := run.assumed.get(each.name))
+    }
     return Assumptions(
-        {
-            each.name: SampledDeviation(
-                run.assumed[each.name].words,
-                *run.assumed[each.name].tolerance,
-                run.scales[each.name],
-                each.sentence,
-            )
-            for each in run.contributors
-            if each.name in run.assumed
-        },
-        run.correlation,
-        run.settings,
-        run.assumptions,
+        deviations, run.correlation, run.settings, run.assumptions,
         run.diagnostics.missing,
-    )
+    )  # fmt: skip

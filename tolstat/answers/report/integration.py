@@ -48,54 +48,42 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | 
     ran = (audited.status == Status.DONE) & (run.status[audited.trials] == Status.DONE)
     precise = np.where(ran, audited.responses[name], np.nan)
     reasons = audited.chosen_by.get(name, np.zeros(len(ran), np.uint8))
-    values = run.column(name)
-    error = integration_error(
-        values, audited.trials, precise, audited.at_random | (reasons > 0)
-    )
+    values, random = run.column(name), audited.at_random
+    error = integration_error(values, audited.trials, precise, random | (reasons > 0))
+
+    def largest(some: NDArray[np.bool_]) -> LargestError:
+        own = error.of(audited.trials[some])
+        return LargestError(len(own.trials), own.largest)
+
     # what is said of production rests on independent trials
-    counted = audited.at_random & np.isin(audited.trials, drawn.trials)
-    at_random = _largest(error.of(audited.trials[counted]))
-    chosen = {}
-    for reason in Reason:
-        some = audited.trials[(reasons & reason) > 0]
-        if len(some):
-            chosen[str(reason.name).lower()] = _largest(error.of(some))
-    effect = sides = None
-    if len(error.trials):
-        effect = _effect(drawn, error.removed(values)[drawn.trials], of)
-    if of.limited:
-        sides = _sides(drawn, error, values, of.limited.limit.permitted)
+    at_random = largest(random & np.isin(audited.trials, drawn.trials))
+    chosen = {str(r.name).lower(): (reasons & r) > 0 for r in Reason}
+    limit = of.limited.limit.permitted if of.limited else None
+    above = share_above_largest(at_random.trials)
+    told = len(error.trials) > 0
     return IntegrationErrors(
-        len(audited.trials),
-        error.failed,
-        audited.settings,
-        error.largest,
-        at_random,
-        math.nan if drawn.sample.replicates else share_above_largest(at_random.trials),
-        chosen,
-        effect,
-        sides,
-    )
-
-
-def _largest(error: IntegrationError) -> LargestError:
-    return LargestError(len(error.trials), error.largest)
+        len(audited.trials), error.failed, audited.settings, error.largest, at_random,
+        math.nan if drawn.sample.replicates else above,
+        {reason: largest(some) for reason, some in chosen.items() if some.any()},
+        _effect(drawn, error.removed(values)[drawn.trials], of) if told else None,
+        _sides(drawn, error, values, limit) if limit else None,
+    )  # fmt: skip
 
 
 def _effect(drawn: Drawn, better: Array, of: Summary) -> Effect:
-    sample = drawn.sample
-    done = better[sample.done]
+    sample, limited = drawn.sample, of.limited
+    done, moved = better[sample.done], None
     sigma = float(done.std(ddof=1)) if len(done) > 1 else math.nan
-    limit = of.limited.limit.permitted if of.limited else None
+    limit = limited.limit.permitted if limited else None
     quantiles = quantiles_at(better, sample, of.quantiles, limit)
-    again = yield_of(better, sample, limit).out_of_limit if limit else None
+    if limited:
+        again = yield_of(better, sample, limited.limit.permitted).out_of_limit
+        moved = limited.yields.out_of_limit.value - again.value
     return Effect(
         of.mean.value - float(done.mean()),
         of.sigma.value - sigma,
         {share: of.quantiles[share].value - q.value for share, q in quantiles.items()},
-        of.limited.yields.out_of_limit.value - again.value
-        if of.limited and again
-        else None,
+        moved,
     )
 
 

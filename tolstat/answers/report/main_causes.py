@@ -20,12 +20,13 @@ from tolstat.statistics.sensitivity.out_of_limit import (
     of_kind,
 )
 from tolstat.statistics.sensitivity.pairs import BOTH_FAR, SUM, Together, pairs
-from tolstat.store.run_records import Halved, Members
+from tolstat.store.run_records import Halved
 from tolstat.store.stored_run import Run
 
 Array = NDArray[np.float64]
 
 NONE, FEW = "no trial out of limit", "too few to tell"
+_NO_DIFFERENCE = Difference(math.nan, math.nan, 1.0)
 
 
 def main_causes(drawn: Drawn) -> dict[str, Causes]:
@@ -48,42 +49,16 @@ def main_causes(drawn: Drawn) -> dict[str, Causes]:
             name: Causes(int(each.sum()), RANDOM_ONLY, (), {}, {})
             for name, each in out.items()
         }
-    deviations = _deviating(drawn)
-    members = kinds_of_part(list(deviations), run.contributors)
-    paired = _paired(run, deviations, out)
-    differing = differences(deviations, out)
+    columns = {n.name: drawn.values(n.name)[ran] for n in run.contributors}
+    deviations = {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
+    none = dict.fromkeys(deviations, _NO_DIFFERENCE)
+    differing, together = differences(deviations, out), pairs(deviations, out)
     return {
-        name: _causes(int(each.sum()), differing[name], list(deviations), members,
-                        run.diagnostics.halved.get(name, {}), run)._replace(
-                            pairs=paired[name])
-        for name, each in out.items()
-    }  # fmt: skip
-
-
-def _paired(
-    run: Run, deviations: Mapping[str, Array], out: Mapping[str, NDArray[np.bool_]]
-) -> dict[str, tuple[PairCause, ...]]:
-    """Name the pairs that explain the out-of-limit trials of each limit."""
-    found, unknown = {}, _unknown(run)
-    for name, together in pairs(deviations, out).items():
-        halved = run.diagnostics.halved.get(name, {})
-        found[name] = tuple(
-            PairCause(_in_words(each), each, *halved.get(each.members, unknown))
-            for each in together
+        name: _causes(
+            run, name, int(each.sum()), none | differing[name], together[name]
         )
-    return found
-
-
-def _deviating(drawn: Drawn) -> dict[str, Array]:
-    """Return the contributors that deviate, of the trials that ran."""
-    ran = drawn.sample.ran
-    columns = {n.name: drawn.values(n.name)[ran] for n in drawn.run.contributors}
-    return {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
-
-
-def _unknown(run: Run) -> Halved:
-    missing = run.diagnostics.missing or "not stored in this run"
-    return Halved(Estimate(math.nan, reason=missing), 0)
+        for name, each in out.items()
+    }
 
 
 def _in_words(found: Together) -> str:
@@ -100,34 +75,37 @@ def _in_words(found: Together) -> str:
 
 
 def _causes(
+    run: Run,
+    response: str,
     count: int,
     differing: Mapping[str, Difference],
-    names: Sequence[str],
-    members: Mapping[str, Sequence[str]],
-    halved: Mapping[Members, Halved],
-    run: Run,
+    together: Sequence[Together],
 ) -> Causes:
-    """Put together what is known of each contributor and each kind of part."""
-    unknown = _unknown(run)
-    contributors = {}
-    for name in names:
-        difference = differing.get(name, _NO_DIFFERENCE)
-        contributors[name] = Cause(*difference, *halved.get((name,), unknown))
+    """Put together what is known of each contributor, kind of part and pair."""
+    missing = run.diagnostics.missing or "not stored in this run"
+    unknown = Halved(Estimate(math.nan, reason=missing), 0)
+    stored = run.diagnostics.halved.get(response, {})
+    contributors = {
+        name: Cause(*difference, *stored.get((name,), unknown))
+        for name, difference in differing.items()
+    }
+    members = kinds_of_part(list(differing), run.contributors)
     kinds = {
         kind: Cause(math.nan, math.nan, of_kind(parts, differing),
-                      *halved.get(tuple(parts), unknown))
+                    *stored.get(tuple(parts), unknown))
         for kind, parts in members.items()
     }  # fmt: skip
+    paired = tuple(
+        PairCause(_in_words(each), each, *stored.get(each.members, unknown))
+        for each in together
+    )
     reason = ""
     if count == 0:
         reason = NONE
-    elif least_level(count, len(names)) >= CLEAR:
+    elif least_level(count, len(contributors)) >= CLEAR:
         reason = FEW
     grouped = {part for parts in members.values() for part in parts}
     told = {n: each for n, each in contributors.items() if n not in grouped} | kinds
     clear = [name for name, each in told.items() if each.significant]
-    leading = sorted(clear, key=lambda name: told[name].level)
-    return Causes(count, reason, tuple(leading), contributors, kinds)
-
-
-_NO_DIFFERENCE = Difference(math.nan, math.nan, 1.0)
+    leading = tuple(sorted(clear, key=lambda name: told[name].level))
+    return Causes(count, reason, leading, contributors, kinds, paired)

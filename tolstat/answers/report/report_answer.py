@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple
 
@@ -19,7 +19,7 @@ from tolstat.statistics.sensitivity.contributions import Contributions
 from tolstat.statistics.sensitivity.linear import Departure, Linear
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 from tolstat.statistics.sensitivity.pairs import Together
-from tolstat.statistics.summary import Summary
+from tolstat.statistics.summary import Limited, Summary
 from tolstat.store.run_records import Chosen, WorstCase
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
@@ -28,55 +28,27 @@ WORST_FIRST = (NOT_MET, UNDECIDED, MET)
 
 
 class TrialCounts(NamedTuple):
-    """What became of the trials.
-
-    Attributes
-    ----------
-    requested, ran : int
-        How many.
-    done, failed, counted : int
-        Of those that the statistics rest on; how many these are.
-    by_status : dict of str to int
-        By the word of each status.
-    failures : Estimate
-        Fraction that failed.
-    unseen : float
-        Fraction of production that may lie outside all trials that are done.
-    sampling, promise : str
-        How they were sampled, and what that allows to say.
-    notes : tuple of str
-        What must be known to read the numbers, failures first.
-    """
+    """What became of the trials."""
 
     requested: int
     ran: int
-    done: int
+    done: int  # of those that the statistics rest on, as the two below
     failed: int
     counted: int
-    by_status: Mapping[str, int]
-    failures: Estimate
-    unseen: float
+    by_status: Mapping[str, int]  # by the word of each status
+    failures: Estimate  # fraction that failed
+    unseen: float  # fraction of production that may lie outside all trials done
     sampling: str
-    promise: str
-    notes: tuple[str, ...]
+    promise: str  # what the sampling allows to say
+    notes: tuple[str, ...]  # what must be known to read the numbers, failures first
 
 
 class AllLimits(NamedTuple):
-    """All limits together.
-
-    Attributes
-    ----------
-    limits : int
-        How many there are.
-    within : Estimate
-        Yield: fraction within all of them at once.
-    wrongly_met : float
-        Greatest chance that one or more verdicts is wrongly "met"; for independent
-        trials.
-    """
+    """All limits together."""
 
     limits: int
-    within: Estimate
+    within: Estimate  # yield: fraction within all of them at once
+    # greatest chance that one or more verdicts is wrongly "met", of independent trials
     wrongly_met: float
 
 
@@ -91,26 +63,15 @@ class TitleBlock(NamedTuple):
 
 
 class Cause(NamedTuple):
-    """What one contributor, or kind of part, has to do with out-of-limit trials.
+    """What one contributor, or kind of part, has to do with out-of-limit trials."""
 
-    Attributes
-    ----------
-    shift, width : float
-        How it differs among them, see `Difference`; NaN for a kind of part.
-    level : float
-        How often chance would make it differ so much, corrected for the number of
-        contributors; of a kind of part that of its clearest member.
-    halved : Estimate
-        Fraction out of limit with its tolerance halved; of a kind with all of them.
-    effective_sample_size : int
-        That this rests on; 0 without any.
-    """
-
-    shift: float
+    shift: float  # how it differs among them, see `Difference`; NaN for a kind of part
     width: float
+    # how often chance would make it differ so much, corrected for the number of
+    # contributors; of a kind of part that of its clearest member
     level: float
-    halved: Estimate
-    effective_sample_size: int
+    halved: Estimate  # fraction out of limit with its tolerance, or all of it, halved
+    effective_sample_size: int  # that this rests on; 0 without any
 
     @property
     def significant(self) -> bool:
@@ -119,55 +80,31 @@ class Cause(NamedTuple):
 
 
 class PairCause(NamedTuple):
-    """Two contributors that together explain out-of-limit trials.
+    """Two contributors that together explain out-of-limit trials."""
 
-    Attributes
-    ----------
-    words : str
-        What they do in these trials.
-    together : Together
-        How clearly, and in how many of them.
-    halved : Estimate
-        Fraction out of limit with both tolerances halved.
-    effective_sample_size : int
-        That this rests on; 0 without any.
-    """
-
-    words: str
+    words: str  # what they do in these trials
     together: Together
-    halved: Estimate
-    effective_sample_size: int
+    halved: Estimate  # fraction out of limit with both tolerances halved
+    effective_sample_size: int  # that this rests on; 0 without any
 
 
 class Causes(NamedTuple):
-    """Main causes of out-of-limit trials.
+    """Main causes of out-of-limit trials."""
 
-    Attributes
-    ----------
-    out_of_limit : int
-        Trials, failed ones among them.
-    reason : str
-        Why no cause is named; empty if one is.
-    leading : tuple of str
-        Kinds of part, and contributors of no kind, that differ significantly among
-        these trials, the clearest first.
-    contributors, kinds : dict of str to Cause
-        By name.
-    pairs : tuple of PairCause
-        Pairs that explain more than either of them, what explains most first.
-    """
-
-    out_of_limit: int
-    reason: str
+    out_of_limit: int  # trials, failed ones among them
+    reason: str  # why no cause is named; empty if one is
+    # kinds of part, and contributors of no kind, that differ significantly among these
+    # trials, the clearest first
     leading: tuple[str, ...]
     contributors: Mapping[str, Cause]
     kinds: Mapping[str, Cause]
+    # pairs that explain more than either of them, what explains most first
     pairs: tuple[PairCause, ...] = ()
 
     @property
     def pair(self) -> PairCause | None:
         """The pair that is named: it explains more than any single contributor."""
-        return next(self._explaining, None)
+        return next(iter(self._explaining), None)
 
     @property
     def equivalent_pairs(self) -> tuple[PairCause, ...]:
@@ -177,12 +114,11 @@ class Causes(NamedTuple):
         return tuple(each for each in others if each.together.far.upper >= least)
 
     @property
-    def _explaining(self) -> Iterator[PairCause]:
-        return (
-            each
-            for each in self.pairs
-            if each.together.far.value > each.together.single
-        )
+    def _explaining(self) -> list[PairCause]:
+        found = ((each, each.together) for each in self.pairs)
+        return [
+            each for each, together in found if together.far.value > together.single
+        ]
 
     @property
     def main(self) -> Cause | PairCause | None:
@@ -195,11 +131,8 @@ class Causes(NamedTuple):
     @property
     def significant(self) -> list[str]:
         """Contributors that differ significantly, the clearest first."""
-        every = self.contributors
-        return sorted(
-            (name for name, each in every.items() if each.significant),
-            key=lambda name: every[name].level,
-        )
+        clear = {n: each for n, each in self.contributors.items() if each.significant}
+        return sorted(clear, key=lambda name: clear[name].level)
 
 
 class Effect(NamedTuple):
@@ -219,39 +152,20 @@ class LargestError(NamedTuple):
 
 
 class IntegrationErrors(NamedTuple):
-    """What the integration errors of a response are, by the audit of the run.
+    """What the integration errors of a response are, by the audit of the run."""
 
-    Attributes
-    ----------
-    trials, failed : int
-        Evaluated again, and how many of them failed one of the two times.
-    settings : dict of str to float
-        What was tightened, and to what.
-    largest : float
-        Largest error seen; no bound on that of any other trial.
-    at_random : LargestError
-        Of those that were chosen at random.
-    above : float
-        Fraction whose error is above the largest of these, at most, with 95 %
-        certainty; NaN where trials depend on each other.
-    chosen : dict of str to LargestError
-        Of those chosen for this response: "near" its limit, the "worst", and "spread"
-        over its range.
-    effect : Effect or None
-        None where no trial tells.
-    sides : VerdictChanges or None
-        Trials that change sides of the limit; None without one.
-    """
-
-    trials: int
-    failed: int
-    settings: Mapping[str, float]
-    largest: float
-    at_random: LargestError
+    trials: int  # evaluated again
+    failed: int  # of these, one of the two times
+    settings: Mapping[str, float]  # what was tightened, and to what
+    largest: float  # error seen; no bound on that of any other trial
+    at_random: LargestError  # of trials chosen at random
+    # fraction whose error is above the largest of these, at most, with 95 % certainty;
+    # NaN where trials depend on each other
     above: float
+    # of trials chosen for this response: "near" its limit, the "worst", and "spread"
     chosen: Mapping[str, LargestError]
-    effect: Effect | None
-    sides: VerdictChanges | None
+    effect: Effect | None  # None where no trial tells
+    sides: VerdictChanges | None  # None without a limit
 
 
 class SobolIndices(NamedTuple):
@@ -275,64 +189,27 @@ class WorstTrial(NamedTuple):
 
 @dataclass(frozen=True)
 class ResponseSummary(Summary):
-    """A response at the end of a run.
+    """A response at the end of a run."""
 
-    Attributes
-    ----------
-    nominal : float
-        Of the nominal trial; NaN if that failed.
-    sentence : str
-        What it is.
-    scale : Scale
-        How it is shown.
-    causes : Causes or None
-        Main causes of out-of-limit trials; None without a limit.
-    """
-
-    nominal: float
+    nominal: float  # of the nominal trial; NaN if that failed
     sentence: str
     scale: Scale
-    causes: Causes | None
+    causes: Causes | None  # None without a limit
 
 
 @dataclass(frozen=True)
 class ReportedResponse(ResponseSummary):
-    """All that a report says of a response.
-
-    Attributes
-    ----------
-    symbol, source : str
-        As the model declares it.
-    integration_errors : IntegrationErrors or None
-        None where nothing was evaluated again.
-    slopes : dict of str to float
-        At the nominal trial, by contributor that deviates.
-    linear : Linear or None
-        Root sum square; None without slopes.
-    departures : tuple of Departure
-        How far that is off.
-    worst_cases : dict of str to WorstCase
-        By side, of a limited response.
-    worst_trials : tuple of WorstTrial
-        The worst first, of a limited response.
-    point_mass : PointMass or None
-        The value that many trials share; of a response in focus, as all that follow.
-    contributions : Contributions or None
-        Variance contributions.
-    members : dict of str to tuple of str
-        The contributors of each kind of part.
-    indices : SobolIndices or None
-        Of a run made for them.
-    """
+    """All that a report says of a response."""
 
     symbol: str
     source: str
-    integration_errors: IntegrationErrors | None
-    slopes: Mapping[str, float]
-    linear: Linear | None
-    departures: tuple[Departure, ...]
-    worst_cases: Mapping[str, WorstCase]
-    worst_trials: tuple[WorstTrial, ...]
+    integration_errors: IntegrationErrors | None  # None: nothing was evaluated again
+    slopes: Mapping[str, float]  # at the nominal trial, by contributor that deviates
+    linear: Linear | None  # root sum square; None without slopes
+    departures: tuple[Departure, ...]  # how far that is off
+    worst_cases: Mapping[str, WorstCase]  # by side, of a limited response
+    worst_trials: tuple[WorstTrial, ...]  # the worst first, of a limited response
+    # of a response in focus, as all that follow: the value that many trials share
     point_mass: PointMass | None = None
     contributions: Contributions | None = None
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -346,22 +223,15 @@ class ReportedResponse(ResponseSummary):
         significantly among out-of-limit trials comes first then, and ranks order the
         rest.
         """
-        if self.contributions is None:
+        found = self.contributions
+        if found is None:
             return []
-        few = self.contributions.dominated_by_few
-        known = {
-            name: abs(each.value) if few else each.value
-            for name, each in (
-                self.contributions.rank_regression
-                if few
-                else self.contributions.first_order
-            ).items()
-        }
-        told = [name for name, value in known.items() if value == value]
+        few = found.dominated_by_few
+        shares = found.rank_regression if few else found.first_order
+        known = {n: x.value for n, x in shares.items() if x.value == x.value}
         first = self.causes.significant if few and self.causes else []
-        first = [name for name in first if name in told]
-        rest = sorted(set(told) - set(first), key=lambda n: (-known[n], told.index(n)))
-        return first + rest
+        rest = sorted(known, key=lambda n: -(abs(known[n]) if few else known[n]))
+        return [name for name in dict.fromkeys([*first, *rest]) if name in known]
 
 
 class SampledDeviation(NamedTuple):
@@ -375,27 +245,13 @@ class SampledDeviation(NamedTuple):
 
 
 class Assumptions(NamedTuple):
-    """What the numbers rest on.
+    """What the numbers rest on."""
 
-    Attributes
-    ----------
-    deviations : dict of str to SampledDeviation
-        By contributor that deviates.
-    correlation : dict
-        Rank correlations, as the study has them.
-    settings : dict of str to Chosen
-        As they are written.
-    of_the_model : tuple of str
-        What the model's answers rest on.
-    missing : str
-        Why there are no slopes, worst cases and worst trials; empty if there are.
-    """
-
-    deviations: Mapping[str, SampledDeviation]
-    correlation: Mapping[str, Mapping[str, float]]
+    deviations: Mapping[str, SampledDeviation]  # by contributor that deviates
+    correlation: Mapping[str, Mapping[str, float]]  # of ranks, as the study has them
     settings: Mapping[str, Chosen]
     of_the_model: tuple[str, ...]
-    missing: str
+    missing: str  # why there are no slopes, worst cases or worst trials, or nothing
 
 
 class NumberOfStudy(NamedTuple):
@@ -409,68 +265,46 @@ class NumberOfStudy(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class RunSummary(Answer):
-    """What a run says at its end.
-
-    Attributes
-    ----------
-    title_block : TitleBlock
-        What it is part of, and who answers for it.
-    title, run, model : str
-        What it is of.
-    trials : TrialCounts
-        What became of them.
-    all_limits : AllLimits or None
-        None without limits.
-    responses : dict of str to ResponseSummary
-        All of them.
-    numbers : dict of str to NumberOfStudy
-        Numbers of the study, equal for all its trials.
-    of : Run
-        The run itself; no part of the JSON.
-    """
+    """What a run says at its end."""
 
     title_block: TitleBlock
     title: str
     run: str
     model: str
     trials: TrialCounts
-    all_limits: AllLimits | None
+    all_limits: AllLimits | None  # None without limits
     responses: Mapping[str, ResponseSummary]
-    numbers: Mapping[str, NumberOfStudy]
+    numbers: Mapping[str, NumberOfStudy]  # equal for all its trials
     of: Run = field(metadata={"json": False})
     answers: ClassVar[str] = "summary"
 
     @property
-    def limited(self) -> list[str]:
+    def limits(self) -> dict[str, Limited]:
         """The limited responses: not met first, then most out of limit."""
 
-        def place(name: str) -> tuple[int, float]:
-            limited = self.responses[name].limited
-            assert limited
-            judged = limited.yields
+        def place(found: tuple[str, Limited]) -> tuple[int, float]:
+            judged = found[1].yields
             return WORST_FIRST.index(judged.verdict), -judged.out_of_limit.value
 
-        named = [name for name, each in self.responses.items() if each.limited]
-        return sorted(named, key=place)
+        every = {name: each.limited for name, each in self.responses.items()}
+        return dict(sorted(((n, x) for n, x in every.items() if x), key=place))
+
+    @property
+    def verdicts(self) -> dict[str, str]:
+        """The verdict of each limited response, in the order of responses."""
+        known = self.limits
+        return {n: known[n].yields.verdict for n in self.responses if n in known}
 
     @property
     def not_met(self) -> tuple[str, ...]:
         """The responses whose limit is not met."""
-        return tuple(
-            name
-            for name, each in self.responses.items()
-            if each.limited and each.limited.yields.verdict == NOT_MET
-        )
+        return tuple(name for name, word in self.verdicts.items() if word == NOT_MET)
 
     @property
     def short(self) -> str:
         """What it is, in a few words."""
-        verdicts = [
-            f"{name} {each.limited.yields.verdict}"
-            for name, each in self.responses.items()
-            if each.limited
-        ]
-        return f"{self.run}, {self.trials.done} trials; {', '.join(verdicts) or '-'}"
+        verdicts = ", ".join(map(" ".join, self.verdicts.items())) or "-"
+        return f"{self.run}, {self.trials.done} trials; {verdicts}"
 
     def document(self) -> Document:
         """Return the first page, and the table of responses."""
@@ -496,24 +330,12 @@ class RunSummary(Answer):
 
 @dataclass(frozen=True, repr=False)
 class Report(RunSummary):
-    """The statistical tolerance report of a run.
-
-    Attributes
-    ----------
-    responses : dict of str to ReportedResponse
-        All of them.
-    focus : tuple of str
-        Responses in focus.
-    assumptions : Assumptions
-        What the numbers rest on.
-    provenance : dict
-        Versions, times, processor; the study as it was written.
-    """
+    """The statistical tolerance report of a run."""
 
     responses: Mapping[str, ReportedResponse]
-    focus: tuple[str, ...]
+    focus: tuple[str, ...]  # responses in focus
     assumptions: Assumptions
-    provenance: Mapping[str, object]
+    provenance: Mapping[str, object]  # versions, times, processor, text of the study
     answers: ClassVar[str] = "report"
 
     def document(self) -> Document:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,38 +38,35 @@ MARKED = (0.5, 0.95, 0.99865)  # quantiles above a histogram
 MOST_BARS = 10
 MOST_DRAWN = 600  # points of a distribution function
 SCATTERED = 3  # contributors that a response is drawn over
+OPEN = (-math.inf, math.inf)
 SETTLING = 4  # times the trials a quantile needs, so that there is something to see
 
 
-def figures_of(found: Report, name: str) -> Iterator[Figure]:
+def figures_of(found: Report, name: str) -> tuple[Figure, ...]:
     """Draw a response in focus."""
-    drawn = drawn_trials(found.of)
+    drawn, each = drawn_trials(found.of), found.responses[name]
     assert drawn is not None  # there is no report otherwise
-    each = found.responses[name]
-    yield histogram(drawn, name, each)
-    yield distribution(drawn, name, each)
-    if bars := contributions(each):
-        yield bars
-    yield convergence(drawn, name, each)
-    if over := scatter(drawn, name, each):
-        yield over
+    figures = (
+        _histogram(drawn, name, each), _distribution(drawn, name, each),
+        _contributions(each), _convergence(drawn, name, each),
+        _scatter(drawn, name, each),
+    )  # fmt: skip
+    return tuple(figure for figure in figures if figure)
 
 
-def histogram(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
+def _histogram(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
     """Draw how often each value occurs; out of limit in another colour."""
-    values, times = drawn.done(name), each.scale.factor
-    mass = each.point_mass
-    if mass:
-        values = mass.without(values)
+    values, times, scale = drawn.done(name), each.scale.factor, each.scale
+    if each.point_mass:
+        values = each.point_mass.without(values)
     layers: list[Layer] = []
     if len(values):
-        low, high = float(values.min()), float(values.max())
         # an edge on each end of the limit, so that no bar lies on both sides
-        inside = [end for end in ends_of(each) if low < end < high]
+        inside = [end for end in ends_of(each) if values.min() < end < values.max()]
         edges = np.unique([*edges_of(values), *inside])
-        counts, _ = np.histogram(values, edges)
-        heights = counts / np.diff(edges) * (edges[-1] - edges[0]) / BINS
-        lower, upper = limit_of(each)
+        heights = np.histogram(values, edges)[0] / np.diff(edges)
+        heights *= (edges[-1] - edges[0]) / BINS
+        lower, upper = each.limited.limit.permitted if each.limited else OPEN
         out = (edges[1:] <= lower) | (edges[:-1] >= upper)
         layers += [
             Stairs(times * edges, np.where(chosen, heights, 0.0), colour)
@@ -78,116 +74,106 @@ def histogram(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
             if chosen.any()
         ]
     if not math.isnan(each.nominal):
-        label = f"nominal {each.scale.number(each.nominal)}"
+        label = f"nominal {scale.number(each.nominal)}"
         layers.append(Rule(times * each.nominal, True, "ink", label, "-."))
     if not math.isnan(each.mean.value):
-        label = f"mean {each.scale.interval(*each.mean[:3])[0]}"
+        label = f"mean {scale.interval(*each.mean[:3])[0]}"
         layers.append(Rule(times * each.mean.value, True, "third", label, ":"))
-    layers += limit_rules(each, each.scale)
-    sure = [each.quantiles[q] for q in MARKED if each.quantiles[q].sure]
-    if sure:
-        value, lower_, upper_ = times * np.array([q[:3] for q in sure]).T
-        layers.append(Spans(lower_, upper_, value, label="50, 95, 99.865 %"))
-    panel = PlotPanel(
-        PlotAxis(each.scale.label(name)), PlotAxis("trials per bin"), tuple(layers)
-    )
-    caption = text(
-        f"{name}: {len(values)} trials",
-        ", without those that share one value" if mass else None,
-        ". Red: out of limit. Orange: quantiles with 95 % intervals.",
-    )
-    return Figure(f"Histogram of {name}: {_said(each)}", Plot((panel,)), caption)
+    layers += limit_rules(each, scale)
+    if sure := [each.quantiles[q] for q in MARKED if each.quantiles[q].sure]:
+        at, below, above = times * np.array([q[:3] for q in sure]).T
+        layers.append(Spans(below, above, at, label="50, 95, 99.865 %"))
+    mass = ", without those that share one value" if each.point_mass else ""
+    return Figure(
+        f"Histogram of {name}: {_said(each)}",
+        _plot(scale.label(name), "trials per bin", *layers),
+        text(f"{name}: {len(values)} trials{mass}. Red: out of limit. Orange: "
+             "quantiles with 95 % intervals."),
+    )  # fmt: skip
 
 
-def distribution(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
+def _plot(x: str, y: str, *layers: Layer) -> Plot:
+    return Plot((PlotPanel(PlotAxis(x), PlotAxis(y), layers),))
+
+
+def _distribution(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
     """Draw the fraction below each value, on a probability scale."""
     values, times = np.sort(drawn.done(name)), each.scale.factor
-    points = points_of(values, times)
     shown = [values[0], values[-1], *ends_of(each)]
     margin = 0.05 * (max(shown) - min(shown)) or 1.0
     ends = times * (min(shown) - margin), times * (max(shown) + margin)
     panel = PlotPanel(
         PlotAxis(each.scale.label(name), ends=ends),
         PlotAxis("% of the trials below", "normal"),
-        (points, *limit_rules(each, each.scale)),
+        (points_of(values, times), *limit_rules(each, each.scale)),
     )
-    caption = text(
-        f"Fraction below, of {len(values)} trials done. A normal distribution is a "
-        "straight line."
-    )
-    words = f"Distribution of {name} on a probability scale: {_said(each)}"
-    return Figure(words, Plot((panel,)), caption)
+    return Figure(
+        f"Distribution of {name} on a probability scale: {_said(each)}",
+        Plot((panel,)),
+        text(f"Fraction below, of {len(values)} trials done. A normal distribution is "
+             "a straight line."),
+    )  # fmt: skip
 
 
-def contributions(each: ReportedResponse) -> Figure | None:
+def _contributions(each: ReportedResponse) -> Figure | None:
     """Draw the variance contributions, the largest first.
 
     None where few trials dominate the variance: bars would show noise. No bar is
     negative; intervals may be.
     """
-    found = each.indices or each.contributions
-    if found is None:
+    if (found := each.indices or each.contributions) is None or found.dominated_by_few:
         return None
     if each.indices:
-        few, first = each.indices.dominated_by_few, each.indices.first
-        rows = [
-            ("alone (first order)", first),
-            ("with others (total)", each.indices.total),
-        ]
+        first, total = each.indices.first, each.indices.total
+        bars = {"alone (first order)": first, "with others (total)": total}
         said = (
             f"Sobol' indices of {each.indices.groups} groups of trials "
             f"({each.indices.broken} left out: not all of their trials are done)."
         )
     else:
         assert each.contributions
-        few, first = each.contributions.dominated_by_few, each.contributions.first_order
-        rows = [("alone (first order)", first)]
+        first = each.contributions.first_order
+        bars = {"alone (first order)": first}
         said = (
             "Variance contribution of each contributor alone, with 95 % intervals "
             "where one can be trusted."
         )
-    known = {
-        n: share.value for n, share in first.items() if not math.isnan(share.value)
-    }
-    if few or not known:
-        return None
+    known = {n: x.value for n, x in first.items() if not math.isnan(x.value)}
     leading = tuple(sorted(known, key=lambda name: -known[name])[:MOST_BARS])
-    layers = []
-    for (label, shares), colour in zip(rows, ("first", "second"), strict=False):
-        value = 100 * np.array([max(shares[name].value, 0.0) for name in leading])
-        ends = 100 * np.array([shares[name][1:3] for name in leading]).T
+    if not leading:
+        return None
+    layers: list[Layer] = []
+    for (label, shares), colour in zip(bars.items(), ("first", "second"), strict=False):
+        value, *ends = 100 * np.array([shares[name][:3] for name in leading]).T
         sure = all(shares[name].sure for name in leading)
-        layers.append(Bars(leading, value, ends if sure else None, colour, label))
-    panel = PlotPanel(PlotAxis("% of the variance"), PlotAxis(""), tuple(layers))
+        value = np.maximum(value, 0.0)
+        layers.append(
+            Bars(leading, value, np.array(ends) if sure else None, colour, label)
+        )
     words = ", ".join(f"{name} {100 * known[name]:.0f} %" for name in leading[:3])
-    height = 0.26 * len(leading) * len(rows) + 1.1
-    return Figure(
-        f"Contributions, the largest first: {words}", Plot((panel,), height=height),
-        text(said),
-    )  # fmt: skip
+    plot = _plot("% of the variance", "", *layers)
+    plot = plot._replace(height=0.26 * len(leading) * len(bars) + 1.1)
+    return Figure(f"Contributions, the largest first: {words}", plot, text(said))
 
 
-def convergence(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
+def _convergence(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
     """Draw how the outermost quantile that has long had an interval settles."""
-    n = len(drawn.trials)
+    n, limit = len(drawn.trials), each.limited.limit.permitted if each.limited else None
     told = (q for q in (0.99865, 0.99, 0.95) if n >= SETTLING * trials_needed(q))
     share = next(told, 0.5)
-    limit = each.limited.limit.permitted if each.limited else None
     label = each.scale.label(share_words(share))
-    asked = [(Statistic(name, "quantile", share), each.scale.factor, label)]
+    settling = [(Statistic(name, "quantile", share), each.scale.factor, label)]
     if limit:
-        asked.append((Statistic(name, "beyond"), 100.0, "out of limit, %"))
+        settling.append((Statistic(name, "beyond"), 100.0, "out of limit, %"))
     panels = []
-    for statistic, times, words in asked:
+    for statistic, times, words in settling:
         found = running(statistic, drawn.values(name), drawn.sample, limit)
-        at = found.trials.astype(float)
-        between = Fill(
-            at, times * found.lower, times * found.upper, label="95 % interval"
+        at, ends = (
+            found.trials.astype(float),
+            (times * found.lower, times * found.upper),
         )
-        line = Line(at, times * found.value)
-        panels.append(
-            PlotPanel(PlotAxis("trials", "log"), PlotAxis(words), (between, line))
-        )
+        layers = (Fill(at, *ends, label="95 % interval"), Line(at, times * found.value))
+        panels.append(PlotPanel(PlotAxis("trials", "log"), PlotAxis(words), layers))
     return Figure(
         f"Estimates of {name} with their intervals, as trials are added",
         Plot(tuple(panels)),
@@ -195,43 +181,34 @@ def convergence(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
     )
 
 
-def scatter(drawn: Drawn, name: str, each: ReportedResponse) -> Figure | None:
+def _scatter(drawn: Drawn, name: str, each: ReportedResponse) -> Figure | None:
     """Draw the response over its three leading contributors; None without any.
 
     Where few trials dominate its variance, over what differs significantly among
     out-of-limit trials.
     """
-    leading, few = (
-        each.leading,
-        each.contributions and each.contributions.dominated_by_few,
-    )
-    if few:
+    leading, which = each.leading, "matter most"
+    if each.contributions and each.contributions.dominated_by_few:
         leading = each.causes.significant if each.causes else []
+        which = "differ most among out-of-limit trials"
     if not (leading := leading[:SCATTERED]):
         return None
-    response = each.scale.factor * drawn.done(name)
-    scales = drawn.run.scales
-    rules = [Rule(each.scale.factor * end, False, "limit") for end in ends_of(each)]
-    panels = tuple(
-        PlotPanel(
-            PlotAxis(scales[part].label(part)), PlotAxis(each.scale.label(name)),
-            (
-                Points(scales[part].factor * drawn.done(part), response, faint=True),
-                *rules,
-            ),
-        )
-        for part in leading
-    )  # fmt: skip
-    which = "differ most among out-of-limit trials" if few else "matter most"
+    times, scales = each.scale.factor, drawn.run.scales
+    response = times * drawn.done(name)
+    rules = [Rule(times * end, False, "limit") for end in ends_of(each)]
+    panels = []
+    for part in leading:
+        at, axis = scales[part].factor * drawn.done(part), scales[part].label(part)
+        layers: tuple[Layer, ...] = (Points(at, response, faint=True), *rules)
+        label = each.scale.label(name)
+        panels.append(PlotPanel(PlotAxis(axis), PlotAxis(label), layers))
     return Figure(
         f"{name} over its leading contributors: {', '.join(leading)}",
-        Plot(panels, side_by_side=True, width=7.05, height=2.4),
-        text(
-            f"Each of the {len(response)} trials done over the contributors that "
-            f"{which}."
-        ),
+        Plot(tuple(panels), side_by_side=True, width=7.05, height=2.4),
+        text(f"Each of the {len(response)} trials done over the contributors that "
+             f"{which}."),
         wide=True,
-    )
+    )  # fmt: skip
 
 
 def points_of(
@@ -247,15 +224,10 @@ def points_of(
     return Points(times * np.sort(values)[chosen], share[chosen], colour, label)
 
 
-def limit_of(found: Summary) -> tuple[float, float]:
-    """Return the limit of a response; infinite where it is open or there is none."""
-    limited = found.limited
-    return limited.limit.permitted if limited else (-math.inf, math.inf)
-
-
 def ends_of(found: Summary) -> list[float]:
     """Return the ends of the limit that there are."""
-    return [end for end in limit_of(found) if math.isfinite(end)]
+    ends = found.limited.limit.permitted if found.limited else OPEN
+    return [end for end in ends if math.isfinite(end)]
 
 
 def limit_rules(found: Summary, scale: Scale) -> list[Rule]:
@@ -278,16 +250,11 @@ def edges_of(values: Array) -> Array:
 
 def _said(each: ReportedResponse) -> str:
     """Say the most important numbers, for those who do not see the picture."""
-    words = [
-        f"{label} {each.scale.words(value)}"
-        for label, value in (
-            ("nominal", each.nominal),
-            ("median", each.quantiles[0.5].value),
-            ("95 %", each.quantiles[0.95].value),
-            ("largest", each.largest),
-        )
-        if not math.isnan(value)
-    ]
+    numbers = {
+        "nominal": each.nominal, "median": each.quantiles[0.5].value,
+        "95 %": each.quantiles[0.95].value, "largest": each.largest,
+    }  # fmt: skip
+    words = [f"{n} {each.scale.words(x)}" for n, x in numbers.items() if x == x]
     if each.limited:
         words.append(f"limit {each.limited.limit.words}")
     return ", ".join(words)

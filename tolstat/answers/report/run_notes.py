@@ -56,11 +56,10 @@ def _failed(run: Run, sample: Sample | None) -> str:
         ran = int(np.count_nonzero(sample.ran))
         text += f", {sample.failed} of the {ran} that statistics rest on"
     if sample and (share := sample.failures).sure:
-        _, *ends = PER_CENT.interval(*share[:3])
-        text += f" (95 % interval {ends[0]} to {ends[1]} %)"
-    if run.failures:
-        said = (f"{count} {word}" for word, count in run.failures.items())
-        text += f": {', '.join(said)}; they count as out of every limit"
+        _, lower, upper = PER_CENT.interval(*share[:3])
+        text += f" (95 % interval {lower} to {upper} %)"
+    if said := ", ".join(f"{count} {word}" for word, count in run.failures.items()):
+        text += f": {said}; they count as out of every limit"
     return text
 
 

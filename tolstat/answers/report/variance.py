@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -18,15 +19,15 @@ ROUNDING = 1e-9  # of a share: what is above 1 by less is 1
 
 
 def contributions_of(
-    drawn: Drawn, interest: Sequence[str]
+    drawn: Drawn, focus: Sequence[str]
 ) -> tuple[dict[str, Contributions], dict[str, tuple[str, ...]]]:
-    """Estimate the contributions to what is looked at closely.
+    """Estimate the contributions to the responses in focus.
 
     Parameters
     ----------
     drawn : Drawn
         The trials.
-    interest : sequence of str
+    focus : sequence of str
         Names of responses.
 
     Returns
@@ -35,15 +36,12 @@ def contributions_of(
         By response; empty where nothing deviates. And the contributors of each kind of
         part.
     """
-    deviations = {}
-    for contributor in drawn.run.contributors:
-        column = drawn.done(contributor.name)
-        if len(column) and np.ptp(column) > 0:
-            deviations[contributor.name] = column
+    columns = {each.name: drawn.done(each.name) for each in drawn.run.contributors}
+    deviations = {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
     if not deviations:
         return {}, {}
     groups = kinds_of_part(list(deviations), drawn.run.contributors)
-    responses = {name: drawn.done(name) for name in interest}
+    responses = {name: drawn.done(name) for name in focus}
     independent = drawn.run.independent
     found = contributions(deviations, responses, groups, independent=independent)
     found = {name: _at_most_all(each, independent) for name, each in found.items()}
@@ -77,17 +75,12 @@ def _of_each(
 ) -> Contributions:
     """Change all estimates of contributions."""
 
-    def every(shares: Mapping[str, Estimate]) -> dict[str, Estimate]:
-        return {name: change(each) for name, each in shares.items()}
+    def changed(given: object) -> Any:
+        if isinstance(given, dict):
+            return {name: change(each) for name, each in given.items()}
+        return change(given) if isinstance(given, Estimate) else given
 
-    return found._replace(
-        rank_regression=every(found.rank_regression),
-        explained=change(found.explained),
-        first_order=every(found.first_order),
-        groups=every(found.groups),
-        together=every(found.together),
-        unexplained=change(found.unexplained),
-    )
+    return Contributions(*map(changed, found))
 
 
 def indices_of(drawn: Drawn, name: str) -> SobolIndices:
