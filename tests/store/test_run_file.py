@@ -72,6 +72,10 @@ def test_it_can_be_read_while_it_is_written(run):
     assert found.stdout.strip() == "1000"
 
 
+def test_a_run_that_is_open_is_returned_as_it_is(run):
+    assert tolstat.open(run) is run
+
+
 def test_files_that_are_no_runs(tmp_path, run):
     with pytest.raises(RunFileError, match="no such file"):
         tolstat.open(tmp_path / "nothing.h5")

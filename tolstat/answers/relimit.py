@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -20,6 +19,7 @@ from tolstat.execution.trial_table import Trials
 from tolstat.model.contract import Model
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
+from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.run_records import Worst
 from tolstat.store.stored_run import Run
@@ -30,7 +30,7 @@ from tolstat.units.grammar import unit_of
 
 
 def limited(
-    run: Run | str | os.PathLike[str],
+    run: RunSource,
     limits: Mapping[str, str | dict[str, Any]],
     model: Model | None = None,
 ) -> Run:
@@ -55,7 +55,7 @@ def limited(
     PictureError
         If it is a rare run.
     """
-    run = run if isinstance(run, Run) else open_run(run)
+    run = open_run(run)
     found = with_limits(run, limits)
     before, halved = run.diagnostics, _halved(found, model)
     still = {

@@ -13,24 +13,20 @@ from tolstat.model.description import Response
 from tolstat.store.codec import fields_of, read
 from tolstat.store.damage import damage_of
 from tolstat.store.fingerprint import seconds_of, written_at
-from tolstat.store.layout import (
-    CLOCK,
-    NOMINAL,
-    STATUS,
-    STEPS,
-    decoded,
-)
+from tolstat.store.layout import CLOCK, NOMINAL, STATUS, STEPS, decoded
 from tolstat.store.seal import check_seal
 from tolstat.store.stored_run import Run
 
+RunSource = Run | str | os.PathLike[str]  # a run file, or the run that was read from it
 
-def open(path: str | os.PathLike[str], *, damaged: bool = False) -> Run:
+
+def open(path: RunSource, *, damaged: bool = False) -> Run:
     """Open a run file, also one that is still being written.
 
     Parameters
     ----------
-    path : path
-        As `tolstat run` wrote it.
+    path : path or Run
+        As `tolstat run` wrote it; a run that is open already is returned as it is.
     damaged : bool
         Whether a run is wanted though some of its trials are damaged: its attribute
         `damage` names them.
@@ -47,6 +43,8 @@ def open(path: str | os.PathLike[str], *, damaged: bool = False) -> Run:
     DamagedError
         If it is not as it was written.
     """
+    if isinstance(path, Run):
+        return path
     path = existing(Path(path))
     check_seal(path)
     try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping, Sequence
 from string import ascii_uppercase
 
@@ -30,6 +29,7 @@ from tolstat.statistics.intervals.statistic import quantiles_at
 from tolstat.statistics.limits.difference import correlation_of_quantiles, difference
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.summary import Summary, summarize
+from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 
@@ -38,9 +38,9 @@ NOT_PAIRED = Estimate(math.nan, reason=UNPAIRED)
 
 
 def compare(
-    first: Run | str | os.PathLike[str],
-    second: Run | str | os.PathLike[str],
-    *others: Run | str | os.PathLike[str],
+    first: RunSource,
+    second: RunSource,
+    *others: RunSource,
     responses: Sequence[str] = (),
 ) -> Comparison:
     """Compare runs with the first of them.
@@ -62,11 +62,8 @@ def compare(
     """
     if len(others) + 2 > len(LABELS):
         raise PictureError(f"{len(others) + 2} runs; allowed: up to {len(LABELS)}")
-    runs = [
-        each if isinstance(each, Run) else open_run(each) for each in (second, *others)
-    ]
-    first = first if isinstance(first, Run) else open_run(first)
-    pairs = tuple(pair_of(first, run) for run in runs)
+    first = open_run(first)
+    pairs = tuple(pair_of(first, open_run(each)) for each in (second, *others))
     names = [
         each.name
         for each in first.responses

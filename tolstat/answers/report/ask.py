@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 
 from tolstat.answers.rare.rare_answer import RareSummary, rare_summary
@@ -10,11 +9,11 @@ from tolstat.answers.report.gather import report_of, summary_of
 from tolstat.answers.report.report_answer import Report, RunSummary
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.answers.sweep.extremes import Extremes, extremes_of
+from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
-from tolstat.store.stored_run import Run
 
 
-def summary(run: Run | str | os.PathLike[str]) -> RunSummary | RareSummary | Extremes:
+def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
     """Summarize a run: verdicts, main causes, responses.
 
     Parameters
@@ -33,16 +32,14 @@ def summary(run: Run | str | os.PathLike[str]) -> RunSummary | RareSummary | Ext
     RunFileError
         If the run cannot be read.
     """
-    run = run if isinstance(run, Run) else open_run(run)
+    run = open_run(run)
     if run.aim and run.ended:
         return rare_summary(run)
     drawn = drawn_trials(run)
     return summary_of(drawn) if drawn else extremes_of(run)
 
 
-def report(
-    run: Run | str | os.PathLike[str], responses: Sequence[str] = ()
-) -> Report | RareSummary:
+def report(run: RunSource, responses: Sequence[str] = ()) -> Report | RareSummary:
     """Return the statistical tolerance report of a run; nothing is simulated.
 
     Parameters
@@ -65,5 +62,5 @@ def report(
     RunFileError
         If the run cannot be read.
     """
-    run = run if isinstance(run, Run) else open_run(run)
+    run = open_run(run)
     return rare_summary(run, responses) if run.aim else report_of(run, responses)

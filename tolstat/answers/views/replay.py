@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -25,6 +24,7 @@ from tolstat.model.view import Chart
 from tolstat.render.tables import Row
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status, words_of
+from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.given_points import setting_name
@@ -131,9 +131,7 @@ class Replay(Answer):
         ]  # fmt: skip
 
 
-def replay(
-    run: Run | str | os.PathLike[str], index: int | None, model: Model | None = None
-) -> Replay:
+def replay(run: RunSource, index: int | None, model: Model | None = None) -> Replay:
     """Simulate one trial of a run again and compare.
 
     Parameters
@@ -157,7 +155,7 @@ def replay(
     RunFileError
         If it has not run.
     """
-    run = run if isinstance(run, Run) else open_run(run, damaged=True)
+    run = open_run(run, damaged=True)
     if index is not None and not 0 <= index < run.trials:
         raise ModelError(
             f"trial {index}: {run.path} has the trials 0 to {run.trials - 1}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -33,6 +32,7 @@ from tolstat.execution.trial_table import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
 from tolstat.statistics.intervals.weights import LEAST_EFFECTIVE, Weights
+from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
@@ -41,7 +41,7 @@ from tolstat.study.study import Study
 
 
 def what_if(
-    run: Run | str | os.PathLike[str],
+    run: RunSource,
     deviations: Entries,
     *,
     limits: Entries | None = None,
@@ -76,7 +76,7 @@ def what_if(
     PictureError
         If the trials are not random.
     """
-    run = run if isinstance(run, Run) else open_run(run)
+    run = open_run(run)
     if limits:
         run = with_limits(run, limits)
     drawn, _ = reportable(run)

@@ -12,6 +12,7 @@ from tolstat.deviations.names import expand
 from tolstat.errors import DependenceError, StudyError, TolstatError
 from tolstat.execution.continuation import study_of
 from tolstat.model.contract import Model
+from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations, read_deviations
@@ -73,7 +74,7 @@ def changed_kinds(
 
 
 def fresh_study(
-    run: Run | str | os.PathLike[str],
+    run: RunSource,
     deviations: Entries,
     *,
     limits: Entries | None = None,
@@ -109,7 +110,7 @@ def fresh_study(
     PictureError
         If the trials of the run were not sampled.
     """
-    run = run if isinstance(run, Run) else open_run(run)
+    run = open_run(run)
     if run.sampled is None:
         raise no_sample(run)
     study = study_of(run, model=model)
