@@ -291,6 +291,7 @@ def test_a_page_of_several_runs_says_how_each_is_paired_with_the_first(other, tm
         "C less A", "not trial by trial",
     ):  # fmt: skip
         assert words in text
+    assert text.count("Worse: ") == text.count("other way round. The interval") == 1
     assert len(tables_of(found, "Differences trial by trial")) == 1
     assert text.count("<svg") == 3 + 1  # of what is unpaired the distributions alone
 
@@ -305,6 +306,11 @@ def test_dependent_trials_are_compared_by_their_replicates(other, sampling):
     ppk = found.limit.equivalent_ppk_difference
     assert ppk.reason == found.quantiles[0.95].reason
     assert "random trials only" in ppk.reason
+
+
+def test_one_run_is_not_compared(mill):
+    with pytest.raises(PictureError, match="two runs or more .* given: 1"):
+        tolstat.compare(mill)
 
 
 def test_runs_of_two_machines_are_refused(toy, toy_study, tmp_path):

@@ -26,7 +26,5 @@ def compare(
     Trial by trial where both have the same trials, or common random numbers: the same
     seed, sampling and, of a Latin hypercube, number of trials.
     """
-    if len(runs) < 2:
-        raise click.UsageError("A.h5 B.h5...: two runs or more are compared")
     options.check_delivery(output, form)
     options.deliver(ask(*runs, responses=responses), output, form)

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from string import ascii_uppercase
 
 import numpy as np
 
 from tolstat.answers.compare.comparison import (
-    COMPARED,
     ComparedResponse,
     Comparison,
     Design,
     DesignResponse,
     Difference,
-    Pairing,
     ResponseDifference,
 )
 from tolstat.answers.compare.limit_difference import limit_difference
-from tolstat.answers.compare.pairing import UNPAIRED, Pair, pair_of
+from tolstat.answers.compare.pairing import NOT_PAIRED, Pairing, pair_of
 from tolstat.answers.report.gather import responses_in_focus, summaries_of
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.errors import PictureError
@@ -34,15 +31,10 @@ from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 
 LABELS = ascii_uppercase
-NOT_PAIRED = Estimate(math.nan, reason=UNPAIRED)
+COMPARED = (0.5, 0.95)  # quantiles of which there is a difference
 
 
-def compare(
-    first: RunSource,
-    second: RunSource,
-    *others: RunSource,
-    responses: Sequence[str] = (),
-) -> Comparison:
+def compare(*runs: RunSource, responses: Sequence[str] = ()) -> Comparison:
     """Compare runs with the first of them.
 
     Trial by trial where both runs have the same trials, or common random numbers; see
@@ -50,20 +42,25 @@ def compare(
 
     Parameters
     ----------
+    *runs : Run or path
+        Two or more.
     responses : sequence of str
         Responses in focus; those with a limit if none are given.
 
     Raises
     ------
     PictureError
-        If trials were not sampled, or no response is in both.
+        If fewer than two runs are given, trials were not sampled, or no response is in
+        both.
     RunFileError
         If a run cannot be read.
     """
-    if len(others) + 2 > len(LABELS):
-        raise PictureError(f"{len(others) + 2} runs; allowed: up to {len(LABELS)}")
-    first = open_run(first)
-    pairs = tuple(pair_of(first, open_run(each)) for each in (second, *others))
+    if not 2 <= len(runs) <= len(LABELS):
+        raise PictureError(
+            f"two runs or more are compared, up to {len(LABELS)}; given: {len(runs)}"
+        )
+    first, *others = map(open_run, runs)
+    pairs = [pair_of(first, run) for run in others]
     names = [
         each.name
         for each in first.responses
@@ -80,7 +77,6 @@ def compare(
             _difference(pair, designs[0], design, responses)
             for pair, design in zip(pairs, designs[1:], strict=True)
         ),
-        pairs,
     )
 
 
@@ -97,29 +93,26 @@ def _design(label: str, drawn: Drawn, names: Sequence[str]) -> Design:
         run.source_digest,
         run.provenance["version_tolstat"],
         {
-            name: DesignResponse(
-                **vars(summaries[name]), nominal=run.nominal_values[name]
-            )
-            for name in names
+            n: DesignResponse(**vars(summaries[n]), nominal=run.nominal_values[n])
+            for n in names
         },
     )
 
 
 def _difference(
-    pair: Pair, first: Design, second: Design, chosen: Sequence[str]
+    pair: Pairing, first: Design, second: Design, chosen: Sequence[str]
 ) -> Difference:
-    runs = pair.first.run, pair.second.run
-    shared = runs[0].settings.keys() & runs[1].settings.keys()
+    a, b = pair.first.run, pair.second.run
     settings = [
-        {n: each.words for n, each in run.settings.items() if n in shared}
-        for run in runs
+        {n: x.words for n, x in run.settings.items() if n in other.settings}
+        for run, other in ((a, b), (b, a))
     ]
-    focus = [name for run in runs for name in responses_in_focus(run, chosen)]
+    focus = [*responses_in_focus(a, chosen), *responses_in_focus(b, chosen)]
     return Difference(
         second.label,
-        _pairing(pair),
+        pair,
         _that_differ(*settings),
-        _that_differ(*({n: d.words for n, d in run.assumed.items()} for run in runs)),
+        _that_differ(*({n: x.words for n, x in run.assumed.items()} for run in (a, b))),
         tuple(name for name in dict.fromkeys(focus) if name in pair.responses),
         {
             name: _response(pair, name, first.responses[name], second.responses[name])
@@ -136,30 +129,11 @@ def _that_differ(
     return {name: (a, b) for name, (a, b) in pairs.items() if a != b}
 
 
-def _pairing(pair: Pair) -> Pairing:
-    sample, promise = pair.sample, _promise(pair.first)
-    if sample is None:
-        return Pairing(pair.kind, pair.words, 0, 0, 0, NOT_PAIRED, promise)
-    done = int(np.count_nonzero(sample.done))
-    return Pairing(
-        pair.kind, pair.words, len(sample.done), done, sample.failed, sample.failures,
-        promise,
-    )  # fmt: skip
-
-
-def _promise(drawn: Drawn) -> str:
-    """Say what intervals hold for; those of verdicts, at every look, are not shown."""
-    of_quantiles = drawn.sampled.promise
-    if drawn.run.sampling == "random":
-        of_quantiles = "of quantiles exact, as random trials are independent"
-    return f"{of_quantiles}; of fractions and Ppk for a single look"
-
-
 def _response(
-    pair: Pair, name: str, before: Summary, after: Summary
+    pair: Pairing, name: str, before: Summary, after: Summary
 ) -> ResponseDifference:
-    limit = limit_difference(pair, name)
-    if pair.sample is None:
+    limit, sample = limit_difference(pair, name), pair.sample
+    if sample is None:
         return ResponseDifference(
             None,
             NOT_PAIRED,
@@ -171,31 +145,32 @@ def _response(
     first, second = pair.values(name)
     less = second - first
     declared = _range_of_difference(pair.first.run, pair.second.run, name)
-    of_trials = summarize(less, pair.sample, declared=declared)
+    of_trials = summarize(less, sample, declared=declared)
     return ResponseDifference(
         of_trials,
-        pair.sample.share(less < 0, pair.sample.done, proportion),
-        pair.sample.share(less > 0, pair.sample.done, proportion),
+        sample.share(less < 0, sample.done, proportion),
+        sample.share(less > 0, sample.done, proportion),
         of_trials.mean,
-        _of_quantiles(pair, name, pair.sample),
+        _of_quantiles(pair, name, sample),
         limit,
     )
 
 
-def _of_quantiles(pair: Pair, name: str, sample: Sample) -> dict[float, Estimate]:
+def _of_quantiles(pair: Pairing, name: str, sample: Sample) -> dict[float, Estimate]:
     """Take the quantiles of the first from those of the second, of paired trials."""
-    first, second = pair.values(name)
-    ends = [run.limits.get(name) for run in (pair.first.run, pair.second.run)]
-    known = [
-        quantiles_at(values, sample, COMPARED, limit.permitted if limit else None)
-        for values, limit in zip((first, second), ends, strict=True)
-    ]
+    both, known = pair.values(name), []
+    for drawn, values in zip((pair.first, pair.second), both, strict=True):
+        limit = drawn.run.limits.get(name)
+        ends = limit.permitted if limit else None
+        known.append(quantiles_at(values, sample, COMPARED, ends))
     found = {}
-    for share, a, b in ((q, known[0][q], known[1][q]) for q in COMPARED):
+    for share in COMPARED:
+        a, b = known[0][share], known[1][share]
         if sample.replicates:
             found[share] = Estimate(b.value - a.value, reason=RANDOM_ONLY)
-            continue
-        found[share] = difference(a, b, correlation_of_quantiles(first, second, (a, b)))
+        else:
+            correlation = correlation_of_quantiles(*both, (a, b))
+            found[share] = difference(a, b, correlation)
     return found
 
 

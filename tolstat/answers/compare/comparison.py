@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from tolstat.answers.answer import Answer
 from tolstat.answers.cells import number_cells
+from tolstat.answers.compare.comparison_document import comparison_document
 from tolstat.answers.compare.limit_difference import LimitDifference
-from tolstat.answers.compare.pairing import UNPAIRED, Pair
+from tolstat.answers.compare.pairing import Pairing
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.render.json_schema import share_words
@@ -18,8 +20,10 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import Summary
 from tolstat.units.scale import PER_CENT, PPM, Scale
 
-COMPARED = (0.5, 0.95)  # quantiles of which there is a difference
-NONE = Estimate(float("nan"))
+NONE = Estimate(math.nan)
+UNLIMITED = LimitDifference(
+    ("", ""), (NONE, NONE), None, None, NONE, (NONE, NONE), NONE, NONE
+)
 
 
 class ComparedResponse(NamedTuple):
@@ -37,112 +41,42 @@ class DesignResponse(Summary):
 
 
 class Design(NamedTuple):
-    """One of the runs.
+    """One of the runs."""
 
-    Attributes
-    ----------
-    label : str
-        "A" is the first.
-    title, run, model : str
-        What it is of.
-    done, failed : int
-        Trials.
-    started_at, source_digest, version_tolstat : str
-        How it came to be.
-    responses : dict of str to DesignResponse
-        Those that are compared.
-    """
-
-    label: str
+    label: str  # "A" is the first
     title: str
     run: str
     model: str
-    done: int
+    done: int  # trials
     failed: int
     started_at: str
     source_digest: str
     version_tolstat: str
-    responses: Mapping[str, DesignResponse]
-
-
-class Pairing(NamedTuple):
-    """How a design is paired with the first.
-
-    Attributes
-    ----------
-    kind, words : str
-        "same trials", "common random numbers" or "unpaired"; how that is known.
-    trials, done_in_both, failed : int
-        Trials in both runs, done in both, failed in either; 0 of unpaired runs.
-    failures : Estimate
-        Fraction that failed.
-    promise : str
-        What the intervals hold for.
-    """
-
-    kind: str
-    words: str
-    trials: int
-    done_in_both: int
-    failed: int
-    failures: Estimate
-    promise: str
+    responses: Mapping[str, DesignResponse]  # those that are compared
 
 
 class ResponseDifference(NamedTuple):
-    """A response of a design less that of the first.
+    """A response of a design less that of the first."""
 
-    Attributes
-    ----------
-    trial_by_trial : Summary or None
-        Of the differences of trials; None of unpaired runs.
-    smaller, larger : Estimate
-        Fraction of the trials in which it is smaller, or larger, than in the first.
-    mean : Estimate
-        Difference of the means.
-    quantiles : dict of float to Estimate
-        Differences of the medians and of the 95 % quantiles.
-    limit : LimitDifference or None
-        None where neither study has a limit.
-    """
-
-    trial_by_trial: Summary | None
-    smaller: Estimate
+    trial_by_trial: Summary | None  # of the differences; None of unpaired runs
+    smaller: Estimate  # fraction of the trials in which it is smaller than in the first
     larger: Estimate
-    mean: Estimate
-    quantiles: Mapping[float, Estimate]
-    limit: LimitDifference | None
+    mean: Estimate  # difference of the means
+    quantiles: Mapping[float, Estimate]  # differences of the median and of 95 %
+    limit: LimitDifference | None  # None where neither study has a limit
 
 
 class Difference(NamedTuple):
-    """A design less the first.
+    """A design less the first."""
 
-    Attributes
-    ----------
-    design : str
-        Its label.
-    pairing : Pairing
-        How its trials are paired with those of the first.
-    settings, deviations : dict of str to tuple of str
-        Those that differ, as they are written: in the first, in this one; empty in a
-        study that has no such one.
-    focus : tuple of str
-        Responses in focus.
-    responses : dict of str to ResponseDifference
-        All that both have.
-    """
-
-    design: str
+    design: str  # its label
     pairing: Pairing
+    # those that differ, as they are written: in the first, in this one; empty in a
+    # study that has no such one
     settings: Mapping[str, tuple[str, str]]
     deviations: Mapping[str, tuple[str, str]]
-    focus: tuple[str, ...]
-    responses: Mapping[str, ResponseDifference]
-
-    @property
-    def paired(self) -> bool:
-        """Whether the trials of both are the same, or have common random numbers."""
-        return self.pairing.kind != UNPAIRED
+    focus: tuple[str, ...]  # responses
+    responses: Mapping[str, ResponseDifference]  # all that both have
 
     @property
     def limits(self) -> dict[str, LimitDifference]:
@@ -162,14 +96,11 @@ class Comparison(Answer):
         The runs, in order.
     differences : tuple of Difference
         Of each but the first.
-    pairs : tuple of Pair
-        The trials; no part of the JSON.
     """
 
     responses: Mapping[str, ComparedResponse]
     designs: tuple[Design, ...]
     differences: tuple[Difference, ...]
-    pairs: tuple[Pair, ...] = field(metadata={"json": False})
     answers: ClassVar[str] = "compare"
 
     @property
@@ -181,26 +112,22 @@ class Comparison(Answer):
 
     def of(self, one: Difference) -> tuple[Design, Design]:
         """Return the first design, and that of a difference."""
-        return self.designs[0], self.designs[self.differences.index(one) + 1]
+        second = next(each for each in self.designs if each.label == one.design)
+        return self.designs[0], second
 
     def document(self) -> Document:
         """Return what differs significantly, then each design less the first."""
-        from tolstat.answers.compare.comparison_document import comparison_document
-
         return comparison_document(self)
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each response of each design but the first."""
-        return [
-            self._row(design, one, name)
-            for design, one in zip(self.designs[1:], self.differences, strict=True)
-            for name in one.responses
-        ]
+        return [self._row(one, n) for one in self.differences for n in one.responses]
 
-    def _row(self, second: Design, one: Difference, name: str) -> Row:
-        first, less = self.designs[0], "second less first: "
+    def _row(self, one: Difference, name: str) -> Row:
+        first, second = self.of(one)
+        both = ("first: ", first), ("second: ", second)
         scale, each = self.responses[name].scale, one.responses[name]
-        limit = each.limit
+        limit, less = each.limit or UNLIMITED, "second less first: "
         row: dict[str, Number | str | int] = {
             "first": first.run,
             "second": second.run,
@@ -208,7 +135,7 @@ class Comparison(Answer):
             "response": name,
             "unit": scale.shown,
         }
-        for words, design in (("first: ", first), ("second: ", second)):
+        for words, design in both:
             of = design.responses[name]
             row[f"{words}nominal [unit]"] = Number(of.nominal, scale)
             row |= number_cells(of, scale, words)
@@ -218,19 +145,15 @@ class Comparison(Answer):
         row["smaller in second [%]"] = Number(each.smaller, PER_CENT)
         row["larger in second [%]"] = Number(each.larger, PER_CENT)
         out = "fraction out of limit [ppm]"
-        for i, words in enumerate(("first: ", "second: ")):
-            fraction = limit.fractions_out_of_limit[i] if limit else NONE
-            row[f"{words}limit"] = limit.limits[i] if limit else ""
-            row[words + out] = Number(fraction, PPM)
-            ppk = limit.equivalent_ppk[i] if limit else NONE
-            row[f"{words}equivalent Ppk"] = Number(ppk)
-        row[less + out] = Number(limit.fraction_difference if limit else NONE, PPM)
-        ppk = limit.equivalent_ppk_difference if limit else NONE
-        row[f"{less}equivalent Ppk"] = Number(ppk)
-        for head in ("worse", "better"):
-            count = getattr(limit, head, None)
-            row[head] = "" if count is None else count
-        for words, design in (("first: ", first), ("second: ", second)):
+        for i, (words, _) in enumerate(both):
+            row[f"{words}limit"] = limit.limits[i]
+            row[words + out] = Number(limit.fractions_out_of_limit[i], PPM)
+            row[f"{words}equivalent Ppk"] = Number(limit.equivalent_ppk[i])
+        row[less + out] = Number(limit.fraction_difference, PPM)
+        row[f"{less}equivalent Ppk"] = Number(limit.equivalent_ppk_difference)
+        row["worse"] = "" if limit.worse is None else limit.worse
+        row["better"] = "" if limit.better is None else limit.better
+        for words, design in both:
             row[f"{words}trials done"] = design.done
             row[f"{words}trials failed"] = design.failed
         return row

@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tolstat.answers.compare.comparison import Comparison, Difference
-from tolstat.answers.compare.pairing import Pair
 from tolstat.answers.report.response_figures import edges_of, limit_rules, points_of
 from tolstat.document.blocks import Figure
 from tolstat.document.inline import text
 from tolstat.document.plot import Line, Plot, PlotAxis, PlotPanel, Points, Rule, Stairs
 
+if TYPE_CHECKING:
+    from tolstat.answers.compare.comparison import Comparison, Difference
 
-def figures_of(
-    found: Comparison, pair: Pair, one: Difference, name: str
-) -> Iterator[Figure]:
+
+def figures_of(found: Comparison, one: Difference, name: str) -> Iterator[Figure]:
     """Draw a response in focus."""
-    yield _distributions(found, pair, one, name)
-    if pair.sample is not None:
-        yield _differences(found, pair, one, name)
-        yield _scatter(found, pair, one, name)
+    yield _distributions(found, one, name)
+    if one.pairing.paired:
+        yield _differences(found, one, name)
+        yield _scatter(found, one, name)
 
 
-def _distributions(found: Comparison, pair: Pair, one: Difference, name: str) -> Figure:
+def _distributions(found: Comparison, one: Difference, name: str) -> Figure:
     """Draw both distribution functions on a probability scale."""
-    scale, (first, second) = found.responses[name].scale, pair.done(name)
+    scale, (first, second) = found.responses[name].scale, one.pairing.done(name)
     a, b = (design.responses[name] for design in found.of(one))
     panel = PlotPanel(
         PlotAxis(scale.label(name)),
@@ -38,7 +38,7 @@ def _distributions(found: Comparison, pair: Pair, one: Difference, name: str) ->
         ),
     )
     whose = f"All trials done: {len(first)} of A, {len(second)} of {one.design}."
-    if pair.sample is not None:
+    if one.pairing.paired:
         failed = f"{one.pairing.failed} failed in either"
         whose = f"The {len(first)} that are done in both; {failed}."
     return Figure(
@@ -48,9 +48,9 @@ def _distributions(found: Comparison, pair: Pair, one: Difference, name: str) ->
     )
 
 
-def _differences(found: Comparison, pair: Pair, one: Difference, name: str) -> Figure:
+def _differences(found: Comparison, one: Difference, name: str) -> Figure:
     """Draw how often each difference occurs."""
-    scale, (first, second) = found.responses[name].scale, pair.done(name)
+    scale, (first, second) = found.responses[name].scale, one.pairing.done(name)
     less = scale.factor * (second - first)
     counts, edges = np.histogram(less, edges_of(less))
     panel = PlotPanel(
@@ -68,10 +68,10 @@ def _differences(found: Comparison, pair: Pair, one: Difference, name: str) -> F
     )
 
 
-def _scatter(found: Comparison, pair: Pair, one: Difference, name: str) -> Figure:
+def _scatter(found: Comparison, one: Difference, name: str) -> Figure:
     """Draw each trial: a design over the first."""
     scale = found.responses[name].scale
-    first, second = (scale.factor * each for each in pair.done(name))
+    first, second = (scale.factor * each for each in one.pairing.done(name))
     ends = np.array([min(first.min(), second.min()), max(first.max(), second.max())])
     panel = PlotPanel(
         PlotAxis(scale.label(f"A: {name}")),

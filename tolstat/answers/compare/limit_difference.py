@@ -4,15 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from tolstat.answers.compare.pairing import Pair
+from tolstat.answers.compare.pairing import Pairing
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.intervals.moments import Reach
-from tolstat.statistics.intervals.replicates import (
-    mean_of_replicates,
-)
+from tolstat.statistics.intervals.replicates import mean_of_replicates
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.capability import by_share
 from tolstat.statistics.limits.difference import (
@@ -23,35 +18,16 @@ from tolstat.statistics.limits.difference import (
 )
 from tolstat.statistics.limits.limit import within
 
-Flags = NDArray[np.bool_]
-
 
 class LimitDifference(NamedTuple):
-    """Two designs and their limits; differences are second less first.
+    """Two designs and their limits; differences are second less first."""
 
-    Attributes
-    ----------
-    limits : tuple of str
-        By which each is judged: its own, or that of the other where it has none.
-    fractions_out_of_limit : tuple of Estimate
-        Of each, at one look; failed trials are out of limit.
-    worse, better : int or None
-        Trials that are within in the first and out of limit in the second, and the
-        other way round; None of unpaired runs.
-    fraction_difference : Estimate
-        Of the fractions out of limit.
-    equivalent_ppk : tuple of Estimate
-        Ppk of a normal response with the same fraction out of limit, of each.
-    equivalent_ppk_difference : Estimate
-        Of these.
-    ppk_difference_by_moments : Estimate
-        Of Ppk from mean and sigma.
-    """
-
+    # by which each is judged: its own, or that of the other where it has none
     limits: tuple[str, str]
+    # of each, at one look; failed trials are out of limit
     fractions_out_of_limit: tuple[Estimate, Estimate]
-    worse: int | None
-    better: int | None
+    worse: int | None  # trials within in the first and out of limit in the second
+    better: int | None  # the reverse; None of unpaired runs
     fraction_difference: Estimate
     equivalent_ppk: tuple[Estimate, Estimate]
     equivalent_ppk_difference: Estimate
@@ -64,7 +40,7 @@ class LimitDifference(NamedTuple):
         return int(found.lower > 0) - int(found.upper < 0)
 
 
-def limit_difference(pair: Pair, name: str) -> LimitDifference | None:
+def limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
     """Compare the trials out of the limit of a response that both runs have.
 
     Of the trials that ran in both where they are paired. None where neither study
@@ -75,8 +51,8 @@ def limit_difference(pair: Pair, name: str) -> LimitDifference | None:
     if not known:
         return None
     limits = own[0] or known[0], own[1] or known[0]
-    sample, each = pair.sample, (pair.first.sample, pair.second.sample)
-    samples = (sample, sample) if sample else each
+    sample = pair.sample
+    samples = (sample, sample) if sample else (pair.first.sample, pair.second.sample)
     out = [
         ~(within(values, limit.permitted) & of.done)
         for values, limit, of in zip(pair.values(name), limits, samples, strict=True)
@@ -92,7 +68,7 @@ def limit_difference(pair: Pair, name: str) -> LimitDifference | None:
         worse, better, more = exchange(first, second)
         together = correlation_of_shares(first, second)
         if sample.replicates:
-            less, ends = first.astype(np.float64) - second, Reach((-1.0, 1.0))
+            less, ends = first.astype(float) - second, Reach((-1.0, 1.0))
             more = mean_of_replicates(less, sample.replicate[sample.ran], ends)
     moments = difference_of_ppk(*pair.done(name), limits)
     ppk_more = difference(*ppks, together)

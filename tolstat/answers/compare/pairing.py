@@ -3,53 +3,51 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
+from tolstat.arrays import Array
 from tolstat.errors import PictureError
+from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sample import Sample
 from tolstat.statistics.sensitivity.pairs import CHANCE
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
 
-Array = NDArray[np.float64]
-
 TRIALS, NUMBERS, UNPAIRED = "same trials", "common random numbers", "unpaired"
+NOT_PAIRED = Estimate(math.nan, reason=UNPAIRED)
 ROUNDING = 1e-9  # of all deviations of a part: by less, an order is the same
 NAMED = 6  # contributors in a sentence
+OWN = {"json": False}
 
 
-class Pair(NamedTuple):
-    """Two runs side by side.
+@dataclass(frozen=True)
+class Pairing:
+    """How a design is paired with the first."""
 
-    Attributes
-    ----------
-    first, second : Drawn
-        The runs.
-    kind : str
-        "same trials", "common random numbers" or "unpaired".
-    words : str
-        How that was found, in a sentence.
-    sample : Sample or None
-        The first trials, as many as both have: done where they are in both; None of
-        unpaired runs.
-    responses : tuple of str
-        Names that both runs have, in the order of the first.
-    """
+    kind: str  # "same trials", "common random numbers" or "unpaired"
+    words: str  # how that was found
+    trials: int  # in both runs; 0 of unpaired ones, as are the next two
+    done_in_both: int
+    failed: int  # in either
+    failures: Estimate  # fraction that failed
+    promise: str  # what the intervals hold for
+    first: Drawn = field(metadata=OWN)
+    second: Drawn = field(metadata=OWN)
+    # the first trials, as many as both have, done where they are in both; or None
+    sample: Sample | None = field(metadata=OWN)
+    responses: tuple[str, ...] = field(metadata=OWN)  # of both, as the first has them
 
-    first: Drawn
-    second: Drawn
-    kind: str
-    words: str
-    sample: Sample | None
-    responses: tuple[str, ...]
+    @property
+    def paired(self) -> bool:
+        """Whether the trials of both are the same, or have common random numbers."""
+        return self.sample is not None
 
     def values(self, response: str) -> tuple[Array, Array]:
         """Return a response in both, SI: of the trials that are compared."""
-        n = None if self.sample is None else len(self.sample.status)
+        n = self.trials or None
         return self.first.values(response)[:n], self.second.values(response)[:n]
 
     def done(self, response: str) -> tuple[Array, Array]:
@@ -60,19 +58,13 @@ class Pair(NamedTuple):
         return first[self.sample.done], second[self.sample.done]
 
 
-def pair_of(first: Run, second: Run) -> Pair:
+def pair_of(first: Run, second: Run) -> Pairing:
     """Put two runs side by side, and find out how they are paired.
 
     A sample depends on the seed, the sampling, the number of the trial and the name of
     the contributor. So two studies with other tolerances have common random numbers:
     the order of all deviations of a part is the same in both runs, which chance makes
     of no twenty trials. This order is checked.
-
-    Returns
-    -------
-    Pair
-        With the responses that both have. Of runs that are paired the first trials, as
-        many as both have.
 
     Raises
     ------
@@ -89,65 +81,72 @@ def pair_of(first: Run, second: Run) -> Pair:
         )
     if A is None or B is None:
         raise no_sample(second if A else first)
-    units = second.units
     names = tuple(
-        each.name for each in first.responses if units.get(each.name) == each.unit
+        each.name
+        for each in first.responses
+        if second.units.get(each.name) == each.unit
     )
     if not names:
         raise PictureError(f"{where} have no response in common")
-    common = min(len(A.trials), len(B.trials))
+    common, promise = min(len(A.trials), len(B.trials)), _promise(A)
     kind, words = _together(A, B, common)
     if kind == UNPAIRED:
         for each in (A, B):
             if not each.sample.done.any():
                 raise PictureError(f"{each.run.path}: no trial is done")
-        return Pair(A, B, kind, words, None, names)
-    samples = [each.sample.first(common) for each in (A, B)]
-    done, ran = (
-        np.logical_and(*each)
-        for each in ([s.done for s in samples], [s.ran for s in samples])
-    )
+        return Pairing(
+            kind, words, 0, 0, 0, NOT_PAIRED, promise, A, B, None, names
+        )  # fmt: skip
+    a, b = (each.sample.first(common) for each in (A, B))
+    done = a.done & b.done
     if not done.any():
         raise PictureError(f"{where}: no trial is done in both")
     # how the trial failed does not matter here
-    status = np.where(done, Status.DONE, np.where(ran, Status.NOT_FINITE, 0))
+    status = np.where(done, Status.DONE, np.where(a.ran & b.ran, Status.NOT_FINITE, 0))
+    sample = Sample(status, a.replicates)
     if len(A.trials) != len(B.trials):
         words += f"; of both the first {common} trials"
-    return Pair(A, B, kind, words, Sample(status, A.sample.replicates), names)
+    return Pairing(
+        kind, words, common, int(np.count_nonzero(done)), sample.failed,
+        sample.failures, promise, A, B, sample, names,
+    )  # fmt: skip
+
+
+def _promise(drawn: Drawn) -> str:
+    """Say what intervals hold for; those of verdicts, at every look, are not shown."""
+    of_quantiles = drawn.sampled.promise
+    if drawn.run.sampling == "random":
+        of_quantiles = "of quantiles exact, as random trials are independent"
+    return f"{of_quantiles}; of fractions and Ppk for a single look"
 
 
 def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:
     """Tell how the first trials of two runs are paired, and how that is known."""
-    runs = (A.run, B.run)
-    for what, values in (
-        ("seeds", [each.sampled.seed for each in (A, B)]),
-        ("samplings", [run.sampling for run in runs]),
+    for what, a, b in (
+        ("seeds", A.sampled.seed, B.sampled.seed),
+        ("samplings", A.run.sampling, B.run.sampling),
     ):
-        if values[0] != values[1]:
-            return UNPAIRED, f"{what} {values[0]} and {values[1]}"
-    known = [{each.name for each in run.contributors} for run in runs]
+        if a != b:
+            return UNPAIRED, f"{what} {a} and {b}"
+    known = [[part.name for part in each.run.contributors] for each in (A, B)]
     columns = {
-        each.name: [
-            drawn.values(each.name)[:common] if each.name in names else np.zeros(common)
+        name: [
+            drawn.values(name)[:common] if name in names else np.zeros(common)
             for drawn, names in zip((A, B), known, strict=True)
         ]
-        for run in runs
-        for each in run.contributors
+        for name in dict.fromkeys(known[0] + known[1])
     }
-    other = {n: each for n, each in columns.items() if np.any(each[0] != each[1])}
+    other = [n for n, (a, b) in columns.items() if np.any(a != b)]
     if not other:
         return TRIALS, "every deviation is the same in both, to the last bit"
-    varying = {
-        n: each for n, each in columns.items() if all(np.ptp(x) > 0 for x in each)
-    }
+    varying = [n for n, each in columns.items() if all(np.ptp(x) > 0 for x in each)]
     if not varying:
         return UNPAIRED, "no part deviates in both"
-    otherwise = [n for n, each in varying.items() if not _same_order(*each)]
-    strangers = [n for n in otherwise if not _go_together(*varying[n])]
-    if len(strangers) == len(varying):
+    otherwise = [n for n in varying if not _same_order(*columns[n])]
+    if not any(n not in otherwise or _correlated(*columns[n]) for n in varying):
         return UNPAIRED, "one seed, but no part has the same order of deviations"
     words = f"the order of all {common} deviations of a part is the same in both; "
-    words += f"widths differ: {_listed(list(other))}"
+    words += f"widths differ: {_listed(other)}"
     if otherwise:
         words += f"; another order, of correlated parts: {_listed(otherwise)}"
     return NUMBERS, words
@@ -159,7 +158,7 @@ def _same_order(a: Array, b: Array) -> bool:
     return bool(drops.min(initial=0.0) >= -ROUNDING * np.ptp(b))
 
 
-def _go_together(a: Array, b: Array) -> bool:
+def _correlated(a: Array, b: Array) -> bool:
     """Tell whether ranks are correlated by more than chance."""
     ranks = [np.argsort(np.argsort(each)) for each in (a, b)]
     r = float(np.asarray(np.corrcoef(ranks))[0, 1])
