@@ -15,7 +15,7 @@ import pytest
 from click.testing import CliRunner
 
 import tolstat
-from tolstat.answers.sweep.table_rows import table_rows
+from tolstat.answers.sweep.extremes_document import table_rows
 from tolstat.cli.main import main
 from tolstat.document.blocks import Column, table
 from tolstat.render.screen import as_text, show_table

@@ -7,7 +7,7 @@ import pytest
 
 import tolstat
 from tests.machines.ring_reference import DEG
-from tolstat.answers.sweep.table_rows import comparisons
+from tolstat.answers.sweep.extremes_document import comparisons
 from tolstat.errors import ModelError, StudyError
 from tolstat.machines.ring import spectrum
 

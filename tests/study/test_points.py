@@ -10,7 +10,7 @@ import pytest
 import tomli_w
 
 import tolstat
-from tolstat.answers.sweep.table_rows import comparisons
+from tolstat.answers.sweep.extremes_document import comparisons
 from tolstat.errors import StudyError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import Workers

@@ -22,10 +22,8 @@ from rich.text import Text
 
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.ask import summary
-from tolstat.answers.sweep.table_rows import comparisons
 from tolstat.cli.interrupting import INTERRUPTED, LIMITS_NOT_MET, stop_on_interrupt
 from tolstat.cli.options import Compute
-from tolstat.document.blocks import Document
 from tolstat.execution.run_loop import Progress
 from tolstat.literal import visible
 from tolstat.render.screen import Screen, show
@@ -114,7 +112,6 @@ def watch(path: Path, compute: Compute, work: Callable[..., Run]) -> None:
             _say_how_to_resume(done, console)
         found = summary(done)
         show(found.document())
-        show(Document("", tuple(comparisons(done))))
     seconds = done.provenance["seconds"]
     rate = f"{done.trials / seconds:.0f} trials/s"
     stored = f"stored in {done.path}"

@@ -15,8 +15,8 @@ from tolstat.answers.model_sheet import model_document, models_document
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.ask import summary
 from tolstat.answers.run_entries import RunIndex, entry_of, stored_runs
+from tolstat.answers.sweep.extremes_document import comparisons
 from tolstat.answers.sweep.sweep_figure import save_sweeps
-from tolstat.answers.sweep.table_rows import comparisons, table_rows
 from tolstat.cli.interrupting import INTERRUPTED, stop_on_interrupt
 from tolstat.cli.options import path_argument, plot_option
 from tolstat.document.blocks import Document
@@ -59,9 +59,7 @@ def show(
         return
     for each in what:
         if each.endswith((".h5", ".toml")) or Path(each).is_file():
-            run = open_run(Path(each))
-            print_document(summary(run).document())
-            print_document(Document("", (*table_rows(run), *comparisons(run))))
+            print_document(summary(Path(each)).document())
         else:
             print_document(model_document(each))
 

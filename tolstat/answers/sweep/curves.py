@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.errors import PictureError, allowed_names
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
-
-Array = NDArray[np.float64]
 
 
 class Sweep(NamedTuple):
@@ -65,41 +64,41 @@ def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
     x, y = _values(run, axis), run.column(response)
     if words := words_along(run, axis):
         x = np.array([words.index(word) for word in x.tolist()], dtype=float)
-    labels = np.array([_label(run, others, i) for i in range(run.trials)])
+    columns = [_values(run, name).tolist() for name in others]
+    trials_at: dict[tuple[Any, ...], list[int]] = {}
+    for trial in range(run.trials):
+        trials_at.setdefault(tuple(each[trial] for each in columns), []).append(trial)
     found = []
-    for label in dict.fromkeys(labels.tolist()):
-        rows = np.flatnonzero(labels == label)
-        rows = rows[np.argsort(x[rows], kind="stable")]
-        at = {name: _values(run, name)[rows[0]] for name in others}
-        found.append(Sweep(label, at, x[rows], y[rows]))
+    for values, trials in trials_at.items():
+        at = dict(zip(others, values, strict=True))
+        rows = np.array(trials)[np.argsort(x[trials], kind="stable")]
+        found.append(Sweep(_label(run, at), at, x[rows], y[rows]))
     return found
 
 
-def members(run: Run, name: str) -> list[str]:
-    """List the columns that an axis of the grid moved."""
+def axis_scale(run: Run, axis: str) -> Scale:
+    """Return how an axis of the grid is shown."""
+    return run.scales[_moved(run, axis)]
+
+
+def _values(run: Run, axis: str) -> Array:
+    return run.column(_moved(run, axis))
+
+
+def _moved(run: Run, axis: str) -> str:
+    """Return the first column that an axis of the grid moved."""
     known = [each.name for each in run.swept]
     known += [each.name for each in run.contributors]
-    if name in known:
-        return [name]
-    return [each for each in known if each.rpartition("_")[0] == name]
+    if axis in known:
+        return axis
+    return next(name for name in known if name.rpartition("_")[0] == axis)
 
 
-def axis_scale(run: Run, name: str) -> Scale:
-    """Return how an axis of the grid is shown."""
-    return run.scales[members(run, name)[0]]
-
-
-def _values(run: Run, name: str) -> NDArray[np.float64]:
-    return run.column(members(run, name)[0])
-
-
-def _label(run: Run, names: list[str], trial: int) -> str:
+def _label(run: Run, at: Mapping[str, Any]) -> str:
     words = []
-    for name in names:
-        value = _values(run, name)[trial]
-        if isinstance(value, str):
-            words.append(f"{name} {value}")
-        else:
+    for name, value in at.items():
+        if not isinstance(value, str):
             scale = axis_scale(run, name)
-            words.append(f"{name} {scale.factor * value:.6g} {scale.mark}".strip())
+            value = f"{scale.factor * value:.6g} {scale.mark}".strip()
+        words.append(f"{name} {value}")
     return ", ".join(words)

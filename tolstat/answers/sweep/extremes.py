@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from tolstat.answers.answer import Answer
 from tolstat.answers.report.run_notes import notes_of
-from tolstat.document.blocks import Block, Document, Given, note, table
-from tolstat.document.inline import Name, Number, text
+from tolstat.answers.sweep.extremes_document import extremes_document
+from tolstat.document.blocks import Document
+from tolstat.document.inline import Number
 from tolstat.render.tables import Row
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
@@ -50,6 +52,7 @@ class Extremes(Answer):
     failed: int
     responses: Mapping[str, ResponseExtremes]
     notes: tuple[str, ...]  # what must be known to read the numbers
+    of: Run = field(metadata={"json": False})
     answers: ClassVar[str] = "extremes"
     not_met: ClassVar[tuple[str, ...]] = ()  # no limit is judged
 
@@ -59,19 +62,8 @@ class Extremes(Answer):
         return f"{self.run}, {self.ran} trials of a {self.sampling}"
 
     def document(self) -> Document:
-        """Return the table of responses, and that of limits."""
-        blocks: list[Block] = [_responses(self)]
-        limits: list[list[Given]] = [
-            [Name(name), each.limit.words, text(f"{each.out_of_limit} of {self.ran}")]
-            for name, each in self.responses.items()
-            if each.limit
-        ]
-        if limits:
-            heads = ["response", "limit", "trials out of limit"]
-            blocks.append(table(heads, limits, "Limits"))
-        notes = (note(each) for each in self.notes)
-        title = f"{self.title}: {self.trials} trials of {self.model}"
-        return Document(title, (*blocks, *notes))
+        """Return responses, limits, the trials of a table, the reference of a grid."""
+        return extremes_document(self)
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each response."""
@@ -90,23 +82,7 @@ class Extremes(Answer):
 
 
 def _value(extreme: Extreme | None, scale: Scale) -> Number:
-    return Number(extreme.value if extreme else float("nan"), scale)
-
-
-def _responses(found: Extremes) -> Block:
-    rows: list[list[Given]] = []
-    for name, each in found.responses.items():
-        row: list[Given] = [Name(name), each.scale.mark]
-        row.append(Number(each.nominal, each.scale))
-        for extreme in (each.least, each.largest):
-            if extreme is None:
-                row += ["failed", None]
-            else:
-                trial = "all" if extreme.trial is None else Number(extreme.trial)
-                row += [Number(extreme.value, each.scale), trial]
-        rows.append(row)
-    heads = ["response", "unit", "nominal", "least", "in trial", "largest", "in trial"]
-    return table(heads, rows, "Responses", keys=2)
+    return Number(extreme.value if extreme else math.nan, scale)
 
 
 def extremes_of(run: Run) -> Extremes:
@@ -119,7 +95,7 @@ def extremes_of(run: Run) -> Extremes:
         responses[name] = ResponseExtremes(nominal, run.scales[name], *ends, limit, out)
     return Extremes(
         run.title, run.path.name, run.model, run.sampling, run.trials, run.ended,
-        run.failed, responses, tuple(notes_of(run, None)),
+        run.failed, responses, tuple(notes_of(run, None)), run,
     )  # fmt: skip
 
 
@@ -132,8 +108,8 @@ def _ends(run: Run, name: str) -> tuple[Extreme | None, Extreme | None]:
     if np.ptp(values) <= ROUNDING * np.abs(values).max():
         same = Extreme(float(values[0]), None)
         return same, same
-    first, last = values.argmin(), values.argmax()
-    return (
-        Extreme(float(values[first]), int(done[first])),
-        Extreme(float(values[last]), int(done[last])),
+    least, largest = (
+        Extreme(float(values[i]), int(done[i]))
+        for i in (values.argmin(), values.argmax())
     )
+    return least, largest

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
-
-import numpy as np
 
 from tolstat.answers.sweep.curves import axis_scale, sweeps, swept_axis, words_along
 from tolstat.document.plot import Layer, Line, Plot, PlotAxis, PlotPanel, Points, Rule
@@ -73,7 +71,18 @@ def _panel(runs: Sequence[Run], axis: str, x: PlotAxis, response: str) -> PlotPa
     along = 1.0 if x.words else axis_scale(runs[0], axis).factor
     scale = runs[0].scales.get(response)
     times = scale.factor if scale else 1.0
-    layers = [*_curves(runs, axis, x, response, along, times)]
+    layers: list[Layer] = []
+    colours = cycle(CURVE_COLOURS)
+    curves = [(run, each) for run in runs for each in sweeps(run, axis, response)]
+    for run, sweep in curves:
+        of_run = run.path.stem if len(runs) > 1 else ""
+        label = ": ".join(part for part in (of_run, sweep.label) if part) or "run"
+        at, values, colour = along * sweep.x, times * sweep.y, next(colours)
+        if x.words:
+            layers.append(Points(at, values, colour, label))
+        else:
+            few = len(values) < FEW_POINTS
+            layers.append(Line(at, values, colour, label, dotted=few))
     if len(layers) > MOST_CURVES:
         raise PictureError(
             f"{len(layers)} curves are too many for one picture ({MOST_CURVES}); sweep "
@@ -91,24 +100,3 @@ def _panel(runs: Sequence[Run], axis: str, x: PlotAxis, response: str) -> PlotPa
             said = ""
     y = PlotAxis(scale.label(response) if scale else response)
     return PlotPanel(x, y, tuple(layers))
-
-
-def _curves(
-    runs: Sequence[Run],
-    axis: str,
-    x: PlotAxis,
-    response: str,
-    along: float,
-    times: float,
-) -> Iterator[Layer]:
-    colours = cycle(CURVE_COLOURS)
-    for run in runs:
-        for sweep in sweeps(run, axis, response):
-            of_run = run.path.stem if len(runs) > 1 else ""
-            label = ": ".join(part for part in (of_run, sweep.label) if part) or "run"
-            at, values, colour = along * sweep.x, times * sweep.y, next(colours)
-            if x.words:
-                yield Points(at, values, colour, label)
-            else:
-                few = np.size(values) < FEW_POINTS
-                yield Line(at, values, colour, label, dotted=few)
