@@ -10,8 +10,7 @@ if TYPE_CHECKING:
     from tolstat.answers.compare.compare_runs import compare
     from tolstat.answers.relimit import limited
     from tolstat.answers.report.ask import report, summary
-    from tolstat.answers.views.evaluate import evaluate
-    from tolstat.answers.views.machine_view import trajectory, view
+    from tolstat.answers.views.evaluate import evaluate, trajectory, view
     from tolstat.answers.views.replay import replay
     from tolstat.answers.what_if.reweighted_trials import what_if
     from tolstat.answers.what_if.scenario import fresh_study
@@ -82,9 +81,9 @@ _HOMES = {
     "run": "tolstat.execution.execute",
     "setting": "tolstat.model.settings",
     "summary": "tolstat.answers.report.ask",
-    "trajectory": "tolstat.answers.views.machine_view",
+    "trajectory": "tolstat.answers.views.evaluate",
     "verify": "tolstat.execution.verification",
-    "view": "tolstat.answers.views.machine_view",
+    "view": "tolstat.answers.views.evaluate",
     "what_if": "tolstat.answers.what_if.reweighted_trials",
 }
 _ELSEWHERE = {"models": "names"}

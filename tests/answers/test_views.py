@@ -13,7 +13,7 @@ import tolstat
 from tests.answers.test_pictures import nothing_overlaps
 from tests.model.rich import Rich
 from tolstat import catalogue
-from tolstat.answers.views.machine_view import view_of
+from tolstat.answers.views.evaluate import view_of
 from tolstat.answers.views.view_file import save_view, view_document
 from tolstat.cli.main import main
 from tolstat.document.digits import in_cell, plain

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 import numpy as np
 
-from tolstat.answers.views.machine_view import view_of
+from tolstat.answers.views.evaluate import view_of
 from tolstat.answers.views.replay import nominal_trial, replay
 from tolstat.answers.views.view_file import VIEWS, save_view, view_on_screen
 from tolstat.cli.options import output_option, path_argument, plot_option

@@ -1,4 +1,4 @@
-"""Machines of given deviations, simulated: the shortest way in."""
+"""Trials of given deviations: their responses, how one moved, what it shows."""
 
 from __future__ import annotations
 
@@ -6,19 +6,24 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tolstat import catalogue
+from tolstat.arrays import Array
 from tolstat.deviations.names import expand
-from tolstat.errors import ModelError
+from tolstat.errors import ModelError, allowed_names
 from tolstat.model import settings as model_settings
-from tolstat.model.checked import described, simulate
+from tolstat.model.checked import described, history_of, offers, shown, simulate
 from tolstat.model.contract import Model
 from tolstat.model.description import Description
+from tolstat.model.view import View
 from tolstat.status import status_words, words_of
+from tolstat.study.study import Source, Study, load
 
 if TYPE_CHECKING:
     import pandas as pd
+
+STEP = 1e-4  # s, between two rows of a history
 
 
 def evaluate(
@@ -26,7 +31,7 @@ def evaluate(
     deviations: Mapping[str, ArrayLike] | pd.DataFrame | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> pd.DataFrame:
-    """Simulate machines of given deviations.
+    """Simulate trials of given deviations.
 
     Parameters
     ----------
@@ -41,7 +46,7 @@ def evaluate(
     Returns
     -------
     DataFrame
-        One row a machine: the responses in SI, `status` (a word), and `steps` where
+        One row a trial: the responses in SI, `status` (a word), and `steps` where
         something is integrated; with the index of `deviations` if that is a DataFrame.
         `attrs["units"]` holds the units.
 
@@ -60,7 +65,7 @@ def evaluate(
     chosen = model_settings.make(machine, settings)
     description = described(machine, chosen)
     given = {} if deviations is None else {str(k): v for k, v in deviations.items()}
-    outcome = simulate(machine, deviations_table(given, description), chosen)
+    outcome = simulate(machine, _deviations(given, description), chosen)
     names = [response.name for response in description.responses]
     frame = pd.DataFrame(outcome.responses, columns=names)
     if isinstance(deviations, pd.DataFrame):
@@ -72,12 +77,141 @@ def evaluate(
     return frame
 
 
-def deviations_table(
-    given: Mapping[str, Any], description: Description
-) -> NDArray[np.float64]:
+def trajectory(
+    model: str | Model,
+    deviations: Mapping[str, float] | None = None,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    step: float = STEP,
+) -> pd.DataFrame:
+    """Simulate one trial and return how it moved.
+
+    Parameters
+    ----------
+    model : str or Model
+        A name of `tolstat.models()`, or a model object that moves.
+    deviations : mapping, optional
+        By contributor name, SI. A name without its number means each of them. What is
+        missing is zero.
+    settings : mapping, optional
+        By name, SI; what is missing takes its default.
+    step : float
+        Time between two rows, s.
+
+    Returns
+    -------
+    DataFrame
+        Indexed by time (s), a column for each curve, SI; NaN after a failure.
+        `attrs["units"]` holds the units, `attrs["responses"]` the responses of the
+        trial, `attrs["status"]` how it ended.
+
+    Raises
+    ------
+    ModelError
+        If a name is unknown, a value is not finite, or the model does not move.
+
+    Examples
+    --------
+    >>> tolstat.trajectory("stand", {"crank_difference": 1e-3})["shaft_9_moment"].plot()
+    """
+    machine = catalogue.find(model)
+    chosen = model_settings.make(machine, settings)
+    first = _first(machine, chosen, deviations)
+    chart, outcome = history_of(machine, first[0], chosen, step)
+    frame = chart.frame()
+    names = [response.name for response in described(machine, chosen).responses]
+    values = outcome.responses[0].tolist()
+    frame.attrs["responses"] = dict(zip(names, values, strict=True))
+    frame.attrs["status"] = words_of(machine.failures)[int(outcome.status[0])]
+    return frame
+
+
+def view(
+    source: Source | Model,
+    name: str,
+    deviations: Mapping[str, ArrayLike] | None = None,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    model: Model | None = None,
+) -> View:
+    """Show a trial: the nominal one, or one with the deviations given.
+
+    Parameters
+    ----------
+    source : path, mapping, str or Model
+        A study, as a .toml file or as what one would hold; or a model, by its name or
+        the object itself.
+    name : str
+        Of the view; `tolstat show MODEL` lists them.
+    deviations : mapping, optional
+        By contributor name, SI: of a trial that is not nominal.
+    settings : mapping, optional
+        By name, SI; only where `source` is a model, a study has its own.
+    model : Model, optional
+        A custom model, of the name that the study gives.
+
+    Returns
+    -------
+    Chart or Listing
+        Data, SI; `.frame()` is a DataFrame.
+
+    Raises
+    ------
+    ModelError
+        If there is no such view.
+
+    Examples
+    --------
+    >>> tolstat.view("stand", "history", {"crank_difference": 1e-3}).frame()
+    """
+    if isinstance(source, Model) or source in catalogue.names():
+        machine = catalogue.find(source)
+        chosen = model_settings.make(machine, settings)
+        first = _first(machine, chosen, deviations)
+        return view_of(machine, chosen, name, first)
+    if settings:
+        raise ModelError("a study has its own settings; change them there")
+    study = load(source, model=model)
+    first = _first(study.model, study.settings, deviations)
+    return view_of(study.model, study.settings, name, first, study)
+
+
+def view_of(
+    model: Model, settings: Any, name: str, first: Array, study: Study | None = None
+) -> View:
+    """Show a trial.
+
+    `first` is the trial that is shown, float64[1, contributor]; the tolerances of a
+    study open the bands of a view that has such.
+    """
+    known = offers(model)
+    if name not in known:
+        raise ModelError(
+            f"model '{model.name}' has no view {name}; {allowed_names(name, known)}"
+        )
+    if name == "history" and model.moves:
+        chart, _ = history_of(model, first[0], settings, STEP)
+        return chart
+    rows = first
+    if study is not None and known[name].machines:
+        rows = np.concatenate([first, study.machines(known[name].machines)])
+    return shown(model, name, rows, settings)
+
+
+def _first(
+    model: Model, settings: Any, deviations: Mapping[str, ArrayLike] | None
+) -> Array:
+    """Return the trial that is shown, float64[1, contributor]."""
+    table = _deviations(dict(deviations or {}), described(model, settings))
+    if len(table) != 1:
+        raise ModelError(f"one machine is shown, not {len(table)}")
+    return table
+
+
+def _deviations(given: Mapping[str, Any], description: Description) -> Array:
     """Arrange deviations by name as float64[trial, contributor]."""
     names = [contributor.name for contributor in description.contributors]
-    columns: dict[str, NDArray[np.float64]] = {}
+    columns: dict[str, Array] = {}
     for name, values in given.items():
         try:
             column = np.asarray(values, dtype=np.float64)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -12,12 +12,20 @@ import numpy as np
 from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
-from tolstat.answers.views.machine_view import STEP
-from tolstat.document.blocks import Block, Column, Document, Figure, paragraph, table
+from tolstat.answers.views.evaluate import STEP
+from tolstat.document.blocks import (
+    Block,
+    Document,
+    Figure,
+    Given,
+    paragraph,
+    shown,
+    table_of,
+)
 from tolstat.document.inline import Name, Number, Parts, Typed, listed
 from tolstat.errors import ModelError, RunFileError
 from tolstat.model.checked import history_of, simulate
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import Model
 from tolstat.model.description import Response
 from tolstat.model.settings import as_typed, read, setting_of
 from tolstat.model.view import Chart
@@ -89,33 +97,33 @@ class Replay(Answer):
     def document(self) -> Document:
         """Return what deviates, what it answers, and whether that is as stored."""
         moved = {name: each for name, each in self.contributors.items() if each.value}
-        inputs = [
-            (Name(name), each.words, each.sentence)
+        inputs: list[dict[str, Given]] = [
+            {"contributor": Name(name), "deviation": each.words, "": each.sentence}
             for name, each in (self.settings | moved).items()
         ]
-        answered = [
-            (Name(name), each.words,
-             each.limit + (": out of limit" if each.out_of_limit else ""))
+        answered: list[dict[str, Given]] = [
+            {"response": Name(name), "value": each.words,
+             "limit": each.limit + (": out of limit" if each.out_of_limit else "")}
             for name, each in self.responses.items()
         ]  # fmt: skip
-        limit, sentence = Column("limit", words=True), Column("", words=True)
-        blocks: list[Block] = [table(("response", "value", limit), answered)]
-        if inputs:
-            heads = "contributor", "deviation", sentence
-            blocks.insert(0, table(heads, inputs))
+        tables = table_of(inputs, words=[""]), table_of(answered, words=["limit"])
+        steps = f", {self.steps} steps" if self.steps is not None else ""
+        title = f"{self.title}: {self.status}{steps}"
+        return Document(title, shown(*tables, *self._remarks()))
+
+    def _remarks(self) -> Iterator[Block]:
+        """Say whether the trial is as stored, and show how it moved."""
         if self.differences:
             why = f": {self.reason}" if self.reason else ""
             said = f"not bit for bit as stored{why}; different: "
-            blocks.append(paragraph(said, listed(self.differences, "")))
+            yield paragraph(said, listed(self.differences, ""))
         elif self.stored:
-            blocks.append(paragraph("bit for bit as stored"))
+            yield paragraph("bit for bit as stored")
         if self.damage:
             said = f"the run is damaged: {self.damage}. Repair it with: "
-            blocks.append(paragraph(said, Typed(self.repair)))
+            yield paragraph(said, Typed(self.repair))
         if self.history:
-            blocks.append(Figure("its histories", self.history, wide=True))
-        steps = f", {self.steps} steps" if self.steps is not None else ""
-        return Document(f"{self.title}: {self.status}{steps}", tuple(blocks))
+            yield Figure("its histories", self.history, wide=True)
 
     def rows(self) -> list[Row]:
         """Return deviations and responses, a row for each."""
@@ -162,87 +170,75 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
         )
     if index is not None and run.status[index] == Status.NOT_RUN:
         raise RunFileError(f"{run.path}: trial {index} has not run")
-    machine = catalogue.find(model or run.model)
+    machine, scales = catalogue.find(model or run.model), run.scales
     settings = read(machine, settings_with_links(run.study.table, machine))
-    swept, row = dict[str, Quantity](), np.zeros(len(run.contributors))
+    swept, row = dict[str, Quantity](), {each.name: 0.0 for each in run.contributors}
     if index is not None:
         settings = replace(settings, **_swept(run, index, machine))
+        row = {name: float(run.column(name)[index]) for name in row}
         for name in (each.name for each in run.swept):
-            value = run.column(name)[index].item()
-            swept[name] = Quantity(value, run.scales[name])
-        row = np.array([run.column(each.name)[index] for each in run.contributors])
-    chart, outcome = _simulated(machine, row, settings)
-    contributors = {
-        part.name: Quantity(at, run.scales[part.name], part.sentence)
-        for part, at in zip(run.contributors, row.tolist(), strict=True)
-    }
-    return Replay(
-        f"{run.title}: {'nominal trial' if index is None else f'trial {index}'}",
-        index,
-        run.words.get(int(outcome.status[0]), "unknown"),
-        _steps(outcome),
-        swept,
-        dict(zip(contributors, row.tolist(), strict=True)),
-        _responses(run.responses, outcome, run.limits, run.scales),
+            swept[name] = Quantity(run.column(name)[index].item(), scales[name])
+    found = _simulated(
+        machine, settings, row, run.responses, run.limits, lambda r, _: scales[r.name]
+    )
+    which = "nominal trial" if index is None else f"trial {index}"
+    return replace(
+        found,
+        title=f"{run.title}: {which}",
+        trial=index,
+        settings=swept,
         stored=True,
-        differences=tuple(_differences(run, index, outcome)),
+        differences=tuple(_differences(run, index, found)),
         reason="; ".join(run.made_otherwise(machine.source_digest)),
         damage=run.damage.words if run.damage else "",
         repair=to_resume(run.path, run.machine),
-        contributors=contributors,
-        history=chart,
+        contributors={
+            part.name: Quantity(row[part.name], scales[part.name], part.sentence)
+            for part in run.contributors
+        },
     )
 
 
 def nominal_trial(study: Study) -> Replay:
     """Simulate the trial without deviations of a study."""
     contributors, responses = study.description
-    nominal = np.zeros(len(contributors))
-    chart, outcome = _simulated(study.model, nominal, study.settings)
-    scales = {}
-    for each, value in zip(responses, outcome.responses[0].tolist(), strict=True):
-        scale = scale_of(
-            each.unit, study.shown.get(each.name) or each.shown, abs(value)
-        )
+
+    def scale(each: Response, value: float) -> Scale:
+        shown = study.shown.get(each.name) or each.shown
         limit = study.limits.get(each.name)
-        scales[each.name] = scale.telling(0.0, limit.asked if limit else ())
-    return Replay(
-        f"{study.title}: nominal trial",
-        None,
-        words_of(study.model.failures)[int(outcome.status[0])],
-        _steps(outcome),
-        {},
-        {part.name: 0.0 for part in contributors},
-        _responses(responses, outcome, study.limits, scales),
-        history=chart,
-    )
+        asked = limit.asked if limit else ()
+        return scale_of(each.unit, shown, abs(value)).telling(0.0, asked)
+
+    row = {part.name: 0.0 for part in contributors}
+    model, settings, limits = study.model, study.settings, study.limits
+    found = _simulated(model, settings, row, responses, limits, scale)
+    return replace(found, title=f"{study.title}: nominal trial")
 
 
 def _simulated(
-    model: Model, row: np.ndarray[Any, np.dtype[np.float64]], settings: Any
-) -> tuple[Chart | None, Answers]:
-    if model.moves:
-        return history_of(model, row, settings, STEP)
-    return None, simulate(model, row[None, :], settings)
-
-
-def _steps(outcome: Answers) -> int | None:
-    return None if outcome.steps is None else int(outcome.steps[0])
-
-
-def _responses(
+    model: Model,
+    settings: Any,
+    row: dict[str, float],
     responses: tuple[Response, ...],
-    outcome: Answers,
-    limits: dict[str, Limit],
-    scales: dict[str, Scale],
-) -> dict[str, Quantity]:
+    limits: Mapping[str, Limit],
+    scale: Callable[[Response, float], Scale],
+) -> Replay:
+    """Simulate a trial of a row of deviations, SI."""
+    deviations, chart = np.array(list(row.values())), None
+    if model.moves:
+        chart, outcome = history_of(model, deviations, settings, STEP)
+    else:
+        outcome = simulate(model, deviations[None, :], settings)
     found = {}
     for each, value in zip(responses, outcome.responses[0].tolist(), strict=True):
         words, out = "", False
         if limit := limits.get(each.name):
             words, out = limit.words, not limit.lower <= value <= limit.upper
-        found[each.name] = Quantity(value, scales[each.name], each.sentence, words, out)
-    return found
+        shown_as = scale(each, value)
+        found[each.name] = Quantity(value, shown_as, each.sentence, words, out)
+    status = words_of(model.failures)[int(outcome.status[0])]
+    steps = None if outcome.steps is None else int(outcome.steps[0])
+    return Replay("", None, status, steps, {}, row, found, history=chart)
 
 
 def _swept(run: Run, index: int, model: Model) -> dict[str, Any]:
@@ -259,20 +255,20 @@ def _swept(run: Run, index: int, model: Model) -> dict[str, Any]:
     return changes
 
 
-def _differences(run: Run, index: int | None, outcome: Answers) -> Iterator[str]:
+def _differences(run: Run, index: int | None, found: Replay) -> Iterator[str]:
     """Name what is not bit for bit as stored."""
     stored = run.nominal_values
     if index is not None:
-        stored = {each.name: run.column(each.name)[index] for each in run.responses}
+        stored = {name: run.column(name)[index] for name in found.responses}
         stored["status"] = run.ended_as(index)
         stored["steps"] = None if run.steps is None else run.steps[index]
-    for response, found in zip(run.responses, outcome.responses[0], strict=True):
-        known = np.float64(stored[response.name])
-        both = np.isnan(found) and np.isnan(known)
-        if not both and np.float64(found).tobytes() != known.tobytes():
-            yield response.name
-    if run.words.get(int(outcome.status[0])) != stored["status"]:
+    for name, each in found.responses.items():
+        value, known = np.float64(each.value), np.float64(stored[name])
+        both = np.isnan(value) and np.isnan(known)
+        if not both and value.tobytes() != known.tobytes():
+            yield name
+    if found.status != stored["status"]:
         yield "status"
     steps = stored.get("steps")
-    if None not in (steps, _steps(outcome)) and steps != _steps(outcome):
+    if None not in (steps, found.steps) and steps != found.steps:
         yield "steps"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tolstat.document.blocks import Block, Document, Figure, paragraph, table
-from tolstat.document.inline import counted
+from tolstat.document.blocks import Block, Document, Figure, paragraph, table_of
+from tolstat.document.inline import counted, say
 from tolstat.errors import PictureError
 from tolstat.model.view import Chart, View
 from tolstat.render.output_file import check_ending, replace
@@ -20,12 +20,11 @@ MOST_ROWS, MOST_COLUMNS = 40, 7  # on the screen
 def view_document(view: View, title: str, sentence: str = "") -> Document:
     """Return a view as a page shows it: a chart as a figure, a listing as a table."""
     said = [paragraph(sentence)] if sentence else []
-    shown: Block
     if isinstance(view, Chart):
-        shown = Figure(sentence or title, view, wide=True)
-    else:
-        shown = table(*view_rows(view))
-    return Document(title, (*said, shown))
+        return Document(title, (*said, Figure(sentence or title, view, wide=True)))
+    heads, rows = view_rows(view)
+    table = table_of(dict(zip(heads, row, strict=True)) for row in rows)
+    return Document(title, (*said, table))
 
 
 def view_on_screen(view: View, title: str) -> Document:
@@ -34,12 +33,16 @@ def view_on_screen(view: View, title: str) -> Document:
     chosen = np.arange(min(MOST_ROWS, len(rows)))
     if isinstance(view, Chart):
         chosen = np.unique(np.linspace(0, len(rows) - 1, MOST_ROWS).astype(int))
-    cells = [rows[i][:MOST_COLUMNS] for i in chosen if i < len(rows)]
-    blocks: list[Block] = [table(heads[:MOST_COLUMNS], cells)]
-    if len(cells) < len(rows) or len(heads) > MOST_COLUMNS:
-        part = f"{len(cells)} of ", *counted(len(rows), "row")
-        columns = f", {len(heads[:MOST_COLUMNS])} of ", *counted(len(heads), "column")
-        blocks.append(paragraph(part, columns, "; -o FILE.csv writes all of them"))
+    few = heads[:MOST_COLUMNS]
+    table = table_of(dict(zip(few, rows[i], strict=False)) for i in chosen)
+    blocks: list[Block] = [table]
+    if len(chosen) < len(rows) or len(few) < len(heads):
+        said = say(
+            "{} of {}, {} of {}; -o FILE.csv writes all of them",
+            f"{len(chosen)}", counted(len(rows), "row"),
+            f"{len(few)}", counted(len(heads), "column"),
+        )  # fmt: skip
+        blocks.append(paragraph(said))
     return Document(title, tuple(blocks))
 
 
