@@ -23,7 +23,7 @@ class Advice(NamedTuple):
     trials : int
         In all, of an extension or of a run that replaces one.
     run : object
-        What is run again.
+        What is run again, or drawn.
     """
 
     what: str

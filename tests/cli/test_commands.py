@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -137,6 +138,21 @@ def test_a_grid_is_shown_as_curves(tmp_path):
     assert call("show", tmp_path / "fig4.h5", "--response", "yaw").exit_code == 2
     two = call("show", tmp_path / "fig4.h5", "stand").stdout
     assert "Fig. 4" in two and "crank_speed" in two
+
+
+def test_what_is_offered_for_a_grid_without_limits_works(tmp_path):
+    study = tmp_path / "two.toml"
+    study.write_text(
+        'model = "stand"\nsampling = "grid"\n[settings]\ncycles = 1\n[grid]\n'
+        'crank_difference = ["0 mm", "1 mm"]\ncontact_yaw = ["geometry", "fig4"]\n'
+    )
+    assert call("run", study).exit_code == 0
+    refused = call("compare", study.with_suffix(".h5"), study.with_suffix(".h5"))
+    assert refused.exit_code == 2
+    (typed,) = re.findall("`tolstat ([^`]*)`", refused.stderr)
+    drawn = call(*shlex.split(typed))
+    assert drawn.exit_code == 0, drawn.output
+    assert study.with_suffix(".png").exists()
 
 
 def test_what_a_run_will_not_tell_is_said_before_it_runs(tmp_path):
@@ -288,6 +304,13 @@ def test_report_as_a_page_and_for_other_tools(twins, tmp_path):
     table = tmp_path / "numbers.csv"
     assert call("report", run, "--csv", "-o", table).exit_code == 0
     assert "mean [unit],mean lower [unit]," in table.read_text()
+
+
+@pytest.mark.parametrize("both", [("--json", "--csv"), ("--csv", "--json")])
+def test_numbers_are_written_in_one_form(twins, both):
+    done = call("report", twins[0], *both)
+    assert done.exit_code == 2 and "--json or --csv, not both" in done.stderr
+    assert done.stdout == ""
 
 
 def test_a_report_that_cannot_be_made_says_why(twins, tmp_path):

@@ -74,5 +74,5 @@ def no_sample(run: Run) -> PictureError:
         )
     return PictureError(
         f"{run.path}: trials of a grid or a table were chosen, and have no statistics",
-        Advice("plot" if run.grid else "export", run.path, run.machine),
+        Advice("plot" if run.grid else "export", run.path, run.machine, run=run),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tolstat.answers.next_steps import command, to_run_again
+from tolstat.answers.sweep.curves import responses_of_interest
 from tolstat.errors import Advice, TolstatError
 
 WORDS = {
@@ -25,6 +26,9 @@ def _typed(advice: Advice) -> str:
             return f"`{typed}` runs its study again; -o gives it another name"
         return "run its study again, with --force or under another name (-o)"
     extend, resume = ("extend", path, "--trials", trials), ("resume", path)
+    response = []
+    if advice.what == "plot" and not responses_of_interest(advice.run):
+        response = ["--response", advice.run.responses[0].name]
     table, picture = (path.parent / f"{path.stem}.{end}" for end in ("csv", "png"))
     commands: dict[str, tuple[tuple[object, ...], str]] = {
         "run": (("run", path), "runs it"),
@@ -38,7 +42,7 @@ def _typed(advice: Advice) -> str:
         "extend": (extend, "adds them"),
         "report": (("report", path), "writes it"),
         "export": (("export", path, "-o", table), "shows them"),
-        "plot": (("show", path, "--plot", picture), "shows them"),
+        "plot": (("show", path, "--plot", picture, *response), "shows them"),
     }
     words, what = commands[advice.what]
     return f"`{command(*words, machine=advice.machine)}` {what}"

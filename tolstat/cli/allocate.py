@@ -15,7 +15,7 @@ from tolstat.answers.next_steps import command
 from tolstat.answers.views.view_file import VIEWS, save_view
 from tolstat.catalogue import place_of
 from tolstat.cli import options
-from tolstat.cli.interrupting import LIMITS_NOT_MET, leave, stop_on_interrupt
+from tolstat.cli.entry import LIMITS_NOT_MET, leave, stop_on_interrupt
 from tolstat.cli.progress import ProgressBar
 from tolstat.errors import RunFileError, StudyError
 from tolstat.execution.workers.crew import Interrupted

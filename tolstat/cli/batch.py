@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.live import Live
@@ -18,8 +19,8 @@ from tolstat.answers.report.ask import report
 from tolstat.answers.run_entries import Entry, RunIndex, entry_of
 from tolstat.cli import options
 from tolstat.cli.advice import worded
-from tolstat.cli.interrupting import LIMITS_NOT_MET, stop_on_interrupt
-from tolstat.cli.progress import AFTERWARDS, leave_interrupted, notes_of
+from tolstat.cli.entry import LIMITS_NOT_MET, leave_interrupted, stop_on_interrupt
+from tolstat.cli.progress import AFTERWARDS, notes_of
 from tolstat.errors import PictureError, RunFileError, StoppedError, TolstatError
 from tolstat.execution.execute import run_of
 from tolstat.execution.run_loop import Progress
@@ -31,6 +32,7 @@ from tolstat.store.stored_run import Run
 
 WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
 TITLE = "tolstat batch"
+HEADS = ",".join(Entry._fields[:5])  # with which the table of an index begins
 
 
 @click.command()
@@ -52,16 +54,15 @@ def batch(
     """
     files = list({path.resolve(): path for path in studies}.values())
     page = _index_in(output, files)
-    queue = Queue({each: Entry(each.stem, state=WAITING) for each in files}, page)
     console = Screen(stderr=True)
+    waiting = {each: Entry(each.stem, state=WAITING) for each in files}
+    queue = Queue(waiting, page, console)
+    shown = Live(console=console, get_renderable=queue.table, transient=True)
     with stop_on_interrupt() as stop:
-        with (
-            Live(console=console, get_renderable=queue.table, transient=True) as live,
-            compute.crew(stop.is_set) as crew,
-        ):
+        with shown, compute.crew(stop.is_set) as crew:
             for study in files:
                 if not stop.is_set():
-                    queue.work_off(study, crew, live)
+                    queue.work_off(study, crew)
         show_table(queue.index.progress())
         for each in queue.entries.values():
             if each.problem:
@@ -70,7 +71,9 @@ def batch(
         if stop.is_set():
             console.print("stopped; the same command continues")
             leave_interrupted()
-    sys.exit(queue.exit_code)
+    # the worst: broken, wrong, not met, done
+    not_met = any(each.not_met for each in queue.entries.values())
+    sys.exit(min(queue.exit_codes or {LIMITS_NOT_MET if not_met else 0}))
 
 
 @dataclass
@@ -79,6 +82,7 @@ class Queue:
 
     entries: dict[Path, Entry]  # by study file
     page: Path  # of the index
+    console: Screen
     exit_codes: set[int] = field(default_factory=set)  # of studies that failed
 
     @property
@@ -86,26 +90,20 @@ class Queue:
         """All of them as they stand."""
         return RunIndex(TITLE, self.page.parent, tuple(self.entries.values()))
 
-    @property
-    def exit_code(self) -> int:
-        """What the worst of them ends with: broken, wrong, not met, done."""
-        not_met = any(each.not_met for each in self.entries.values())
-        return min(self.exit_codes or {LIMITS_NOT_MET if not_met else 0})
-
     def table(self) -> Table:
         """Return all of them for the live display."""
         return as_rich(self.index.progress())
 
-    def work_off(self, study: Path, crew: Workers, live: Live) -> None:
+    def work_off(self, study: Path, crew: Workers) -> None:
         """Work off one study; what fails of it stops no other."""
         began = time.monotonic()
 
-        def note(text: str) -> None:
-            live.console.print(f"note: {study}: {text}", soft_wrap=True)
+        def note(notes: Iterable[str]) -> None:
+            for each in notes:
+                self.console.print(f"note: {study}: {each}", soft_wrap=True)
 
         def tell(progress: Progress) -> None:
-            for each in notes_of(progress):
-                note(each)
+            note(notes_of(progress))
             if not progress.doubt:
                 self._set(
                     study, state=AFTERWARDS.get(progress.doing, RUNNING),
@@ -116,8 +114,7 @@ class Queue:
         self._set(study, state=RUNNING)
         try:
             run, how, notes = work_off(study, crew, tell)
-            for each in notes:
-                note(each)
+            note(notes)
             self.entries[study] = entry_of(run)._replace(study=study.stem)
             self._set(study, state=how if run.complete else STOPPED)
             if run.complete:
@@ -131,8 +128,8 @@ class Queue:
         replace(self.page, self.index.html().encode())
         replace(self.page.with_suffix(".csv"), self.index.csv().encode())
 
-    def _set(self, study: Path, **changes: object) -> None:
-        self.entries[study] = self.entries[study]._replace(**changes)  # type: ignore[arg-type]
+    def _set(self, study: Path, **changes: Any) -> None:
+        self.entries[study] = self.entries[study]._replace(**changes)
 
     def _fail(self, study: Path, problem: str, exit_code: int) -> None:
         self._set(study, state=FAILED, problem=problem)
@@ -160,9 +157,7 @@ def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
     page = folder / "batch.html"
     check_folder(page)
     taken = {run_of(each).with_suffix(".html").resolve() for each in files}
-    heads, _, _ = RunIndex(TITLE, folder, (Entry(""),)).csv().partition("\n")
-    marks = {page: f"<title>{TITLE}", page.with_suffix(".csv"): heads}
-    for path, mark in marks.items():
+    for path, mark in ((page, f"<title>{TITLE}"), (page.with_suffix(".csv"), HEADS)):
         known = not os.path.lexists(path) or _begins_with(path, mark)
         if path.resolve() in taken or not known:
             raise RunFileError(
@@ -173,8 +168,6 @@ def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
 
 
 def _begins_with(path: Path, mark: str) -> bool:
-    try:
-        with path.open("rb") as file:
-            return path.is_file() and mark.encode() in file.read(1000)
-    except OSError:
-        return False
+    with suppress(OSError), path.open("rb") as file:
+        return path.is_file() and mark.encode() in file.read(1000)
+    return False

@@ -17,7 +17,7 @@ from tolstat.literal import visible
 FILES = {
     "run": "run", "resume": "run", "extend": "run", "verify": "verify",
     "show": "show", "trial": "trial", "view": "trial", "report": "report",
-    "what-if": "what_if", "compare": "compare", "allocate": "allocate",
+    "what-if": "what_if", "compare": "report", "allocate": "allocate",
     "batch": "batch", "runs": "show", "export": "report", "models": "show",
     "doctor": "verify",
 }  # fmt: skip  # of `tolstat.cli`, by command
@@ -46,7 +46,7 @@ class Group(click.Group):
         if cmd_name not in self.commands:
             module = importlib.import_module(f"tolstat.cli.{FILES[cmd_name]}")
             command: click.Command = getattr(module, cmd_name.replace("-", "_"))
-            command.params.append(_machine_option())
+            command.params.append(MACHINE)
             self.commands[cmd_name] = command
         return self.commands[cmd_name]
 
@@ -92,18 +92,6 @@ def _sentence(command: str) -> str:
     raise AssertionError(f"{file} has no function {name}")
 
 
-def _machine_option() -> click.Option:
-    return click.Option(
-        ["--machine"],
-        metavar="FILE.py:NAME",
-        multiple=True,
-        callback=_load_machine,
-        expose_value=False,
-        is_eager=True,
-        help="A custom model, for the studies and runs that name it. May be repeated.",
-    )
-
-
 def _load_machine(
     ctx: click.Context, option: click.Parameter, places: tuple[str, ...]
 ) -> None:
@@ -111,6 +99,17 @@ def _load_machine(
         from tolstat.catalogue import load
 
         load(place)
+
+
+MACHINE = click.Option(
+    ["--machine"],
+    metavar="FILE.py:NAME",
+    multiple=True,
+    callback=_load_machine,
+    expose_value=False,
+    is_eager=True,
+    help="A custom model, for the studies and runs that name it. May be repeated.",
+)
 
 
 def note(message: Warning | str, *_: object) -> None:

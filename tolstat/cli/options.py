@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -49,12 +49,22 @@ def force(help: str) -> Decorator:
 
 
 def form(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Let a command be asked for its numbers, for other tools."""
-    as_csv = click.option("--csv", "form", flag_value="csv", help="The numbers as CSV.")
-    as_json = click.option(
-        "--json", "form", flag_value="json", help="The numbers as JSON."
-    )
-    return as_json(as_csv(command))
+    """Let a command be asked for its numbers, for other tools: its argument `form`."""
+
+    def choose(ctx: click.Context, option: click.Parameter, given: bool) -> None:
+        before = ctx.params.setdefault("form", None)
+        if given and before:
+            raise click.UsageError("--json or --csv, not both")
+        if given:
+            ctx.params["form"] = option.name
+
+    for name in ("csv", "json"):
+        help = f"The numbers as {name.upper()}."
+        option = click.option(
+            f"--{name}", is_flag=True, callback=choose, expose_value=False, help=help
+        )
+        command = option(command)
+    return command
 
 
 run_file = path_argument("source", "RUN.h5")
@@ -90,17 +100,14 @@ class Compute(NamedTuple):
         """Let them work until they are not needed any more, or have to stop."""
         from tolstat.execution.workers.crew import Workers
 
-        if self.cluster is None:
-            with Workers(self.workers, stopping) as crew:
-                yield crew
-            return
-        from tolstat.execution.workers.cluster import Cluster
+        with ExitStack() as stack:
+            cluster = None
+            if self.cluster:
+                from tolstat.execution.workers.cluster import Cluster
 
-        with (
-            Cluster(self.cluster) as cluster,
-            Workers(stopping=stopping, executor=cluster) as crew,
-        ):
-            yield crew
+                cluster = stack.enter_context(Cluster(self.cluster))
+            crew = Workers(self.workers, stopping, executor=cluster)
+            yield stack.enter_context(crew)
 
 
 workers = click.option(

@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 import math
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import NoReturn
 
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Task,
-    TextColumn,
-    TimeRemainingColumn,
-)
-from rich.progress import Progress as Bar
-from rich.text import Text
+from rich import progress as bars
 
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.ask import summary
-from tolstat.cli.interrupting import INTERRUPTED, LIMITS_NOT_MET, stop_on_interrupt
+from tolstat.cli.entry import LIMITS_NOT_MET, leave_interrupted, stop_on_interrupt
 from tolstat.cli.options import Compute
 from tolstat.execution.run_loop import Progress
 from tolstat.literal import visible
@@ -32,18 +22,7 @@ from tolstat.store.stored_run import Run
 AFTERWARDS = {"audit": "evaluating the audit", "diagnostics": "slopes and worst cases"}
 
 
-class _Rate(TextColumn):
-    """Trials per second."""
-
-    def __init__(self) -> None:
-        super().__init__("")
-
-    def render(self, task: Task) -> Text:
-        speed = task.finished_speed or task.speed
-        return Text(f"{speed:.0f} trials/s" if speed else "", style="cyan")
-
-
-class ProgressBar(Bar):
+class ProgressBar(bars.Progress):
     """A bar on the standard error, and notes above it.
 
     Parameters
@@ -54,17 +33,18 @@ class ProgressBar(Bar):
 
     def __init__(self, title: str) -> None:
         super().__init__(
-            TextColumn("{task.description}", markup=False),
-            BarColumn(),
-            MofNCompleteColumn(),
-            _Rate(),
-            TimeRemainingColumn(),
-            TextColumn("{task.fields[failed]}"),
+            bars.TextColumn("{task.description}", markup=False),
+            bars.BarColumn(),
+            bars.MofNCompleteColumn(),
+            bars.TextColumn("{task.fields[rate]}", style="cyan"),
+            bars.TimeRemainingColumn(),
+            bars.TextColumn("{task.fields[failed]}"),
             console=Screen(stderr=True),
             transient=True,
         )
         self._named = {"trials": visible(title), **AFTERWARDS}
-        self._task = self.add_task("compiling, if need be", total=None, failed="")
+        start = "starting; code that is new is compiled first"
+        self._task = self.add_task(start, total=None, rate="", failed="")
 
     def tell(self, progress: Progress) -> None:
         """Show how far it is."""
@@ -72,12 +52,14 @@ class ProgressBar(Bar):
             self.print(f"note: {each}", soft_wrap=True)
         if progress.doubt:
             return
-        total, doing = progress.asked or None, progress.doing
-        if self.tasks[0].total is None:
+        task, total = self.tasks[0], progress.asked or None
+        if task.total is None:
             self.reset(self._task, total=total)
+        speed = task.finished_speed or task.speed
         self.update(
             self._task, total=total, completed=progress.over,
-            description=self._named.get(doing, doing),
+            description=self._named.get(progress.doing, progress.doing),
+            rate=f"{speed:.0f} trials/s" if speed else "",
             failed=f"{progress.failed} failed",
         )  # fmt: skip
 
@@ -109,7 +91,12 @@ def watch(path: Path, compute: Compute, work: Callable[..., Run]) -> None:
         with ProgressBar(path.stem) as bar, compute.crew(stop.is_set) as crew:
             done = work(crew, progress=bar.tell)
         if not done.complete:
-            _say_how_to_resume(done, console)
+            with suppress(OSError):  # the terminal may be gone
+                stored = f"{done.ended} of {done.trials} trials are stored"
+                said = f"stopped: {stored} in {done.path}; continue with:"
+                console.print(said, soft_wrap=True)
+                console.print(to_resume(done.path, done.machine), soft_wrap=True)
+            leave_interrupted()
         found = summary(done)
         show(found.document())
     seconds = done.provenance["seconds"]
@@ -118,22 +105,3 @@ def watch(path: Path, compute: Compute, work: Callable[..., Run]) -> None:
     console.print(f"{done.trials} trials in {seconds:.1f} s ({rate}), {stored}")
     if found.not_met:
         sys.exit(LIMITS_NOT_MET)
-
-
-def _say_how_to_resume(run: Run, console: Screen) -> NoReturn:
-    with suppress(OSError):  # the terminal may be gone
-        console.print(
-            f"stopped: {run.ended} of {run.trials} trials are stored in {run.path}; "
-            "continue with:",
-            soft_wrap=True,
-        )
-        console.print(to_resume(run.path, run.machine), soft_wrap=True)
-    leave_interrupted()
-
-
-def leave_interrupted() -> NoReturn:
-    """End the process: a compilation under way would hold up `sys.exit`."""
-    with suppress(OSError):
-        sys.stdout.flush()
-        sys.stderr.flush()
-    os._exit(INTERRUPTED)

@@ -1,4 +1,4 @@
-"""The report of a run, and its trials as a table for other programs."""
+"""What stored runs answer: report, comparison, their trials as a table."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from tolstat.answers.compare.compare_runs import compare as comparison
 from tolstat.answers.relimit import limited
 from tolstat.answers.report import ask
 from tolstat.answers.trial_export import export as write_trials
@@ -51,6 +52,26 @@ def report(
     else:
         path = found.save(output or run.path.with_suffix(".html"))
         click.echo(f"report in {visible(str(path))}")
+
+
+@click.command()
+@options.path_argument("runs", "A.h5 B.h5...", nargs=-1, required=True)
+@options.output_option("Also into a file: .html, .csv or .json.")
+@options.form
+@options.closely
+def compare(
+    runs: tuple[Path, ...],
+    output: Path | None,
+    form: str | None,
+    responses: tuple[str, ...],
+) -> None:
+    """Compare runs, each with the first: B less A.
+
+    Trial by trial where both have the same trials, or common random numbers: the same
+    seed, sampling and, of a Latin hypercube, number of trials.
+    """
+    options.check_delivery(output, form)
+    options.deliver(comparison(*runs, responses=responses), output, form)
 
 
 @click.command()

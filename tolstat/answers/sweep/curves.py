@@ -76,6 +76,14 @@ def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
     return found
 
 
+def responses_of_interest(run: Run) -> list[str]:
+    """List what has a reference or a limit: what the study asks about."""
+    columns = run.reference.columns if run.reference else ()
+    known = [name for name in columns if name in run.units][1:]
+    limited = [name for name in run.limits if name not in known]
+    return [*known, *limited]
+
+
 def axis_scale(run: Run, axis: str) -> Scale:
     """Return how an axis of the grid is shown."""
     return run.scales[_moved(run, axis)]

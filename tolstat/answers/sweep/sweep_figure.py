@@ -7,7 +7,13 @@ from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
 
-from tolstat.answers.sweep.curves import axis_scale, sweeps, swept_axis, words_along
+from tolstat.answers.sweep.curves import (
+    axis_scale,
+    responses_of_interest,
+    sweeps,
+    swept_axis,
+    words_along,
+)
 from tolstat.document.plot import Layer, Line, Plot, PlotAxis, PlotPanel, Points, Rule
 from tolstat.errors import PictureError
 from tolstat.render.chart_plot import CURVE_COLOURS
@@ -16,14 +22,6 @@ from tolstat.store.stored_run import Run
 
 MOST_CURVES = 12
 FEW_POINTS = 100  # are shown each by itself
-
-
-def responses_of_interest(run: Run) -> list[str]:
-    """List what has a reference or a limit: what the study asks about."""
-    columns = run.reference.columns if run.reference else ()
-    known = [name for name in columns if name in run.units][1:]
-    limited = [name for name in run.limits if name not in known]
-    return [*known, *limited]
 
 
 def save_sweeps(runs: Sequence[Run], path: Path, responses: Sequence[str] = ()) -> None:
