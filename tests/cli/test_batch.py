@@ -222,6 +222,9 @@ def test_runs_lists_what_is_stored(tmp_path, monkeypatch):
     content[content.index(column.tobytes()) + 8 * 17] ^= 1
     damaged.write_bytes(content)
     (tmp_path / "other.h5").write_text("no run at all")
+    content = (tmp_path / "good.h5").read_bytes()
+    content = re.sub(rb"(tolstat seal, format )\d+", rb"\g<1>99", content, count=1)
+    (tmp_path / "later.h5").write_bytes(content)
     listed = call("runs", ".")
     assert listed.exit_code == 1
     states = {
@@ -230,6 +233,9 @@ def test_runs_lists_what_is_stored(tmp_path, monkeypatch):
     assert " complete " in states["good.h5"]
     assert " damaged " in states["inner/damaged.h5"]
     assert " no run " in states["other.h5"]
+    assert " other format " in states["later.h5"]
+    assert "later.h5: has format 99, this tolstat reads" in listed.stdout
+    assert "or run its study again" in listed.stdout
     assert "17" in next(
         t for t in listed.stdout.splitlines() if t.startswith("inner/damaged.h5:")
     )

@@ -24,7 +24,7 @@ from tolstat.document.blocks import (
     table,
 )
 from tolstat.document.inline import Link, Number, Parts, text
-from tolstat.errors import DamagedError, RunFileError, TolstatError
+from tolstat.errors import DamagedError, FormatError, RunFileError, TolstatError
 from tolstat.render.tables import Row
 from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, yield_of
 from tolstat.store.open_run import open as open_run
@@ -212,6 +212,8 @@ def entry_at(path: Path) -> Entry:
         return found
     except DamagedError as error:
         problem = str(error)
+    except FormatError as error:
+        state, problem = "other format", str(error)
     except (TolstatError, OSError) as error:
         state, problem = "no run", str(error)
     size = path.stat().st_size if path.is_file() else 0

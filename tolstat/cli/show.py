@@ -67,7 +67,7 @@ def show(
 def runs(folder: Path) -> None:
     """List the runs that are stored in FOLDER, and in the folders in it.
 
-    Exit code 1 if one of them is damaged or no run.
+    Exit code 1 if one of them is damaged, of another format, or no run.
     """
     found = stored_runs(folder)
     print_document(found.document())

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
-from tolstat.errors import DamagedError, RunFileError
+from tolstat.errors import DamagedError, FormatError, RunFileError
 
 FORMAT = 4
 MARK = b"tolstat seal, format "
@@ -149,7 +149,7 @@ def check_seal(path: Path) -> None:
             "its study again"
         )
     if seal.format != FORMAT:
-        raise RunFileError(
+        raise FormatError(
             f"{path} has format {seal.format}, this tolstat reads format {FORMAT}; "
             "open it with the tolstat of its time, or run its study again"
         )
