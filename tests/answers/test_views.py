@@ -205,7 +205,7 @@ def test_a_view_that_lies_is_refused(what, words):
     machine.what = what
     settings = machine.settings()
     with pytest.raises(ModelError, match=words):
-        view_of(machine, settings, "designs", np.zeros((1, 2)))
+        view_of(machine, settings, "designs")
 
 
 def test_on_the_command_line(tmp_path, monkeypatch):

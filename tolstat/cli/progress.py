@@ -68,20 +68,16 @@ def notes_of(progress: Progress) -> Iterator[str]:
     """Say what has to be known while trials are evaluated."""
     if progress.doubt:
         yield progress.doubt
-    elif progress.wanted:
-        yield _out_of_reach(progress)
-
-
-def _out_of_reach(progress: Progress) -> str:
-    """Say that a stopping rule wants more trials than it may have."""
-    rules, wanted = "; ".join(progress.rules), progress.wanted
-    if math.isinf(wanted):
-        return f"{rules}: the first look cannot tell yet how many trials that takes"
-    more = f"{float(f'{wanted:.2g}'):,.0f}".replace(",", " ")
-    return (
-        f"{rules}: as far as the first look can tell, that takes about {more} trials; "
-        f"at_most = {progress.at_most} will hardly do"
-    )
+    elif wanted := progress.wanted:  # more trials than the stopping rule may have
+        rules = "; ".join(progress.rules)
+        if math.isinf(wanted):
+            yield f"{rules}: the first look cannot tell yet how many trials that takes"
+            return
+        more = f"{float(f'{wanted:.2g}'):,.0f}".replace(",", " ")
+        yield (
+            f"{rules}: as far as the first look can tell, that takes about {more} "
+            f"trials; at_most = {progress.at_most} will hardly do"
+        )
 
 
 def watch(path: Path, compute: Compute, work: Callable[..., Run]) -> None:

@@ -6,7 +6,6 @@ import sys
 from pathlib import Path
 
 import click
-import numpy as np
 
 from tolstat.answers.views.evaluate import view_of
 from tolstat.answers.views.replay import nominal_trial, replay
@@ -67,8 +66,7 @@ def view(study: Path, name: str, output: Path | None) -> None:
     if output:
         check_ending(output, "a view", VIEWS)
     asked = load(study)
-    nominal = np.zeros((1, len(asked.description.contributors)))
-    found = view_of(asked.model, asked.settings, name, nominal, asked)
+    found = view_of(asked.model, asked.settings, name, study=asked)
     title = f"{asked.title}: {name}"
     if output:
         save_view(found, output, title, offers(asked.model)[name].sentence)

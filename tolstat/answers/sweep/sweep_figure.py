@@ -7,13 +7,7 @@ from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
 
-from tolstat.answers.sweep.curves import (
-    axis_scale,
-    responses_of_interest,
-    sweeps,
-    swept_axis,
-    words_along,
-)
+from tolstat.answers.sweep import curves
 from tolstat.document.plot import Layer, Line, Plot, PlotAxis, PlotPanel, Points, Rule
 from tolstat.errors import PictureError
 from tolstat.render.chart_plot import CURVE_COLOURS
@@ -44,20 +38,20 @@ def save_sweeps(runs: Sequence[Run], path: Path, responses: Sequence[str] = ()) 
 
 def sweep_plot(runs: Sequence[Run], responses: Sequence[str] = ()) -> Plot:
     """Return one picture for each response, with its limit and the reference."""
-    axis = swept_axis(runs[0])
+    axis = curves.swept_axis(runs[0])
     for run in runs[1:]:
-        if (other := swept_axis(run)) != axis:
+        if (other := curves.swept_axis(run)) != axis:
             raise PictureError(
                 f"{runs[0].path} sweeps {axis}, {run.path} sweeps {other}; draw each "
                 "by itself"
             )
-    chosen = list(responses) or responses_of_interest(runs[0])
+    chosen = list(responses) or curves.responses_of_interest(runs[0])
     if not chosen:
         raise PictureError(
             f"{runs[0].path} limits no response; name the responses to be drawn"
         )
-    words = tuple(words_along(runs[0], axis))
-    label = axis if words else axis_scale(runs[0], axis).label(axis)
+    words = tuple(curves.words_along(runs[0], axis))
+    label = axis if words else curves.axis_scale(runs[0], axis).label(axis)
     x = PlotAxis(label, words=words)
     panels = tuple(_panel(runs, axis, x, response) for response in chosen)
     height = 3.3 * len(chosen) + 0.5
@@ -66,13 +60,13 @@ def sweep_plot(runs: Sequence[Run], responses: Sequence[str] = ()) -> Plot:
 
 def _panel(runs: Sequence[Run], axis: str, x: PlotAxis, response: str) -> PlotPanel:
     # a response that the first run does not have is refused by `sweeps`
-    along = 1.0 if x.words else axis_scale(runs[0], axis).factor
+    along = 1.0 if x.words else curves.axis_scale(runs[0], axis).factor
     scale = runs[0].scales.get(response)
     times = scale.factor if scale else 1.0
     layers: list[Layer] = []
     colours = cycle(CURVE_COLOURS)
-    curves = [(run, each) for run in runs for each in sweeps(run, axis, response)]
-    for run, sweep in curves:
+    cut = [(run, each) for run in runs for each in curves.sweeps(run, axis, response)]
+    for run, sweep in cut:
         of_run = run.path.stem if len(runs) > 1 else ""
         label = ": ".join(part for part in (of_run, sweep.label) if part) or "run"
         at, values, colour = along * sweep.x, times * sweep.y, next(colours)

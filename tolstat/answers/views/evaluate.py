@@ -167,34 +167,32 @@ def view(
     if isinstance(source, Model) or source in catalogue.names():
         machine = catalogue.find(source)
         chosen = model_settings.make(machine, settings)
-        first = _first(machine, chosen, deviations)
-        return view_of(machine, chosen, name, first)
+        return view_of(machine, chosen, name, deviations)
     if settings:
         raise ModelError("a study has its own settings; change them there")
     study = load(source, model=model)
-    first = _first(study.model, study.settings, deviations)
-    return view_of(study.model, study.settings, name, first, study)
+    return view_of(study.model, study.settings, name, deviations, study)
 
 
 def view_of(
-    model: Model, settings: Any, name: str, first: Array, study: Study | None = None
+    model: Model,
+    settings: Any,
+    name: str,
+    deviations: Mapping[str, ArrayLike] | None = None,
+    study: Study | None = None,
 ) -> View:
-    """Show a trial.
-
-    `first` is the trial that is shown, float64[1, contributor]; the tolerances of a
-    study open the bands of a view that has such.
-    """
+    """Show a trial; the tolerances of a study open the bands of a view with such."""
     known = offers(model)
     if name not in known:
         raise ModelError(
             f"model '{model.name}' has no view {name}; {allowed_names(name, known)}"
         )
+    rows = _first(model, settings, deviations)
     if name == "history" and model.moves:
-        chart, _ = history_of(model, first[0], settings, STEP)
+        chart, _ = history_of(model, rows[0], settings, STEP)
         return chart
-    rows = first
     if study is not None and known[name].machines:
-        rows = np.concatenate([first, study.machines(known[name].machines)])
+        rows = np.concatenate([rows, study.machines(known[name].machines)])
     return shown(model, name, rows, settings)
 
 

@@ -13,15 +13,7 @@ from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.views.evaluate import STEP
-from tolstat.document.blocks import (
-    Block,
-    Document,
-    Figure,
-    Given,
-    paragraph,
-    shown,
-    table_of,
-)
+from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, Typed, listed
 from tolstat.errors import ModelError, RunFileError
 from tolstat.model.checked import history_of, simulate
@@ -94,36 +86,37 @@ class Replay(Answer):
         """Which trial, and how it ended."""
         return f"{self.title}: {self.status}"
 
-    def document(self) -> Document:
+    def document(self) -> blocks.Document:
         """Return what deviates, what it answers, and whether that is as stored."""
         moved = {name: each for name, each in self.contributors.items() if each.value}
-        inputs: list[dict[str, Given]] = [
+        inputs: list[dict[str, blocks.Given]] = [
             {"contributor": Name(name), "deviation": each.words, "": each.sentence}
             for name, each in (self.settings | moved).items()
         ]
-        answered: list[dict[str, Given]] = [
+        answered: list[dict[str, blocks.Given]] = [
             {"response": Name(name), "value": each.words,
              "limit": each.limit + (": out of limit" if each.out_of_limit else "")}
             for name, each in self.responses.items()
         ]  # fmt: skip
-        tables = table_of(inputs, words=[""]), table_of(answered, words=["limit"])
+        given = blocks.table_of(inputs, words=[""])
+        found = blocks.table_of(answered, words=["limit"])
         steps = f", {self.steps} steps" if self.steps is not None else ""
         title = f"{self.title}: {self.status}{steps}"
-        return Document(title, shown(*tables, *self._remarks()))
+        return blocks.Document(title, blocks.shown(given, found, *self._remarks()))
 
-    def _remarks(self) -> Iterator[Block]:
+    def _remarks(self) -> Iterator[blocks.Block]:
         """Say whether the trial is as stored, and show how it moved."""
         if self.differences:
             why = f": {self.reason}" if self.reason else ""
             said = f"not bit for bit as stored{why}; different: "
-            yield paragraph(said, listed(self.differences, ""))
+            yield blocks.paragraph(said, listed(self.differences, ""))
         elif self.stored:
-            yield paragraph("bit for bit as stored")
+            yield blocks.paragraph("bit for bit as stored")
         if self.damage:
             said = f"the run is damaged: {self.damage}. Repair it with: "
-            yield paragraph(said, Typed(self.repair))
+            yield blocks.paragraph(said, Typed(self.repair))
         if self.history:
-            yield Figure("its histories", self.history, wide=True)
+            yield blocks.Figure("its histories", self.history, wide=True)
 
     def rows(self) -> list[Row]:
         """Return deviations and responses, a row for each."""
