@@ -59,23 +59,21 @@ def compare(*runs: RunSource, responses: Sequence[str] = ()) -> Comparison:
         raise PictureError(
             f"two runs or more are compared, up to {len(LABELS)}; given: {len(runs)}"
         )
-    first, *others = map(open_run, runs)
-    pairs = [pair_of(first, run) for run in others]
-    names = [
-        each.name
-        for each in first.responses
-        if any(each.name in pair.responses for pair in pairs)
-    ]
-    designs = [_design("A", pairs[0].first, names)]
-    for label, pair in zip(LABELS[1:], pairs, strict=False):
-        designs.append(_design(label, pair.second, pair.responses))
+    first, *rest = map(open_run, runs)
+    pairs = [pair_of(first, run) for run in rest]
     known = {each.name: each for each in first.responses}
+    names = [n for n in known if any(n in pair.responses for pair in pairs)]
+    A = _design("A", pairs[0].first, names)
+    others = [
+        _design(label, pair.second, pair.responses)
+        for label, pair in zip(LABELS[1:], pairs, strict=False)
+    ]
     return Comparison(
         {n: ComparedResponse(known[n].sentence, first.scales[n]) for n in names},
-        tuple(designs),
+        (A, *others),
         tuple(
-            _difference(pair, designs[0], design, responses)
-            for pair, design in zip(pairs, designs[1:], strict=True)
+            _difference(pair, A, design, responses)
+            for pair, design in zip(pairs, others, strict=True)
         ),
     )
 

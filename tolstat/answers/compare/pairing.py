@@ -88,28 +88,29 @@ def pair_of(first: Run, second: Run) -> Pairing:
     )
     if not names:
         raise PictureError(f"{where} have no response in common")
-    common, promise = min(len(A.trials), len(B.trials)), _promise(A)
+    common = min(len(A.trials), len(B.trials))
     kind, words = _together(A, B, common)
     if kind == UNPAIRED:
         for each in (A, B):
             if not each.sample.done.any():
                 raise PictureError(f"{each.run.path}: no trial is done")
-        return Pairing(
-            kind, words, 0, 0, 0, NOT_PAIRED, promise, A, B, None, names
-        )  # fmt: skip
-    a, b = (each.sample.first(common) for each in (A, B))
-    done = a.done & b.done
-    if not done.any():
-        raise PictureError(f"{where}: no trial is done in both")
-    # how the trial failed does not matter here
-    status = np.where(done, Status.DONE, np.where(a.ran & b.ran, Status.NOT_FINITE, 0))
-    sample = Sample(status, a.replicates)
-    if len(A.trials) != len(B.trials):
-        words += f"; of both the first {common} trials"
-    return Pairing(
-        kind, words, common, int(np.count_nonzero(done)), sample.failed,
-        sample.failures, promise, A, B, sample, names,
-    )  # fmt: skip
+        sample, counts, failures = None, (0, 0, 0), NOT_PAIRED
+    else:
+        sample = _in_both(A.sample.first(common), B.sample.first(common))
+        if not sample.done.any():
+            raise PictureError(f"{where}: no trial is done in both")
+        if len(A.trials) != len(B.trials):
+            words += f"; of both the first {common} trials"
+        counts = common, int(np.count_nonzero(sample.done)), sample.failed
+        failures = sample.failures
+    return Pairing(kind, words, *counts, failures, _promise(A), A, B, sample, names)
+
+
+def _in_both(a: Sample, b: Sample) -> Sample:
+    """Return the trials of two runs: done where they are in both."""
+    # how a trial failed does not matter here
+    ran = np.where(a.ran & b.ran, Status.NOT_FINITE, Status.NOT_RUN)
+    return Sample(np.where(a.done & b.done, Status.DONE, ran), a.replicates)
 
 
 def _promise(drawn: Drawn) -> str:
