@@ -169,6 +169,19 @@ def test_what_cannot_be_drawn(grid, toy, toy_study, tmp_path):
         draw_sweeps([run])
 
 
+def test_words_stand_at_one_place_for_all_runs(toy, tmp_path):
+    runs = []
+    for i, words in enumerate(('"plain", "odd"', '"odd", "plain"')):
+        study = tmp_path / f"{i}.toml"
+        study.write_text(
+            f'model = "toy"\nsampling = "grid"\n[grid]\nmode = [{words}]\n'
+        )
+        runs.append(tolstat.run(study, model=toy))
+    draw_sweeps(runs[:1], ["gap"])
+    with pytest.raises(PictureError, match=r"mode plain odd, .* mode odd plain;"):
+        draw_sweeps(runs, ["gap"])
+
+
 @pytest.mark.parametrize("logarithmic", [False, True])
 def test_no_dot_lies_on_the_end_of_an_axis(logarithmic):
     """A curve beside which dots stand leaves them room; one without goes to the end."""

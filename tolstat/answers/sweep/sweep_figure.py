@@ -39,18 +39,20 @@ def save_sweeps(runs: Sequence[Run], path: Path, responses: Sequence[str] = ()) 
 def sweep_plot(runs: Sequence[Run], responses: Sequence[str] = ()) -> Plot:
     """Return one picture for each response, with its limit and the reference."""
     axis = curves.swept_axis(runs[0])
+    words = tuple(curves.words_along(runs[0], axis))
     for run in runs[1:]:
-        if (other := curves.swept_axis(run)) != axis:
+        other = curves.swept_axis(run)
+        others = tuple(curves.words_along(run, other))
+        if (other, others) != (axis, words):
             raise PictureError(
-                f"{runs[0].path} sweeps {axis}, {run.path} sweeps {other}; draw each "
-                "by itself"
+                f"{runs[0].path} sweeps {' '.join([axis, *words])}, {run.path} sweeps "
+                f"{' '.join([other, *others])}; draw each by itself"
             )
     chosen = list(responses) or curves.responses_of_interest(runs[0])
     if not chosen:
         raise PictureError(
             f"{runs[0].path} limits no response; name the responses to be drawn"
         )
-    words = tuple(curves.words_along(runs[0], axis))
     label = axis if words else curves.axis_scale(runs[0], axis).label(axis)
     x = PlotAxis(label, words=words)
     panels = tuple(_panel(runs, axis, x, response) for response in chosen)
