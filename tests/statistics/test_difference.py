@@ -70,6 +70,11 @@ def test_a_difference_takes_both_intervals_by_squares():
     assert difference(some, never)[:3] == (math.inf, pytest.approx(-0.1), math.inf)
     assert difference(never, some)[:2] == (-math.inf, -math.inf)
     assert difference(never, never).reason == "none out of limit in either"
+    open_above = Estimate(1.2, 1.0, math.inf)
+    for correlation in (0.0, 0.5):
+        found = difference(open_above, some, correlation)
+        assert found.lower == -math.inf and found.value < found.upper < math.inf
+        assert difference(some, open_above, correlation).upper == math.inf
     unsure = difference(some, Estimate(0.9, reason="needs 59"))
     assert unsure.value == pytest.approx(0.1) and unsure.reason == "needs 59"
 

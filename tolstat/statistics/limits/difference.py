@@ -97,6 +97,8 @@ def difference(first: Estimate, second: Estimate, correlation: float = 0.0) -> E
     value = b.value - a.value
 
     def half(x: float, y: float) -> float:
+        if math.isinf(x + y):
+            return math.inf
         return math.sqrt(max(x**2 + y**2 - 2 * correlation * x * y, 0.0))
 
     lower = value - half(b.value - b.lower, a.upper - a.value)
