@@ -11,14 +11,12 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.deviations.density_ratio import Density, DensityRatio, dependent_groups
 from tolstat.deviations.dependence import Dependence, joined
 from tolstat.deviations.distributions import Distribution
 from tolstat.errors import DistributionError
-
-Array = NDArray[np.float64]
 
 PARTS = 100_000  # sampled from the new distributions
 MOST_UNCOVERED = 1e-4  # share of the new parts outside the sampled distribution
@@ -102,7 +100,7 @@ def overlap_of(
     return Overlap(float(efficiency), float(heavy[best]), cut)
 
 
-def _outside(parts: Array, drawn: Density) -> NDArray[np.bool_]:
+def _outside(parts: Array, drawn: Density) -> Truths:
     """Tell which of float64[part] parts lie outside a sampled distribution."""
     lower, upper = drawn.ends
     edge = 1e-9 * (upper - lower)  # rounding of equal ends

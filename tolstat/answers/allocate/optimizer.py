@@ -8,10 +8,10 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-Array = NDArray[np.float64]
+from tolstat.arrays import Array
+
 Choice = tuple[float, ...]
 Excess = Callable[[Choice], Array]
 

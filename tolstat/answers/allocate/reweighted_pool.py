@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from tolstat.answers.allocate.optimizer import Choice
+from tolstat.arrays import Array, Truths
 from tolstat.deviations.density_ratio import (
     FARTHEST,
     DensityRatio,
@@ -19,26 +19,14 @@ from tolstat.deviations.density_ratio import (
 )
 from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.distributions import Constant, Distribution
-from tolstat.deviations.prices import Priced
-from tolstat.execution.trial_table import Trials
 from tolstat.statistics.intervals.shares import gamma_ends
-from tolstat.statistics.limits.limit import Limit, within
+from tolstat.study.cost_entry import Priced
 from tolstat.study.study import Study
-
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 MISS = 0.025  # chance that a fraction is above the upper end of its interval
 OTHERS = 1024  # trials of a run within all limits that the search looks at
 NODES, TOLERANCES = 2049, 100  # between which weights are interpolated
 KEPT = 12  # weights of a block that are not computed again
-
-
-def out_of_each_limit(limits: Mapping[str, Limit], trials: Trials) -> Bools:
-    """Tell which trials are out of each limit, or failed: bool[limit, trial]."""
-    return np.array(
-        [~within(trials.response(name), of.permitted) for name, of in limits.items()]
-    )
 
 
 class _Run(NamedTuple):
@@ -47,7 +35,7 @@ class _Run(NamedTuple):
     choice: Choice
     trials: int  # of the run
     deviations: Mapping[str, Array]
-    out_of_limit: Bools  # [limit, trial]
+    out_of_limit: Truths  # [limit, trial]
     times: Array  # how many each stands for
 
 
@@ -65,7 +53,7 @@ class Pool:
         self._runs: list[_Run] = []
         self._known: _Rows | None = None
 
-    def add(self, choice: Choice, seed: int, out_of_limit: Bools) -> None:
+    def add(self, choice: Choice, seed: int, out_of_limit: Truths) -> None:
         """Take the trials of a run; deviations are sampled again rather than stored."""
         trials = out_of_limit.shape[1]
         study = with_choice(self.study, choice, seed, trials)

@@ -96,10 +96,13 @@ class WhatIf(Answer):
         both = {name: (of.baseline, of.scenario) for name, of in self.changes.items()}
         blocks = shown(
             Paragraph(self._yields(), "lead"),
-            paragraph("Baseline -> scenario: ", changes(both), "."),
+            paragraph(
+                "Baseline -> scenario: ",
+                changes(both),
+                ". All other deviations, batches and correlations stay.",
+            ),
             self._limits(),
             self._responses(),
-            self._trials_left(),
             *self._notes(),
         )
         return Document(f"{self.title}: what if", blocks, (self.run, self.model))
@@ -180,21 +183,6 @@ class WhatIf(Answer):
             page_only=["nominal", "mean", "sigma", *others],
             keys=3,
             look="dense",
-        )
-
-    def _trials_left(self) -> Table:
-        return table_of(
-            [
-                {
-                    "contributor": Name(name),
-                    "effective sample size, % of trials": Number(
-                        each.fraction_left, PER_CENT
-                    ),
-                }
-                for name, each in self.changes.items()
-            ],
-            "Each change alone",
-            caption=text("All other deviations, batches and correlations stay."),
         )
 
     def _notes(self) -> Iterator[Paragraph]:
