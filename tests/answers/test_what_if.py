@@ -413,7 +413,7 @@ def test_a_run_whose_study_draws_other_machines_by_now_is_refused(toy, toy_study
     run = tolstat.run(toy_study, model=toy)
     with resealed(run.path) as file:
         file["part_1"][5] += 1e-6
-    with pytest.raises(RunFileError, match="draws other deviations by now"):
+    with pytest.raises(RunFileError, match="samples other deviations now"):
         tolstat.what_if(tolstat.open(run.path), {"part": "+-0.5 mm"}, model=toy)
 
 

@@ -12,16 +12,7 @@ from tolstat.answers.allocate.fresh_runs import Scheme
 from tolstat.answers.allocate.search import Point
 from tolstat.answers.answer import Answer
 from tolstat.answers.cells import ppm
-from tolstat.document.blocks import (
-    Bullets,
-    Cell,
-    Document,
-    Figure,
-    Given,
-    Paragraph,
-    Table,
-    table_of,
-)
+from tolstat.document import blocks
 from tolstat.document.inline import (
     Name,
     Number,
@@ -142,16 +133,16 @@ class Allocation(Answer):
         ]
         return "".join(f"# {line}\n" for line in lines if line) + f"\n{self.study}"
 
-    def document(self) -> Document:
+    def document(self) -> blocks.Document:
         """Return what it says, the answer first."""
-        blocks = (
-            Paragraph(self._lead(), "lead"),
+        parts = (
+            blocks.Paragraph(self._lead(), "lead"),
             self._tolerances(),
             self._fractions(),
-            Bullets(tuple(self._notes())),
-            Figure(CHART, self.chart, text(CHART), wide=True),
+            blocks.Bullets(tuple(self._notes())),
+            blocks.Figure(CHART, self.chart, text(CHART), wide=True),
         )
-        return Document(f"Cheapest tolerances: {self.title}", blocks)
+        return blocks.Document(f"Cheapest tolerances: {self.title}", parts)
 
     @property
     def _shown(self) -> dict[str, Scheme]:
@@ -181,15 +172,17 @@ class Allocation(Answer):
             cost, drawing, listed(missed, ""),
         )  # fmt: skip
 
-    def _tolerances(self) -> Table:
+    def _tolerances(self) -> blocks.Table:
         found = FOUND if self.met else TIGHTEST
-        rows: list[dict[str, Given]] = [
+        rows: list[dict[str, blocks.Given]] = [
             {
                 "entry": Name(each.name),
                 "parts": Number(each.parts),
                 "drawing": each.specified,
                 "cost (drawing)": Number(each.cost_specified),
-                found: Cell(text(each.found), LOOSEST if each.at_loosest else ()),
+                found: blocks.Cell(
+                    text(each.found), LOOSEST if each.at_loosest else ()
+                ),
                 "cost": Number(each.cost),
             }
             for each in self.entries
@@ -198,23 +191,23 @@ class Allocation(Answer):
         rows.append(
             {"entry": "all", "cost (drawing)": drawn, "cost": Number(self.cost)}
         )
-        return table_of(rows, "Tolerances")
+        return blocks.table_of(rows, "Tolerances")
 
-    def _fractions(self) -> Table:
-        rows: list[dict[str, Given]] = [
+    def _fractions(self) -> blocks.Table:
+        rows: list[dict[str, blocks.Given]] = [
             {
                 "tolerances": WORDS[name],
                 "cost": Number(each.cost),
                 "any limit": ppm(each.fraction_out_of_any_limit),
                 **{n: ppm(each.fraction_out_of_limit[n]) for n in self.verdicts},
-                "fresh run": Cell(
+                "fresh run": blocks.Cell(
                     counted(each.trials, "trial"), (f"seed {each.seed}",)
                 ),
             }
             for name, each in self._shown.items()
         ]
         title = "Fraction out of limit in fresh runs, ppm, with 95 % intervals"
-        return table_of(rows, title)
+        return blocks.table_of(rows, title)
 
     def _notes(self) -> Iterator[Parts]:
         if self.met:

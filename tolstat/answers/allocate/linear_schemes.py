@@ -47,12 +47,6 @@ class LinearSchemes:
         }
         self.correlation = correlations(self.names, study.deviating.dependence)
 
-    @property
-    def known(self) -> bool:
-        """Whether every response has a slope by every contributor."""
-        slope = [value for of in self.slopes.values() for value in of.values()]
-        return bool(np.all(np.isfinite([*slope, *self.nominal.values()])))
-
     def worst_case(self, choice: Choice) -> Array:
         """Return how far the worst corner exceeds each end's room: float64[end]."""
         spreads = self._spreads(choice)
@@ -115,7 +109,8 @@ def linear_choices(search: Search) -> tuple[dict[str, Choice], dict[str, str]]:
         "root_sum_square": linear.root_sum_square,
         "worst_case": linear.worst_case,
     }
-    if not linear.known:
+    known = [value for of in linear.slopes.values() for value in of.values()]
+    if not np.all(np.isfinite([*known, *linear.nominal.values()])):
         return {}, dict.fromkeys(bounds, "the model has a response without a slope")
     found, omitted = dict[str, Choice](), dict[str, str]()
     for name, excess in bounds.items():

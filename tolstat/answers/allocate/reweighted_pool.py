@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -123,14 +124,10 @@ class _Rows:
             {name: loosest[name] for name in deviations},
             study.deviating.dependence,
         )
-        self._blocks = _blocks(study)
-        self._tables = {
-            entry: _Table(self.priced[entry], deviations)
-            for block in self._blocks
-            for entry in block.entries
-            if block.alone and self.priced[entry].law
-        }
-        self._known: dict[tuple[int, ...], dict[Choice, Array]] = {}
+        self._blocks = [
+            (block.entries, lru_cache(KEPT)(self._weights_of(block, deviations)))
+            for block in _blocks(study)
+        ]
         trials = sum(each.trials for each in runs)
         self._shares = [(each.choice, each.trials / trials) for each in runs]
         self._mixtures: dict[bool, Array] = {}
@@ -154,18 +151,18 @@ class _Rows:
     def _over_loosest(self, choice: Choice) -> Array:
         """Return the density with a choice over that of the loosest one."""
         found = np.ones(len(self.times))
-        for block in self._blocks:
-            known = self._known.setdefault(block.entries, {})
-            own = tuple(choice[i] for i in block.entries)
-            if own not in known:
-                if len(known) >= KEPT:
-                    del known[next(iter(known))]
-                table = self._tables.get(block.entries[0])
-                known[own] = (
-                    table.weights(*own) if table else self._of(block.entries, own)
-                )
-            found *= known[own]
+        for entries, weights in self._blocks:
+            found *= weights(tuple(choice[i] for i in entries))
         return found
+
+    def _weights_of(
+        self, block: _Block, deviations: Mapping[str, Array]
+    ) -> Callable[[Choice], Array]:
+        """Return what weights the entries of a block, from a table where it can."""
+        priced = self.priced[block.entries[0]]
+        if block.alone and priced.law:
+            return _Table(priced, deviations).weights
+        return partial(self._of, block.entries)
 
     def _of(self, entries: Sequence[int], own: Choice) -> Array:
         """Return the densities of some entries over those of the loosest."""
@@ -196,8 +193,9 @@ class _Table:
             below = np.minimum(place.astype(np.int64), NODES - 2)
             self._places.append((below, place - below))
 
-    def weights(self, chosen: float) -> Array:
+    def weights(self, choice: Choice) -> Array:
         """Return the density of all its parts over that with the loosest tolerance."""
+        (chosen,) = choice
         tightest, loosest = self._entry.ends
         place = TOLERANCES * (chosen - tightest) / (loosest - tightest)
         first = min(max(int(place), 0), TOLERANCES - 1)

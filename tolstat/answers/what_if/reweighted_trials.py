@@ -133,12 +133,12 @@ def what_if(
 
 
 def _check_drawn(run: Run, study: Study) -> None:
-    """Refuse a run whose study samples other deviations by now."""
+    """Refuse a run whose study samples other deviations now."""
     plan = plan_again(run, study, drawn_again(run, study).trials)
     if len(trials_drawn_otherwise(run, plan)):
         raise RunFileError(
-            f"{run.path}: its study draws other deviations by now, because its data or "
-            "the machine are others",
+            f"{run.path}: its study samples other deviations now: its data or its "
+            "model have changed",
             Advice("run again", run.path, run.machine, run=run),
         )
 

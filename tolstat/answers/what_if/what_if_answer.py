@@ -9,15 +9,7 @@ from typing import ClassVar, NamedTuple
 from tolstat.answers.answer import Answer
 from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm, summary_cells
 from tolstat.answers.report.report_answer import AllLimits
-from tolstat.document.blocks import (
-    Document,
-    Paragraph,
-    Table,
-    note,
-    paragraph,
-    shown,
-    table_of,
-)
+from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, Word, counted, say, text
 from tolstat.render.json_schema import share_words
 from tolstat.render.tables import Row
@@ -91,12 +83,12 @@ class WhatIf(Answer):
             for name, each in self.responses.items()
         ]
 
-    def document(self) -> Document:
+    def document(self) -> blocks.Document:
         """Return yields, limits and responses of baseline and scenario."""
         both = {name: (of.baseline, of.scenario) for name, of in self.changes.items()}
-        blocks = shown(
-            Paragraph(self._yields(), "lead"),
-            paragraph(
+        parts = blocks.shown(
+            blocks.Paragraph(self._yields(), "lead"),
+            blocks.paragraph(
                 "Baseline -> scenario: ",
                 changes(both),
                 ". All other deviations, batches and correlations stay.",
@@ -105,7 +97,7 @@ class WhatIf(Answer):
             self._responses(),
             *self._notes(),
         )
-        return Document(f"{self.title}: what if", blocks, (self.run, self.model))
+        return blocks.Document(f"{self.title}: what if", parts, (self.run, self.model))
 
     @property
     def _scenario(self) -> str:
@@ -130,7 +122,7 @@ class WhatIf(Answer):
             yield Name(name), "baseline", each, each.baseline
             yield None, "scenario", each, each.scenario
 
-    def _limits(self) -> Table:
+    def _limits(self) -> blocks.Table:
         rows = [
             {
                 "response": name,
@@ -145,7 +137,7 @@ class WhatIf(Answer):
             for name, side, _, of in self._sides([*self.responses])
             if (limited := of.limited)
         ]
-        return table_of(
+        return blocks.table_of(
             rows,
             "Limits",
             page_only=["Ppk by percentiles", "Ppk by moments"],
@@ -156,7 +148,7 @@ class WhatIf(Answer):
             look="verdicts",
         )
 
-    def _responses(self) -> Table:
+    def _responses(self) -> blocks.Table:
         """Return the statistics of all responses, those with limits first."""
         limited = [n for n, each in self.responses.items() if each.scenario.limited]
         rows = [
@@ -177,7 +169,7 @@ class WhatIf(Answer):
             )
         ]
         others = [share_words(share) for share in QUANTILES if share not in ON_SCREEN]
-        return table_of(
+        return blocks.table_of(
             rows,
             "Responses",
             page_only=["nominal", "mean", "sigma", *others],
@@ -185,9 +177,9 @@ class WhatIf(Answer):
             look="dense",
         )
 
-    def _notes(self) -> Iterator[Paragraph]:
+    def _notes(self) -> Iterator[blocks.Paragraph]:
         """Say what must be known to read the numbers."""
-        yield note(
+        yield blocks.note(
             say(
                 "Nothing was simulated: {}, reweighted, have an effective sample size "
                 "of {}.",
@@ -195,8 +187,8 @@ class WhatIf(Answer):
                 Number(self.effective_sample_size),
             )
         )
-        yield from map(note, self.notes)
-        yield note(
+        yield from map(blocks.note, self.notes)
+        yield blocks.note(
             "Below each number stands its 95 % interval: of fractions out of limit "
             "from weighted counts, of all others for any distribution. Fractions and "
             "verdicts of the baseline are anytime-valid, those of the scenario for a "
