@@ -142,17 +142,18 @@ def study_in(
 def _enough(run: Run, study: Study, scenario: Deviations, fresh: Study) -> int:
     """Return how many trials are likely to decide every limit of the fresh study.
 
-    As many as the run where these are likely to. The stored trials tell where they
-    cover the scenario; else none may be out of limit.
+    As many as the run has where these suffice. The fractions out of limit are those of
+    the stored trials where they cover the scenario; else zero.
     """
     counts = dict.fromkeys(fresh.limits, (0, 1))
     drawn, enough = drawn_trials(run), run.trials
     if drawn and scenario.distributions and not drawn.sample.replicates:
         with suppress(StudyError):
             weights = reweighted(scenario, study, drawn, problems_of(run)).weights
+            ran = drawn.sample.ran
             for name, limit in fresh.limits.items():
-                out = ~within(drawn.values(name), limit.permitted)
-                share = np.average(out, weights=weights.values)
+                out = ~within(drawn.values(name)[ran], limit.permitted)
+                share = np.average(out, weights=weights.values[ran])
                 counts[name] = round(share * weights.number), weights.number
     for name, limit in fresh.limits.items():
         count, of = counts[name]
