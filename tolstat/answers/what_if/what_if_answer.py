@@ -141,9 +141,6 @@ class WhatIf(Answer):
             rows,
             "Limits",
             page_only=["Ppk by percentiles", "Ppk by moments"],
-            caption=say(
-                "{}; failed ones are out of limit", counted(self.trials, "trial")
-            ),
             keys=2,
             look="verdicts",
         )
