@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from tolstat.answers.report.ask import report, summary
     from tolstat.answers.views.evaluate import evaluate, trajectory, view
     from tolstat.answers.views.replay import replay
+    from tolstat.answers.what_if.fresh_study import fresh_study
     from tolstat.answers.what_if.reweighted_trials import what_if
-    from tolstat.answers.what_if.scenario import fresh_study
     from tolstat.catalogue import names as models
     from tolstat.execution.continuation import extend, resume
     from tolstat.execution.execute import run
@@ -71,7 +71,7 @@ _HOMES = {
     "compare": "tolstat.answers.compare.compare_runs",
     "evaluate": "tolstat.answers.views.evaluate",
     "extend": "tolstat.execution.continuation",
-    "fresh_study": "tolstat.answers.what_if.scenario",
+    "fresh_study": "tolstat.answers.what_if.fresh_study",
     "limited": "tolstat.answers.relimit",
     "models": "tolstat.catalogue",
     "open": "tolstat.store.open_run",

@@ -8,6 +8,7 @@ import tomllib
 import numpy as np
 import pytest
 
+from tolstat.deviations.spread import half_of
 from tolstat.errors import StudyError
 from tolstat.study.cost_entry import tolerance_words, with_tolerances
 from tolstat.study.study import load
@@ -45,7 +46,9 @@ def test_grades_and_tolerances_that_are_offered():
     found = priced({"IT10": 4, "IT9": 7, "+-1.2 mm": 1}, tolerance="IT10", size="2 m")
     assert [each.words for each in found.offered] == ["+-1.2 mm", "IT10", "IT9"]
     assert found.specified_choice == 1.0 and found.cost(1.0) == 2 * 4
-    assert found.half(2.0) == pytest.approx(0.5 * 370e-6)  # IT9 of 2 m
+    assert half_of(found.distributions(2.0)) == pytest.approx(
+        0.5 * 370e-6
+    )  # IT9 of 2 m
 
 
 @pytest.mark.parametrize(
@@ -88,7 +91,7 @@ def test_figures_are_of_the_width_and_no_end_reaches_farther(tolerance, ratio, w
     if ratio < 1:
         least, most = was.tolerance
         assert least - 1e-15 <= now.tolerance[0] < now.tolerance[1] <= most + 1e-15
-    assert found.law.tightest * (1 - 1e-9) <= again.half(again.specified_choice)
+    assert found.law.tightest * (1 - 1e-9) <= half_of(again.specified)
 
 
 def test_a_line_as_drawn_has_its_own_words():

@@ -70,7 +70,7 @@ def limited(
 
 def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     """Return a run with other limits, and the diagnostics of its own; see `limited`."""
-    problems = Problems(f"{run.path}", "cannot be asked that")
+    problems = Problems(f"{run.path}", "cannot answer this")
     check_section("limits", limits, problems)
     read = read_limits(limits, run.responses, problems)
     problems.raise_if_any()

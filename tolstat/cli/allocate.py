@@ -13,14 +13,15 @@ from tolstat.answers.allocate.allocate_tolerances import allocated
 from tolstat.answers.allocate.allocation import CHART
 from tolstat.answers.next_steps import command
 from tolstat.answers.views.view_file import VIEWS, save_view
+from tolstat.answers.what_if.fresh_study import study_in
 from tolstat.catalogue import place_of
 from tolstat.cli import options
 from tolstat.cli.entry import LIMITS_NOT_MET, leave, stop_on_interrupt
 from tolstat.cli.progress import ProgressBar
-from tolstat.errors import RunFileError, StudyError
+from tolstat.errors import Advice, RunFileError
 from tolstat.execution.workers.crew import Interrupted
 from tolstat.literal import visible
-from tolstat.render.output_file import check_ending, check_folder, replace
+from tolstat.render.output_file import check_ending, replace
 from tolstat.study.study import Study, load
 
 
@@ -63,23 +64,23 @@ def allocate(
             leave(signal.SIGINT, None)
             raise
         # from here on Ctrl-C waits until whole files are written
-        machine, proof = place_of(asked.model), found.proof
-        given = ["--trials", trials] if trials else []
-        by = visible(command("allocate", study, *given, machine=machine))
         proved = ""
-        if output and found.reproducible:
-            given = ["--trials", proof.trials, "--seed", proof.seed]
-            proved = visible(command("run", output, *given, machine=machine))
         if output and found.met:
+            machine, proof = place_of(asked.model), found.proof
+            given = ["--trials", trials] if trials else []
+            by = visible(command("allocate", study, *given, machine=machine))
+            if found.reproducible:
+                given = ["--trials", proof.trials, "--seed", proof.seed]
+                proved = visible(command("run", output, *given, machine=machine))
             replace(output, found.study_file(by, proved).encode())
         if plot:
             save_view(found.chart, plot, f"{asked.title}: cost over ppm", CHART)
         options.deliver(found, None, form)
-    if output and found.met and not form:
+    if output and not form:
         again = f"; the proof again: {proved}" if proved else ""
-        click.echo(f"written to {visible(str(output))}{again}")
-    elif output and not form:
-        click.echo(f"{visible(str(output))} is not written: limits are not met")
+        said = f"written to {visible(str(output))}{again}"
+        missed = f"{visible(str(output))} is not written: limits are not met"
+        click.echo(said if found.met else missed)
     if plot and not form:
         click.echo(f"drawn in {visible(str(plot))}")
     if not found.met:
@@ -88,25 +89,11 @@ def allocate(
 
 def _check_output(output: Path, study: Study, *, force: bool) -> None:
     """Refuse a file that the study cannot be written to, before anything runs."""
-    check_folder(output)
-    if output.suffix != ".toml":
-        raise RunFileError(f"{output}: a study ends in .toml")
+    options.check_study_output(output)
     assert study.path
-    itself = output.resolve() == study.path.resolve()
-    if output.exists() and (itself or not force):
-        other = "it is the study itself" if force else "give another name"
-        raise RunFileError(
-            f"{output} exists already; {other}, or replace it by --force"
-        )
-    reason, table = "", tomllib.loads(study.text)
-    try:
-        there = load(table, model=study.model, folder=output.parent)
-        if there.deviating.notes != study.deviating.notes:
-            reason = "data of that name differ there"
-    except StudyError as error:
-        reason = str(error)
-    if reason:
-        raise RunFileError(
-            f"{output} would not be this study, which reads files of its own folder: "
-            f"{reason}; write it beside {study.path}, or copy them there first"
-        )
+    if output.exists() and output.samefile(study.path):
+        raise RunFileError(f"{output} is the study itself; give another name")
+    if output.exists() and not force:
+        raise RunFileError(f"{output} exists already", Advice("replace"))
+    table = tomllib.loads(study.text)
+    study_in(output.parent, table, study.model, study.deviating, study.path)

@@ -62,7 +62,7 @@ class Group(click.Group):
         try:
             return super().invoke(ctx)
         except TolstatError as error:
-            from tolstat.cli.advice import worded
+            from tolstat.answers.next_steps import worded
 
             click.echo(f"tolstat: {visible(worded(error))}", err=True)
             sys.exit(error.exit_code)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from tolstat.errors import RunFileError
 from tolstat.literal import visible
 
 if TYPE_CHECKING:
@@ -145,6 +146,15 @@ def check_delivery(output: Path | None, form: str | None) -> None:
         check_output(output)
     elif output:
         check_ending(output, "an answer", ENDINGS)
+
+
+def check_study_output(path: Path) -> None:
+    """Refuse a file that no study can be written to, before anything is done for it."""
+    from tolstat.render.output_file import check_folder
+
+    check_folder(path)
+    if path.suffix != ".toml":
+        raise RunFileError(f"{path}: a study ends in .toml")
 
 
 def deliver(answer: Answer, output: Path | None, form: str | None) -> None:

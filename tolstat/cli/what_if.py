@@ -12,16 +12,16 @@ from typing import Any
 import click
 
 from tolstat.answers.next_steps import as_typed, command
+from tolstat.answers.what_if.fresh_study import fresh_study
 from tolstat.answers.what_if.reweighted_trials import what_if as ask
-from tolstat.answers.what_if.scenario import fresh_study
 from tolstat.cli import options
 from tolstat.errors import PictureError, RunFileError, StudyError, TolstatError
 from tolstat.literal import visible
-from tolstat.render.output_file import check_folder, replace
+from tolstat.render.output_file import replace
 from tolstat.store.open_run import open as open_run
 from tolstat.store.temporary_files import free_name
 
-NAMED = re.compile(r"\s*([^\W\d]\w*)\s*(\W.*?)\s*", re.DOTALL)
+NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 
 
 @click.command("what-if")
@@ -67,9 +67,7 @@ def what_if(
 
 def _write(path: Path, source: Path, deviations: Any, limits: Any) -> None:
     """Write the study of a fresh run, and say how it is run."""
-    if path.suffix != ".toml":
-        raise RunFileError(f"{path}: a study ends in .toml")
-    check_folder(path)
+    options.check_study_output(path)
     if os.path.lexists(path):
         raise RunFileError(f"{path} exists and is not replaced; give another name")
     run = open_run(source)
@@ -99,32 +97,29 @@ def fresh_run_advice(
 
 def deviations_in(texts: Sequence[str]) -> dict[str, Any]:
     """Read deviations: NAME=TOLERANCE, or NAME={ ... } as in TOML."""
-    found: dict[str, Any] = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals or not name.strip():
-            raise StudyError(f'{text}: NAME=TOLERANCE, such as rod_length="+-0.6 mm"')
-        if name.strip() in found:
-            raise StudyError(f"{text}: {name.strip()} is given twice")
-        found[name.strip()] = value_in(value, text)
-    return found
+    return _entries_in(texts, "", 'NAME=TOLERANCE, such as rod_length="+-0.6 mm"')
 
 
 def limits_in(texts: Sequence[str]) -> dict[str, Any]:
     """Read limits: "NAME <= 120 kN", or NAME = { ... } as in TOML."""
+    return _entries_in(texts, "--limit ", 'such as "rod_force <= 120 kN"')
+
+
+def _entries_in(texts: Sequence[str], option: str, example: str) -> dict[str, Any]:
+    """Read what is given by name; what begins with = as a value of TOML, or a text."""
     found: dict[str, Any] = {}
     for text in texts:
-        named = NAMED.fullmatch(text)
+        named, given = NAMED.fullmatch(text), f'{option}"{text}"'
         if not named:
-            raise StudyError(f'--limit "{text}": such as "rod_force <= 120 kN"')
-        if named[1] in found:
-            raise StudyError(f'--limit "{text}": {named[1]} is given twice')
-        rest = named[2].strip()
-        found[named[1]] = value_in(rest[1:], text) if rest[0] == "=" else rest
+            raise StudyError(f"{given}: {example}")
+        name, rest = named.groups()
+        if name in found:
+            raise StudyError(f"{given}: {name} is given twice")
+        found[name] = value_in(rest[1:], given) if rest[0] == "=" else rest
     return found
 
 
-def value_in(value: str, text: str) -> Any:
+def value_in(value: str, given: str) -> Any:
     """Read a value: as of TOML in braces or quotes, else a text."""
     value = value.strip()
     if value[:1] not in ("{", '"', "'"):
@@ -132,4 +127,4 @@ def value_in(value: str, text: str) -> Any:
     try:
         return tomllib.loads(f"value = {value}")["value"]
     except (ValueError, RecursionError) as error:
-        raise StudyError(f"{text}: {error}") from None
+        raise StudyError(f"{given}: {error}") from None

@@ -11,14 +11,12 @@ from collections.abc import Iterable, Mapping
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from tolstat.arrays import Array
 from tolstat.deviations.dependence import Dependence, correlation_of_scores, groups
 from tolstat.deviations.distributions import Distribution
 from tolstat.errors import DistributionError
-
-Array = NDArray[np.float64]
 
 # range of normal scores in which a distribution is tabulated: all but 1 part in 10^10
 FARTHEST, STEPS = 6.4, 4097

@@ -26,6 +26,13 @@ class Measured:
 
     values: Array
 
+    def __eq__(self, other: object) -> bool:
+        """Tell whether all parts are the same."""
+        return isinstance(other, Measured) and np.array_equal(self.values, other.values)
+
+    def __hash__(self) -> int:
+        return hash(self.values.tobytes())
+
     def deviations(self, u: Array) -> Array:
         """Turn unit samples (0 < u < 1) into deviations, SI."""
         return self.values[(u * len(self.values)).astype(np.int64)]

@@ -11,14 +11,12 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.deviations.density_ratio import Density, DensityRatio, dependent_groups
 from tolstat.deviations.dependence import Dependence, joined
 from tolstat.deviations.distributions import Distribution
 from tolstat.errors import DistributionError
-
-Array = NDArray[np.float64]
 
 PARTS = 100_000  # sampled from the new distributions
 MOST_UNCOVERED = 1e-4  # share of the new parts outside the sampled distribution
@@ -29,21 +27,12 @@ NONE_MET = math.log(40)  # most expected parts where none is met
 
 
 class Overlap(NamedTuple):
-    """The efficiency of weighted trials.
+    """The efficiency of weighted trials."""
 
-    Attributes
-    ----------
-    efficiency : float
-        Effective sample size per trial: one over the mean square of the weights.
-    most : float
-        Cap of the weights.
-    cut : float
-        Share of the new units above the cap.
-    """
-
+    # effective sample size per trial: one over the mean square of the weights
     efficiency: float
-    most: float
-    cut: float
+    most: float  # cap of the weights
+    cut: float  # share of the new units above the cap
 
 
 def check_overlap(drawn: Distribution, new: Distribution) -> float:
@@ -83,18 +72,21 @@ def overlap_of(
         If few weights would dominate, as where only some of several correlated parts
         change.
     """
-    names = {name for group in dependent_groups(new, dependence) for name in group}
+    joint = dependent_groups(new, dependence)
+    names = dict.fromkeys(name for group in joint for name in group)
     batches = {n: each for n, each in dependence.batches.items() if n in names}
     pairs = {p: rank for p, rank in dependence.correlations.items() if p[0] in names}
     together = Dependence(batches, pairs)
     rng = np.random.RandomState(PARTS)  # its numbers never change
-    factors = sorted(names | {batch.name for batch in batches.values()})
+    factors = sorted({*names, *(batch.name for batch in batches.values())})
     unit = joined({name: rng.uniform(size=PARTS) for name in factors}, together)
     parts = {n: new.get(n, distributions[n]).deviations(unit[n]) for n in names}
     weights = DensityRatio(parts, distributions, together).weights(new)
     if _dominated_by_few(weights):
+        others = ", ".join(name for name in names if name not in new)
+        also = f": {others} too" if others else ""
         raise DistributionError(
-            "few units would dominate; change all parts that are correlated"
+            f"few units would dominate; change all parts that are correlated{also}"
         )
     uncovered = np.zeros(PARTS, np.bool_)
     for name in new:
@@ -108,7 +100,7 @@ def overlap_of(
     return Overlap(float(efficiency), float(heavy[best]), cut)
 
 
-def _outside(parts: Array, drawn: Density) -> NDArray[np.bool_]:
+def _outside(parts: Array, drawn: Density) -> Truths:
     """Tell which of float64[part] parts lie outside a sampled distribution."""
     lower, upper = drawn.ends
     edge = 1e-9 * (upper - lower)  # rounding of equal ends

@@ -1,19 +1,23 @@
-"""The key `cost` of an entry of [deviations], read; tolerances written into a study."""
+"""What parts cost by tolerance: the key `cost` of an entry of [deviations], read.
+
+The price of one part follows a law of half the tolerance's width, T, or a list of
+tolerances, of which one is chosen.
+"""
 
 from __future__ import annotations
 
 import math
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from decimal import Decimal
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import tomli_w
 
 from tolstat.deviations import iso286
 from tolstat.deviations.distributions import Distribution, Tolerance
-from tolstat.deviations.prices import Law, Offered, Priced
 from tolstat.deviations.spread import half_of, resized, zone_of
 from tolstat.errors import CostError, DistributionError, UnitError, allowed_names
 from tolstat.model.description import Contributor
@@ -25,7 +29,7 @@ from tolstat.study.study_schema import (
     read_entry,
 )
 from tolstat.units.grammar import quantity, tolerance
-from tolstat.units.scale import scale_of
+from tolstat.units.scale import Scale, scale_of
 
 EXAMPLE = (
     '{ law = "reciprocal", at = "+-0.02 mm", price = 10 }, or what may be chosen, '
@@ -38,9 +42,83 @@ LAWS: dict[str, type[Reciprocal]] = {
 SPAN = 4.0, 2.0  # times tighter and looser than on the drawing, by default
 DIGITS, MOST_DIGITS = 3, 12  # of half the width of a tolerance that is written
 WIDEST = 1000  # times the tightest tolerance
-ROUNDING = 1e-9
+MOST_RATES = 200  # of an exponential law: farther off, its price is no number
+ROUNDING = 1e-9  # of a tolerance
 
 Found = TypeVar("Found")
+
+
+class Law(NamedTuple):
+    """A price that falls continuously as the tolerance widens."""
+
+    at: float  # half a width, SI
+    price: float  # there
+    tightest: float  # ends of the choice of half the width, SI
+    loosest: float
+    # 0: the price is reciprocal, price * at / T; else price * exp((at - T) / rate)
+    rate: float = 0.0
+
+    def of(self, half: float) -> float:
+        """Return the price of one part with half a tolerance, SI."""
+        if self.rate:
+            return self.price * math.exp((self.at - half) / self.rate)
+        return self.price * self.at / half
+
+
+class Offered(NamedTuple):
+    """A tolerance on offer."""
+
+    words: str  # as the study writes it: "+-1.2 mm", "IT9"
+    price: float  # of one part
+    distributions: Mapping[str, Distribution]  # with it, by contributor, SI
+
+
+@dataclass(frozen=True)
+class Priced:
+    """An entry of a study with a price; its parts share one tolerance.
+
+    The choice is a number: with a law the logarithm of half the tolerance's width (SI),
+    else the place in the list of offers, the loosest first.
+    """
+
+    name: str  # of the entry
+    words: str  # the specified tolerance, as written
+    specified: Mapping[str, Distribution]  # by contributor, as in the study, SI
+    scale: Scale  # in which the tolerance is written
+    law: Law | None  # of the price
+    offered: tuple[Offered, ...] = ()  # without a law: all choices, the loosest first
+
+    @property
+    def specified_choice(self) -> float:
+        """The choice specified in the study."""
+        if self.law:
+            return math.log(half_of(self.specified))
+        halves = [half_of(each.distributions) for each in self.offered]
+        return float(halves.index(half_of(self.specified)))
+
+    def is_specified(self, choice: float) -> bool:
+        """Tell whether a choice is that of the study."""
+        return abs(choice - self.specified_choice) < ROUNDING
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The choices of the tightest and of the loosest tolerance."""
+        if self.law:
+            return math.log(self.law.tightest), math.log(self.law.loosest)
+        return float(len(self.offered) - 1), 0.0
+
+    def cost(self, choice: float) -> float:
+        """Return the price of all parts of the entry."""
+        law = self.law
+        price = law.of(math.exp(choice)) if law else self.offered[round(choice)].price
+        return len(self.specified) * price
+
+    def distributions(self, choice: float) -> Mapping[str, Distribution]:
+        """Return the distributions of the parts' deviations, by contributor, SI."""
+        if not self.law:
+            return self.offered[round(choice)].distributions
+        half = math.exp(choice)
+        return {name: resized(each, half) for name, each in self.specified.items()}
 
 
 def read_cost(
@@ -51,8 +129,6 @@ def read_cost(
     found: Mapping[str, Distribution],
 ) -> Priced:
     """Read what the parts of an entry cost by tolerance; `keys` are its other keys."""
-    if "data" in keys:
-        raise CostError("cost is by tolerance, and measured parts have none")
     if not isinstance(given, dict) or not given:
         raise CostError(f"cost: a table is expected, {EXAMPLE}")
     specified = {each.name: found[each.name] for each in parts}
@@ -61,15 +137,27 @@ def read_cost(
         raise CostError("cost is by tolerance, and the entry has none")
     graded, unit = "iso1328" in keys, parts[0].unit
     words = f"iso1328 = {keys['iso1328']}" if graded else str(keys["tolerance"])
-    shown = written_unit(keys) or scale_of(unit, "", half_of(specified)).shown
-    if set(given) & set(Exponential.model_fields):
-        if len(zones) > 1:
+    scale = scale_of(unit, written_unit(keys), half_of(specified))
+    if not set(given) & set(Exponential.model_fields):
+        offered = _offered(given, keys, parts)
+        if specified not in [each.distributions for each in offered]:
+            known = ", ".join(each.words for each in offered)
             raise CostError(
-                "cost: the parts have different tolerances; give each an entry of its "
-                "own, or a table of grades"
+                f"cost: the tolerance of the entry has no price; allowed: {known}"
             )
-        law = _law(given, specified, unit)
-        return Priced(name, specified, law, (), unit, shown, words)
+        return Priced(name, words, specified, scale, None, offered)
+    if len(zones) > 1:
+        raise CostError(
+            "cost: the parts have different tolerances; give each an entry of its own, "
+            "or a table of grades"
+        )
+    return Priced(name, words, specified, scale, _law(given, specified, unit))
+
+
+def _offered(
+    given: dict[str, Any], keys: Mapping[str, Any], parts: Sequence[Contributor]
+) -> tuple[Offered, ...]:
+    """Read tolerances on offer, the loosest first."""
     offered = []
     for each, price in given.items():
         number = isinstance(price, int | float) and not isinstance(price, bool)
@@ -79,22 +167,17 @@ def read_cost(
         made = {part.name: read_distribution(entry, part) for part in parts}
         offered.append(Offered(each, float(price), made))
     offered.sort(key=lambda each: -half_of(each.distributions))
-    halves = [half_of(each.distributions) for each in offered]
-    if any(a - b <= ROUNDING * a for a, b in pairwise(halves)):
-        raise CostError("cost: two of its tolerances are the same")
     for looser, tighter in pairwise(offered):
+        half = half_of(looser.distributions)
+        if half - half_of(tighter.distributions) <= ROUNDING * half:
+            raise CostError("cost: two of its tolerances are the same")
         if looser.price > tighter.price:
             raise CostError(
                 f'cost: "{looser.words}" = {looser.price:g} is looser than '
                 f'"{tighter.words}" = {tighter.price:g}, and costs more; correct a '
                 "price, or leave it out"
             )
-    if dict(specified) not in [dict(each.distributions) for each in offered]:
-        known = ", ".join(each.words for each in offered)
-        raise CostError(
-            f"cost: the tolerance of the entry has no price; allowed: {known}"
-        )
-    return Priced(name, specified, None, tuple(offered), unit, shown, words)
+    return tuple(offered)
 
 
 def _law(
@@ -132,32 +215,21 @@ def _law(
             "cost: the tolerance of the entry does not lie between tightest and "
             f"loosest; by default they are a {tighter:g}th and {looser:g} times it"
         )
-    for key in ("tightest", "loosest"):
-        _check_end(found, key, specified)
+    for key, end in (("tightest", found.tightest), ("loosest", found.loosest)):
+        try:
+            for each in specified.values():
+                resized(each, end)
+        except DistributionError as error:
+            raise CostError(
+                f"cost: with the {key} tolerance, {end / half:.3g} times that of the "
+                f"entry, {error}; give cost another {key}"
+            ) from None
+        if abs(found.at - end) > MOST_RATES * rate > 0:
+            raise CostError(
+                f"cost, rate: the price at the {key} tolerance is no number; give a "
+                "larger rate"
+            )
     return found
-
-
-def _check_end(law: Law, key: str, specified: Mapping[str, Distribution]) -> None:
-    """Refuse a law whose tightest or loosest tolerance is no part, or has no price."""
-    end = getattr(law, key)
-    try:
-        for each in specified.values():
-            resized(each, end)
-    except DistributionError as error:
-        ratio = end / half_of(specified)
-        raise CostError(
-            f"cost: with the {key} tolerance, {ratio:.3g} times that of the entry, "
-            f"{error}; give cost another {key}"
-        ) from None
-    try:
-        known = 0 < law.of(end) < 1e100
-    except OverflowError:
-        known = False
-    if not known:
-        raise CostError(
-            f"cost, rate: the price at the {key} tolerance is no number; give a larger "
-            "rate"
-        )
 
 
 def _read(
@@ -206,7 +278,7 @@ def tolerance_words(priced: Priced, choice: float) -> str:
         return priced.words
     zone = zone_of(next(iter(priced.distributions(choice).values())))
     assert zone is not None
-    scale = scale_of(priced.unit, priced.shown)
+    scale = priced.scale
     lower, upper = (end * scale.factor for end in zone)
     half, least = zone.half * scale.factor, priced.law.tightest * (1 - ROUNDING)
     slack = ROUNDING * half  # binary numbers are a little off what they stand for

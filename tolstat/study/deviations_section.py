@@ -14,10 +14,9 @@ from tolstat.deviations.dependence import (
 )
 from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.names import expand
-from tolstat.deviations.prices import Priced
 from tolstat.errors import DependenceError, ModelError
 from tolstat.model.description import Contributor
-from tolstat.study.cost_entry import read_cost
+from tolstat.study.cost_entry import Priced, read_cost
 from tolstat.study.distribution_entry import DEFAULT, read_distribution, written_unit
 from tolstat.study.measured_parts import read_parts
 from tolstat.study.problems import Problems

@@ -8,12 +8,8 @@ import numpy as np
 from scipy.special import ndtri
 
 from tolstat import Contributor, Description, Model, Outcome, Response
-from tolstat.answers.allocate.fresh_runs import FreshRuns
-from tolstat.answers.allocate.reweighted_pool import (
-    Pool,
-    out_of_each_limit,
-    with_choice,
-)
+from tolstat.answers.allocate.fresh_runs import FreshRuns, out_of_each_limit
+from tolstat.answers.allocate.reweighted_pool import Pool, with_choice
 from tolstat.answers.allocate.search import Search
 from tolstat.execution.trial_table import Trials
 from tolstat.model.checked import simulate

@@ -23,14 +23,15 @@ from tests.answers.allocate.linear_stack import (
     reciprocal,
 )
 from tolstat.answers.allocate import allocate_tolerances as allocating
-from tolstat.answers.allocate import trade_off
+from tolstat.answers.allocate import search as searches
 from tolstat.answers.allocate.search import Search
 from tolstat.model.checked import simulate
+from tolstat.render.screen import as_text
 from tolstat.study.study import load
 
 
 def test_a_linear_stack_costs_what_lagrange_says(monkeypatch):
-    monkeypatch.setattr(trade_off, "CURVE", np.array([0.5, 2.0]))  # less to be searched
+    monkeypatch.setattr(searches, "CURVE", np.array([0.5, 2.0]))  # less to be searched
     found = tolstat.allocate(reciprocal(), model=Linear())
     cost, halves = closed_form()
     assert found.met and cost < found.cost < 1.02 * cost
@@ -137,6 +138,11 @@ def test_a_response_may_be_named_any_and_the_active_limit_is_named():
     found = tolstat.allocate(given, model=Two())
     assert found.met and found.active_limits == ("any",)
     assert [entry.at_loosest for entry in found.entries] == [False, True, True]
+    # said below the tolerance: a column of its own would stand alone on a narrow screen
+    tolerances = found.document().blocks[1]
+    assert all(column.head for column in tolerances.columns)
+    below = [as_text(cell.below) for cell in tolerances.rows[1]]
+    assert below[4] == "at its loosest" and not any(below[:4])
     assert found.wide_trials == 2500 <= min(found.fresh_trials)
 
 
@@ -159,7 +165,7 @@ def test_proportions_are_kept_and_scaled_where_weights_do_not_show_the_way(
     monkeypatch,
 ):
     """The optimum, by trying widths on a grid: 34.41; by weights alone 35.6."""
-    monkeypatch.setattr(trade_off, "CURVE", np.array([0.5, 2.0]))  # less to be searched
+    monkeypatch.setattr(searches, "CURVE", np.array([0.5, 2.0]))  # less to be searched
     found = tolstat.allocate(uniform())
     assert found.met and 34.41 < found.cost < 1.02 * 34.41
     rows = [found.schemes[name] for name in ("root_sum_square", "worst_case")]
@@ -172,7 +178,7 @@ def test_five_uniform_links_cost_what_the_tail_of_their_sum_says(monkeypatch):
     By weights alone, all or nothing, 8 % above the optimum; scaled with weights that a
     table has, whose steps are coarse where tolerances may differ sixtyfold, 5 %.
     """
-    monkeypatch.setattr(trade_off, "CURVE", np.array([0.5, 2.0]))  # less to be searched
+    monkeypatch.setattr(searches, "CURVE", np.array([0.5, 2.0]))  # less to be searched
     given = uniform()
     link = given["links"]["A"] | {"tolerance": "+-0.1 mm"}
     link["cost"] = link["cost"] | {"tightest": "+-0.01 mm", "loosest": "+-0.6 mm"}

@@ -64,12 +64,12 @@ def test_what_was_run_once_is_remembered_and_counted():
     short = runs.of(near, 8)
     assert short.yields["gap"].verdict == "undecided"
     longer = runs.of(near, 8, most=10_000)
-    assert runs.made == (2500, 2500, len(longer.status))
+    assert runs.made == (2500, 2500, longer.scheme.trials)
     assert 2500 < runs.made[2] <= 10_000
     assert np.array_equal(longer.out_of_limit[:, :2500], short.out_of_limit)
     assert runs.of(near, 8) == longer
     # not in steps of a quarter: as many as are said to decide
-    assert len(longer.status) >= min(short.yields["gap"].needed, 10_000)
+    assert longer.scheme.trials >= min(short.yields["gap"].needed, 10_000)
     assert short.yields["gap"].needed > GROWTH * 2500
     assert runs.workers.machines - wide == sum(runs.made)
 

@@ -19,7 +19,8 @@ from tests.answers.allocate.linear_stack import (
     reciprocal,
 )
 from tolstat import Contributor, Description, Model, Outcome, Response
-from tolstat.answers.allocate.reweighted_pool import Pool, out_of_each_limit
+from tolstat.answers.allocate.fresh_runs import out_of_each_limit
+from tolstat.answers.allocate.reweighted_pool import Pool
 from tolstat.study.study import load
 
 

@@ -20,12 +20,11 @@ from tests.answers.allocate.linear_stack import (
     searching,
 )
 from tests.answers.test_pictures import nothing_overlaps
-from tolstat.answers.allocate import trade_off
-from tolstat.answers.allocate.allocation import equal_cost_words
+from tolstat.answers.allocate import search as searches
+from tolstat.answers.allocate.allocation import equal_cost_words, trade_off_chart
 from tolstat.answers.allocate.fresh_runs import Scheme
 from tolstat.answers.allocate.reweighted_pool import Pool
-from tolstat.answers.allocate.search import Search
-from tolstat.answers.allocate.trade_off import Point, for_equal_cost, trade_off_chart
+from tolstat.answers.allocate.search import Point, Search, for_equal_cost
 from tolstat.model.view import Mark
 from tolstat.render.figures import draw as draw_view
 from tolstat.render.screen import as_text
@@ -91,22 +90,22 @@ def test_for_the_cost_drawn_it_is_sought_between_its_neighbours(
 def test_what_a_run_shows_to_be_worse_than_as_drawn_is_not_for_the_cost_drawn(
     monkeypatch,
 ):
-    monkeypatch.setattr(trade_off, "for_equal_cost", lambda search, _: search.loosest)
+    monkeypatch.setattr(searches, "for_equal_cost", lambda search, _: search.loosest)
     search = searching(reciprocal(), trials=500)
-    proof = trade_off.at_equal_cost(search, [], 3)
+    proof = searches.at_equal_cost(search, [], 3)
     assert proof.choice == search.specified
 
 
 def test_what_no_run_tells_from_as_drawn_is_not_said_to_be_no_better(monkeypatch):
-    monkeypatch.setattr(trade_off, "for_equal_cost", lambda search, _: search.tightest)
+    monkeypatch.setattr(searches, "for_equal_cost", lambda search, _: search.tightest)
     given = reciprocal()
     given["limits"]["gap"]["limit"] = "-1..1 mm"  # none of either is out of it
     search = searching(given, trials=500)
-    proof = trade_off.at_equal_cost(search, [], 3)
+    proof = searches.at_equal_cost(search, [], 3)
     assert proof.choice == search.tightest != search.specified
     schemes = {"drawing": search.runs.of(search.specified, 3).scheme}
     said = as_text(equal_cost_words(schemes | {"equal_cost": proof.scheme}))
-    assert "no difference in runs of 500 trials" in said
+    assert "0 ppm (0 to 9110) instead of 0 ppm (0 to 9110)" in said
 
 
 def scheme(cost, share, trials=500, lower=0.0):

@@ -18,10 +18,10 @@ from tolstat.answers.allocate.allocation import (
     Allocation,
 )
 from tolstat.answers.allocate.fresh_runs import LONGEST, FreshRuns
-from tolstat.answers.allocate.search import Search
-from tolstat.answers.allocate.trade_off import (
+from tolstat.answers.allocate.linear_schemes import linear_choices
+from tolstat.answers.allocate.search import (
+    Search,
     at_equal_cost,
-    linear_choices,
     own_fractions,
     points_about,
 )

@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple
 
+import numpy as np
+
 from tolstat.answers.allocate.fresh_runs import Scheme
-from tolstat.answers.allocate.trade_off import Point, trade_off_chart
+from tolstat.answers.allocate.search import Point
 from tolstat.answers.answer import Answer
 from tolstat.answers.cells import ppm
-from tolstat.document.blocks import (
-    Block,
-    Bullets,
-    Cell,
-    Document,
-    Figure,
-    Given,
-    Paragraph,
-    Table,
-    table,
+from tolstat.document import blocks
+from tolstat.document.inline import (
+    Name,
+    Number,
+    Parts,
+    Word,
+    counted,
+    listed,
+    say,
+    text,
 )
-from tolstat.document.inline import Name, Number, Parts, Word, counted, listed, text
-from tolstat.model.view import Chart
+from tolstat.model.view import Axis, Chart, Curve, Mark, Panel
 from tolstat.render.tables import Row
 from tolstat.statistics.limits.yields import MET
 
 CHART = "Cost of the cheapest tolerances over the fraction out of any limit"
+OUT = Axis("fraction out of any limit", "1", "ppm", logarithmic=True)
+BELOW = 0.1  # of the least fraction: lower ends of intervals are shown so far
+LOOSEST = text("at its loosest")
 DRAWING, FOUND, PROOF = "drawing", "found", "proof"
 TIGHTEST, EQUAL_COST = "tightest", "equal_cost"
 WORDS = {
@@ -128,16 +133,16 @@ class Allocation(Answer):
         ]
         return "".join(f"# {line}\n" for line in lines if line) + f"\n{self.study}"
 
-    def document(self) -> Document:
+    def document(self) -> blocks.Document:
         """Return what it says, the answer first."""
-        blocks: tuple[Block, ...] = (
-            Paragraph(self._lead(), "lead"),
+        parts = (
+            blocks.Paragraph(self._lead(), "lead"),
             self._tolerances(),
             self._fractions(),
-            Bullets(tuple(text(each) for each in self._notes() if each)),
-            Figure(CHART, self.chart, text(CHART), wide=True),
+            blocks.Bullets(tuple(self._notes())),
+            blocks.Figure(CHART, self.chart, text(CHART), wide=True),
         )
-        return Document(f"Cheapest tolerances: {self.title}", blocks)
+        return blocks.Document(f"Cheapest tolerances: {self.title}", parts)
 
     @property
     def _shown(self) -> dict[str, Scheme]:
@@ -147,11 +152,11 @@ class Allocation(Answer):
         cost, drawing = Number(self.cost), Number(self.schemes[DRAWING].cost)
         proof = self.proof
         if self.met:
-            return text(
-                Word("All limits are met", MET), " at cost ", cost,
-                " (drawing: ", drawing, "). Proof: a fresh run of ",
-                counted(proof.trials, "trial"), " with seed ", str(proof.seed),
-                "; each yield, with its whole interval, is as demanded or better.",
+            return say(
+                "{} at cost {} (drawing: {}). Proof: a fresh run of {} with seed {}; "
+                "each yield, with its whole interval, is as demanded or better.",
+                Word("All limits are met", MET), cost, drawing,
+                counted(proof.trials, "trial"), str(proof.seed),
             )  # fmt: skip
         missed = [
             text(
@@ -161,65 +166,78 @@ class Allocation(Answer):
             for name, verdict in self.verdicts.items()
             if verdict != MET
         ]  # fmt: skip
-        return text(
-            "Widen a limit, or permit tighter tolerances: ",
-            "no tolerances were shown to meet all limits. At the tightest, which cost ",
-            cost, " (drawing: ", drawing, "): ", listed(missed, ""), ".",
+        return say(
+            "Widen a limit, or permit tighter tolerances: no tolerances were shown to "
+            "meet all limits. At the tightest, which cost {} (drawing: {}): {}.",
+            cost, drawing, listed(missed, ""),
         )  # fmt: skip
 
-    def _tolerances(self) -> Table:
+    def _tolerances(self) -> blocks.Table:
         found = FOUND if self.met else TIGHTEST
-        heads = "entry", "parts", "drawing", "cost (drawing)", found, "cost", ""
-        rows: list[list[Given]] = [
-            [Name(each.name), Number(each.parts), each.specified,
-             Number(each.cost_specified), each.found, Number(each.cost),
-             "at its loosest" if each.at_loosest else None]
+        rows: list[dict[str, blocks.Given]] = [
+            {
+                "entry": Name(each.name),
+                "parts": Number(each.parts),
+                "drawing": each.specified,
+                "cost (drawing)": Number(each.cost_specified),
+                found: blocks.Cell(
+                    text(each.found), LOOSEST if each.at_loosest else ()
+                ),
+                "cost": Number(each.cost),
+            }
             for each in self.entries
-        ]  # fmt: skip
+        ]
         drawn = Number(sum(each.cost_specified for each in self.entries))
-        rows.append(["all", None, None, drawn, None, Number(self.cost), None])
-        return table(heads, rows, "Tolerances")
+        rows.append(
+            {"entry": "all", "cost (drawing)": drawn, "cost": Number(self.cost)}
+        )
+        return blocks.table_of(rows, "Tolerances")
 
-    def _fractions(self) -> Table:
-        heads = "tolerances", "cost", "any limit", *self.verdicts, "fresh run"
-        rows: list[list[Given]] = [
-            [WORDS[name], Number(each.cost), ppm(each.fraction_out_of_any_limit),
-             *(ppm(each.fraction_out_of_limit[limit]) for limit in self.verdicts),
-             Cell(counted(each.trials, "trial"), text(f"seed {each.seed}"))]
+    def _fractions(self) -> blocks.Table:
+        rows: list[dict[str, blocks.Given]] = [
+            {
+                "tolerances": WORDS[name],
+                "cost": Number(each.cost),
+                "any limit": ppm(each.fraction_out_of_any_limit),
+                **{n: ppm(each.fraction_out_of_limit[n]) for n in self.verdicts},
+                "fresh run": blocks.Cell(
+                    counted(each.trials, "trial"), (f"seed {each.seed}",)
+                ),
+            }
             for name, each in self._shown.items()
-        ]  # fmt: skip
+        ]
         title = "Fraction out of limit in fresh runs, ppm, with 95 % intervals"
-        return table(heads, rows, title)
+        return blocks.table_of(rows, title)
 
-    def _notes(self) -> list[Parts | None]:
-        active = [(Name(name),) for name in self.active_limits]
-        return [
-            text(
+    def _notes(self) -> Iterator[Parts]:
+        if self.met:
+            yield text(
                 "Verdicts rest on the proof, which was chosen from several runs. "
                 'Compare "found" with the other rows: their seed chose nothing.'
-            ) if self.met else None,
-            equal_cost_words(self.schemes) if self.met else None,
-            text(
-                "Active limits: ", listed(active), ". They are not shown to be met "
-                "with some tolerance a tenth looser, or by the next option of a list.",
-            ) if active and self.met else None,
-            None if self.exhaustive else text(
+            )
+            yield equal_cost_words(self.schemes)
+        if self.met and self.active_limits:
+            yield say(
+                "Active limits: {}. They are not shown to be met with some tolerance a "
+                "tenth looser, or by the next option of a list.",
+                listed([Name(name) for name in self.active_limits]),
+            )
+        if not self.exhaustive:
+            yield text(
                 "Not all combinations were tried, for there are too many. Options were "
                 "exchanged one or two at a time: cheaper tolerances may exist."
-            ),
-            *(
-                text(f"By {WORDS[name]}: {reason}.")
-                for name, reason in self.omitted_schemes.items()
-            ),
-            text(
-                "Evaluated: ", counted(self.wide_trials, "weighted trial"), " and ",
-                counted(sum(self.fresh_trials), "trial"), " in ",
-                counted(len(self.fresh_trials), "fresh run"), ".",
-            ),
-        ]  # fmt: skip
+            )
+        for name, reason in self.omitted_schemes.items():
+            yield text(f"By {WORDS[name]}: {reason}.")
+        yield say(
+            "Evaluated: {} and {} in {}.",
+            counted(self.wide_trials, "weighted trial"),
+            counted(sum(self.fresh_trials), "trial"),
+            counted(len(self.fresh_trials), "fresh run"),
+        )
 
 
-def equal_cost_words(schemes: dict[str, Scheme]) -> Parts:
+def equal_cost_words(schemes: Mapping[str, Scheme]) -> Parts:
     """Say what the best tolerances for the drawing's cost gain."""
     drawing, best = schemes[DRAWING], schemes[EQUAL_COST]
     own, other = (each.fraction_out_of_any_limit for each in (drawing, best))
@@ -228,12 +246,47 @@ def equal_cost_words(schemes: dict[str, Scheme]) -> Parts:
             "No tolerances were found for the drawing's cost with fewer trials out of "
             "limit than the drawing's."
         )
-    if own.value == other.value:
-        return text(
-            "Best at the drawing's cost: no difference in runs of ",
-            counted(best.trials, "trial"), "; weighted trials say fewer out of limit.",
-        )  # fmt: skip
-    return text(
-        "At cost ", Number(best.cost), " (drawing: ", Number(drawing.cost), "), ",
-        ppm(other), " instead of ", ppm(own), " are out of some limit.",
+    return say(
+        "At cost {} (drawing: {}), {} instead of {} are out of some limit.",
+        Number(best.cost), Number(drawing.cost), ppm(other), ppm(own),
     )  # fmt: skip
+
+
+def trade_off_chart(
+    points: Sequence[Point], schemes: Mapping[str, Scheme], *, listed: bool = False
+) -> Chart:
+    """Draw the cost of the cheapest tolerances over the fraction out of any limit.
+
+    Points in order are a curve, or dots where every tolerance is of a list: nothing
+    lies between them. Schemes are dots with intervals; equal ones, by words, are drawn
+    once, by the longest run.
+    """
+    at = np.array([each.fraction_out_of_any_limit for each in points])
+    costs = np.array([each.cost for each in points])
+    sentence = "cost of the cheapest tolerances"
+    curves, marks = [Curve("cheapest", "1", "", sentence, costs, points=listed)], []
+    equal: dict[tuple[str, ...], list[str]] = {}
+    for name, scheme in schemes.items():
+        equal.setdefault(tuple(scheme.tolerances.values()), []).append(name)
+    for names in equal.values():
+        scheme = max((schemes[name] for name in names), key=lambda each: each.trials)
+        share, lower, upper, _ = scheme.fraction_out_of_any_limit
+        words, ends = " = ".join(names), np.array([lower, share, upper])
+        if share > 0:
+            marks.append(Mark(words, share, scheme.cost))
+        else:  # has no place on an axis of ratios
+            words += f", {scheme.cost:.4g}: none of {scheme.trials} out of limit"
+            ends = np.array([lower, upper])
+        values = np.full(len(ends), scheme.cost)
+        curves.append(Curve(words, "1", "", "tolerances beside it", values, ends))
+    # an interval that reaches far below all else leaves no room for that
+    uppers = [each.fraction_out_of_any_limit.upper for each in schemes.values()]
+    least = BELOW * min([*at.tolist(), *(mark.at for mark in marks), *uppers])
+    panel = Panel("cost", tuple(each.name for each in curves))
+    return Chart(
+        OUT._replace(least=least),
+        at,
+        tuple(curves),
+        marks=tuple(marks),
+        panels=(panel,),
+    )

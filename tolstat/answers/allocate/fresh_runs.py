@@ -4,27 +4,26 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.answers.allocate.optimizer import Choice
-from tolstat.answers.allocate.reweighted_pool import out_of_each_limit
-from tolstat.deviations.prices import Priced
+from tolstat.arrays import Array, Truths
+from tolstat.deviations.spread import half_of
 from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.limits.yields import MET, NOT_MET, Yield, joint_yield, yield_of
 from tolstat.statistics.sample import Sample
-from tolstat.study.cost_entry import tolerance_words, with_tolerances
+from tolstat.status import Status
+from tolstat.study.cost_entry import Priced, tolerance_words, with_tolerances
 from tolstat.study.given_points import Case
 from tolstat.study.study import Study, load
 from tolstat.units.scale import KNOWN
-
-Bools = NDArray[np.bool_]
 
 WITHIN = (0.0, 0.0)  # of a number that is 1 out of limit
 LONGEST = 4  # times as many trials as a fresh run begins with
@@ -49,8 +48,7 @@ class Proof(NamedTuple):
     choice: Choice  # of the tolerances
     scheme: Scheme
     yields: dict[str, Yield]  # by limit
-    out_of_limit: Bools  # [limit, trial], failed trials too
-    status: NDArray[np.uint8]
+    out_of_limit: Truths  # [limit, trial], failed trials too
 
     @property
     def met(self) -> bool:
@@ -99,19 +97,15 @@ class FreshRuns:
         """
         known, limits = self._known.get((choice, seed)), self.study.limits
         out = known.out_of_limit if known else np.zeros((len(limits), 0), np.bool_)
-        status = known.status if known else np.zeros(0, np.uint8)
-        count = max(self.trials, len(status))
+        count = max(self.trials, out.shape[1])
         answer = self._written(choice)
         while True:
-            if len(status) < count:
+            if out.shape[1] < count:
                 study = answer.at_random(seed, count)
-                deviations = study.deviations()[len(status) :]
-                run = Trials.planned(study.description, deviations)
-                self.evaluate(study, run, "fresh run")
-                out = np.hstack([out, out_of_each_limit(limits, run)])
-                status = np.hstack([status, run.status])
-            sample = Sample(status)
-            # no more is kept of a response: 1 out of limit, 0 within
+                deviations = study.deviations()[out.shape[1] :]
+                out = np.hstack([out, self.evaluate(study, deviations, "fresh run")])
+            # no more is kept of a response: 1 out of limit or failed, 0 within
+            sample = Sample(np.full(count, Status.DONE, np.uint8))
             told = dict(zip(limits, out.astype(np.float64), strict=True))
             yields = {
                 name: yield_of(told[name], sample, WITHIN, each.demanded)
@@ -123,28 +117,33 @@ class FreshRuns:
                 break
             wanted = max(each.needed or most for each in yields.values())
             count = min(max(wanted, math.ceil(GROWTH * count)), most)
+        tolerances, half_widths = {}, {}
+        for each, x in self._chosen(choice):
+            tolerances[each.name] = tolerance_words(each, x)
+            half_widths[each.name] = _typed(half_of(each.distributions(x)))
         scheme = Scheme(
             self.cost(choice),
-            {each.name: tolerance_words(each, x) for each, x in self._chosen(choice)},
-            {each.name: _typed(each.half(x)) for each, x in self._chosen(choice)},
+            tolerances,
+            half_widths,
             {name: each.out_of_limit for name, each in yields.items()},
             joint_yield(told, sample, dict.fromkeys(limits, WITHIN)).complement,
             count,
             seed,
         )
-        proof = Proof(choice, scheme, yields, out, status)
+        proof = Proof(choice, scheme, yields, out)
         self._known[choice, seed] = proof
         return proof
 
-    def evaluate(self, study: Study, run: Trials, doing: str) -> None:
-        """Evaluate the trials of a run."""
-        asked = len(run.status)
+    def evaluate(self, study: Study, deviations: Array, doing: str) -> Truths:
+        """Tell which trials are out of each limit, or failed: bool[limit, trial]."""
+        run, asked = Trials.planned(study.description, deviations), len(deviations)
         cases = [Case(0, asked, study.settings)]
-        for blocks in self.workers.blocks(study.model, cases, run.deviations):
+        for blocks in self.workers.blocks(study.model, cases, deviations):
             run.take(blocks)
             self.tell(Progress(run.over, run.failed, asked, doing))
         if run.over < asked:
             raise Interrupted
+        return out_of_each_limit(study.limits, run)
 
     def _chosen(self, choice: Choice) -> Iterator[tuple[Priced, float]]:
         return zip(self.priced, choice, strict=True)
@@ -154,6 +153,13 @@ class FreshRuns:
         folder = self.study.path.parent if self.study.path else None
         table = tomllib.loads(self.study_text(choice))
         return load(table, model=self.study.model, folder=folder)
+
+
+def out_of_each_limit(limits: Mapping[str, Limit], trials: Trials) -> Truths:
+    """Tell which trials are out of each limit, or failed: bool[limit, trial]."""
+    return np.array(
+        [~within(trials.response(name), of.permitted) for name, of in limits.items()]
+    )
 
 
 def _typed(x: float) -> float:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from tolstat.answers.allocate.optimizer import Choice
+from tolstat.answers.allocate.optimizer import Choice, cheapest
+from tolstat.answers.allocate.search import Search
+from tolstat.arrays import Array
 from tolstat.deviations.density_ratio import correlations
 from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.spread import Spread, spread_of
@@ -15,8 +16,6 @@ from tolstat.execution.workers.crew import Workers
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.sensitivity.linear import Scatter, root_sum_square
 from tolstat.study.study import Study
-
-Array = NDArray[np.float64]
 
 
 class LinearSchemes:
@@ -47,12 +46,6 @@ class LinearSchemes:
             for name in self.limits
         }
         self.correlation = correlations(self.names, study.deviating.dependence)
-
-    @property
-    def known(self) -> bool:
-        """Whether every response has a slope by every contributor."""
-        slope = [value for of in self.slopes.values() for value in of.values()]
-        return bool(np.all(np.isfinite([*slope, *self.nominal.values()])))
 
     def worst_case(self, choice: Choice) -> Array:
         """Return how far the worst corner exceeds each end's room: float64[end]."""
@@ -107,3 +100,22 @@ def _above(mean: float, sigma: float, limit: Limit) -> float:
     ends = ((limit.lower - mean) / sigma, (mean - limit.upper) / sigma)
     low, high = (float(log_ndtr(max(end, -1e6))) for end in ends)
     return float(np.logaddexp(low, high) - np.log(1 - limit.demanded))
+
+
+def linear_choices(search: Search) -> tuple[dict[str, Choice], dict[str, str]]:
+    """Allocate as linear analysis does; and say why that is not possible."""
+    linear = LinearSchemes(search.runs.study, search.runs.workers)
+    bounds = {
+        "root_sum_square": linear.root_sum_square,
+        "worst_case": linear.worst_case,
+    }
+    known = [value for of in linear.slopes.values() for value in of.values()]
+    if not np.all(np.isfinite([*known, *linear.nominal.values()])):
+        return {}, dict.fromkeys(bounds, "the model has a response without a slope")
+    found, omitted = dict[str, Choice](), dict[str, str]()
+    for name, excess in bounds.items():
+        if best := cheapest(search.variables, excess, search.tightest):
+            found[name] = search.runs.as_written(best.choice)
+        else:
+            omitted[name] = "no tolerances meet the limits"
+    return found, omitted

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-Array = NDArray[np.float64]
+from tolstat.arrays import Array
+
 Choice = tuple[float, ...]
 Excess = Callable[[Choice], Array]
 
@@ -105,43 +105,43 @@ class _Search:
         return self.cost(tuple(x if v.options else v.loosest for v, x in pairs))
 
     def of_all(self) -> Choice | None:
-        """Try the combinations of lists, the cheapest first."""
+        """Try the combinations of lists."""
         ranges = (
             range(v.options) if v.options else (v.loosest,) for v in self.variables
         )
-        tried = [tuple(map(float, choice)) for choice in product(*ranges)]
-        best, known = None, math.inf
-        for bound, choice in sorted((self.cost(each), each) for each in tried):
-            if bound >= known:
-                break
-            found = self.solved(choice)
-            if found and (cost := self.cost(found)) < known:
-                best, known = found, cost
-        return best
+        return self._cheaper(product(*ranges), math.inf)
 
     def exchanged(self) -> Choice | None:
         """Move one list or two by an option, while that is cheaper."""
         # tight is not always safe: a bound may be known better between
         tight = tuple(each.tightest for each in self.variables)
         current = self.solved(tight) or self.solved(self.start)
-        while current and (cheaper := self._cheaper(current)):
-            current = cheaper
+        while current:
+            known = self.cost(current) * (1 - LITTLE)
+            # continuous variables follow each move: the first that is cheaper
+            found = self._cheaper(self._neighbours(current), known, first=True)
+            if found is None:
+                break
+            current = found
         return current
 
-    def _cheaper(self, current: Choice) -> Choice | None:
-        """Return a cheaper neighbour within the bounds.
+    def _cheaper(
+        self, tried: Iterable[Choice], known: float, *, first: bool = False
+    ) -> Choice | None:
+        """Return the cheapest within the bounds, or the first, cheaper than known.
 
-        The cheapest one; with continuous variables, which follow each move, the first.
+        Those that may be cheapest are tried first.
         """
-        known = self.cost(current) * (1 - LITTLE)
-        near = [(self.least_cost(each), each) for each in self._neighbours(current)]
-        for bound, choice in sorted(near):
+        best = None
+        for bound, choice in sorted((self.least_cost(each), each) for each in tried):
             if bound >= known:
-                return None
-            found = self.solved(choice)
-            if found and self.cost(found) < known:
-                return found
-        return None
+                break
+            found = self.solved(tuple(map(float, choice)))
+            if found and (cost := self.cost(found)) < known:
+                best, known = found, cost
+                if first:
+                    break
+        return best
 
     def _neighbours(self, current: Choice) -> Iterator[Choice]:
         """Yield choices with one list moved; with two if no variable is continuous."""

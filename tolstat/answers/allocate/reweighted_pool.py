@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from tolstat.answers.allocate.optimizer import Choice
+from tolstat.arrays import Array, Truths
 from tolstat.deviations.density_ratio import (
     FARTHEST,
     DensityRatio,
@@ -19,26 +20,14 @@ from tolstat.deviations.density_ratio import (
 )
 from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.distributions import Constant, Distribution
-from tolstat.deviations.prices import Priced
-from tolstat.execution.trial_table import Trials
 from tolstat.statistics.intervals.shares import gamma_ends
-from tolstat.statistics.limits.limit import Limit, within
+from tolstat.study.cost_entry import Priced
 from tolstat.study.study import Study
-
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 MISS = 0.025  # chance that a fraction is above the upper end of its interval
 OTHERS = 1024  # trials of a run within all limits that the search looks at
 NODES, TOLERANCES = 2049, 100  # between which weights are interpolated
 KEPT = 12  # weights of a block that are not computed again
-
-
-def out_of_each_limit(limits: Mapping[str, Limit], trials: Trials) -> Bools:
-    """Tell which trials are out of each limit, or failed: bool[limit, trial]."""
-    return np.array(
-        [~within(trials.response(name), of.permitted) for name, of in limits.items()]
-    )
 
 
 class _Run(NamedTuple):
@@ -47,7 +36,7 @@ class _Run(NamedTuple):
     choice: Choice
     trials: int  # of the run
     deviations: Mapping[str, Array]
-    out_of_limit: Bools  # [limit, trial]
+    out_of_limit: Truths  # [limit, trial]
     times: Array  # how many each stands for
 
 
@@ -65,7 +54,7 @@ class Pool:
         self._runs: list[_Run] = []
         self._known: _Rows | None = None
 
-    def add(self, choice: Choice, seed: int, out_of_limit: Bools) -> None:
+    def add(self, choice: Choice, seed: int, out_of_limit: Truths) -> None:
         """Take the trials of a run; deviations are sampled again rather than stored."""
         trials = out_of_limit.shape[1]
         study = with_choice(self.study, choice, seed, trials)
@@ -135,14 +124,10 @@ class _Rows:
             {name: loosest[name] for name in deviations},
             study.deviating.dependence,
         )
-        self._blocks = _blocks(study)
-        self._tables = {
-            entry: _Table(self.priced[entry], deviations)
-            for block in self._blocks
-            for entry in block.entries
-            if block.alone and self.priced[entry].law
-        }
-        self._known: dict[tuple[int, ...], dict[Choice, Array]] = {}
+        self._blocks = [
+            (block.entries, lru_cache(KEPT)(self._weights_of(block, deviations)))
+            for block in _blocks(study)
+        ]
         trials = sum(each.trials for each in runs)
         self._shares = [(each.choice, each.trials / trials) for each in runs]
         self._mixtures: dict[bool, Array] = {}
@@ -166,18 +151,18 @@ class _Rows:
     def _over_loosest(self, choice: Choice) -> Array:
         """Return the density with a choice over that of the loosest one."""
         found = np.ones(len(self.times))
-        for block in self._blocks:
-            known = self._known.setdefault(block.entries, {})
-            own = tuple(choice[i] for i in block.entries)
-            if own not in known:
-                if len(known) >= KEPT:
-                    del known[next(iter(known))]
-                table = self._tables.get(block.entries[0])
-                known[own] = (
-                    table.weights(*own) if table else self._of(block.entries, own)
-                )
-            found *= known[own]
+        for entries, weights in self._blocks:
+            found *= weights(tuple(choice[i] for i in entries))
         return found
+
+    def _weights_of(
+        self, block: _Block, deviations: Mapping[str, Array]
+    ) -> Callable[[Choice], Array]:
+        """Return what weights the entries of a block, from a table where it can."""
+        priced = self.priced[block.entries[0]]
+        if block.alone and priced.law:
+            return _Table(priced, deviations).weights
+        return partial(self._of, block.entries)
 
     def _of(self, entries: Sequence[int], own: Choice) -> Array:
         """Return the densities of some entries over those of the loosest."""
@@ -208,8 +193,9 @@ class _Table:
             below = np.minimum(place.astype(np.int64), NODES - 2)
             self._places.append((below, place - below))
 
-    def weights(self, chosen: float) -> Array:
+    def weights(self, choice: Choice) -> Array:
         """Return the density of all its parts over that with the loosest tolerance."""
+        (chosen,) = choice
         tightest, loosest = self._entry.ends
         place = TOLERANCES * (chosen - tightest) / (loosest - tightest)
         first = min(max(int(place), 0), TOLERANCES - 1)

@@ -1,13 +1,16 @@
-"""The search for the cheapest tolerances: weighted trials find, fresh runs prove."""
+"""The search for the cheapest tolerances: weighted trials find, fresh runs prove.
+
+For the fractions that limits permit, for others, and for the cost of the drawing.
+"""
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.answers.allocate.fresh_runs import FreshRuns, Proof
 from tolstat.answers.allocate.optimizer import (
@@ -16,19 +19,12 @@ from tolstat.answers.allocate.optimizer import (
     DesignVariable,
     cheapest,
 )
-from tolstat.answers.allocate.reweighted_pool import (
-    MISS,
-    Pool,
-    out_of_each_limit,
-    with_choice,
-)
+from tolstat.answers.allocate.reweighted_pool import MISS, Pool, with_choice
+from tolstat.arrays import Array
 from tolstat.execution.run_loop import Progress
-from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Interrupted
 from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.study.study_schema import MOST_SEED
-
-Array = NDArray[np.float64]
 
 WIDE = 0.5, 0.25, 0.25  # of the wide run: loosest, halfway, tightest
 MOST_PROVED = 6  # allocations that are proved, the cheaper ones after the first as well
@@ -41,6 +37,19 @@ SCALINGS = 12  # bisections between them
 EVEN = 0.5  # chance that a fraction is larger: its median
 AT_END = 1e-6  # of a tolerance
 LOOSER = 0.1  # of a tolerance: a step that shows which limit is active
+
+CURVE = 2.0 ** np.arange(-4.5, 5.0, 1.5)  # times the fraction out of any limit
+BISECTIONS = 5
+FEWER = 100  # times fewer trials out of limit than on the curve
+
+
+@dataclass(frozen=True)
+class Point:
+    """The cheapest tolerances for some fraction out of any limit, and their cost."""
+
+    fraction_out_of_any_limit: float  # the median by weighted trials
+    cost: float
+    choice: Choice = field(metadata={"json": False})
 
 
 class Search:
@@ -166,9 +175,8 @@ class Search:
         """Add trials with some tolerances to those that are weighted."""
         seed = self.next_seed()
         study = with_choice(self.runs.study, choice, seed, trials)
-        run = Trials.planned(study.description, study.deviations())
-        self.runs.evaluate(study, run, "wide run")
-        self.pool.add(choice, seed, out_of_each_limit(study.limits, run))
+        out = self.runs.evaluate(study, study.deviations(), "wide run")
+        self.pool.add(choice, seed, out)
         self.wide_trials += trials
 
     def next_seed(self) -> int:
@@ -231,3 +239,60 @@ def _aimed(trials: int, permitted: float) -> float:
         counts, True, key=lambda n: anytime_valid(n, trials).upper > permitted
     )
     return max(few - 1 - math.sqrt(few), 0.5) / trials
+
+
+def points_about(search: Search, start: Choice) -> list[Point]:
+    """Find the cheapest tolerances for fractions about that of an allocation."""
+    points, reference = [], search.out_of_any_limit(start)
+    search.runs.tell(Progress(0, 0, 0, "trade-off"))
+    for times in CURVE[::-1]:
+        share = min(float(times) * reference, 1.0)
+        if found := search.cheapest_for(share, start):
+            start = found.choice
+            points.append(Point(share, found.cost, start))
+    return points
+
+
+def own_fractions(search: Search, points: list[Point]) -> list[Point]:
+    """Return each set of tolerances once, at its own fraction out of any limit.
+
+    One set of options of lists is the cheapest for many fractions.
+    """
+    return [
+        replace(each, fraction_out_of_any_limit=search.out_of_any_limit(each.choice))
+        for each in {each.choice: each for each in points}.values()
+    ]
+
+
+def at_equal_cost(search: Search, points: list[Point], seed: int) -> Proof:
+    """Run the best tolerances for the cost of the drawing; or the drawing's own.
+
+    Weighted trials may promise what a run does not keep: then they are the drawing's.
+    """
+    specified = search.runs.of(search.specified, seed)
+    spent = search.runs.of(for_equal_cost(search, points), seed)
+    own, other = (each.scheme.fraction_out_of_any_limit for each in (specified, spent))
+    return spent if other.value <= own.value else specified
+
+
+def for_equal_cost(search: Search, points: list[Point]) -> Choice:
+    """Find the tolerances with the fewest out of limit for the cost of the drawing."""
+    runs = search.runs
+    cost = runs.cost(search.specified)
+    least, best = search.out_of_any_limit(search.specified), search.specified
+    for each in points:
+        written = runs.as_written(each.choice)
+        if each.fraction_out_of_any_limit < least and runs.cost(written) <= cost:
+            least, best = each.fraction_out_of_any_limit, written
+    high = math.log(least)
+    shares = [each.fraction_out_of_any_limit for each in points]
+    fewer = [share for share in shares if share < least]
+    low = math.log(max(fewer)) if fewer else high - math.log(FEWER)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        found = search.cheapest_for(math.exp(middle), best)
+        if found and runs.cost(written := runs.as_written(found.choice)) <= cost:
+            best, high = written, middle
+        else:
+            low = middle
+    return best

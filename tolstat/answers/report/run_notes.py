@@ -37,7 +37,7 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
         notes.append(f"the nominal trial: {nominal}")
     notes += run.notes
     own = [_in_words(run, number) for number in run.numbers if number.of]
-    if own and not (sample and sample.weights):  # of the tolerances of the baseline
+    if own:
         notes.append("from tolerances alone: " + ", ".join(own))
     if run.stopped:
         reached = "reached" if run.stopped.reached else "not reached"

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from tolstat.answers.relimit import with_limits
 from tolstat.answers.report.gather import all_limits, reportable, summaries_of
 from tolstat.answers.report.run_notes import notes_of
 from tolstat.answers.sampled_trials import Drawn
-from tolstat.answers.what_if.scenario import Entries, changed_kinds, read_scenario
 from tolstat.answers.what_if.what_if_answer import (
     Change,
     ResponseWhatIf,
     WhatIf,
     YieldAllLimits,
 )
-from tolstat.deviations.density_ratio import DensityRatio, dependent_groups, equal_parts
-from tolstat.deviations.distributions import Distribution
-from tolstat.deviations.overlap import Overlap, check_overlap, overlap_of
+from tolstat.deviations.density_ratio import DensityRatio
+from tolstat.deviations.names import expand
+from tolstat.deviations.overlap import check_overlap, overlap_of
 from tolstat.errors import (
     Advice,
+    DependenceError,
     DistributionError,
     PictureError,
     RunFileError,
@@ -35,9 +36,12 @@ from tolstat.statistics.intervals.weights import LEAST_EFFECTIVE, Weights
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
-from tolstat.study.deviations_section import Deviations
-from tolstat.study.problems import Problems
+from tolstat.study.deviations_section import Deviations, read_deviations
+from tolstat.study.problems import Problems, toml_of
 from tolstat.study.study import Study
+from tolstat.study.study_schema import check_section
+
+Entries = Mapping[str, str | dict[str, Any]]
 
 
 def what_if(
@@ -87,19 +91,21 @@ def what_if(
         )
     study = study_of(run, model=model)
     _check_drawn(run, study)
-    problems = Problems(f"{run.path}", "cannot be asked that")
+    problems = problems_of(run)
     scenario = read_scenario(deviations, study, run, problems)
     if not deviations:
-        problems.add("[deviations]", None, "nothing is asked; name a contributor")
+        problems.add("[deviations]", None, "no entry is given; name a contributor")
     problems.raise_if_any()
-    found = _covered(scenario, study, drawn, problems)
-    kinds = [*changed_kinds(deviations, scenario, study, run)]
-    if not found:
-        raise StudyError("\n  ".join([problems.words, *kinds]))
-    weights = found.weights
-    weighted = drawn._replace(sample=drawn.sample._replace(weights=weights))
+    kinds = _changed_kinds(deviations, scenario, study, run)
+    try:
+        found = reweighted(scenario, study, drawn, problems)
+    except StudyError as error:
+        raise StudyError("\n  ".join([str(error), *kinds])) from None
+    weighted = drawn._replace(sample=drawn.sample._replace(weights=found.weights))
     before, after = summaries_of(drawn), summaries_of(weighted)
     before_all, after_all = all_limits(drawn), all_limits(weighted)
+    # numbers of the tolerances are those of the baseline
+    notes = notes_of(replace(run, numbers=()), drawn.sample)
     return WhatIf(
         run.title,
         run.path.name,
@@ -109,8 +115,8 @@ def what_if(
             for name, words in scenario.words.items()
         },
         len(drawn.trials),
-        weights.number,
-        found.overlap.efficiency * len(drawn.trials),
+        found.weights.number,
+        found.expected,
         YieldAllLimits(before_all, after_all) if before_all and after_all else None,
         {
             response.name: ResponseWhatIf(
@@ -122,90 +128,119 @@ def what_if(
             )
             for response in run.responses
         },
-        (*kinds, *notes_of(run, weighted.sample)),
+        (*kinds, *notes),
     )
 
 
 def _check_drawn(run: Run, study: Study) -> None:
-    """Refuse a run whose study samples other deviations by now."""
+    """Refuse a run whose study samples other deviations now."""
     plan = plan_again(run, study, drawn_again(run, study).trials)
     if len(trials_drawn_otherwise(run, plan)):
         raise RunFileError(
-            f"{run.path}: its study draws other deviations by now, because its data or "
-            "the machine are others",
+            f"{run.path}: its study samples other deviations now: its data or its "
+            "model have changed",
             Advice("run again", run.path, run.machine, run=run),
         )
 
 
-class _Covered(NamedTuple):
-    """What the trials say of other deviations."""
+def problems_of(run: Run) -> Problems:
+    """Collect what is wrong with a scenario of a run."""
+    return Problems(f"{run.path}", "cannot answer this")
 
-    left: dict[str, float]  # fraction of the trials, with each change alone
-    overlap: Overlap
+
+def read_scenario(
+    given: Entries, study: Study, run: Run, problems: Problems
+) -> Deviations:
+    """Read entries of [deviations]; data files are those beside the run's study."""
+    check_section("deviations", given, problems)
+    for name, entry in given.items():
+        if isinstance(entry, dict) and "common" in entry:
+            with problems.noting(f"[deviations] {name}", entry):
+                raise DependenceError("batches stay as sampled; leave out common")
+    contributors, home = study.description.contributors, run.study_file or run.path
+    return read_deviations(given, {}, contributors, home.parent, problems)
+
+
+def _changed_kinds(
+    given: Entries, scenario: Deviations, study: Study, run: Run
+) -> list[str]:
+    """Say where a range alone, which is normal, replaces another distribution."""
+    names = [each.name for each in run.contributors]
+    table, sampled = run.study.table, study.deviating.distributions
+    before = {
+        member: entry
+        for section in ("links", "deviations")
+        for name, entry in table.get(section, {}).items()
+        if isinstance(entry, dict) and "distribution" in entry
+        for member in expand(name, names)
+    }
+    said = dict[str, None]()
+    for name, entry in given.items():
+        for member in expand(name, names) if isinstance(entry, str) else ():
+            new, old = scenario.distributions[member], sampled.get(member)
+            if member not in before or type(new) is type(old):
+                continue
+            kind = before[member]["distribution"]
+            own = {k: v for k, v in before[member].items() if k in vars(old)}
+            kept = toml_of({**own, "tolerance": entry, "distribution": kind})
+            said[
+                f"{name} was sampled {kind}; a range alone is normal: {kept} keeps it "
+                f"{kind}"
+            ] = None
+    return [*said]
+
+
+class Reweighted(NamedTuple):
+    """The trials of a run, weighted as those of a scenario."""
+
+    left: dict[str, float]  # effective sample size per trial, with each change alone
+    expected: float  # effective sample size by the distributions
     weights: Weights
 
 
-def _covered(
+def reweighted(
     scenario: Deviations, study: Study, drawn: Drawn, problems: Problems
-) -> _Covered | None:
-    """Weight the trials; None where they do not cover the scenario, which is noted."""
-    left = _left(scenario, study, problems)
-    if problems.found:
-        return None
-    with problems.noting("all together", None):
-        overlap = _overlap(scenario.distributions, study, len(drawn.trials), left)
-        baseline = study.deviating
-        values = {name: drawn.values(name) for name in baseline.distributions}
-        ratio = DensityRatio(values, baseline.distributions, baseline.dependence)
-        new = ratio.weights(scenario.distributions)
-        weights = Weights(new, overlap.most, overlap.cut)
-        if weights.too_few:
-            raise DistributionError(f"{weights.too_few}: {LEAST_EFFECTIVE} are needed")
-        return _Covered(left, overlap, weights)
-    return None
+) -> Reweighted:
+    """Weight the trials.
 
-
-def _left(scenario: Deviations, study: Study, problems: Problems) -> dict[str, float]:
-    """Check that each change alone is covered; what each leaves of the trials."""
-    found, baseline = {}, study.deviating
+    Raises
+    ------
+    StudyError
+        If they do not cover the scenario.
+    """
+    left, baseline = dict[str, float](), study.deviating
     for name, new in scenario.distributions.items():
         with problems.noting(f"[deviations] {name}", scenario.words[name]):
             if name not in baseline.distributions:
                 raise DistributionError("it does not deviate in this run")
-            with_it = equal_parts(name, baseline.dependence)
-            if any(scenario.distributions.get(n) != new for n in with_it):
-                raise DistributionError(
-                    f"all parts of its batch are equal: {', '.join(with_it)}"
-                )
             try:
-                found[name] = check_overlap(baseline.distributions[name], new)
+                left[name] = check_overlap(baseline.distributions[name], new)
             except DistributionError as error:
-                raise DistributionError(
-                    f"{error}; drawn was {baseline.words[name]}"
-                ) from None
-    return found
+                sampled = baseline.words[name]
+                raise DistributionError(f"{error}; sampled: {sampled}") from None
+    problems.raise_if_any()
+    return problems.required(
+        "all together", None, lambda: _together(scenario, study, drawn, left)
+    )
 
 
-def _overlap(
-    new: Mapping[str, Distribution],
-    study: Study,
-    trials: int,
-    left: Mapping[str, float],
-) -> Overlap:
-    """Check that the effective sample size suffices for all changes together."""
-    baseline = study.deviating
-    try:
-        found = overlap_of(baseline.distributions, baseline.dependence, new, trials)
-    except DistributionError as error:
-        joint = dependent_groups(new, baseline.dependence)
-        others = [name for group in joint for name in group if name not in new]
-        more = f": {', '.join(others)} too" if others else ""
-        raise DistributionError(f"{error}{more}") from None
-    if found.efficiency * trials < LEAST_EFFECTIVE:
-        least = sorted(left, key=lambda name: left[name])
+def _together(
+    scenario: Deviations, study: Study, drawn: Drawn, left: dict[str, float]
+) -> Reweighted:
+    """Weight the trials for all changes at once."""
+    trials, new, baseline = len(drawn.trials), scenario.distributions, study.deviating
+    overlap = overlap_of(baseline.distributions, baseline.dependence, new, trials)
+    expected = overlap.efficiency * trials
+    if expected < LEAST_EFFECTIVE:
+        least = sorted(left, key=left.__getitem__)
         each = ", ".join(f"{name} alone {100 * left[name]:.2g} %" for name in least)
         raise DistributionError(
-            f"{found.efficiency * trials:.0f} effective trials would be left of "
-            f"{trials}, and {LEAST_EFFECTIVE} are needed ({each})"
+            f"effective sample size {expected:.0f} of {trials} trials; "
+            f"{LEAST_EFFECTIVE} needed ({each})"
         )
-    return found
+    values = {name: drawn.values(name) for name in baseline.distributions}
+    ratio = DensityRatio(values, baseline.distributions, baseline.dependence)
+    weights = Weights(ratio.weights(new), overlap.most, overlap.cut)
+    if weights.too_few:
+        raise DistributionError(weights.too_few)
+    return Reweighted(left, expected, weights)

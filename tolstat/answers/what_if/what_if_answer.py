@@ -1,35 +1,30 @@
-"""What a run would have found with other deviations, as types; SI."""
+"""What a run would have found with other deviations: the answer, and what it says."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from tolstat.answers.answer import Answer
-from tolstat.answers.cells import summary_cells
+from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm, summary_cells
 from tolstat.answers.report.report_answer import AllLimits
-from tolstat.document.blocks import Document
-from tolstat.document.inline import Number
+from tolstat.document import blocks
+from tolstat.document.inline import Name, Number, Parts, Word, counted, say, text
+from tolstat.render.json_schema import share_words
 from tolstat.render.tables import Row
-from tolstat.statistics.summary import Summary
-from tolstat.units.scale import Scale
+from tolstat.statistics.summary import QUANTILES, Summary
+from tolstat.units.scale import PER_CENT, Scale
+
+ON_SCREEN = (0.5, 0.95)  # quantiles
 
 
 class Change(NamedTuple):
-    """How a contributor is distributed.
+    """How a contributor is distributed."""
 
-    Attributes
-    ----------
-    baseline, scenario : str
-        In words.
-    fraction_left : float
-        Effective sample size with this change alone, as a fraction of the trials.
-    """
-
-    baseline: str
+    baseline: str  # in words
     scenario: str
-    fraction_left: float
+    fraction_left: float  # effective sample size with this change alone, per trial
 
 
 class YieldAllLimits(NamedTuple):
@@ -40,81 +35,43 @@ class YieldAllLimits(NamedTuple):
 
 
 class ResponseWhatIf(NamedTuple):
-    """A response of the run, and of the scenario.
+    """A response of the run, and of the scenario."""
 
-    Attributes
-    ----------
-    baseline, scenario : Summary
-        Of the trials as they are; of the weighted trials.
-    nominal : float
-        Of the nominal trial.
-    sentence : str
-        What it is.
-    scale : Scale
-        How it is shown.
-    """
-
-    baseline: Summary
-    scenario: Summary
-    nominal: float
-    sentence: str
+    baseline: Summary  # of the trials as they are
+    scenario: Summary  # of the weighted trials
+    nominal: float  # of the nominal trial
+    sentence: str  # what it is
     scale: Scale
 
 
 @dataclass(frozen=True, repr=False)
 class WhatIf(Answer):
-    """What a run would have found with other deviations.
+    """What a run would have found with other deviations."""
 
-    Attributes
-    ----------
-    title, run, model : str
-        Of the run.
-    changes : dict of str to Change
-        By contributor; all others stay, and so do batches and correlations.
-    trials, effective_sample_size : int
-        Trials that are weighted; how many independent ones they are worth.
-    expected_sample_size : float
-        The same as the distributions have it, without the trials.
-    yield_all_limits : YieldAllLimits or None
-        None without limits.
-    responses : dict of str to ResponseWhatIf
-        All of them.
-    notes : tuple of str
-        What must be known to read the numbers.
-    """
-
-    title: str
+    title: str  # of the run
     run: str
     model: str
+    # by contributor; all others stay, and so do batches and correlations
     changes: Mapping[str, Change]
-    trials: int
-    effective_sample_size: int
-    expected_sample_size: float
-    yield_all_limits: YieldAllLimits | None
+    trials: int  # that are weighted
+    effective_sample_size: int  # how many independent ones they are worth
+    expected_sample_size: float  # the same by the distributions, without the trials
+    yield_all_limits: YieldAllLimits | None  # None without limits
     responses: Mapping[str, ResponseWhatIf]
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # what must be known to read the numbers
     answers: ClassVar[str] = "what_if"
 
     @property
     def short(self) -> str:
-        """What it is, in a few words."""
-        changes = (f"{name} {each.scenario}" for name, each in self.changes.items())
-        return f"{self.run}; {'; '.join(changes)}"
-
-    def document(self) -> Document:
-        """Return yields, limits and responses of baseline and scenario."""
-        from tolstat.answers.what_if.what_if_document import what_if_document
-
-        return what_if_document(self)
+        """Its run and its scenario."""
+        return f"{self.run}; {self._scenario}"
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each response: the scenario, then the baseline."""
-        changes = (f"{name}: {each.scenario}" for name, each in self.changes.items())
-        scenario = "; ".join(changes)
         return [
             {
                 "title": self.title,
-                "scenario": scenario,
+                "scenario": self._scenario,
                 "response": name,
                 "unit": each.scale.shown,
                 "nominal [unit]": Number(each.nominal, each.scale),
@@ -125,3 +82,112 @@ class WhatIf(Answer):
             }
             for name, each in self.responses.items()
         ]
+
+    def document(self) -> blocks.Document:
+        """Return yields, limits and responses of baseline and scenario."""
+        both = {name: (of.baseline, of.scenario) for name, of in self.changes.items()}
+        parts = blocks.shown(
+            blocks.Paragraph(self._yields(), "lead"),
+            blocks.paragraph(
+                "Baseline -> scenario: ",
+                changes(both),
+                ". All other deviations, batches and correlations stay.",
+            ),
+            self._limits(),
+            self._responses(),
+            *self._notes(),
+        )
+        return blocks.Document(f"{self.title}: what if", parts, (self.run, self.model))
+
+    @property
+    def _scenario(self) -> str:
+        return "; ".join(
+            f"{name}: {each.scenario}" for name, each in self.changes.items()
+        )
+
+    def _yields(self) -> Parts:
+        both = self.yield_all_limits
+        if both is None:
+            return text("The study limits no response.")
+        whose = "all limits" if both.baseline.limits > 1 else "this limit"
+        yields = (Number(each.within, PER_CENT) for each in both)
+        return say("Yield, {}: {} -> {}.", whose, *yields)
+
+    def _sides(
+        self, names: Sequence[str]
+    ) -> Iterator[tuple[Name | None, str, ResponseWhatIf, Summary]]:
+        """Yield baseline and scenario of responses; only the first one is named."""
+        for name in names:
+            each = self.responses[name]
+            yield Name(name), "baseline", each, each.baseline
+            yield None, "scenario", each, each.scenario
+
+    def _limits(self) -> blocks.Table:
+        rows = [
+            {
+                "response": name,
+                "": side,
+                "limit": limit_cell(limited.limit) if name else None,
+                "verdict": Word(limited.yields.verdict, limited.yields.verdict),
+                "out of limit, ppm": ppm(limited.yields.out_of_limit),
+                "equivalent Ppk": ppk_cell(limited.equivalent),
+                "Ppk by percentiles": ppk_cell(limited.percentiles.ppk),
+                "Ppk by moments": ppk_cell(limited.moments.ppk),
+            }
+            for name, side, _, of in self._sides([*self.responses])
+            if (limited := of.limited)
+        ]
+        return blocks.table_of(
+            rows,
+            "Limits",
+            page_only=["Ppk by percentiles", "Ppk by moments"],
+            keys=2,
+            look="verdicts",
+        )
+
+    def _responses(self) -> blocks.Table:
+        """Return the statistics of all responses, those with limits first."""
+        limited = [n for n, each in self.responses.items() if each.scenario.limited]
+        rows = [
+            {
+                "response": name,
+                "unit": each.scale.mark if name else None,
+                "": side,
+                "nominal": Number(each.nominal, each.scale) if name else None,
+                "mean": Number(of.mean, each.scale),
+                "sigma": Number(of.sigma, each.scale),
+                **{
+                    share_words(share): Number(of.quantiles[share], each.scale)
+                    for share in QUANTILES
+                },
+            }
+            for name, side, each, of in self._sides(
+                [*dict.fromkeys([*limited, *self.responses])]
+            )
+        ]
+        others = [share_words(share) for share in QUANTILES if share not in ON_SCREEN]
+        return blocks.table_of(
+            rows,
+            "Responses",
+            page_only=["nominal", "mean", "sigma", *others],
+            keys=3,
+            look="dense",
+        )
+
+    def _notes(self) -> Iterator[blocks.Paragraph]:
+        """Say what must be known to read the numbers."""
+        yield blocks.note(
+            say(
+                "Nothing was simulated: {}, reweighted, have an effective sample size "
+                "of {}.",
+                counted(self.trials, "stored trial"),
+                Number(self.effective_sample_size),
+            )
+        )
+        yield from map(blocks.note, self.notes)
+        yield blocks.note(
+            "Below each number stands its 95 % interval: of fractions out of limit "
+            "from weighted counts, of all others for any distribution. Fractions and "
+            "verdicts of the baseline are anytime-valid, those of the scenario for a "
+            "single look. So they may differ where the trials do not."
+        )
