@@ -33,7 +33,7 @@ def horner(*coefficients):
     def polynomial(builder, x):
         value = numbers[-1]
         for each in numbers[-2::-1]:
-            value = call(builder, f"fma.v{WIDTH}f64", x, value, each)
+            value = call(builder, "fma", x, value, each)
         return value
 
     return polynomial

@@ -14,44 +14,34 @@ from numba.extending import overload
 from tolstat.lanes.vector import DOUBLES, WIDTH, instructions, mask, vector
 
 
-def call(builder, name, *values, result=DOUBLES):
-    """Call one of LLVM's vector functions, by its full name."""
+def call(builder, name, *values):
+    """Call one of LLVM's functions of vectors, or of a mask."""
+    of_vector = values[0].type == DOUBLES
+    result = DOUBLES if of_vector else ir.IntType(1)
+    full_name = f"llvm.{name}.v{WIDTH}{'f64' if of_vector else 'i1'}"
     kind = ir.FunctionType(result, [value.type for value in values])
-    function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}")
+    function = cgutils.get_or_insert_function(builder.module, kind, full_name)
     return builder.call(function, values)
 
 
-def _teach(function, name):
-    """Teach Numba a NumPy function of one vector."""
+def _teach(function, name, result=vector, argument=vector):
+    """Teach Numba a NumPy function of one vector or mask."""
 
-    @instructions(vector, vector)
+    @instructions(result, argument)
     def of_lanes(builder, x):
-        return call(builder, f"{name}.v{WIDTH}f64", x)
+        return call(builder, name, x)
 
     @overload(function)
     def implement(x):
-        return (lambda x: of_lanes(x)) if x is vector else None
-
-
-def _teach_reduction(function, name):
-    """Teach Numba a function from a mask to one truth value."""
-
-    @instructions(types.boolean, mask)
-    def of_lanes(builder, m):
-        full_name = f"vector.reduce.{name}.v{WIDTH}i1"
-        return call(builder, full_name, m, result=ir.IntType(1))
-
-    @overload(function)
-    def implement(m):
-        return (lambda m: of_lanes(m)) if m is mask else None
+        return (lambda x: of_lanes(x)) if x is argument else None
 
 
 _teach(np.sqrt, "sqrt")
 _teach(np.abs, "fabs")
 _teach(np.floor, "floor")
 _teach(np.rint, "rint")
-_teach_reduction(np.any, "or")
-_teach_reduction(np.all, "and")
+_teach(np.any, "vector.reduce.or", types.boolean, mask)
+_teach(np.all, "vector.reduce.and", types.boolean, mask)
 
 
 @instructions(vector, mask, vector, vector)
@@ -61,13 +51,13 @@ def _select(builder, condition, a, b):
 
 @instructions(vector, vector, vector)
 def _copysign(builder, x, sign):
-    return call(builder, f"copysign.v{WIDTH}f64", x, sign)
+    return call(builder, "copysign", x, sign)
 
 
 @instructions(vector, vector, vector, vector)
 def multiply_add(builder, a, b, c):
     """Return a b + c, rounded once."""
-    return call(builder, f"fma.v{WIDTH}f64", a, b, c)
+    return call(builder, "fma", a, b, c)
 
 
 @overload(np.where)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import operator
 
 import numpy as np
-from numba.core import types
 from numba.extending import overload, register_jitable
 
 from tolstat.lanes import binary
@@ -151,15 +150,11 @@ def _power(x, y):
     return np.where(one, 1.0, value)
 
 
-def _is_number(kind):
-    return kind is vector or isinstance(kind, types.Float | types.Integer)
-
-
 @overload(np.power)
 @overload(operator.pow)
 @overload(operator.ipow)
 def power(x, y):
     """Return x^y, of vectors or of a vector and a plain number; exceptions as NumPy."""
-    if vector in (x, y) and _is_number(x) and _is_number(y):
+    if vector in (x, y):
         return lambda x, y: _power(binary.as_vector(x), binary.as_vector(y))
     return None
