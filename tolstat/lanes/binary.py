@@ -26,13 +26,13 @@ def each(number):
 
 
 def horner(*coefficients):
-    """Return a function of vectors, a polynomial; the constant comes first."""
-    numbers = [ir.Constant(DOUBLES, [each] * WIDTH) for each in coefficients]
+    """Return a function of vectors: the polynomial, the constant comes first."""
+    *others, last = (ir.Constant(DOUBLES, [each] * WIDTH) for each in coefficients)
 
     @instructions(vector, vector)
     def polynomial(builder, x):
-        value = numbers[-1]
-        for each in numbers[-2::-1]:
+        value = last
+        for each in reversed(others):
             value = call(builder, "fma", x, value, each)
         return value
 
@@ -40,13 +40,17 @@ def horner(*coefficients):
 
 
 def two_chains(*coefficients):
-    """Return the same in two interleaved Horner chains: half the waiting."""
-    even, odd = horner(*coefficients[::2]), horner(*coefficients[1::2])
+    """Return the same in two interleaved chains: half the waiting."""
+    pairs = [*zip(coefficients[::2], coefficients[1::2], strict=True)]
+    *others, last = (tuple(ir.Constant(DOUBLES, [n] * WIDTH) for n in p) for p in pairs)
 
-    @register_jitable(**STRICT)
-    def polynomial(x):
-        u = x * x
-        return multiply_add(x, odd(u), even(u))
+    @instructions(vector, vector)
+    def polynomial(builder, x):
+        u, (even, odd) = builder.fmul(x, x), last
+        for a, b in reversed(others):
+            even = call(builder, "fma", u, even, a)
+            odd = call(builder, "fma", u, odd, b)
+        return call(builder, "fma", x, odd, even)
 
     return polynomial
 

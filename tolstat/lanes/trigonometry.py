@@ -67,26 +67,44 @@ def _reduce(x):
 
 
 @register_jitable(**STRICT)
-def _sine(x, ahead):
-    """Return the sine of x and so many quarter turns."""
-    r, turns = _reduce(x)
-    turns = turns + ahead
+def _sin_near_zero(r):
+    """Return sin r for |r| <= pi/4."""
+    return r * SIN_SERIES(r * r)
+
+
+@register_jitable(**STRICT)
+def _cos_near_zero(r):
+    """Return cos r for |r| <= pi/4."""
     u = r * r
-    sine = r * SIN_SERIES(u)
-    cosine = multiply_add(u * u, COS_SERIES(u), multiply_add(u, -0.5, 1.0))
-    return _signed_by(np.where(_is_odd(turns), cosine, sine), turns)
+    return multiply_add(u * u, COS_SERIES(u), multiply_add(u, -0.5, 1.0))
 
 
 @overload(np.sin, jit_options=STRICT)
 def sin(x):
     """Return the sine; zeros keep their sign, above 1e6 it is NaN."""
-    return (lambda x: _sine(x, 0.0)) if x is vector else None
+    if x is not vector:
+        return None
+
+    def implementation(x):
+        r, turns = _reduce(x)
+        value = np.where(_is_odd(turns), _cos_near_zero(r), _sin_near_zero(r))
+        return _signed_by(value, turns)
+
+    return implementation
 
 
 @overload(np.cos, jit_options=STRICT)
 def cos(x):
     """Return the cosine; above 1e6 it is NaN."""
-    return (lambda x: _sine(x, 1.0)) if x is vector else None
+    if x is not vector:
+        return None
+
+    def implementation(x):
+        r, turns = _reduce(x)
+        value = np.where(_is_odd(turns), _sin_near_zero(r), _cos_near_zero(r))
+        return _signed_by(value, turns + 1.0)
+
+    return implementation
 
 
 TAN_PI_8 = 0.41421356237309503
