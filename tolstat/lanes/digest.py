@@ -203,7 +203,8 @@ def _definition(of: Place | str) -> Place | str:
         case None if of.path.name == "__init__.py":
             return _file_of(of.name, of.path, 1) or of
         case [ast.Assign([ast.Name()], ast.Name() | ast.Attribute() as longer)]:
-            return _target(longer, module) or of
+            itself = ast.unparse(longer) == of.name  # of Python
+            return of if itself else _target(longer, module) or of
     return of
 
 
