@@ -32,6 +32,15 @@ def _fill(lane, number):
 
 
 @compiled()
+def _finite(row):
+    """Tell whether all of a row of a table are numbers."""
+    total = 0.0
+    for i in range(len(row)):
+        total += row[i]
+    return np.isfinite(total)
+
+
+@compiled()
 def _begin(lane, trial, lanes, block):
     """Put a trial into a lane, at its first mark."""
     lanes.trial[lane] = trial
@@ -87,9 +96,12 @@ def _end(lane, status, lanes, solution):
         _copy(lanes.least[:, lane], solution.least[trial])
         _copy(lanes.above[:, lane], solution.above[trial])
         # what does not steer the step may have blown up unseen
-        total = solution.quadratures[trial, -1].sum() + solution.above[trial].sum()
-        total += solution.greatest[trial].sum() + solution.least[trial].sum()
-        if not np.isfinite(total):
+        if not (
+            _finite(solution.quadratures[trial, -1])
+            and _finite(solution.greatest[trial])
+            and _finite(solution.least[trial])
+            and _finite(solution.above[trial])
+        ):
             status = Status.NOT_FINITE
     solution.status[trial] = status
     solution.steps[trial] = int(clock[problem.COUNT])
