@@ -14,7 +14,7 @@ from tests.integrator.conftest import rubbing, rubbing_rates
 from tolstat.errors import ModelError
 from tolstat.integrator import tableau
 from tolstat.integrator.integrate import integrate
-from tolstat.integrator.problem import Accuracy, Damping, Step, System
+from tolstat.integrator.problem import Accuracy, Step, System
 from tolstat.integrator.signatures import rates_signature, rates_type, step_type, table
 from tolstat.integrator.step import advance, error_of
 from tolstat.lanes.compiled import compiled
@@ -100,9 +100,9 @@ def test_the_compiled_step_is_that_of_the_constants():
     one, none = np.ones((1, WIDTH)), np.zeros((0, WIDTH))
     k = np.zeros((7, 3, WIDTH))
     k[0] = -z, z, -z
-    damping = Damping(np.array([0]), np.zeros((1, WIDTH)), np.zeros((1, WIDTH)))
-    now, end, crossings = np.zeros((2, WIDTH)), np.zeros((1, WIDTH)), damping.states[:0]
-    step = Step(now, k, none, end, *(none,) * 4, crossings, damping)
+    now, end, damped = np.zeros((2, WIDTH)), np.zeros((1, WIDTH)), np.array([0])
+    lambda_h, share = np.zeros((1, WIDTH)), np.zeros((1, WIDTH))
+    step = Step(now, k, none, end, *(none,) * 4, damped[:0], damped, lambda_h, share)
     error = np.zeros((1, WIDTH))
     one_step(decay, one, one.copy(), np.stack([z, 0 * z]), step, error)
     stages, expected = stages_of(-z)

@@ -8,7 +8,7 @@ from scipy.integrate import RK45
 from scipy.integrate._ivp.rk import RkDenseOutput, rk_step
 
 from tests.integrator.conftest import pendulum, pendulum_rates
-from tolstat.integrator.problem import Damping, Step
+from tolstat.integrator.problem import Step
 from tolstat.integrator.signatures import rates_type, table, tables
 from tolstat.integrator.step import advance, error_of, halfway, interpolate
 from tolstat.lanes.compiled import compiled
@@ -23,10 +23,10 @@ from tolstat.lanes.vector import WIDTH
 )  # fmt: skip
 def one_step(rates, moment, h, t_new, y, p, k, y_new, error, middle):
     none = np.zeros((0, WIDTH))
-    damping = Damping(np.zeros(0, np.int64), none, none)
+    nothing = np.zeros(0, np.int64)
     t, h, t_new = rows(moment)[0], rows(h)[0], rows(t_new)[0]
     watched = none, none, none, none
-    step = Step(moment, k, middle, y_new, *watched, damping.states, damping)
+    step = Step(moment, k, middle, y_new, *watched, nothing, nothing, none, none)
     advance(rates, t, h, t_new, y, p, step)
     for i in range(len(y)):
         rows(error)[i] = error_of(h, k, i)

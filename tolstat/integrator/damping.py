@@ -42,29 +42,29 @@ G = np.array([[*map(float, row), *[0.0] * (7 - len(row))] for row in tableau.G])
 
 
 @compiled(within=True)
-def begin_damping(h, k, damping):
+def begin_damping(h, step):
     """Take the lambda of the start of the step; damp K1 by what it was undamped."""
-    n, K1 = len(damping.states), rows(k[0])
-    lambda_h, share = rows(damping.lambda_h), rows(damping.share)
+    n, K1 = len(step.damped), rows(step.k[0])
+    lambda_h, share = rows(step.lambda_h), rows(step.share)
     undamped = len(K1) - n
     for j in range(n):
         given = h * K1[undamped - n + j]
         # what grows, or is no number, is left to the plain step
         lambda_h[j] = np.where((given > 0.0) & np.isfinite(given), given, 0.0)
         share[j] = 1.0 / (1.0 + DIAGONAL * lambda_h[j])
-        K1[damping.states[j]] = K1[undamped + j] * share[j]
+        K1[step.damped[j]] = K1[undamped + j] * share[j]
 
 
 @compiled(within=True)
-def damp(stage, k, damping):
+def damp(stage, step):
     """Damp the rates of a stage, counted from 0; what they were follows in its rows."""
-    n, K = len(damping.states), rows(k[stage])
-    lambda_h, share = rows(damping.lambda_h), rows(damping.share)
+    n, K = len(step.damped), rows(step.k[stage])
+    lambda_h, share = rows(step.lambda_h), rows(step.share)
     undamped = len(K) - n
     for j in range(n):
-        i = damping.states[j]
-        before = G[stage, 0] * rows(k[0])[i]
+        i = step.damped[j]
+        before = G[stage, 0] * rows(step.k[0])[i]
         for earlier in range(1, stage):
-            before = before + G[stage, earlier] * rows(k[earlier])[i]
+            before = before + G[stage, earlier] * rows(step.k[earlier])[i]
         K[undamped + j] = K[i]
         K[i] = (K[i] - lambda_h[j] * before) * share[j]

@@ -12,7 +12,6 @@ from tolstat.integrator.problem import (
     PHASE,
     Accuracy,
     Block,
-    Damping,
     Lanes,
     Solution,
     Step,
@@ -135,11 +134,9 @@ def room_for_steps(system: System, lanes: Lanes) -> Step:
         watched_middle=middle[watched],
         watched_inside=inside[watched],
         crossings=np.array(system.crossings, np.int64),
-        damping=Damping(
-            states=np.array(system.damped, np.int64),
-            lambda_h=_lanes(n_damped),
-            share=_lanes(n_damped),
-        ),
+        damped=np.array(system.damped, np.int64),
+        lambda_h=_lanes(n_damped),
+        share=_lanes(n_damped),
     )
 
 

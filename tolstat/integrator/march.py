@@ -8,26 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from tolstat.integrator import problem
 from tolstat.integrator.control import aim, step_factor
 from tolstat.integrator.crossing import aim_at_crossing, first_crossing, go_on
 from tolstat.integrator.lane_refill import sort_out
 from tolstat.integrator.peaks import follow
-from tolstat.integrator.problem import (
-    ACCEPTED,
-    COUNT,
-    ERROR,
-    EVENT,
-    FAILED,
-    MARK_REACHED,
-    NOTHING,
-    PHASE,
-    ROOT,
-    SMALLEST,
-    STEP,
-    TARGET,
-    TIME,
-    TRIED,
-)
 from tolstat.integrator.signatures import march_signature
 from tolstat.integrator.step import (
     advance,
@@ -44,18 +29,18 @@ from tolstat.lanes.vector import WIDTH
 @compiled()
 def _renew_rates(rates, lanes, step):
     """Evaluate the first stage again where a phase begins: the rates may jump there."""
-    now, clock, damped = rows(step.moment), rows(lanes.clock), step.damping.states
+    now, clock, damped = rows(step.moment), rows(lanes.clock), step.damped
     undamped = step.k.shape[1] - len(damped)
-    now[TIME], now[PHASE] = clock[TIME], clock[PHASE]
+    now[problem.TIME], now[problem.PHASE] = clock[problem.TIME], clock[problem.PHASE]
     # the second stage is free between two steps
     rates(step.moment, lanes.y, lanes.p, step.k[1])
     for lane in range(WIDTH):
-        if lanes.clock[EVENT, lane] == MARK_REACHED:
+        if lanes.clock[problem.EVENT, lane] == problem.MARK_REACHED:
             for i in range(step.k.shape[1]):
                 step.k[0, i, lane] = step.k[1, i, lane]
             for j in range(len(damped)):
                 step.k[0, undamped + j, lane] = step.k[1, damped[j], lane]
-        lanes.clock[EVENT, lane] = NOTHING
+        lanes.clock[problem.EVENT, lane] = problem.NOTHING
 
 
 @compiled()
@@ -63,16 +48,16 @@ def _take_samples(lanes, k, block, solution):
     """Store the states at the sample times that this step passed."""
     clock = lanes.clock
     for lane in range(WIDTH):
-        if clock[ACCEPTED, lane] == 0.0:
+        if clock[problem.ACCEPTED, lane] == 0.0:
             continue
-        t, trial = clock[TIME, lane], lanes.trial[lane]
+        t, trial = clock[problem.TIME, lane], lanes.trial[lane]
         while lanes.sample[lane] < len(block.samples):
-            theta = (block.samples[lanes.sample[lane]] - t) / clock[TRIED, lane]
+            theta = (block.samples[lanes.sample[lane]] - t) / clock[problem.TRIED, lane]
             if theta > 1.0:
                 break
             for i in range(len(lanes.y)):
                 solution.history[trial, lanes.sample[lane], i] = interpolate(
-                    clock[TRIED, lane], theta, lanes.y, k, lane, i
+                    clock[problem.TRIED, lane], theta, lanes.y, k, lane, i
                 )
             lanes.sample[lane] += 1
 
@@ -119,23 +104,23 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
     _renew_rates(rates, lanes, step)
 
     while n_busy > 0:
-        t = clock[TIME]
-        h, t_new, landing = aim(t, clock[STEP], clock[TARGET])
+        t = clock[problem.TIME]
+        h, t_new, landing = aim(t, clock[problem.STEP], clock[problem.TARGET])
         if crossing:
             h, t_new = aim_at_crossing(h, t_new, clock)
-        now[PHASE] = clock[PHASE]
+        now[problem.PHASE] = clock[problem.PHASE]
         advance(rates, t, h, t_new, lanes.y, lanes.p, step)
         error = worst_error(h, step.k, per_scale) * (1.0 / rtol)
         # early: its long chain of roots runs beside what follows
-        factor, clock[ROOT] = step_factor(error, clock[ROOT])
-        running = clock[PHASE] >= 0.0
+        factor, clock[problem.ROOT] = step_factor(error, clock[problem.ROOT])
+        running = clock[problem.PHASE] >= 0.0
         accepted = (error <= 1.0) & running
 
         first = 2.0 + 0.0 * h
-        taking = accepted & (clock[PHASE] >= float(block.watch_from))
+        taking = accepted & (clock[problem.PHASE] >= float(block.watch_from))
         if len(step.watched_middle) > 0 and (crossing or np.any(taking)):
             halfway(h, lanes.y, step.k, step.middle)
-            now[TIME] = t + 0.5 * h
+            now[problem.TIME] = t + 0.5 * h
             watch(step.moment, step.middle, lanes.p, step.filled_middle)
             if crossing:
                 first = first_crossing(watch, t, h, accepted, lanes, step)
@@ -143,24 +128,25 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
                 taking = taking & accepted
             follow(watch, taking, t, h, lanes, step)
         if len(block.samples) > 0:
-            clock[TRIED] = h
-            clock[ACCEPTED] = np.where(accepted, 1.0, 0.0)
+            clock[problem.TRIED] = h
+            clock[problem.ACCEPTED] = np.where(accepted, 1.0, 0.0)
             _take_samples(lanes, step.k, block, solution)
         _take_over(accepted, h, lanes, step)
 
-        clock[TIME] = np.where(accepted, t_new, t)
-        clock[STEP] = np.minimum(h * factor, max_step)
+        clock[problem.TIME] = np.where(accepted, t_new, t)
+        clock[problem.STEP] = np.minimum(h * factor, max_step)
         if crossing:
             go_on(h, first, accepted, max_step, clock)
-        clock[COUNT] = clock[COUNT] + np.where(running, 1.0, 0.0)
+        clock[problem.COUNT] = clock[problem.COUNT] + np.where(running, 1.0, 0.0)
 
         reached = accepted & landing
         failed = running & (
-            (clock[STEP] < clock[SMALLEST]) | (clock[COUNT] >= max_steps)
+            (clock[problem.STEP] < clock[problem.SMALLEST])
+            | (clock[problem.COUNT] >= max_steps)
         )
         if np.any(reached | failed):
-            clock[ERROR] = error
-            failure = np.where(failed, FAILED, NOTHING)
-            clock[EVENT] = np.where(reached, MARK_REACHED, failure)
+            clock[problem.ERROR] = error
+            failure = np.where(failed, problem.FAILED, problem.NOTHING)
+            clock[problem.EVENT] = np.where(reached, problem.MARK_REACHED, failure)
             n_begun, n_busy = sort_out(n_begun, lanes, block, solution)
             _renew_rates(rates, lanes, step)

@@ -161,14 +161,6 @@ class Lanes(NamedTuple):
     sample: NDArray[np.int64]  # [lane]: next sample to take
 
 
-class Damping(NamedTuple):
-    """What the damping of all stages of a step has in common."""
-
-    states: NDArray[np.int64]  # [damped]
-    lambda_h: Array  # [damped, lane], lambda times the step
-    share: Array  # [damped, lane], 1/(1 + g h lambda)
-
-
 class Step(NamedTuple):
     """The step that is tried, in all lanes at once."""
 
@@ -181,4 +173,6 @@ class Step(NamedTuple):
     watched_middle: Array  # [watched, lane], of these rows
     watched_inside: Array  # [watched, lane]
     crossings: NDArray[np.int64]  # [crossing], which of the watched quantities
-    damping: Damping
+    damped: NDArray[np.int64]  # [damped], which states
+    lambda_h: Array  # [damped, lane], lambda times the step
+    share: Array  # [damped, lane], 1/(1 + g h lambda)

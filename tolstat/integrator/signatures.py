@@ -10,7 +10,7 @@ from typing import Any
 
 from numba import types
 
-from tolstat.integrator.problem import Accuracy, Block, Damping, Lanes, Solution, Step
+from tolstat.integrator.problem import Accuracy, Block, Lanes, Solution, Step
 
 numbers = types.float64[::1]
 table = types.float64[:, ::1]
@@ -42,8 +42,7 @@ solution_type = _tuple_type(
     steps=integers,
 )
 lanes_type = _tuple_type(Lanes, trial=integers, sample=integers)
-damping_type = _tuple_type(Damping, states=integers)
-step_type = _tuple_type(Step, k=tables, crossings=integers, damping=damping_type)
+step_type = _tuple_type(Step, k=tables, crossings=integers, damped=integers)
 
 # (rates, watch, per_scale, lanes, step, block, solution)
 march_signature = types.void(

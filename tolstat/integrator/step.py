@@ -50,45 +50,45 @@ def advance(rates, t, h, t_new, y, p, step):
         where a state is damped, what it was undamped. On the way `end` holds the states
         of each stage.
     """
-    moment, y_new, k, damping = step.moment, step.end, step.k, step.damping
+    moment, y_new, k = step.moment, step.end, step.k
     now, old, new = rows(moment), rows(y), rows(y_new)
     K1, K2, K3, K4 = rows(k[0]), rows(k[1]), rows(k[2]), rows(k[3])
     K5, K6 = rows(k[4]), rows(k[5])
     n = len(y)
-    begin_damping(h, k, damping)
+    begin_damping(h, step)
     for i in range(n):
         new[i] = old[i] + h * (A21 * K1[i])
     now[TIME] = t + C2 * h
     rates(moment, y_new, p, k[1])
-    damp(1, k, damping)
+    damp(1, step)
     for i in range(n):
         new[i] = old[i] + h * (A31 * K1[i] + A32 * K2[i])
     now[TIME] = t + C3 * h
     rates(moment, y_new, p, k[2])
-    damp(2, k, damping)
+    damp(2, step)
     for i in range(n):
         new[i] = old[i] + h * (A41 * K1[i] + A42 * K2[i] + A43 * K3[i])
     now[TIME] = t + C4 * h
     rates(moment, y_new, p, k[3])
-    damp(3, k, damping)
+    damp(3, step)
     for i in range(n):
         new[i] = old[i] + h * (A51 * K1[i] + A52 * K2[i] + A53 * K3[i] + A54 * K4[i])
     now[TIME] = t + C5 * h
     rates(moment, y_new, p, k[4])
-    damp(4, k, damping)
+    damp(4, step)
     for i in range(n):
         new[i] = old[i] + h * (
             A61 * K1[i] + A62 * K2[i] + A63 * K3[i] + A64 * K4[i] + A65 * K5[i]
         )
     now[TIME] = t_new
     rates(moment, y_new, p, k[5])
-    damp(5, k, damping)
+    damp(5, step)
     for i in range(n):
         new[i] = old[i] + h * (
             B1 * K1[i] + B3 * K3[i] + B4 * K4[i] + B5 * K5[i] + B6 * K6[i]
         )
     rates(moment, y_new, p, k[6])
-    damp(6, k, damping)
+    damp(6, step)
 
 
 @compiled(within=True)

@@ -1,12 +1,14 @@
-"""Doubles split by their bits into significand and power of two, and joined."""
+"""What elementary functions are made of: polynomials, doubles taken apart by bits."""
 
 from __future__ import annotations
 
 from llvmlite import ir
-from numba.extending import intrinsic, register_jitable
+from numba.extending import register_jitable
 
-from tolstat.lanes.elementary import multiply_add
-from tolstat.lanes.vector import DOUBLES, WIDTH, vector
+from tolstat.lanes.elementary import call, multiply_add
+from tolstat.lanes.vector import DOUBLES, WIDTH, instructions, vector
+
+STRICT = {"fastmath": False}
 
 # 1.5 2^52: a number added to it is a whole number in the last bits
 WHOLE = 6755399441055744.0
@@ -23,74 +25,83 @@ def each(number):
     return ir.Constant(INTEGERS, [number] * WIDTH)
 
 
-@intrinsic
-def as_vector(typingctx, x):
+def horner(*coefficients):
+    """Return a function of vectors: the polynomial, the constant comes first."""
+    *others, last = (ir.Constant(DOUBLES, [each] * WIDTH) for each in coefficients)
+
+    @instructions(vector, vector)
+    def polynomial(builder, x):
+        value = last
+        for each in reversed(others):
+            value = call(builder, "fma", x, value, each)
+        return value
+
+    return polynomial
+
+
+def two_chains(*coefficients):
+    """Return the same in two interleaved chains: half the waiting."""
+    pairs = [*zip(coefficients[::2], coefficients[1::2], strict=True)]
+    *others, last = (tuple(ir.Constant(DOUBLES, [n] * WIDTH) for n in p) for p in pairs)
+
+    @instructions(vector, vector)
+    def polynomial(builder, x):
+        u, (even, odd) = builder.fmul(x, x), last
+        for a, b in reversed(others):
+            even = call(builder, "fma", u, even, a)
+            odd = call(builder, "fma", u, odd, b)
+        return call(builder, "fma", x, odd, even)
+
+    return polynomial
+
+
+@instructions(vector, vector)
+def as_vector(builder, x):
     """Return a vector unchanged, or a plain number in every lane."""
-
-    def codegen(context, builder, sig, args):
-        return args[0]
-
-    return vector(vector), codegen
+    return x
 
 
-@intrinsic
-def exponent_of(typingctx, x):
+@instructions(vector, vector)
+def exponent_of(builder, x):
     """Return k, x = m 2^k with m from sqrt(1/2) to sqrt(2), in the last bits.
 
     x is normal and above 0; the caller subtracts WHOLE.
     """
-
-    def codegen(context, builder, sig, args):
-        above = builder.sub(builder.bitcast(args[0], INTEGERS), each(ROOT_HALF_BITS))
-        k = builder.ashr(above, each(EXPONENT))
-        return builder.bitcast(builder.add(k, each(WHOLE_BITS)), DOUBLES)
-
-    return vector(vector), codegen
+    above = builder.sub(builder.bitcast(x, INTEGERS), each(ROOT_HALF_BITS))
+    k = builder.ashr(above, each(EXPONENT))
+    return builder.bitcast(builder.add(k, each(WHOLE_BITS)), DOUBLES)
 
 
-@intrinsic
-def significand_of(typingctx, x, k):
+@instructions(vector, vector, vector)
+def significand_of(builder, x, k):
     """Return m = x 2^-k; k stands in the last bits, and m is normal."""
-
-    def codegen(context, builder, sig, args):
-        bits, k = (builder.bitcast(value, INTEGERS) for value in args)
-        power = builder.shl(builder.sub(k, each(WHOLE_BITS)), each(EXPONENT))
-        return builder.bitcast(builder.sub(bits, power), DOUBLES)
-
-    return vector(vector, vector), codegen
+    bits, k = (builder.bitcast(value, INTEGERS) for value in (x, k))
+    power = builder.shl(builder.sub(k, each(WHOLE_BITS)), each(EXPONENT))
+    return builder.bitcast(builder.sub(bits, power), DOUBLES)
 
 
-@intrinsic
-def _half_powers(typingctx, n, second):
-    """Return 2^(n/2), rounded down, or the rest of 2^n; n in the last bits."""
-
-    def codegen(context, builder, sig, args):
-        n = builder.sub(builder.bitcast(args[0], INTEGERS), each(WHOLE_BITS))
-        first = builder.ashr(n, each(1))
-        power = builder.select(args[1], builder.sub(n, first), first)
-        bits = builder.shl(builder.add(power, each(BIAS)), each(EXPONENT))
-        return builder.bitcast(bits, DOUBLES)
-
-    return vector(vector, second), codegen
-
-
-@register_jitable(fastmath=False)
-def times_power(x, n):
+@instructions(vector, vector, vector)
+def times_power(builder, x, n):
     """Return x 2^n, rounded once; n stands in the last bits, |n| up to 1100.
 
     In two factors: each is normal where the result is zero, subnormal or infinite.
     """
-    return x * _half_powers(n, False) * _half_powers(n, True)
+    n = builder.sub(builder.bitcast(n, INTEGERS), each(WHOLE_BITS))
+    half = builder.ashr(n, each(1))
+    for power in (half, builder.sub(n, half)):
+        bits = builder.shl(builder.add(power, each(BIAS)), each(EXPONENT))
+        x = builder.fmul(x, builder.bitcast(bits, DOUBLES))
+    return x
 
 
-@register_jitable(fastmath=False)
+@register_jitable(**STRICT)
 def fast_two_sum(a, b):
     """Return a + b and its rounding error; |a| >= |b|, or a is zero."""
     total = a + b
     return total, b - (total - a)
 
 
-@register_jitable(fastmath=False)
+@register_jitable(**STRICT)
 def two_product(a, b):
     """Return a b and its rounding error."""
     product = a * b

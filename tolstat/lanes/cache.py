@@ -10,6 +10,7 @@ digests long unused are removed.
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import shutil
 import time
@@ -40,14 +41,14 @@ def cache_folder(source: Path, module: str) -> str | None:
     source : Path
         The file of a function that is compiled.
     module : str
-        As what that file is imported: Numba looks for the same again, and a machine of
-        one's own may be a script today and part of a package tomorrow.
+        As what that file is imported: Numba looks for the same again, and a custom
+        model may be a script today and part of a package tomorrow.
 
     Returns
     -------
     str or None
         None where nothing can be written: a warning says so, and every session
-        compiles anew. The environment variable NUMBA_CACHE_DIR moves the folder.
+        compiles again. The environment variable NUMBA_CACHE_DIR moves the folder.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     home = Path(chosen) if chosen else platformdirs.user_cache_path("tolstat")
@@ -58,7 +59,7 @@ def cache_folder(source: Path, module: str) -> str | None:
     except OSError as error:
         warnings.warn(
             f"compiled code cannot be kept in {folder} ({error.strerror}): every "
-            "session compiles anew; set NUMBA_CACHE_DIR to a folder you can write",
+            "session compiles again; set NUMBA_CACHE_DIR to a folder you can write",
             RuntimeWarning,
             stacklevel=2,
         )
@@ -68,66 +69,40 @@ def cache_folder(source: Path, module: str) -> str | None:
 
 
 @contextmanager
-def alone_in(folder: str) -> Iterator[None]:
-    """Let one process at a time compile here: what another half wrote is no damage."""
-    try:
-        import fcntl
-    except ImportError:  # not on every system
-        yield
-        return
-    with open(Path(folder).parent / "used", "ab") as file:
-        with suppress(OSError):  # no locks in this file system
-            fcntl.flock(file, fcntl.LOCK_EX)
-        yield
+def intact(folder: str) -> Iterator[list[str]]:
+    """Let one process at a time compile, with files that are as they were written.
 
-
-def remove_damaged(folder: str) -> list[str]:
-    """Remove compiled code that is not as it was written: it could do anything.
-
-    Parameters
-    ----------
-    folder : str
-        Of `cache_folder`.
-
-    Returns
-    -------
-    list of str
-        Names of what was damaged. What nobody vouches for is removed without a word.
+    Yields the names of damaged files. They are removed before, as they could do
+    anything, and so are files that no process finished.
     """
-    damaged = []
-    for path in _kept(folder):
-        mark = _mark_of(path)
-        known = mark.read_bytes() if mark.is_file() else None
-        if known != _digest_of(path):
-            damaged += [path.name] if known is not None else []
-            path.unlink(missing_ok=True)
-    return damaged
+    home = Path(folder)
+    home.mkdir(exist_ok=True)
+    written = home / "written.json"
+    with open(home.parent / "used", "ab") as file:
+        with suppress(ImportError, OSError):  # without locks processes compile twice
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX)
+        known = json.loads(written.read_bytes()) if written.exists() else {}
+        found = _digests(home)
+        changed = [name for name, digest in found.items() if known.get(name) != digest]
+        for name in changed:
+            (home / name).unlink(missing_ok=True)
+        yield [Path(name).name for name in changed if name in known]
+        temporary = home / f"written.{os.getpid()}"
+        temporary.write_text(json.dumps(_digests(home)))
+        temporary.replace(written)
 
 
-def vouch_for(folder: str) -> None:
-    """Write beside each file of compiled code what tells that it is whole."""
-    for path in _kept(folder):
-        mark, digest = _mark_of(path), _digest_of(path)
-        if not (mark.is_file() and mark.read_bytes() == digest):
-            aside = mark.with_name(f"{mark.name}.{os.getpid()}")
-            aside.write_bytes(digest)
-            aside.replace(mark)
-
-
-def _kept(folder: str) -> list[Path]:
-    return [path for path in Path(folder).rglob("*.nb[ic]") if path.is_file()]
-
-
-def _mark_of(path: Path) -> Path:
-    return path.with_name(f"{path.name}.sha256")
-
-
-def _digest_of(path: Path) -> bytes:
-    return hashlib.sha256(path.read_bytes()).hexdigest().encode()
+def _digests(home: Path) -> dict[str, str]:
+    return {
+        str(path.relative_to(home)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in home.rglob("*.nb[ic]")
+    }
 
 
 def _remove_unused(home: Path, kept: Path) -> None:
-    """Remove folders of other sources that nobody used for UNUSED_DAYS."""
+    """Remove folders of other sources, unused for UNUSED_DAYS."""
     oldest = time.time() - UNUSED_DAYS * 86400.0
     for folder in home.glob("tolstat-*"):
         mark = folder / "used"

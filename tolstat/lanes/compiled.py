@@ -12,12 +12,7 @@ import numba
 from numba import njit
 from numba.core.errors import NumbaError
 
-from tolstat.lanes.cache import (
-    alone_in,
-    cache_folder,
-    remove_damaged,
-    vouch_for,
-)
+from tolstat.lanes.cache import cache_folder, intact
 from tolstat.lanes.digest import PACKAGE
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -76,19 +71,18 @@ def compiled(
             if folder is None:
                 return njit(signature, **options)(function)
             try:
-                with alone_in(folder):
-                    damaged = ", ".join(remove_damaged(folder))
+                with intact(folder) as damaged:
                     made = njit(signature, cache=True, **options)(function)
-                    vouch_for(folder)
             except NumbaError:
                 raise
             except Exception as error:  # what is kept there cannot be read, or written
-                damaged = str(error) or type(error).__name__
+                damaged = [str(error) or type(error).__name__]
                 shutil.rmtree(folder, ignore_errors=True)
                 made = njit(signature, **options)(function)
             if damaged:
                 warnings.warn(
-                    f"compiled code in {folder} is damaged ({damaged}): compiled anew",
+                    f"compiled code in {folder} is damaged ({', '.join(damaged)}): "
+                    "compiled again",
                     RuntimeWarning,
                     stacklevel=2,
                 )

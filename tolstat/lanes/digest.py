@@ -19,9 +19,8 @@ from __future__ import annotations
 import ast
 import hashlib
 import sysconfig
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
-from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -30,8 +29,9 @@ PACKAGE = Path(__file__).parents[1]
 OPAQUE = ("lanes/digest.py", "lanes/cache.py")
 INSTALLED = {Path(sysconfig.get_path(each)) for each in ("purelib", "platlib")}
 
-# what a model declares: it counts by what is given, but for the labels
-DECLARED = {"Contributor", "Response", "StudyNumber", "setting", "column"}
+# what a model declares, and how many of its first arguments count although they are
+# texts; what else is given counts, but for the labels
+DECLARED = {"Contributor": 2, "Response": 2, "setting": 1, "column": 0}
 LABELS = {"symbol", "sentence", "source", "shown", "part", "caveat"}
 # members of a model, a class with both of these, that no trial needs
 MODEL = {"describe", "evaluate"}
@@ -39,24 +39,20 @@ SHOWN = {
     "name", "title", "assumptions", "failures", "views", "view",
     "history", "numbers", "moves", "source_digest",
 }  # fmt: skip
-# annotations, and what is not alike in all versions of Python
-SKIPPED = {"annotation", "returns", "ctx", "kind", "type_comment", "type_params"}
+# annotations, messages, and what is not alike in all versions of Python
+SKIPPED = {
+    "annotation", "returns", "exc", "cause", "msg",
+    "ctx", "kind", "type_comment", "type_params",
+}  # fmt: skip
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 IMPORTS = (ast.Import, ast.ImportFrom)
+EFFECT = "effect of"  # and the number of a statement that binds no name
 
 
 class Place(NamedTuple):
-    """A definition at the outermost level of a file; the whole file without such."""
+    """A name in a file; the whole file without one."""
 
     path: Path
-    name: str = ""
-
-
-class _Import(NamedTuple):
-    """What a file gets from others: a module, or a name in it."""
-
-    module: str
-    level: int = 0
     name: str = ""
 
 
@@ -65,8 +61,7 @@ class _Module(NamedTuple):
 
     path: Path
     defined: dict[str, list[ast.stmt]]  # what binds or changes a name; effects too
-    imported: dict[str, _Import]
-    effects: list[str]
+    imported: dict[str, Place | str]
 
 
 @cache
@@ -85,17 +80,21 @@ def digest(*roots: Place | str) -> str:
     """
     wanted, entered, found = [*roots], set[Path](), set[str]()
     while wanted:
-        reached, text = _reached(wanted.pop())
+        places, text = _reached(wanted.pop())
         found.add(hashlib.sha256(text.encode()).hexdigest())
-        for path in _with_loaded({place.path for place in reached}) - entered:
-            entered.add(path)
-            wanted += [Place(path, name) for name in _module(path).effects]
+        paths = [place.path for place in places]
+        for path in paths:  # grows by what is imported as a module
+            if path not in entered:
+                entered.add(path)
+                wanted += _effects(path)
+                loaded = map(_definition, _module(path).imported.values())
+                paths += [t.path for t in loaded if isinstance(t, Place) and not t.name]
     return hashlib.sha256(" ".join(sorted(found)).encode()).hexdigest()[:16]
 
 
 def forget() -> None:
     """Read all files again: they may have changed."""
-    for each in (digest, _module, _found, _written):
+    for each in (digest, _module, _written):
         each.cache_clear()
 
 
@@ -104,260 +103,184 @@ def _reached(root: Place | str) -> tuple[list[Place], str]:
     if isinstance(root, str):
         return [], root
     text, turns, places = list[str](), {root: 0}, [root]
-    for place in places:
+    for place in places:  # grows
         for part in _written(place):
-            if isinstance(part, Place):
-                if part not in turns:
-                    turns[part] = len(turns)
-                    places.append(part)
-                part = f"@{turns[part]}"
-            text.append(part)
+            if isinstance(part, Place) and part not in turns:
+                turns[part] = len(turns)
+                places.append(part)
+            text.append(f"@{turns[part]}" if isinstance(part, Place) else part)
         text.append(";")
     return places, " ".join(text)
-
-
-def _with_loaded(paths: Iterable[Path]) -> set[Path]:
-    """Add the files that these import as modules."""
-    found, wanted = set[Path](), [*paths]
-    while wanted:
-        path = wanted.pop()
-        if path not in found and not _opaque(path):
-            found.add(path)
-            targets = [_found(t, path) for t in _module(path).imported.values()]
-            wanted += [t.path for t in targets if isinstance(t, Place) and not t.name]
-    return found
-
-
-def _opaque(path: Path) -> bool:
-    return path in {PACKAGE / each for each in OPAQUE}
 
 
 @cache
 def _module(path: Path) -> _Module:
     """Parse a file."""
-    module = _Module(path, {}, {}, [])
-    for statement in ast.parse(path.read_bytes()).body:
-        if not isinstance(statement, DEFINITIONS):
-            module.imported.update(_imports(statement))
-        if not (isinstance(statement, IMPORTS) or _only_said(statement)):
-            names = [name for name in _bound(statement) if name not in module.imported]
-            if not names or _registers(statement, module):
-                names.append(f"effect {len(module.effects)}")
-                module.effects.append(names[-1])
-            for name in names:
-                module.defined.setdefault(name, []).append(statement)
+    module = _Module(path, {}, {})
+    opaque = path in (PACKAGE / each for each in OPAQUE)
+    for statement in ast.parse(b"" if opaque else path.read_bytes()).body:
+        names = _bound(statement)
+        if isinstance(statement, DEFINITIONS):
+            statement.name = ""  # it may be renamed
+        else:
+            module.imported.update(_imports(statement, path))
+        for name in names or [f"{EFFECT} {len(module.defined)}"]:
+            module.defined.setdefault(name, []).append(statement)
     return module
 
 
-def _only_said(node: ast.AST) -> bool:
-    """Tell docstrings, and what is imported for annotations."""
-    if isinstance(node, ast.If):
-        return "TYPE_CHECKING" in ast.dump(node.test)
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-
-
 def _bound(statement: ast.stmt) -> list[str]:
-    """Return the names that a statement binds or changes."""
-    if isinstance(statement, DEFINITIONS):
-        return [statement.name]
-    nodes, found = [*ast.walk(statement)], []
-    inner = [n.target for n in nodes if isinstance(n, ast.comprehension)]
-    within = {id(n) for target in inner for n in ast.walk(target)}
-    for node in nodes:
-        if isinstance(node, DEFINITIONS):
-            found.append(node.name)
-        elif id(node) not in within and isinstance(
-            getattr(node, "ctx", None), ast.Store | ast.Del
-        ):
-            while isinstance(node, ast.Subscript | ast.Attribute):
-                node = node.value
-            found += [node.id] if isinstance(node, ast.Name) else []
+    """Return the names that a definition or an assignment binds or changes."""
+    match statement:
+        case ast.FunctionDef(name) | ast.AsyncFunctionDef(name) | ast.ClassDef(name):
+            return [name]
+        case ast.Assign(targets):
+            nodes = [node for each in targets for node in ast.walk(each)]
+        case ast.AnnAssign(target) | ast.AugAssign(target):
+            nodes = [*ast.walk(target)]
+        case _:
+            nodes = []
+    return [node.id for node in nodes if isinstance(node, ast.Name)]
+
+
+def _imports(tree: ast.AST, path: Path) -> dict[str, Place | str]:
+    """Return what a tree imports, by the names that it gets there."""
+    found: dict[str, Place | str] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for each in node.names:
+                name = each.name if each.asname else each.name.partition(".")[0]
+                found[each.asname or name] = _file_of(name, path) or name
+        elif isinstance(node, ast.ImportFrom):
+            home = _file_of(node.module or "", path, node.level)
+            names = {each.asname or each.name: each.name for each in node.names}
+            if home and "*" in names:
+                module = _module(home.path)
+                names = {name: name for name in (*module.defined, *module.imported)}
+            for own, name in names.items():
+                found[own] = Place(home.path, name) if home else f"{node.module}.{name}"
     return found
 
 
-def _registers(statement: ast.stmt, module: _Module) -> bool:
-    """Tell functions and classes that Numba decorates."""
-    decorators = statement.decorator_list if isinstance(statement, DEFINITIONS) else []
-    of = (_target(d.func if isinstance(d, ast.Call) else d, module) for d in decorators)
-    return any(isinstance(t, str) and t.startswith("numba.") for t in of)
-
-
-def _imports(tree: ast.AST) -> Iterator[tuple[str, _Import]]:
-    """Yield what a tree imports, by the names that it gets there."""
-    for node in ast.walk(tree):
-        for each in node.names if isinstance(node, IMPORTS) else ():
-            if isinstance(node, ast.ImportFrom):
-                known = _Import(node.module or "", node.level, each.name)
-                yield each.asname or each.name, known
-            else:
-                name = each.name if each.asname else each.name.partition(".")[0]
-                yield each.asname or name, _Import(name)
-
-
-@cache
-def _found(what: _Import, path: Path) -> Place | str:
-    """Find what a file imports; what lies outside by its dotted name."""
-    home = _file_of(what.module, path, what.level)
-    if home and what.name:
-        return _member(home, what.name)
-    return home or ".".join(filter(None, (what.module, what.name)))
+def _effects(path: Path) -> list[Place]:
+    """List what counts in a file by no name: effects, and what Numba decorates."""
+    module, found = _module(path), list[Place]()
+    for name, statements in module.defined.items():
+        decorators = [d for s in statements for d in getattr(s, "decorator_list", ())]
+        of = [_target(getattr(each, "func", each), module) for each in decorators]
+        numba = any(isinstance(each, str) and each.startswith("numba.") for each in of)
+        found += [Place(path, name)] if numba or name.startswith(EFFECT) else []
+    return found
 
 
 def _file_of(dotted: str, path: Path, level: int = 0) -> Place | None:
     """Find the file of a module that a file imports; None if it lies outside."""
     parts = dotted.split(".") if dotted else []
+    top = next(each for each in path.parents if not (each / "__init__.py").exists())
     if level:
         homes = [path.parents[level - 1]]
     elif parts[0] == PACKAGE.name:
         homes = [PACKAGE.parent]
-    elif path.is_relative_to(PACKAGE):
-        homes = []
+    elif top in {PACKAGE.parent, *INSTALLED}:  # beside it lies what is outside
+        homes = [top] if top / parts[0] in path.parents else []
     else:
-        top = path.parent
-        while (top / "__init__.py").exists():
-            top = top.parent
-        homes = [top] if parts[0] in path.relative_to(top).parts else []
-        homes += [path.parent] if path.parent not in INSTALLED else []
-    for home in homes:
-        file = home.joinpath(*parts)
-        for found in (file / "__init__.py", file.with_name(f"{file.name}.py")):
-            if found.is_file():
-                return Place(found)
-    return None
+        homes = [top, path.parent]
+    files = [home.joinpath(*parts) for home in homes]
+    found = [p for f in files for p in (f / "__init__.py", Path(f"{f}.py"))]
+    return next((Place(each) for each in found if each.is_file()), None)
 
 
-def _member(home: Place, name: str) -> Place | str:
-    """Find what a module has by a name: where it is defined, or a module in it."""
-    module = _module(home.path)
-    if name in module.defined:
-        return Place(home.path, name)
-    if name in module.imported:
-        return _found(module.imported[name], home.path)
-    if "*" in module.imported:
-        return _found(module.imported["*"]._replace(name=name), home.path)
-    inner = _file_of(name, home.path, 1) if home.path.name == "__init__.py" else None
-    return inner or name
+def _definition(of: Place | str) -> Place | str:
+    """Follow a name, through imports and shorter names, to its definition."""
+    if isinstance(of, str) or not of.name:
+        return of
+    if of.name in DECLARED and of.path.is_relative_to(PACKAGE / "model"):
+        return of.name
+    module = _module(of.path)
+    if of.name in module.imported:
+        return _definition(module.imported[of.name])
+    match module.defined.get(of.name):
+        case None if of.path.name == "__init__.py":
+            return _file_of(of.name, of.path, 1) or of
+        case [ast.Assign([ast.Name()], ast.Name() | ast.Attribute() as longer)]:
+            itself = ast.unparse(longer) == of.name  # of Python
+            return of if itself else _target(longer, module) or of
+    return of
 
 
 def _target(node: ast.AST, module: _Module) -> Place | str | None:
     """Find what an expression names: a definition, a module, what lies outside."""
-    if isinstance(node, ast.Name):
-        if node.id in module.imported:
-            return _found(module.imported[node.id], module.path)
-        if node.id in module.defined:
-            return Place(module.path, node.id)
-        if "*" in module.imported:
-            known = _found(module.imported["*"]._replace(name=node.id), module.path)
-            return known if isinstance(known, Place) else None
-    if isinstance(node, ast.Attribute):
-        of = _target(node.value, module)
-        if isinstance(of, str):
-            return f"{of}.{node.attr}"
-        return _member(of, node.attr) if of and not of.name else None
+    match node:
+        case ast.Name(name) if name in module.imported:
+            return _definition(module.imported[name])
+        case ast.Name(name) if name in module.defined:
+            return _definition(Place(module.path, name))
+        case ast.Attribute(value, name):
+            of = _target(value, module)
+            if isinstance(of, str):
+                return f"{of}.{name}"
+            return _definition(Place(of.path, name)) if of and not of.name else None
     return None
 
 
 @cache
 def _written(place: Place) -> list[Place | str]:
     """Write a definition, with the places of the definitions that it names."""
-    text: list[Place | str] = []
-    if _opaque(place.path):
-        return text
     module = _module(place.path)
     if place.name not in module.defined:
         return [Place(place.path, name) for name in module.defined]
+    text: list[Place | str] = []
     for statement in module.defined[place.name]:
-        inner = dict(_imports(statement))
+        inner = _imports(statement, place.path)
         known = module._replace(imported={**module.imported, **inner})
-        _write(statement, known, text, outermost=True)
+        text += _texts(statement, known)
     return text
 
 
-def _write(
-    node: Any, module: _Module, text: list[Place | str], *, outermost: bool = False
-) -> None:
-    """Write of a syntax tree what is computed."""
+def _texts(node: Any, module: _Module) -> Iterator[Place | str]:
+    """Yield of a syntax tree what is computed."""
     if isinstance(node, list):
-        text.append("[")
+        yield "["
         for each in node:
-            if not (isinstance(each, IMPORTS) or _only_said(each)):
-                _write(each, module, text)
-        text.append("]")
+            yield from _texts(each, module)
+        yield "]"
     elif not isinstance(node, ast.AST):
-        text.append(repr(node))
+        yield repr(node)
     elif (target := _target(node, module)) is not None:
-        text.append(target)
-    elif isinstance(node, ast.AnnAssign):
-        if node.value is not None:
-            _write(ast.Assign([node.target], node.value), module, text)
-    else:
-        text.append(type(node).__name__)
-        for field, value in _computed(node, module):
-            if not (outermost and field == "name"):
-                _write(value, module, text)
+        yield target
+    elif not (isinstance(node, IMPORTS) or _is_docstring(node)):
+        yield type(node).__name__
+        for each in _computed(node, module):
+            yield from _texts(each, module)
 
 
-def _computed(node: ast.AST, module: _Module) -> Iterator[tuple[str, Any]]:
-    """Yield the fields of a node that count."""
-    fields = {name: getattr(node, name, None) for name in node._fields}
-    match node:
-        case ast.Raise():
-            return
-        case ast.Assert():
-            del fields["msg"]
-        case ast.Call(func=function, args=args, keywords=keywords):
-            if _target(function, module) == "warnings.warn":
-                return
-            if declared := _declared(function, module):
-                kind, order = declared
-                given = zip_longest(args, order[: len(args)])
-                fields["func"] = ast.Constant(kind)
-                fields["args"] = [arg for arg, name in given if name not in LABELS]
-                fields["keywords"] = [k for k in keywords if k.arg not in LABELS]
-        case ast.ClassDef():
-            fields["body"] = [
-                # a field, other than a constant of the class
-                ast.keyword(each.target.id, each.value or ast.Constant(...))
-                if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
-                else each
-                for each in _needed(node)
-            ]
-    yield from ((name, value) for name, value in fields.items() if name not in SKIPPED)
+def _computed(node: ast.AST, module: _Module) -> list[Any]:
+    """List the fields of a node that count."""
+    fields = {n: getattr(node, n, None) for n in node._fields if n not in SKIPPED}
+    if isinstance(node, ast.Call):
+        function = _target(node.func, module)
+        if function == "warnings.warn":
+            return []
+        if function in DECLARED:
+            n = DECLARED[function]
+            others = [each for each in node.args[n:] if not _is_text(each)]
+            fields["args"] = node.args[:n] + others
+            fields["keywords"] = [k for k in node.keywords if k.arg not in LABELS]
+    elif isinstance(node, ast.ClassDef) and _is_model(node):
+        text = ast.unparse(node)
+        idle = {name for name in SHOWN if f"self.{name}" not in text}
+        fields["body"] = [each for each in node.body if not idle & {*_bound(each)}]
+    return [*fields.values()]
 
 
-def _needed(kind: ast.ClassDef) -> list[ast.stmt]:
-    """List the members of a class; of a model those that a trial needs."""
-    members = [(each, {*_bound(each)}) for each in kind.body]
-    if not set[str]().union(*(names for _, names in members)) >= MODEL:
-        return kind.body
-    needed = [each for each, names in members if not names & SHOWN]
-    for each in needed:  # grows
-        used = {
-            at.attr
-            for at in ast.walk(each)
-            if isinstance(at, ast.Attribute)
-            and isinstance(at.value, ast.Name)
-            and at.value.id == "self"
-        }
-        needed += [m for m, names in members if names & used and m not in needed]
-    return needed
+def _is_model(kind: ast.ClassDef) -> bool:
+    return {name for each in kind.body for name in _bound(each)} >= MODEL
 
 
-def _declared(function: ast.AST, module: _Module) -> tuple[str, list[str]] | None:
-    """Return which declaration a call makes, and the order of its parameters."""
-    target = _target(function, module)
-    while isinstance(target, Place):
-        of = _module(target.path)
-        own = target.name in DECLARED and target.path.is_relative_to(PACKAGE)
-        match of.defined.get(target.name):
-            case [ast.Assign(value=value)]:  # a shorter name
-                target = _target(value, of)
-            case [ast.ClassDef() as kind] if own:
-                return target.name, [
-                    name for each in kind.body for name in _bound(each)
-                ]
-            case [ast.FunctionDef(args=args)] if own:
-                return target.name, [each.arg for each in args.args]
-            case _:
-                return None
-    return None
+def _is_text(node: ast.AST) -> bool:
+    text = isinstance(node, ast.Constant) and isinstance(node.value, str)
+    return text or isinstance(node, ast.JoinedStr)
+
+
+def _is_docstring(node: ast.AST) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)

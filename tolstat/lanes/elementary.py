@@ -8,86 +8,56 @@ from __future__ import annotations
 
 import numpy as np
 from llvmlite import ir
-from numba.core import types
-from numba.extending import intrinsic, overload
+from numba.core import cgutils, types
+from numba.extending import overload
 
-from tolstat.lanes.vector import DOUBLES, WIDTH, mask, vector
-
-_PER_LANE = f"v{WIDTH}f64"
+from tolstat.lanes.vector import DOUBLES, WIDTH, instructions, mask, vector
 
 
-def _call(builder, name, result, values):
-    """Call one of LLVM's vector functions, declared by its full name."""
-    function = builder.module.globals.get(name)
-    if function is None:
-        fnty = ir.FunctionType(result, [value.type for value in values])
-        function = ir.Function(builder.module, fnty, name)
+def call(builder, name, *values):
+    """Call one of LLVM's functions of vectors, or of a mask."""
+    of_vector = values[0].type == DOUBLES
+    result = DOUBLES if of_vector else ir.IntType(1)
+    full_name = f"llvm.{name}.v{WIDTH}{'f64' if of_vector else 'i1'}"
+    kind = ir.FunctionType(result, [value.type for value in values])
+    function = cgutils.get_or_insert_function(builder.module, kind, full_name)
     return builder.call(function, values)
 
 
-def _teach(function, name):
-    """Teach Numba a NumPy function of one vector."""
+def _teach(function, name, result=vector, argument=vector):
+    """Teach Numba a NumPy function of one vector or mask."""
 
-    @intrinsic
-    def call(typingctx, x):
-        def codegen(context, builder, sig, args):
-            return _call(builder, f"llvm.{name}.{_PER_LANE}", DOUBLES, args)
-
-        return vector(vector), codegen
+    @instructions(result, argument)
+    def of_lanes(builder, x):
+        return call(builder, name, x)
 
     @overload(function)
     def implement(x):
-        return (lambda x: call(x)) if x is vector else None
-
-
-def _teach_reduction(function, name):
-    """Teach Numba a function from a mask to one truth value."""
-
-    @intrinsic
-    def call(typingctx, m):
-        def codegen(context, builder, sig, args):
-            full_name = f"llvm.vector.reduce.{name}.v{WIDTH}i1"
-            return _call(builder, full_name, ir.IntType(1), args)
-
-        return types.boolean(mask), codegen
-
-    @overload(function)
-    def implement(m):
-        return (lambda m: call(m)) if m is mask else None
+        return (lambda x: of_lanes(x)) if x is argument else None
 
 
 _teach(np.sqrt, "sqrt")
 _teach(np.abs, "fabs")
 _teach(np.floor, "floor")
 _teach(np.rint, "rint")
-_teach_reduction(np.any, "or")
-_teach_reduction(np.all, "and")
+_teach(np.any, "vector.reduce.or", types.boolean, mask)
+_teach(np.all, "vector.reduce.and", types.boolean, mask)
 
 
-@intrinsic
-def _select(typingctx, condition, a, b):
-    def codegen(context, builder, sig, args):
-        return builder.select(*args)
-
-    return vector(mask, vector, vector), codegen
+@instructions(vector, mask, vector, vector)
+def _select(builder, condition, a, b):
+    return builder.select(condition, a, b)
 
 
-@intrinsic
-def _copysign(typingctx, x, sign):
-    def codegen(context, builder, sig, args):
-        return _call(builder, f"llvm.copysign.{_PER_LANE}", DOUBLES, args)
-
-    return vector(vector, vector), codegen
+@instructions(vector, vector, vector)
+def _copysign(builder, x, sign):
+    return call(builder, "copysign", x, sign)
 
 
-@intrinsic
-def multiply_add(typingctx, a, b, c):
+@instructions(vector, vector, vector, vector)
+def multiply_add(builder, a, b, c):
     """Return a b + c, rounded once."""
-
-    def codegen(context, builder, sig, args):
-        return _call(builder, f"llvm.fma.{_PER_LANE}", DOUBLES, args)
-
-    return vector(vector, vector, vector), codegen
+    return call(builder, "fma", a, b, c)
 
 
 @overload(np.where)

@@ -8,22 +8,13 @@ from __future__ import annotations
 import operator
 
 import numpy as np
-from numba.core import types
 from numba.extending import overload, register_jitable
 
-from tolstat.lanes.binary import (
-    WHOLE,
-    as_vector,
-    exponent_of,
-    fast_two_sum,
-    significand_of,
-    times_power,
-    two_product,
-)
+from tolstat.lanes import binary
+from tolstat.lanes.binary import STRICT, WHOLE, fast_two_sum, two_product
 from tolstat.lanes.elementary import multiply_add
 from tolstat.lanes.vector import vector
 
-STRICT = {"fastmath": False}
 SMALLEST_NORMAL = 2.2250738585072014e-308
 TWO_54 = 18014398509481984.0
 # ln 2 in two parts; the first has 42 bits, so that k of them are exact
@@ -32,6 +23,11 @@ LN2_B = 5.497923018708371e-14
 # 2/3 in two parts
 TWO_THIRDS_A = 0.6666666666666666
 TWO_THIRDS_B = 3.700743415417188e-17
+# Chebyshev fit of 8 terms, error 2e-18
+LOG_SERIES = binary.two_chains(
+    0.4, 0.28571428571429364, 0.22222222221655885, 0.18181818335392802,
+    0.1538459496251843, 0.1333480469384731, 0.11706236339491206, 0.11723178623876518,
+)  # fmt: skip
 
 
 @register_jitable(**STRICT)
@@ -39,7 +35,7 @@ def _log_near_one(m):
     """Return log m in two doubles, m from sqrt(1/2) to sqrt(2); off by 2^-66 of itself.
 
     log m = 2 atanh s = 2 s + 2/3 s^3 + s^5 A(s^2), s = (m - 1)/(m + 1): the first two
-    terms in two doubles, A a Chebyshev fit of 8 terms, error 2e-18.
+    terms in two doubles, A the series.
     """
     f = m - 1.0
     d = m + 1.0
@@ -53,15 +49,7 @@ def _log_near_one(m):
     v_lost = v_lost + multiply_add(u_lost, s, u * s_lost)
     t, t_lost = two_product(TWO_THIRDS_A, v)
     t_lost = t_lost + multiply_add(TWO_THIRDS_A, v_lost, TWO_THIRDS_B * v)
-    # two interleaved Horner chains: half the waiting
-    w = u * u
-    even = multiply_add(w, 0.11706236339491206, 0.1538459496251843)
-    odd = multiply_add(w, 0.11723178623876518, 0.1333480469384731)
-    even = multiply_add(w, even, 0.22222222221655885)
-    odd = multiply_add(w, odd, 0.18181818335392802)
-    even = multiply_add(w, even, 0.4)
-    odd = multiply_add(w, odd, 0.28571428571429364)
-    rest = v * u * multiply_add(u, odd, even)
+    rest = v * u * LOG_SERIES(u)
     total, lost = fast_two_sum(2.0 * s, t)
     return total, lost + (2.0 * s_lost + (t_lost + rest))
 
@@ -75,8 +63,8 @@ def log_in_two(x):
     """
     tiny = x < SMALLEST_NORMAL
     normal = np.where(tiny, x * TWO_54, x)
-    turns = exponent_of(normal)
-    m = significand_of(normal, turns)
+    turns = binary.exponent_of(normal)
+    m = binary.significand_of(normal, turns)
     k = (turns - WHOLE) - np.where(tiny, 54.0, 0.0)
     near, near_lost = _log_near_one(m)
     total, lost = fast_two_sum(k * LN2_A, near)
@@ -103,14 +91,19 @@ def log(x):
 PER_LN2 = 1.4426950408889634
 # outside, the result is 0 or infinite
 LOWEST, HIGHEST = -750.0, 715.0
+# Chebyshev fit of 10 terms, error 1e-17 of e^r
+EXP_SERIES = binary.two_chains(
+    0.5, 0.16666666666666669, 0.04166666666662413, 0.008333333333330062,
+    0.0013888888917213717, 0.00019841269863053618, 2.4801521295954376e-05,
+    2.7557268459997064e-06, 2.7620088445409746e-07, 2.510038549551032e-08,
+)  # fmt: skip
 
 
 @register_jitable(**STRICT)
 def exp_of_two(x, x_lost):
     """Return e^(x + x_lost), x_lost a correction that x cannot hold.
 
-    x + x_lost = n ln 2 + r, |r| <= ln 2/2; e^r = 1 + r + r^2 Q(r), Q a Chebyshev fit of
-    10 terms, error 1e-17 of e^r.
+    x + x_lost = n ln 2 + r, |r| <= ln 2/2; e^r = 1 + r + r^2 Q(r), Q the series.
     """
     near = np.minimum(np.maximum(x, LOWEST), HIGHEST)
     turns = multiply_add(near, PER_LN2, WHOLE)
@@ -119,20 +112,9 @@ def exp_of_two(x, x_lost):
     a = multiply_add(-n, LN2_A, near)
     b = multiply_add(-n, LN2_B, np.where(near == x, x_lost, 0.0))
     r = a + b
-    u = r * r
-    # two interleaved Horner chains: half the waiting
-    even = multiply_add(u, 2.7620088445409746e-07, 2.4801521295954376e-05)
-    odd = multiply_add(u, 2.510038549551032e-08, 2.7557268459997064e-06)
-    even = multiply_add(u, even, 0.0013888888917213717)
-    odd = multiply_add(u, odd, 0.00019841269863053618)
-    even = multiply_add(u, even, 0.04166666666662413)
-    odd = multiply_add(u, odd, 0.008333333333330062)
-    even = multiply_add(u, even, 0.5)
-    odd = multiply_add(u, odd, 0.16666666666666669)
-    q = multiply_add(r, odd, even)
     # with the rounding error of r
-    rest = multiply_add(u, q, b - (r - a))
-    return times_power(1.0 + (r + rest), turns)
+    rest = multiply_add(r * r, EXP_SERIES(r), b - (r - a))
+    return binary.times_power(1.0 + (r + rest), turns)
 
 
 @overload(np.exp, jit_options=STRICT)
@@ -168,15 +150,11 @@ def _power(x, y):
     return np.where(one, 1.0, value)
 
 
-def _is_number(kind):
-    return kind is vector or isinstance(kind, types.Float | types.Integer)
-
-
 @overload(np.power)
 @overload(operator.pow)
 @overload(operator.ipow)
 def power(x, y):
     """Return x^y, of vectors or of a vector and a plain number; exceptions as NumPy."""
-    if vector in (x, y) and _is_number(x) and _is_number(y):
-        return lambda x, y: _power(as_vector(x), as_vector(y))
+    if vector in (x, y):
+        return lambda x, y: _power(binary.as_vector(x), binary.as_vector(y))
     return None

@@ -13,12 +13,17 @@ from typing import Any, TypeVar
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, models, overload, register_model
+from numba.extending import (
+    intrinsic,
+    make_attribute_wrapper,
+    models,
+    overload,
+    register_model,
+)
 from numpy.typing import NDArray
 
 from tolstat.lanes import exponentials, trigonometry  # noqa: F401  NumPy's on them
-from tolstat.lanes.vector import DOUBLES, WIDTH, vector
+from tolstat.lanes.vector import DOUBLES, WIDTH, instructions, vector
 
 Names = TypeVar("Names")
 
@@ -75,6 +80,9 @@ class RowsModel(models.StructModel):
     def __init__(self, dmm, fe_type):
         members = [("data", types.CPointer(types.float64)), ("count", types.intp)]
         super().__init__(dmm, fe_type, members)
+
+
+make_attribute_wrapper(RowsType, "count", "count")
 
 
 def _row_address(builder, data, index):
@@ -137,49 +145,29 @@ def named_of_array(names, array):
     return None
 
 
-@infer_global(len)
-class _Len(AbstractTemplate):
-    def generic(self, args, kws):
-        return signature(types.intp, *args) if args == (rows_type,) else None
+@overload(len)
+def length(view):
+    """Compile `len(view)`."""
+    return (lambda view: view.count) if view is rows_type else None
 
 
-@lower_builtin(len, rows_type)
-def lower_len(context, builder, sig, args):
-    """Count the rows."""
-    return cgutils.create_struct_proxy(rows_type)(context, builder, args[0]).count
+@instructions(vector, rows_type, types.intp)
+def _get(builder, view, index):
+    return _load(builder, builder.extract_value(view, 0), index)
 
 
-@intrinsic
-def _get(typingctx, view, index):
-    def codegen(context, builder, sig, args):
-        data = cgutils.create_struct_proxy(rows_type)(context, builder, args[0]).data
-        return _load(builder, data, args[1])
-
-    return vector(rows_type, types.intp), codegen
+@instructions(types.void, rows_type, types.intp, vector)
+def _set(builder, view, index, value):
+    _store(builder, builder.extract_value(view, 0), index, value)
+    return ir.Constant(cgutils.voidptr_t, None)
 
 
-@intrinsic
-def _set(typingctx, view, index, value):
-    def codegen(context, builder, sig, args):
-        data = cgutils.create_struct_proxy(rows_type)(context, builder, args[0]).data
-        _store(builder, data, args[1], args[2])
-        return context.get_dummy_value()
-
-    return types.void(rows_type, types.intp, vector), codegen
-
-
-@intrinsic
-def _part(typingctx, view, start, stop):
-    def codegen(context, builder, sig, args):
-        whole, start, stop = args
-        whole = cgutils.create_struct_proxy(rows_type)(context, builder, whole)
-        part = cgutils.create_struct_proxy(rows_type)(context, builder)
-        lane = builder.mul(start, ir.Constant(start.type, WIDTH))
-        part.data = builder.gep(whole.data, [lane])
-        part.count = builder.sub(stop, start)
-        return part._getvalue()
-
-    return rows_type(rows_type, types.intp, types.intp), codegen
+@instructions(rows_type, rows_type, types.intp, types.intp)
+def _part(builder, view, start, stop):
+    data = builder.extract_value(view, 0)
+    first = builder.bitcast(_row_address(builder, data, start), data.type)
+    moved = builder.insert_value(view, first, 0)
+    return builder.insert_value(moved, builder.sub(stop, start), 1)
 
 
 @overload(operator.getitem)

@@ -12,7 +12,14 @@ from llvmlite import ir
 from numba.core import types
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
-from numba.extending import lower_builtin, lower_cast, models, register_model
+from numba.extending import (
+    intrinsic,
+    lower_builtin,
+    lower_cast,
+    models,
+    overload,
+    register_model,
+)
 
 WIDTH = 8
 
@@ -22,6 +29,8 @@ BITS = ir.VectorType(ir.IntType(1), WIDTH)
 
 class VectorType(types.Type):
     """A float64 in every lane."""
+
+    held = DOUBLES
 
     def __init__(self) -> None:
         super().__init__(name=f"lanes({WIDTH})")
@@ -36,6 +45,8 @@ class VectorType(types.Type):
 class MaskType(types.Type):
     """A truth value in every lane."""
 
+    held = BITS
+
     def __init__(self) -> None:
         super().__init__(name=f"mask({WIDTH})")
 
@@ -45,19 +56,12 @@ mask = MaskType()
 
 
 @register_model(VectorType)
-class VectorModel(models.PrimitiveModel):
-    """A vector lives in one LLVM value."""
-
-    def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, DOUBLES)
-
-
 @register_model(MaskType)
-class MaskModel(models.PrimitiveModel):
-    """A mask lives in one LLVM value."""
+class LanesModel(models.PrimitiveModel):
+    """A vector or a mask is one LLVM value."""
 
     def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, BITS)
+        super().__init__(dmm, fe_type, fe_type.held)
 
 
 def broadcast(builder, scalar):
@@ -76,75 +80,72 @@ def cast_number(context, builder, fromty, toty, val):
     return broadcast(builder, context.cast(builder, val, fromty, types.float64))
 
 
-def _declare(op, result, *arguments):
-    """Declare the one signature of an operator."""
+def instructions(result, *arguments):
+    """Make a function of a builder and LLVM values one that compiled code can call.
+
+    Parameters
+    ----------
+    result : types.Type
+        What it returns.
+    *arguments : types.Type
+        Its arguments, up to three.
+    """
+
+    def decorate(write):
+        def codegen(context, builder, sig, args):
+            return write(builder, *args)
+
+        typed = result(*arguments), codegen
+        of_one, of_two, of_three = (
+            lambda typingctx, a: typed,
+            lambda typingctx, a, b: typed,
+            lambda typingctx, a, b, c: typed,
+        )
+        return intrinsic((of_one, of_two, of_three)[len(arguments) - 1])
+
+    return decorate
+
+
+def _teach(op, result, arguments, instruction, *first):
+    """Teach Numba an operator: an instruction of the builder, what it gets first."""
 
     @infer_global(op)
     class Template(ConcreteTemplate):
         cases = [signature(result, *arguments)]  # noqa: RUF012  as Numba wants it
 
-
-def _arithmetic(op, inplace, instruction):
-    for each in (op, inplace):
-        _declare(each, vector, vector, vector)
-
-        @lower_builtin(each, vector, vector)
-        def lower(context, builder, sig, args):
-            return getattr(builder, instruction)(*args)
-
-
-def _comparison(op, predicate):
-    _declare(op, mask, vector, vector)
-    # as NumPy: a comparison with NaN is false, except "not equal"
-    method = "fcmp_unordered" if predicate == "!=" else "fcmp_ordered"
-
-    @lower_builtin(op, vector, vector)
+    @lower_builtin(op, *arguments)
     def lower(context, builder, sig, args):
-        return getattr(builder, method)(predicate, *args)
+        return getattr(builder, instruction)(*first, *args)
 
 
-def _logic(op, instruction):
-    _declare(op, mask, mask, mask)
+for op, inplace, instruction in (
+    (operator.add, operator.iadd, "fadd"),
+    (operator.sub, operator.isub, "fsub"),
+    (operator.mul, operator.imul, "fmul"),
+    (operator.truediv, operator.itruediv, "fdiv"),
+):
+    _teach(op, vector, (vector, vector), instruction)
+    _teach(inplace, vector, (vector, vector), instruction)
 
-    @lower_builtin(op, mask, mask)
-    def lower(context, builder, sig, args):
-        return getattr(builder, instruction)(*args)
+# as NumPy: a comparison with NaN is false, except "not equal"
+for op, instruction, predicate in (
+    (operator.lt, "fcmp_ordered", "<"),
+    (operator.le, "fcmp_ordered", "<="),
+    (operator.gt, "fcmp_ordered", ">"),
+    (operator.ge, "fcmp_ordered", ">="),
+    (operator.eq, "fcmp_ordered", "=="),
+    (operator.ne, "fcmp_unordered", "!="),
+):
+    _teach(op, mask, (vector, vector), instruction, predicate)
 
-
-_arithmetic(operator.add, operator.iadd, "fadd")
-_arithmetic(operator.sub, operator.isub, "fsub")
-_arithmetic(operator.mul, operator.imul, "fmul")
-_arithmetic(operator.truediv, operator.itruediv, "fdiv")
-
-_comparison(operator.lt, "<")
-_comparison(operator.le, "<=")
-_comparison(operator.gt, ">")
-_comparison(operator.ge, ">=")
-_comparison(operator.eq, "==")
-_comparison(operator.ne, "!=")
-
-_logic(operator.and_, "and_")
-_logic(operator.or_, "or_")
-_logic(operator.xor, "xor")
-
-_declare(operator.neg, vector, vector)
-_declare(operator.pos, vector, vector)
-_declare(operator.invert, mask, mask)
+_teach(operator.and_, mask, (mask, mask), "and_")
+_teach(operator.or_, mask, (mask, mask), "or_")
+_teach(operator.xor, mask, (mask, mask), "xor")
+_teach(operator.invert, mask, (mask,), "not_")
+_teach(operator.neg, vector, (vector,), "fneg")
 
 
-@lower_builtin(operator.neg, vector)
-def lower_neg(context, builder, sig, args):
-    """Flip the sign of every lane, also of zeros and NaN."""
-    return builder.fneg(args[0])
-
-
-@lower_builtin(operator.pos, vector)
-def lower_pos(context, builder, sig, args):
-    """Leave every lane as it is."""
-    return args[0]
-
-
-@lower_builtin(operator.invert, mask)
-def lower_invert(context, builder, sig, args):
-    """Invert every truth value."""
-    return builder.xor(args[0], ir.Constant(BITS, [1] * WIDTH))
+@overload(operator.pos)
+def positive(x):
+    """Return the same."""
+    return (lambda x: x) if x is vector else None
