@@ -95,7 +95,7 @@ def test_a_large_error_beyond_the_limit_is_found(cliff):
     """One machine in 160 errs by 1 N: those chosen at random meet none of them."""
     found = report_of(cliff).responses["force"]
     error = found.integration_errors
-    assert found.limited.yields.out_of_limit.value < 0.01
+    assert found.limited.yields.fraction_out_of_limit.value < 0.01
     assert error.at_random.trials == 30 and error.at_random.largest < 1.1e-3
     assert error.largest == pytest.approx(1, rel=2e-3)
     assert error.chosen["worst"].largest == error.largest

@@ -58,8 +58,10 @@ def test_a_summary_of_replicates():
     assert found.sigma.sure and found.quantiles[0.95].sure
     assert found.quantiles[0.99865].reason == "needs 22223"
     yields = found.limited.yields
-    assert yields.out_of_limit.value == pytest.approx(np.mean((y > 12) | (status == 4)))
-    assert yields.most.value - yields.least.value == pytest.approx(8 / 4096)
+    assert yields.fraction_out_of_limit.value == pytest.approx(
+        np.mean((y > 12) | (status == 4))
+    )
+    assert yields.within_at_most.value - yields.within.value == pytest.approx(8 / 4096)
     assert yields.verdict == "met"
     assert found.limited.percentiles.ppk.reason.startswith("needs")
     assert found.limited.moments.ppk.sure

@@ -7,18 +7,12 @@ from collections.abc import Mapping
 
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Number, Parts, Word, counted, listed, text
-from tolstat.model.description import Response
 from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import UNDECIDED, Yield
 from tolstat.statistics.summary import QUANTILES, Summary
 from tolstat.units.scale import AS_IS, KNOWN, PER_CENT, PPM, Scale
-
-
-def response_cell(response: Response, link: str = "") -> Cell:
-    """Name a response over what it is."""
-    return Cell((Name(response.name, link),), text(response.sentence))
 
 
 def limit_cell(limit: Limit) -> Cell:
@@ -94,7 +88,7 @@ def summary_cells(
     ends = limited.limit.permitted if limited else (math.nan, math.nan)
     lower, upper = (end if math.isfinite(end) else math.nan for end in ends)
     demanded = limited.limit.demanded if limited else math.nan
-    out = yields.out_of_limit if yields else none
+    out = yields.fraction_out_of_limit if yields else none
     by_percentiles = limited.percentiles.ppk if limited else none
     return {
         **number_cells(each, scale, whose),
@@ -102,8 +96,8 @@ def summary_cells(
         f"{whose}upper limit [unit]": Number(upper, scale),
         f"{whose}demanded [%]": Number(demanded, PER_CENT),
         f"{whose}verdict": yields.verdict if yields else "",
-        f"{whose}yield [%]": Number(yields.least if yields else none, PER_CENT),
+        f"{whose}yield [%]": Number(yields.within if yields else none, PER_CENT),
         f"{whose}fraction out of limit [ppm]": Number(out, PPM),
-        f"{whose}equivalent Ppk": Number(limited.equivalent if limited else none),
+        f"{whose}equivalent Ppk": Number(limited.equivalent_ppk if limited else none),
         f"{whose}Ppk by percentiles": Number(by_percentiles),
     }

@@ -14,7 +14,7 @@ import click
 from rich.live import Live
 from rich.table import Table
 
-from tolstat.answers.report.ask import report
+from tolstat.answers.report.gather import report
 from tolstat.answers.run_entries import Entry, RunIndex, entry_of
 from tolstat.cli import options
 from tolstat.cli.advice import worded

@@ -21,7 +21,7 @@ from rich.progress import Progress as Bar
 from rich.text import Text
 
 from tolstat.answers.next_steps import to_resume
-from tolstat.answers.report.ask import summary
+from tolstat.answers.report.gather import summary
 from tolstat.answers.sweep.table_rows import comparisons
 from tolstat.cli.interrupting import INTERRUPTED, LIMITS_NOT_MET, stop_on_interrupt
 from tolstat.cli.options import Compute

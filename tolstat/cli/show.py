@@ -13,7 +13,7 @@ from rich.table import Table
 
 from tolstat.answers.model_sheet import model_document, models_document
 from tolstat.answers.next_steps import to_resume
-from tolstat.answers.report.ask import summary
+from tolstat.answers.report.gather import summary
 from tolstat.answers.run_entries import RunIndex, entry_of, stored_runs
 from tolstat.answers.sweep.sweep_figure import save_sweeps
 from tolstat.answers.sweep.table_rows import comparisons, table_rows

@@ -78,7 +78,7 @@ def test_the_pair_is_named_with_what_it_explains(run, capsys):
     assert pair.halved.lower <= known <= pair.halved.upper < 0.006
     cause, effect = row_of(found)
     assert as_text(cause.main) == apart
-    explained = f"{out} of {out} out-of-limit trials are in the outer 5 % of it"
+    explained = f"{out} of {out} out-of-limit trials in its outer 5 %"
     assert as_text(cause.below) == explained
     assert effect.main[0].value == pair.halved
     said = json.loads(found.json())["responses"]["gap"]["causes"]["pairs"][0]
@@ -136,7 +136,9 @@ def test_the_single_one_is_named_where_no_pair_explains_more(run):
 def test_a_gain_is_claimed_only_where_the_intervals_lie_apart(run, lower, upper, told):
     found = report_of(run)
     gap = found.responses["gap"]
-    yields = gap.limited.yields._replace(out_of_limit=Estimate(10e-3, 1e-3, 20e-3))
+    yields = gap.limited.yields._replace(
+        fraction_out_of_limit=Estimate(10e-3, 1e-3, 20e-3)
+    )
     (pair,) = gap.causes.pairs
     then = Estimate(lower, lower, upper)
     causes = gap.causes._replace(pairs=(pair._replace(halved=then),))

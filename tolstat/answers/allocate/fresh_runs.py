@@ -127,7 +127,7 @@ class FreshRuns:
             self.cost(choice),
             {each.name: tolerance_words(each, x) for each, x in self._chosen(choice)},
             {each.name: _typed(each.half(x)) for each, x in self._chosen(choice)},
-            {name: each.out_of_limit for name, each in yields.items()},
+            {name: each.fraction_out_of_limit for name, each in yields.items()},
             joint_yield(told, sample, dict.fromkeys(limits, WITHIN)).complement,
             count,
             seed,

@@ -112,8 +112,9 @@ def _verdict_rows(found: Comparison) -> Iterator[list[Given]]:
             if each and (limited := each.limited):
                 yield [
                     text(Name(name), f" {design.label}"), limit_cell(limited.limit),
-                    verdict_cell(limited.yields), ppm(limited.yields.out_of_limit),
-                    ppk_cell(limited.equivalent),
+                    verdict_cell(limited.yields),
+                    ppm(limited.yields.fraction_out_of_limit),
+                    ppk_cell(limited.equivalent_ppk),
                 ]  # fmt: skip
 
 

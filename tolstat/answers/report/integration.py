@@ -77,8 +77,8 @@ def _effect(drawn: Drawn, better: Array, of: Summary) -> Effect:
     limit = limited.limit.permitted if limited else None
     quantiles = quantiles_at(better, sample, of.quantiles, limit)
     if limited:
-        again = yield_of(better, sample, limited.limit.permitted).out_of_limit
-        moved = limited.yields.out_of_limit.value - again.value
+        again = yield_of(better, sample, limited.limit.permitted).fraction_out_of_limit
+        moved = limited.yields.fraction_out_of_limit.value - again.value
     return Effect(
         of.mean.value - float(done.mean()),
         of.sigma.value - sigma,

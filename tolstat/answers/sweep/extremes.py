@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from tolstat.answers.answer import Answer
-from tolstat.answers.report.run_notes import notes_of
+from tolstat.answers.run_answer import notes_of
 from tolstat.document.blocks import Block, Document, Given, note, table
 from tolstat.document.inline import Name, Number, text
 from tolstat.render.tables import Row

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from tolstat.answers.next_steps import command
-from tolstat.answers.report.gather import responses_in_focus
+from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sweep.curves import Sweep, axis_scale, sweeps
 from tolstat.document.blocks import Block, Column, Given, Table, paragraph, table
 from tolstat.document.inline import Number, Typed, counted, listed, text

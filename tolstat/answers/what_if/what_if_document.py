@@ -69,8 +69,8 @@ def _limits(found: WhatIf) -> Iterator[Table]:
                 *side,
                 limit_cell(limited.limit) if side[0] else None,
                 Word(limited.yields.verdict, limited.yields.verdict),
-                ppm(limited.yields.out_of_limit),
-                ppk_cell(limited.equivalent),
+                ppm(limited.yields.fraction_out_of_limit),
+                ppk_cell(limited.equivalent_ppk),
             ]
             for side, limited in each
         ],
@@ -84,7 +84,7 @@ def _limits(found: WhatIf) -> Iterator[Table]:
         [
             [
                 *side,
-                Number(limited.yields.least, PER_CENT),
+                Number(limited.yields.within, PER_CENT),
                 ppk_cell(limited.percentiles.ppk),
                 ppk_cell(limited.moments.ppk),
             ]
