@@ -199,7 +199,9 @@ def test_what_an_error_may_carry_across_the_limit_is_looked_at(tmp_path):
     assert true > 2
     assert error.sides.gap > error.largest and error.sides.changed == true
     beyond = np.mean(precise[done] > 10) - np.mean(run.column("force")[done] > 10)
-    assert error.effect.out_of_limit == pytest.approx(-beyond * done.mean(), abs=1e-12)
+    assert error.effect.fraction_out_of_limit == pytest.approx(
+        -beyond * done.mean(), abs=1e-12
+    )
 
 
 def test_it_stays_cheap():

@@ -76,7 +76,7 @@ def test_a_share_that_no_trial_has_is_bounded():
     assert (1 / (1 + m * p)) ** 16 == pytest.approx(0.025)
     good = Sample(np.ones(4096, int), 16)
     met = summarize(np.zeros(4096), good, Limit(-1.0, 1.0)).limited.yields
-    assert met.verdict == "met" and met.least.upper == 1.0
+    assert met.verdict == "met" and met.within.upper == 1.0
     few = Sample(np.ones(1024, int), 16)
     unsure = summarize(np.zeros(1024), few, Limit(-1.0, 1.0)).limited.yields
     assert unsure.verdict == "undecided" and 1537 <= unsure.needed < 2000

@@ -42,14 +42,15 @@ FIRST_ORDER = (
 
 def rare_document(found: RareSummary) -> blocks.Document:
     """Return verdict, failure points, stages, assumptions, provenance."""
+    trials = found.trials
     sampling = (
-        f"Sampling: rare; {found.trials.promise}. A fraction of 1 ppm depends on the "
+        f"Sampling: rare; {trials.promise}. A fraction of 1 ppm depends on the "
         "tails of the distributions as much as on the model."
     )
     given = found.assumptions
     said = [text(sampling), *map(text, given.of_the_model)]
     return sheet(
-        "Rare events",
+        f"Rare events, {trials.ran} of {trials.requested} trials have run",
         found,
         _verdict(found),
         _failure_points(found),
