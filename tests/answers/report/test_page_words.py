@@ -195,7 +195,7 @@ def test_the_first_page_names_main_causes_and_what_halving_them_gains(report):
         rf"\d+ of {out} out-of-limit trials in its outer 5 %",
         as_text(cause.below),
     )
-    assert f"{apart}: {as_text(cause.below)}; either of them alone in" in (
+    assert f"{apart} {as_text(cause.below)}; either of them alone in" in (
         section_words(found, "jam_share")
     )
     first = first_of(found)

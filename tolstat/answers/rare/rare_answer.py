@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from tolstat.answers import run_answer
+from tolstat.answers.cells import limit_cells
 from tolstat.answers.rare import rare_document
 from tolstat.answers.rare.failure_points import FailurePoint, failure_points
 from tolstat.deviations.rare_stage import SPREAD, STAGE, WEIGHT
@@ -32,7 +33,7 @@ from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.limits.yields import NOT_MET, verdict
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import PER_CENT, PPM, Scale
+from tolstat.units.scale import PPM, Scale
 
 
 class Stage(NamedTuple):
@@ -92,19 +93,15 @@ class RareSummary(run_answer.RunAnswer):
 
     def rows(self) -> Sequence[Row]:
         """Return the one response in a row."""
-        ends = [x if math.isfinite(x) else math.nan for x in self.limit.permitted]
         return [{
             "title": self.title,
             "response": self.response,
             "unit": self.scale.shown,
             "nominal [unit]": Number(self.nominal, self.scale),
-            "lower limit [unit]": Number(ends[0], self.scale),
-            "upper limit [unit]": Number(ends[1], self.scale),
-            "demanded [%]": Number(self.limit.demanded, PER_CENT),
-            "verdict": self.verdict,
-            "yield [%]": Number(self.within, PER_CENT),
-            "fraction out of limit [ppm]": Number(self.fraction_out_of_limit, PPM),
-            "equivalent Ppk": Number(self.equivalent_ppk),
+            **limit_cells(
+                self.limit, self.scale, self.verdict, self.within,
+                self.fraction_out_of_limit, self.equivalent_ppk,
+            ),
             "failed [ppm]": Number(self.trials.failures, PPM),
             "trials run": self.trials.ran,
             "trials counted": self.trials.counted,

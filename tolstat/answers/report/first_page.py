@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tolstat.answers.cells import limit_cell, ppm, verdict_cell
+from tolstat.answers.cells import limit_cell, numbers_of, ppm, verdict_cell
 from tolstat.answers.next_steps import to_extend, to_halve
 from tolstat.document import blocks, plot
 from tolstat.document.blocks import Cell
@@ -25,11 +25,10 @@ from tolstat.document.inline import (
     text,
 )
 from tolstat.model.description import kinds_of_part
-from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET
-from tolstat.statistics.summary import QUANTILES, Limited
+from tolstat.statistics.summary import Limited
 from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM
 
 if TYPE_CHECKING:
@@ -42,7 +41,8 @@ if TYPE_CHECKING:
 
 MOST_NAMED = 4  # parts in a sentence
 LEVEL = PER_CENT.beside(1.0)  # of chance: no test is better than that
-PRINTED = (0.05, 0.5, 0.95, 0.99)  # quantiles on a screen
+STARRED = {"mean": "mean *", "sigma": "sigma *"}  # what they assume stands below
+PAGE_ONLY = ("mean *", "sigma *", "least", "largest", "0.135 %", "99.865 %")
 INTERVAL = "Below each number stands its 95 % interval"
 READING = (
     "Quantiles: order statistics, for any distribution. Fractions out of limit: "
@@ -273,19 +273,16 @@ def ranges_figure(found: RunSummary) -> blocks.Figure | None:
 
 def responses_table(found: RunSummary) -> blocks.Table:
     """Return the numbers of all responses."""
-    rows: list[dict[str, blocks.Given]] = []
-    for name, each in found.responses.items():
-        scale, quantiles = each.scale, each.quantiles
-        rows.append({
-            "response": Name(name), "unit": scale.mark,
-            "nominal": Number(each.nominal, scale), "mean *": Number(each.mean, scale),
-            "sigma *": Number(each.sigma, scale), "least": Number(each.least, scale),
-            **{share_words(q): Number(quantiles[q], scale) for q in QUANTILES},
-            "largest": Number(each.largest, scale),
-        })  # fmt: skip
-    page_only = [share_words(q) for q in QUANTILES if q not in PRINTED]
-    page_only += ["mean *", "sigma *", "least", "largest"]
-    return blocks.table_of(rows, "Responses", page_only=page_only,
+    rows: list[dict[str, blocks.Given]] = [
+        {
+            "response": Name(name),
+            "unit": each.scale.mark,
+            "nominal": Number(each.nominal, each.scale),
+            **{STARRED.get(n, n): x for n, x in numbers_of(each, each.scale).items()},
+        }
+        for name, each in found.responses.items()
+    ]
+    return blocks.table_of(rows, "Responses", page_only=PAGE_ONLY,
                            caption=rests_on(found), keys=2, look="dense")  # fmt: skip
 
 

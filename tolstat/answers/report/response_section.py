@@ -33,13 +33,14 @@ from tolstat.document.inline import (
 )
 from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
-from tolstat.units.scale import AS_IS, PART, PER_CENT, Ratio, Scale
+from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM, Ratio, Scale
 
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import (
         Cause,
         Causes,
         IntegrationErrors,
+        PairCause,
         Report,
         ReportedResponse,
     )
@@ -48,15 +49,19 @@ if TYPE_CHECKING:
 Row = dict[str, Given]
 Values = Mapping[str, Estimate] | Mapping[str, float]
 
-CHOSEN = {"near": "next to the limit", "worst": "worst", "spread": "over the range"}
+CHOSEN = {
+    "random": "at random", "near": "next to the limit", "worst": "worst",
+    "spread": "over the range",
+}  # fmt: skip
 ALONE, TOGETHER = "alone, % of the variance", "with interactions, % of the variance"
-MOST_PAIRS = 3  # named beside the first
+MOST_PAIRS = 4  # named
 PERFORMANCE = "Simulated trials show performance, not the capability of a process."
 LEVELS = (
     "Among out-of-limit trials: mean less that of all trials, and root mean square "
     "distance from it, both in sigmas of all trials. Level: how often chance alone "
     "makes some contributor differ so much (two rank sum tests, corrected for {} "
-    "contributors after Holm; of a kind of part its clearest member). Halved: the "
+    "contributors after Holm; of a kind of part its clearest member; of a pair "
+    "corrected for the number of pairs). Halved: the "
     "stored trials weighted by the ratio of densities; a fresh run tells more sharply."
 )
 CORRELATED = "Deviations are correlated: what is correlated with a cause differs too."
@@ -85,7 +90,7 @@ def response_section(found: Report, name: str) -> Section:
         _part("Main causes of out-of-limit trials", *_causes(found, each)),
         _part("Variance contributions", *_contributions(found, each)),
         _part("Classical answers", _classical(found, name, each)),
-        _part("Integration error", *map(blocks.paragraph, _integration(each))),
+        _part("Integration error", *_integration(found, each)),
         _part("Worst trials", _worst_trials(found, name, each)),
     )
     return Section(name, shown, name)
@@ -156,47 +161,43 @@ def _causes(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
         blocks.paragraph(
             say("{} out of limit{}{}", counted(out, "trial"), failed, said)
         ),
-        blocks.paragraph(_pairs(causes)),
         _causes_table(found, causes) if out else None,
         blocks.note(say(LEVELS, str(len(known)))) if out and known else None,
         blocks.note(CORRELATED) if correlated else None,
     )
 
 
-def _pairs(causes: Causes) -> Parts:
-    if not causes.pairs:
-        return ()
-    first, *others = causes.pairs
-    together, halved = first.together, first.halved
-    also = [
-        say("{} (level {})", other.words, Number(other.together.level, PER_CENT))
-        for other in others[:MOST_PAIRS]
-    ]
-    return say(
-        "Together: {}: {}; either of them alone in at most {} (level {}, corrected for "
-        "the number of pairs){}{}.",
-        Word(first.words), explained(first, causes),
-        Number(together.alone, PER_CENT, "at_most"), Number(together.level, PER_CENT),
-        say("; with both tolerances halved {}", ppm(halved)) if halved.sure else None,
-        say("; also {}", listed(also)) if also else None,
-    )  # fmt: skip
-
-
 def _causes_table(found: Report, causes: Causes) -> Table:
+    """Return a row for each pair, kind of part and contributor."""
     rows: list[Row] = []
+    for pair in causes.pairs[:MOST_PAIRS]:
+        alone = Number(pair.together.alone, PER_CENT, "at_most")
+        below = say(
+            "{}; either of them alone in at most {}", explained(pair, causes), alone
+        )
+        level = pair.together.level
+        rows.append(_cause(Cell((Word(pair.words),), below), level, pair))
     for of in (causes.kinds, causes.contributors):
         for name in clearest_first(of):
-            each, size = of[name], of[name].effective_sample_size
+            each = of[name]
             known = each.shift == each.shift
+            part = Word(name) if each.significant else Name(name)
             rows.append({
-                "contributor": Word(name) if each.significant else Name(name),
+                **_cause(Cell((part,)), each.level, each),
                 "mean, sigmas": Number(each.shift) if known else None,
                 "distance, sigmas": Number(each.width) if known else None,
-                "level, %": Number(each.level, LEVEL),
-                "out of limit with its tolerance halved, ppm": ppm(each.halved),
-                "effective sample size": Number(size) if size else None,
             })  # fmt: skip
-    return blocks.table_of(rows, caption=rests_on(found))
+    return blocks.table_of(rows, words=["contributor"], caption=rests_on(found))
+
+
+def _cause(part: Cell, level: float, cause: Cause | PairCause) -> Row:
+    size = cause.effective_sample_size
+    return {
+        "contributor": part,
+        "level, %": Number(level, LEVEL),
+        "out of limit with its tolerance halved, ppm": ppm(cause.halved),
+        "effective sample size": Number(size) if size else None,
+    }
 
 
 def clearest_first(found: Mapping[str, Cause]) -> list[str]:
@@ -322,70 +323,67 @@ def _classical(found: Report, name: str, each: ReportedResponse) -> Table:
     )  # fmt: skip
 
 
-def _integration(each: ReportedResponse) -> list[Parts]:
+def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
     """Say how large integration errors are, and what they move."""
     if (errors := each.integration_errors) is None:
-        return []
-    exact, n = each.scale.exact, errors.at_random.trials
+        return ()
+    exact, effect = each.scale.exact, errors.effect
     tightened = ", ".join(f"{k} {AS_IS.number(v)}" for k, v in errors.settings.items())
-    above = text(
-        "The fraction that errs more is not known: trials depend on each other."
-    )
+    above = text("Trials depend on each other: how many err more is not known.")
     if errors.above == errors.above:
         most = Number(errors.above, PER_CENT, "at_most")
-        above = say("At most {} of production err more (95 %).", most)
-    said = [say(
-        f"{{}} evaluated again with {tightened} ({errors.failed} failed one of the two "
-        "times).", counted(errors.trials, "trial"),
-    )]  # fmt: skip
-    if n:
-        random = Number(errors.at_random.largest, exact)
-        sentence = f"Largest error of the {n} chosen at random: {{}}. {{}}"
-        said.append(say(sentence, random, above))
-    if errors.chosen:
-        chosen = [
-            text(f"{of.trials} {CHOSEN[why]} ", Number(of.largest, exact))
-            for why, of in errors.chosen.items()
-        ]
-        said.append(say(
-            "Largest error of those chosen on purpose: {}. It is no bound for others.",
-            listed(chosen),
-        ))  # fmt: skip
-    return [*said, *_effect(each, errors)]
+        above = say(
+            "At most {} of production err more (95 %) than those at random.", most
+        )
+    seen: list[Row] = [
+        {"chosen": CHOSEN[why], "trials": Number(of.trials),
+         exact.label("largest error"): Number(of.largest, exact)}
+        for why, of in {"random": errors.at_random, **errors.chosen}.items()
+        if of.trials
+    ]  # fmt: skip
+    moved: Row = {}
+    if effect:
+        by = {"mean": effect.mean, "sigma": effect.sigma}
+        by |= {share_words(share): x for share, x in effect.quantiles.items()}
+        moved = {exact.label(name): Number(x, exact) for name, x in by.items()}
+        if effect.fraction_out_of_limit is not None:
+            moved["out of limit, ppm"] = Number(effect.fraction_out_of_limit, PPM)
+    nearest = (
+        "Moved by so much, if each trial errs as the audited one of nearest response."
+    )
+    return (
+        blocks.paragraph(say(
+            f"{{}} evaluated again with {tightened} ({errors.failed} failed one of the "
+            "two times). The largest error is no bound for others. {}",
+            counted(errors.trials, "trial"), above if errors.at_random.trials else None,
+        )),
+        blocks.table_of(seen, caption=rests_on(found)),
+        blocks.table_of([moved], caption=rests_on(found)) if moved else None,
+        blocks.note(nearest) if moved else None,
+        blocks.paragraph(_sides(each, errors)),
+    )  # fmt: skip
 
 
-def _effect(each: ReportedResponse, errors: IntegrationErrors) -> list[Parts]:
-    """Say how far errors move the numbers, and how many trials change sides."""
-    effect, sides, exact = errors.effect, errors.sides, each.scale.exact
-    if effect is None:
-        return []
-    moved = {"mean": effect.mean, "sigma": effect.sigma}
-    moved |= {share_words(share): by for share, by in effect.quantiles.items()}
-    numbers = [say(f"{what} by {{}}", Number(by, exact)) for what, by in moved.items()]
-    if effect.fraction_out_of_limit is not None:
-        by = Number(effect.fraction_out_of_limit, PER_CENT)
-        numbers.append(say("the fraction out of limit by {}", by))
-    said = [say(
-        "If each trial errs as the audited one of nearest response, errors move {}.",
-        listed(numbers),
-    )]  # fmt: skip
-    if sides is None:
-        return said
+def _sides(each: ReportedResponse, errors: IntegrationErrors) -> Parts:
+    """Say how many trials change sides of the limit."""
+    if errors.effect is None or (sides := errors.sides) is None:
+        return ()
+    gap = Number(sides.gap, each.scale.exact)
     rest = say(
         f"All {sides.near} less than {{}} from the limit were evaluated again. "
         "While no other errs by so much, the fraction out of limit moves by at most "
         "{}.",
-        Number(sides.gap, exact), Number(sides.at_most, PER_CENT, "at_most"),
+        gap, Number(sides.at_most, PER_CENT, "at_most"),
     )  # fmt: skip
     if math.isinf(sides.gap):
         rest = text("All were evaluated again.")
     elif sides.gap <= errors.largest:
         rest = say(
             "One that was not evaluated again lies {} from the limit, and errors as "
-            "large were seen: others may change sides too.", Number(sides.gap, exact),
+            "large were seen: others may change sides too.", gap,
         )  # fmt: skip
-    sentence = "Trials that change sides of the limit: {}. {}"
-    return [*said, say(sentence, Number(sides.changed), rest)]
+    changed = Number(sides.changed)
+    return say("Trials that change sides of the limit: {}. {}", changed, rest)
 
 
 def _worst_trials(found: Report, name: str, each: ReportedResponse) -> Table:
