@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -205,6 +205,19 @@ def test_the_worst_trials_are_evaluated_again_and_named_in_order(rough):
     assert values[trials[0]] in done[margin == margin.min()]
     for trial, precise in worst.items():
         assert precise == pytest.approx(values[trial] / (1 + 1e-4), rel=1e-6)
+
+
+def test_worst_trials_are_ordered_by_their_precise_values(rough):
+    first, second, *_ = rough.worst_trials("gap")
+    gap = rough.audited.responses["gap"].copy()
+    places = np.searchsorted(rough.audited.trials, [first, second])
+    gap[places] = gap[places[::-1]]
+    swapped = replace(rough.audited, responses={"gap": gap})
+    again = replace(rough, audited=swapped)
+    assert list(again.worst_trials("gap"))[:2] == [second, first]
+    limited = tolstat.limited(again, {"gap": rough.limits["gap"].words})
+    assert list(limited.worst_trials("gap"))[:2] == [second, first]
+    assert len(limited.worst_trials("gap", 3)) == 3
 
 
 def test_what_a_halved_tolerance_leaves_beyond_is_what_its_own_run_has(rough, tmp_path):

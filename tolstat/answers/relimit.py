@@ -80,8 +80,9 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     every = {**before, **read}
     now = {each.name: every[each.name] for each in run.responses if each.name in every}
     said = "; ".join(f"{name} {limit.words}" for name, limit in read.items())
-    note = f"requested limits, not those of the study: {said}; the audit and the worst "
-    note += "cases are those of the study's limits"
+    note = f"requested limits, not those of the study: {said}"
+    if run.complete:
+        note += "; the audit and the worst cases are those of the study's limits"
     shown = {name: unit_of(limit.words) for name, limit in read.items()}
     return run.limited(now, shown, note)
 

@@ -164,5 +164,10 @@ def test_where_the_effect_is_not_estimable_the_reason_stands_there(run):
     _, effect = row_of(changed)
     assert effect.main == (Number(unknown, effect.main[0].scale),)
     assert not any(each.startswith("Halve") for each in steps_of(changed))
+    step = steps_of(changed)[0]  # a fresh run tells what these trials do not
+    test = "Test half the tolerances of part_1 and angle: the effect on gap is not"
+    assert step.startswith(f"{test} estimable. Check it with a fresh run: tolstat ")
+    none = causes._replace(pairs=(vague.pairs[0]._replace(effective_sample_size=0),))
+    assert not any("half" in each for each in steps_of(with_causes(found, none)))
     table = next(b for b in first_page(changed) if isinstance(b, Table))
     assert table.title == "Limits"

@@ -72,6 +72,27 @@ def test_the_page_has_its_parts_in_order(report):
     assert "source digest" in report.page.text and "[deviations]" in report.page.text
 
 
+def test_the_first_page_says_once_how_many_trials_are_done(report):
+    words = words_in(report.document.blocks[0])
+    assert words.count("2200 trials done") == 1 and "2200 of 2200" not in words
+
+
+def test_a_run_in_part_with_other_limits_names_nothing_that_it_lacks(toy, toy_study):
+    run = tolstat.run(toy_study, model=toy)
+    status = np.where(np.arange(run.trials) < 600, run.status, 0)
+    columns = {**run.columns, "status": status.astype(np.uint8)}
+    part = replace(
+        run, columns=columns, complete=False, audited=None,
+        diagnostics=Diagnostics(missing="the run did not come to its end"),
+    )  # fmt: skip
+    found = report_of(tolstat.limited(part, {"gap": "-1..1.2 mm"}, toy))
+    words = words_in(*found.document().blocks)
+    assert "requested limits" in words and "the audit and the worst" not in words
+    assert len(found.responses["gap"].worst_trials) == 10 and "Worst trials" in words
+    missing = "No slopes, worst cases or halved tolerances: the run did not come"
+    assert missing in words
+
+
 def test_the_page_needs_nothing_else(report):
     the_page_needs_nothing_else(report)
 
