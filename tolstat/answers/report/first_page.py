@@ -199,7 +199,11 @@ def differ(one: Estimate, other: Estimate) -> bool:
 
 def _next_steps(found: RunSummary) -> tuple[Parts, ...]:
     """Say what to do next: tighten the main cause, or run more trials."""
-    halve = (_halve(found, name, each) for name, each in found.limits.items())
+    halve = (  # first what is known to gain
+        _halve(found, name, each, known=known)
+        for known in (True, False)
+        for name, each in found.limits.items()
+    )
     steps = [next(filter(None, halve), ())]
     limits = [(found.limits[name].yields.needed, name) for name in found.verdicts]
     if undecided := [each for each in limits if each[0]]:
@@ -213,18 +217,18 @@ def _next_steps(found: RunSummary) -> tuple[Parts, ...]:
     return tuple(filter(None, steps))
 
 
-def _halve(found: RunSummary, name: str, limited: Limited) -> Parts:
+def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Parts:
     """Say what halving the tolerances of the main cause gains; nothing if it does not.
 
-    Where these trials do not tell, a fresh run does.
+    Where its effect is not `known` from these trials, a fresh run tells it.
     """
     now, verdict = limited.yields.fraction_out_of_limit, limited.yields.verdict
     causes, run = found.responses[name].causes, found.stored_run
     if verdict == MET or causes is None or (main := causes.main) is None:
         return ()
-    told, unknown = differ(main.halved, now), math.isnan(main.halved.value)
-    gains = main.halved.value < now.value and (told or verdict == NOT_MET)
-    if not (gains or (unknown and main.effective_sample_size)):
+    told, then = differ(main.halved, now), main.halved.value
+    gains = then < now.value and (told or verdict == NOT_MET)
+    if not (gains if known else math.isnan(then) and main.effective_sample_size):
         return ()
     if causes.pair:
         parts: tuple[str, ...] = causes.pair.together.members
@@ -233,7 +237,7 @@ def _halve(found: RunSummary, name: str, limited: Limited) -> Parts:
         parts = tuple(kinds.get(causes.leading[0], causes.leading[:1]))
     few = len(parts) <= MOST_NAMED
     effect = say("the effect on {} is not estimable", Name(name))
-    if not unknown:
+    if known:
         falls = "falls" if told else "may fall"
         effect = say(f"{{}} {falls} from {{}} to {{}}", Name(name), ppm(now),
                      ppm(main.halved))  # fmt: skip

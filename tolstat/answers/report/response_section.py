@@ -333,7 +333,7 @@ def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, .
     if errors.above == errors.above:
         most = Number(errors.above, PER_CENT, "at_most")
         above = say(
-            "At most {} of production err more (95 %) than those at random.", most
+            "At most {} of production err more (95 %) than the largest at random.", most
         )
     seen: list[Row] = [
         {"chosen": CHOSEN[why], "trials": Number(of.trials),
