@@ -153,7 +153,7 @@ def _correlation(found: Report) -> Parts:
 def _judged(found: Report) -> list[Parts]:
     """Say how limits are judged."""
     if found.all_limits is None:
-        return [text("Nothing is limited.")]
+        return []
     rule, *others = map(text, JUDGED)
     if (sampled := found.stored_run.sampled) and sampled.replicates:
         chance = text(
@@ -163,12 +163,10 @@ def _judged(found: Report) -> list[Parts]:
     else:
         wrongly = Number(found.all_limits.wrongly_met, PER_CENT, "at_most")
         chance = say(
-            'Each verdict is wrongly "met" with a chance of at most 2.5 %{}. Verdicts '
-            "are anytime-valid: trials may be added until they fall.",
-            (", one or more of all with at most ", wrongly)
-            if found.all_limits.limits > 1
-            else None,
-        )
+            'Each verdict is wrongly "met" with a chance of at most 2.5 %, one or more '
+            "of all with at most {}. Verdicts are anytime-valid: trials may be added "
+            "until they fall.", wrongly,
+        )  # fmt: skip
     return [rule, chance, *others]
 
 

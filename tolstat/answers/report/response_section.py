@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import ppk_cell, ppm
@@ -26,7 +26,6 @@ from tolstat.document.inline import (
     Typed,
     Word,
     counted,
-    listed,
     say,
     text,
     with_unit,
@@ -122,45 +121,39 @@ def _indices(each: ReportedResponse) -> Parts:
     """Say what Sobol' indices rest on, or why there are none."""
     if (found := each.indices) is None:
         return ()
-    groups = (*counted(found.groups, "group"), " of trials")
+    why = f"No Sobol' indices: {found.reason}; there are" if found.reason else None
     left_out = f"({found.broken} left out: not all of their trials are done)."
-    if found.reason:
-        return text(
-            f"No Sobol' indices: {found.reason}; there are ", groups, f" {left_out}"
-        )
-    return text("Sobol' indices of ", groups, f" {left_out}")
+    groups = counted(found.groups, "group")
+    return text(why or "Sobol' indices of", " ", groups, f" of trials {left_out}")
 
 
 def _performance(found: Report, each: ReportedResponse) -> tuple[Block, ...]:
     if (limited := each.limited) is None:
         return ()
     head = f"against {limited.limit.words}"
+    found_by: dict[str, Iterable[Given]] = {
+        "equivalent, of the fraction out of limit": (
+            None,
+            Number(limited.equivalent_ppk),
+        ),
+        "by percentiles (ISO 22514-2)": map(ppk_cell, limited.percentiles),
+        "by moments, as for normal responses": map(ppk_cell, limited.moments),
+    }
     rows: list[Row] = [
-        {head: "equivalent, of the fraction out of limit", "Pp": None,
-         "Ppk": Number(limited.equivalent_ppk)},
-    ]  # fmt: skip
-    for method, by in (
-        ("by percentiles (ISO 22514-2)", limited.percentiles),
-        ("by moments, as for normal responses", limited.moments),
-    ):
-        rows.append({head: method, "Pp": ppk_cell(by.pp), "Ppk": ppk_cell(by.ppk)})
+        {head: method, "Pp": pp, "Ppk": ppk} for method, (pp, ppk) in found_by.items()
+    ]
     return blocks.table_of(rows, caption=rests_on(found)), blocks.note(PERFORMANCE)
 
 
 def _causes(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
     if (causes := each.causes) is None:
         return ()
-    said = text(f": {no_cause(causes)}.")
-    if causes.leading:
-        names = listed([Name(each) for each in causes.leading])
-        said = say(". Significantly different among them: {}.", names)
     out, known = causes.out_of_limit, causes.contributors
     failed = ", failed ones among them" if found.trials.failed else None
+    none = None if causes.leading else f": {no_cause(causes)}"
     correlated = found.assumptions.correlation and known
     return (
-        blocks.paragraph(
-            say("{} out of limit{}{}", counted(out, "trial"), failed, said)
-        ),
+        blocks.paragraph(counted(out, "trial"), " out of limit", failed, none, "."),
         _causes_table(found, causes) if out else None,
         blocks.note(say(LEVELS, str(len(known)))) if out and known else None,
         blocks.note(CORRELATED) if correlated else None,
@@ -177,16 +170,14 @@ def _causes_table(found: Report, causes: Causes) -> Table:
         )
         level = pair.together.level
         rows.append(_cause(Cell((Word(pair.words),), below), level, pair))
-    for of in (causes.kinds, causes.contributors):
-        for name in clearest_first(of):
-            each = of[name]
-            known = each.shift == each.shift
-            part = Word(name) if each.significant else Name(name)
-            rows.append({
-                **_cause(Cell((part,)), each.level, each),
-                "mean, sigmas": Number(each.shift) if known else None,
-                "distance, sigmas": Number(each.width) if known else None,
-            })  # fmt: skip
+    for name, each in sorted(causes.every.items(), key=_clearest_first):
+        known = each.shift == each.shift
+        part = Word(name) if each.significant else Name(name)
+        rows.append({
+            **_cause(Cell((part,)), each.level, each),
+            "mean, sigmas": Number(each.shift) if known else None,
+            "distance, sigmas": Number(each.width) if known else None,
+        })  # fmt: skip
     return blocks.table_of(rows, words=["contributor"], caption=rests_on(found))
 
 
@@ -200,14 +191,10 @@ def _cause(part: Cell, level: float, cause: Cause | PairCause) -> Row:
     }
 
 
-def clearest_first(found: Mapping[str, Cause]) -> list[str]:
+def _clearest_first(named: tuple[str, Cause]) -> tuple[float, float]:
     """Sort by how clearly it differs, then by what halving leaves out of limit."""
-
-    def place(name: str) -> tuple[float, float]:
-        left = found[name].halved.value
-        return found[name].level, math.inf if math.isnan(left) else left
-
-    return sorted(found, key=place)
+    cause, left = named[1], named[1].halved.value
+    return cause.level, math.inf if math.isnan(left) else left
 
 
 def _contributions(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
@@ -253,7 +240,7 @@ def _contributors(
     found: Report, each: ReportedResponse, known: Contributions | None, every: list[str]
 ) -> list[Row]:
     """Return a row for each contributor."""
-    shares: dict[str, tuple[Values, Scale]] = {}
+    shares: dict[str, tuple[Values, Scale | Ratio]] = {}
     if known:
         alone = {} if known.dominated_by_few else known.first_order
         shares[ALONE] = alone, PART
@@ -265,19 +252,18 @@ def _contributors(
         shares["root sum square, % of the variance"] = each.linear.shares, PER_CENT
     rows: list[Row] = []
     for part in every:
-        scale = found.stored_run.scales.get(part, AS_IS)  # a batch has none
+        shown = found.stored_run.scales.get(part, AS_IS)  # a batch has none
         own: dict[str, tuple[Values, Scale | Ratio]] = {
-            "slope at the nominal trial": (each.slopes, Ratio(each.scale, scale))
+            "slope at the nominal trial": (each.slopes, Ratio(each.scale, shown))
         }
         for side, case in each.worst_cases.items():
-            own[f"worst case, {side}"] = case.deviations, scale
-        told = {n: Number(of[part], s) for n, (of, s) in shares.items() if part in of}
-        more = {
-            n: with_unit(Number(of[part], s))
-            for n, (of, s) in own.items()
-            if part in of
-        }
-        rows.append({"contributor": Name(part), **told, **more})
+            own[f"worst case, {side}"] = case.deviations, shown
+        row: Row = {"contributor": Name(part)}
+        for head, (of, scale) in (shares | own).items():
+            if part in of:
+                number = Number(of[part], scale)
+                row[head] = with_unit(number) if head in own else number
+        rows.append(row)
     return rows
 
 
