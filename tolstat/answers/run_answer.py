@@ -115,14 +115,7 @@ def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:
 
 
 def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
-    """Choose the responses in focus.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    chosen : sequence of str
-        Names given by the user; else what has a limit, else the first eight responses.
+    """Return the chosen responses; else what has a limit, else the first eight.
 
     Raises
     ------
@@ -139,14 +132,9 @@ def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
 
 
 def notes_of(run: Run, sample: Sample | None) -> list[str]:
-    """Say what must be known to read the numbers of a run.
+    """Say what must be known to read the numbers of a run, failures first.
 
-    Parameters
-    ----------
-    run : Run
-        Complete or not.
-    sample : Sample or None
-        The trials that its statistics rest on; None where they were not sampled.
+    `sample`: the trials that its statistics rest on; None where they were not sampled.
     """
     notes = []
     if run.ended and not run.aim:  # trials of a search fail more often than production

@@ -112,13 +112,6 @@ class RareSummary(run_answer.RunAnswer):
 def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     """Gather what a rare run says; of its file alone.
 
-    Parameters
-    ----------
-    run : Run
-        Complete or not.
-    chosen : sequence of str
-        Responses that the user names: its own, or none.
-
     Raises
     ------
     PictureError

@@ -28,19 +28,7 @@ Array = NDArray[np.float64]
 def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | None:
     """Say what integration errors a response has, and how far they move its numbers.
 
-    Parameters
-    ----------
-    drawn : Drawn
-        The trials.
-    name : str
-        Of the response.
-    of : Summary
-        Its numbers.
-
-    Returns
-    -------
-    IntegrationErrors or None
-        None where nothing was evaluated again.
+    None where nothing was evaluated again.
     """
     run, audited = drawn.run, drawn.run.audited
     if audited is None:
