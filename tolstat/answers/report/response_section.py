@@ -331,7 +331,7 @@ def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, .
     if effect:
         by = {"mean": effect.mean, "sigma": effect.sigma}
         by |= {share_words(share): x for share, x in effect.quantiles.items()}
-        moved = {exact.label(name): Number(x, exact) for name, x in by.items()}
+        moved = {"unit": exact.mark, **{n: Number(x, exact) for n, x in by.items()}}
         if effect.fraction_out_of_limit is not None:
             moved["out of limit, ppm"] = Number(effect.fraction_out_of_limit, PPM)
     nearest = (
