@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from tolstat.answers.allocate.allocate_tolerances import allocate
     from tolstat.answers.compare.compare_runs import compare
     from tolstat.answers.relimit import limited
-    from tolstat.answers.report.ask import report, summary
+    from tolstat.answers.report.gather import report, summary
     from tolstat.answers.views.evaluate import evaluate, trajectory, view
     from tolstat.answers.views.replay import replay
     from tolstat.answers.what_if.fresh_study import fresh_study
@@ -76,11 +76,11 @@ _HOMES = {
     "models": "tolstat.catalogue",
     "open": "tolstat.store.open_run",
     "replay": "tolstat.answers.views.replay",
-    "report": "tolstat.answers.report.ask",
+    "report": "tolstat.answers.report.gather",
     "resume": "tolstat.execution.continuation",
     "run": "tolstat.execution.execute",
     "setting": "tolstat.model.settings",
-    "summary": "tolstat.answers.report.ask",
+    "summary": "tolstat.answers.report.gather",
     "trajectory": "tolstat.answers.views.evaluate",
     "verify": "tolstat.execution.verification",
     "view": "tolstat.answers.views.evaluate",

@@ -46,7 +46,7 @@ for place, (label, color, responses) in enumerate(
     )
 ):
     for row, name in enumerate(names):
-        share = responses[name].limited.yields.out_of_limit
+        share = responses[name].limited.yields.fraction_out_of_limit
         at = -row - 0.22 * (place - 1)
         ends = [max(1e6 * x, LEAST) for x in (share.lower, share.upper)]
         right.plot(ends, [at, at], "-", color=color, label=None if row else label)

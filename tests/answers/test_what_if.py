@@ -423,9 +423,9 @@ def test_limits_asked_anew_take_the_place_of_the_studys(run, toy):
     assert list(again.limits) == ["gap", "ratio"]
     bad = (run.column("gap") > 1.2e-3) | (run.column("gap") < -1e-3) | (run.status > 1)
     np.testing.assert_array_equal(again.beyond("gap"), bad)
-    worst = again.diagnostics.worst["ratio"]
+    worst = again.worst_trials("ratio")
     done = np.where(run.status == 1, run.column("ratio"), -np.inf)
-    assert [each.trial for each in worst] == np.argsort(-done)[:10].tolist()
+    assert list(worst) == np.argsort(-done)[:10].tolist()
     halved = again.diagnostics.halved["gap"]["part_1", "part_2"].beyond
     assert halved.value < run.diagnostics.halved["gap"]["part_1", "part_2"].beyond.upper
     assert halved.sure and not run.diagnostics.halved.get("ratio")
@@ -476,8 +476,8 @@ def test_the_command_line_tells_and_delivers(stack):
     assert found["changes"]["part_1"]["scenario"].endswith("cp 1.3")
     limited = found["responses"]["gap"]["scenario"]["limited"]
     assert (
-        limited["yields"]["out_of_limit"]["lower"]
-        < limited["yields"]["out_of_limit"]["upper"]
+        limited["yields"]["fraction_out_of_limit"]["lower"]
+        < limited["yields"]["fraction_out_of_limit"]["upper"]
     )
     assert "baseline" in found["responses"]["gap"]
     table = pd.read_csv(io.StringIO(stack("what-if", table, "--csv").output))
@@ -486,7 +486,7 @@ def test_the_command_line_tells_and_delivers(stack):
     row, gap = table.set_index("response").loc["gap"], found["responses"]["gap"]
     assert row["unit"] == "mm" and "part_1: normal" in row["scenario"]
     sides = gap["scenario"], gap["baseline"]
-    beyond, before = (of["limited"]["yields"]["out_of_limit"] for of in sides)
+    beyond, before = (of["limited"]["yields"]["fraction_out_of_limit"] for of in sides)
     for head, told, times in (
         ("mean lower [unit]", gap["scenario"]["mean"]["lower"], 1e3),
         ("baseline: 5 % [unit]", gap["baseline"]["quantiles"]["5 %"]["value"], 1e3),
@@ -541,7 +541,9 @@ def test_where_all_are_beyond_none_is_within(stack):
     asked = ("part=+-0.025 mm", "--limit", "gap >= 9 mm", "--json")
     found = json.loads(stack("what-if", *asked).output)
     yields = found["responses"]["gap"]["scenario"]["limited"]["yields"]
-    assert yields["out_of_limit"]["value"] == 1 and yields["least"]["value"] == 0
+    assert (
+        yields["fraction_out_of_limit"]["value"] == 1 and yields["within"]["value"] == 0
+    )
     assert (
         found["yield_all_limits"]["scenario"]["within"]["value"] == 0
         and yields["verdict"] == "not met"

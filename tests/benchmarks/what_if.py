@@ -176,7 +176,7 @@ def compared(cases, folder, trials=4096, more=10):
             if not each.scenario.limited:
                 continue
             three = each.baseline, each.scenario, own[name]
-            beyond = (of.limited.yields.out_of_limit for of in three)
+            beyond = (of.limited.yields.fraction_out_of_limit for of in three)
             answers.append(Answer(f"{name} beyond", *beyond))
             answers.append(Answer(f"{name} mean", *(of.mean for of in three)))
             answers.append(Answer(f"{name} sigma", *(of.sigma for of in three)))

@@ -118,9 +118,15 @@ def intervals(name, rng, n):
     for share in BEYOND:
         end = f", {100 * share:g} %"
         found = yield_of(y, sample, (-np.inf, known.isf(share)))
-        yield name, f"weighted share beyond{end}", found.out_of_limit, share, False
+        yield (
+            name,
+            f"weighted share beyond{end}",
+            found.fraction_out_of_limit,
+            share,
+            False,
+        )
         found = yield_of(y, sample, (known.isf(share), np.inf))
-        yield name, f"weighted share within{end}", found.least, share, False
+        yield name, f"weighted share within{end}", found.within, share, False
 
 
 STUDIES = {400: 400, 4096: 100}

@@ -95,7 +95,7 @@ def test_a_large_error_beyond_the_limit_is_found(cliff):
     """One machine in 160 errs by 1 N: those chosen at random meet none of them."""
     found = report_of(cliff).responses["force"]
     error = found.integration_errors
-    assert found.limited.yields.out_of_limit.value < 0.01
+    assert found.limited.yields.fraction_out_of_limit.value < 0.01
     assert error.at_random.trials == 30 and error.at_random.largest < 1.1e-3
     assert error.largest == pytest.approx(1, rel=2e-3)
     assert error.chosen["worst"].largest == error.largest
@@ -199,7 +199,9 @@ def test_what_an_error_may_carry_across_the_limit_is_looked_at(tmp_path):
     assert true > 2
     assert error.sides.gap > error.largest and error.sides.changed == true
     beyond = np.mean(precise[done] > 10) - np.mean(run.column("force")[done] > 10)
-    assert error.effect.out_of_limit == pytest.approx(-beyond * done.mean(), abs=1e-12)
+    assert error.effect.fraction_out_of_limit == pytest.approx(
+        -beyond * done.mean(), abs=1e-12
+    )
 
 
 def test_it_stays_cheap():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -16,9 +16,10 @@ from tolstat.execution.diagnostics.slopes_and_corners import (
     slopes,
     worst_corners,
 )
-from tolstat.execution.diagnostics.trial_selection import random_trials, worst_trials
+from tolstat.execution.diagnostics.trial_selection import random_trials
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import Workers
+from tolstat.statistics.limits.limit import worst_trials
 from tolstat.status import Status
 from tolstat.study.study import load
 
@@ -194,16 +195,29 @@ def test_a_corner_that_fails_is_counted(rough):
 
 
 def test_the_worst_trials_are_evaluated_again_and_named_in_order(rough):
-    worst = rough.diagnostics.worst["gap"]
+    worst = rough.worst_trials("gap")
     values, limit = rough.column("gap"), rough.limits["gap"]
-    trials = [each.trial for each in worst]
-    assert trials == worst_trials(values, rough.status, limit)
+    trials = list(worst)
+    assert trials == worst_trials(values, rough.status, limit).tolist()
     assert len(worst) == 10
     done = values[rough.status == Status.DONE]
     margin = np.minimum(done - 0.2e-3, 1.6e-3 - done)
-    assert values[worst[0].trial] in done[margin == margin.min()]
-    for each in worst:
-        assert each.precise == pytest.approx(values[each.trial] / (1 + 1e-4), rel=1e-6)
+    assert values[trials[0]] in done[margin == margin.min()]
+    for trial, precise in worst.items():
+        assert precise == pytest.approx(values[trial] / (1 + 1e-4), rel=1e-6)
+
+
+def test_worst_trials_are_ordered_by_their_precise_values(rough):
+    first, second, *_ = rough.worst_trials("gap")
+    gap = rough.audited.responses["gap"].copy()
+    places = np.searchsorted(rough.audited.trials, [first, second])
+    gap[places] = gap[places[::-1]]
+    swapped = replace(rough.audited, responses={"gap": gap})
+    again = replace(rough, audited=swapped)
+    assert list(again.worst_trials("gap"))[:2] == [second, first]
+    limited = tolstat.limited(again, {"gap": rough.limits["gap"].words})
+    assert list(limited.worst_trials("gap"))[:2] == [second, first]
+    assert len(limited.worst_trials("gap", 3)) == 3
 
 
 def test_what_a_halved_tolerance_leaves_beyond_is_what_its_own_run_has(rough, tmp_path):
@@ -249,10 +263,12 @@ def test_what_cannot_be_halved_is_said_in_the_run(toy, toy_study):
 
 def test_the_stand_tells_its_worst_trials(small_study):
     run = tolstat.run(small_study)
-    for name, worst in run.diagnostics.worst.items():
+    for name in run.limits:
+        worst = run.worst_trials(name)
         assert len(worst) == 10
-        stored = run.column(name)[worst[0].trial]
-        assert worst[0].precise == pytest.approx(stored, rel=5e-3, abs=1e-6)
+        first, precise = next(iter(worst.items()))
+        stored = run.column(name)[first]
+        assert precise == pytest.approx(stored, rel=5e-3, abs=1e-6)
 
 
 def test_what_was_not_gathered_says_why(tmp_path, toy):

@@ -78,7 +78,7 @@ def test_failed_trials_count_against():
     assert found.quantiles[0.5].value == 2.5  # of 1, 2, 3 and one above all
     assert summarize(values, sample).quantiles[0.5].value == 2.0
     assert (found.least, found.largest) == (1.0, 3.0)
-    assert found.limited.yields.out_of_limit == anytime_valid(2, 4)
+    assert found.limited.yields.fraction_out_of_limit == anytime_valid(2, 4)
     assert sample.failures == proportion(1, 4)
     nothing = summarize(values[2:3], Sample(status[2:3]), Limit(0.0, 1.0))
     assert nothing.mean.reason == "no trial is done"

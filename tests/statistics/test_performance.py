@@ -179,11 +179,13 @@ def test_one_bar_for_verdict_and_ppk():
         assert ppk_of(1 - yield_of_ppk(1.33, limit.ends), limit.ends) == pytest.approx(
             1.33
         )
-    beyond = judged_of(NORMAL, 0, one.permitted).out_of_limit
+    beyond = judged_of(NORMAL, 0, one.permitted).fraction_out_of_limit
     found = by_share(beyond, one)
     assert found.lower < 1.0 < found.upper
     assert found.value == pytest.approx(-stats.norm.ppf(beyond.value) / 3)
-    none = by_share(judged_of(NORMAL, 0, (-INF, 99.0)).out_of_limit, Limit(-INF, 99.0))
+    none = by_share(
+        judged_of(NORMAL, 0, (-INF, 99.0)).fraction_out_of_limit, Limit(-INF, 99.0)
+    )
     assert none.value == none.upper == INF and none.lower > 1
 
 
@@ -198,16 +200,16 @@ def judged_of(values, failed, limit, demanded=0.9973):
 def test_yield_with_failed_trials():
     values = np.arange(990.0)
     found = judged_of(values, 10, (-INF, 979.0))  # 10 beyond, 10 failed
-    assert found.out_of_limit == anytime_valid(20, 1000)
-    assert found.least.value == pytest.approx(0.980)
-    assert found.most.value == pytest.approx(0.990)
+    assert found.fraction_out_of_limit == anytime_valid(20, 1000)
+    assert found.within.value == pytest.approx(0.980)
+    assert found.within_at_most.value == pytest.approx(0.990)
     assert found.verdict == "not met"
 
 
 def test_one_failed_trial_in_384_counts():
     found = judged_of(np.zeros(383), 1, (-INF, 1.0), demanded=0.9)
-    assert found.out_of_limit.value == pytest.approx(1 / 384)
-    assert found.least.value < found.most.value == 1.0
+    assert found.fraction_out_of_limit.value == pytest.approx(1 / 384)
+    assert found.within.value < found.within_at_most.value == 1.0
 
 
 @pytest.mark.parametrize(

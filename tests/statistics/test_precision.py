@@ -1,4 +1,4 @@
-"""Precision asked for, reached, and the running estimate."""
+"""Precision asked for and reached."""
 
 from __future__ import annotations
 
@@ -10,10 +10,8 @@ from tolstat.statistics.integration_error import integration_error
 from tolstat.statistics.intervals.convergence import (
     Precision,
     next_stage,
-    running,
     trials_wanted,
 )
-from tolstat.statistics.intervals.quantiles import quantile
 from tolstat.statistics.intervals.statistic import Statistic
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
@@ -88,21 +86,6 @@ def test_a_share_beyond_a_limit_counts_failed_trials():
     sample = Sample(status)
     beyond = Statistic("y", "beyond").of(y, sample, (-np.inf, 2.0))
     assert beyond.value == 0.05 and beyond.lower < 0.05 < beyond.upper
-
-
-def test_the_running_estimate_ends_at_the_estimate():
-    y = np.random.default_rng(1).normal(size=5000)
-    found = running(MEDIAN, y, done(5000))
-    known = quantile(y, 0.5)
-    assert found.trials[0] == 32 and found.trials[-1] == 5000
-    assert (found.value[-1], found.lower[-1], found.upper[-1]) == known[:3]
-    assert (np.diff(found.trials) > 0).all() and len(found.trials) <= 40
-    some = found.trials[10]
-    assert found.value[10] == quantile(y[:some], 0.5).value
-    narrow = found.upper - found.lower
-    assert narrow[-1] < narrow[0] / 5
-    far = running(Statistic("y", "quantile", 0.99865), y, done(5000))
-    assert np.isnan(far.upper[0]) and far.upper[-1] > 3
 
 
 def test_errors_are_taken_off_the_trials_like_them():

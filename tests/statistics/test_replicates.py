@@ -58,8 +58,10 @@ def test_a_summary_of_replicates():
     assert found.sigma.sure and found.quantiles[0.95].sure
     assert found.quantiles[0.99865].reason == "needs 22223"
     yields = found.limited.yields
-    assert yields.out_of_limit.value == pytest.approx(np.mean((y > 12) | (status == 4)))
-    assert yields.most.value - yields.least.value == pytest.approx(8 / 4096)
+    assert yields.fraction_out_of_limit.value == pytest.approx(
+        np.mean((y > 12) | (status == 4))
+    )
+    assert yields.within_at_most.value - yields.within.value == pytest.approx(8 / 4096)
     assert yields.verdict == "met"
     assert found.limited.percentiles.ppk.reason.startswith("needs")
     assert found.limited.moments.ppk.sure
@@ -74,7 +76,7 @@ def test_a_share_that_no_trial_has_is_bounded():
     assert (1 / (1 + m * p)) ** 16 == pytest.approx(0.025)
     good = Sample(np.ones(4096, int), 16)
     met = summarize(np.zeros(4096), good, Limit(-1.0, 1.0)).limited.yields
-    assert met.verdict == "met" and met.least.upper == 1.0
+    assert met.verdict == "met" and met.within.upper == 1.0
     few = Sample(np.ones(1024, int), 16)
     unsure = summarize(np.zeros(1024), few, Limit(-1.0, 1.0)).limited.yields
     assert unsure.verdict == "undecided" and 1537 <= unsure.needed < 2000

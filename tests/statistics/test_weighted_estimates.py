@@ -39,7 +39,7 @@ def test_all_numbers_are_those_of_the_other_machines():
         (found.sigma, 0.5),
         (found.quantiles[0.05], 0.5 * norm.ppf(0.05)),
         (found.quantiles[0.99], 0.5 * norm.ppf(0.99)),
-        (found.limited.yields.least, 1 - 2 * norm.sf(2.4)),
+        (found.limited.yields.within, 1 - 2 * norm.sf(2.4)),
         (found.limited.moments.ppk, 0.8),
     ):
         assert estimate.lower < truth < estimate.upper
@@ -99,8 +99,12 @@ def test_failed_trials_weigh_too():
     failing = norm.sf(1.6)
     assert sample.failures.lower < failing < sample.failures.upper
     yields = found.limited.yields
-    assert yields.out_of_limit.lower < failing < yields.out_of_limit.upper
-    assert yields.most.value == 1.0
+    assert (
+        yields.fraction_out_of_limit.lower
+        < failing
+        < yields.fraction_out_of_limit.upper
+    )
+    assert yields.within_at_most.value == 1.0
     assert found.quantiles[0.99].reason == "failed trials may lie there"
     # the mean of those that are done
     known = -0.5 * norm.pdf(1.6) / norm.cdf(1.6)

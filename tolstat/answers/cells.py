@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Number, Parts, Word, counted, listed, text
-from tolstat.model.description import Response
 from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit
@@ -15,10 +14,8 @@ from tolstat.statistics.limits.yields import UNDECIDED, Yield
 from tolstat.statistics.summary import QUANTILES, Summary
 from tolstat.units.scale import AS_IS, KNOWN, PER_CENT, PPM, Scale
 
-
-def response_cell(response: Response, link: str = "") -> Cell:
-    """Name a response over what it is."""
-    return Cell((Name(response.name, link),), text(response.sentence))
+Cells = dict[str, Number | str]
+NONE = Estimate(math.nan)
 
 
 def limit_cell(limit: Limit) -> Cell:
@@ -69,41 +66,52 @@ def changes(both: Mapping[str, tuple[str, str]]) -> Parts:
     )
 
 
-def number_cells(
-    each: Summary, scale: Scale, whose: str = ""
-) -> dict[str, Number | str]:
+def numbers_of(each: Summary, scale: Scale) -> dict[str, Number]:
+    """Return the numbers of a response by name."""
+    numbers: dict[str, Estimate | float] = {
+        "mean": each.mean, "sigma": each.sigma, "least": each.least,
+        **{share_words(share): each.quantiles[share] for share in QUANTILES},
+        "largest": each.largest,
+    }  # fmt: skip
+    return {name: Number(value, scale) for name, value in numbers.items()}
+
+
+def number_cells(each: Summary, scale: Scale, whose: str = "") -> Cells:
     """Return cells of a wide table: the numbers of a response."""
-    return {
-        f"{whose}mean [unit]": Number(each.mean, scale),
-        f"{whose}sigma [unit]": Number(each.sigma, scale),
-        f"{whose}least [unit]": Number(each.least, scale),
-        **{
-            f"{whose}{share_words(share)} [unit]": Number(each.quantiles[share], scale)
-            for share in QUANTILES
-        },
-        f"{whose}largest [unit]": Number(each.largest, scale),
-    }
+    return {f"{whose}{n} [unit]": x for n, x in numbers_of(each, scale).items()}
 
 
-def summary_cells(
-    each: Summary, scale: Scale, whose: str = ""
-) -> dict[str, Number | str]:
-    """Return cells of a wide table: the numbers of a response, and of its limit."""
-    none = Estimate(math.nan)
-    limited, yields = each.limited, each.limited.yields if each.limited else None
-    ends = limited.limit.permitted if limited else (math.nan, math.nan)
+def limit_cells(
+    limit: Limit | None,
+    scale: Scale,
+    verdict: str = "",
+    within: Estimate = NONE,
+    fraction_out_of_limit: Estimate = NONE,
+    equivalent_ppk: Estimate = NONE,
+) -> Cells:
+    """Return cells of a wide table: a limit, and what was found of it."""
+    ends = limit.permitted if limit else (math.nan, math.nan)
     lower, upper = (end if math.isfinite(end) else math.nan for end in ends)
-    demanded = limited.limit.demanded if limited else math.nan
-    out = yields.out_of_limit if yields else none
-    by_percentiles = limited.percentiles.ppk if limited else none
     return {
-        **number_cells(each, scale, whose),
-        f"{whose}lower limit [unit]": Number(lower, scale),
-        f"{whose}upper limit [unit]": Number(upper, scale),
-        f"{whose}demanded [%]": Number(demanded, PER_CENT),
-        f"{whose}verdict": yields.verdict if yields else "",
-        f"{whose}yield [%]": Number(yields.least if yields else none, PER_CENT),
-        f"{whose}fraction out of limit [ppm]": Number(out, PPM),
-        f"{whose}equivalent Ppk": Number(limited.equivalent if limited else none),
-        f"{whose}Ppk by percentiles": Number(by_percentiles),
+        "lower limit [unit]": Number(lower, scale),
+        "upper limit [unit]": Number(upper, scale),
+        "demanded [%]": Number(limit.demanded if limit else math.nan, PER_CENT),
+        "verdict": verdict,
+        "yield [%]": Number(within, PER_CENT),
+        "fraction out of limit [ppm]": Number(fraction_out_of_limit, PPM),
+        "equivalent Ppk": Number(equivalent_ppk),
     }
+
+
+def summary_cells(each: Summary, scale: Scale, whose: str = "") -> Cells:
+    """Return cells of a wide table: the numbers of a response, and of its limit."""
+    found, percentiles = limit_cells(None, scale), NONE
+    if limited := each.limited:
+        yields, percentiles = limited.yields, limited.percentiles.ppk
+        found = limit_cells(
+            limited.limit, scale, yields.verdict, yields.within,
+            yields.fraction_out_of_limit, limited.equivalent_ppk,
+        )  # fmt: skip
+    found["Ppk by percentiles"] = Number(percentiles)
+    told = {f"{whose}{head}": cell for head, cell in found.items()}
+    return number_cells(each, scale, whose) | told

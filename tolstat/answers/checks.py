@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from tolstat.answers.next_steps import to_resume, to_run_again
-from tolstat.document.blocks import Column, Document, Facts, Paragraph, paragraph, table
+from tolstat.document.blocks import Document, Facts, Paragraph, paragraph, table_of
 from tolstat.document.inline import Parts, Typed, counted, listed, text
 from tolstat.execution.compatibility import why_drawn_otherwise
 from tolstat.execution.self_check import Check
@@ -62,8 +62,8 @@ def _conclusion(path: Path, found: Verification) -> Paragraph:
 
 def surroundings_document(found: dict[str, str]) -> Document:
     """Return versions, processor, cores, and where compiled code is kept."""
-    columns = "what", Column("here", words=True)
-    return Document("", (table(columns, list(found.items())),))
+    rows = [{"what": what, "here": here} for what, here in found.items()]
+    return Document("", (table_of(rows, words=["here"]),))
 
 
 def check_document(found: Check) -> Document:

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from tolstat import catalogue
-from tolstat.document.blocks import Block, Column, Document, paragraph, table
+from tolstat.document.blocks import Document, Given, paragraph, shown, table_of
 from tolstat.document.inline import Name
 from tolstat.errors import ModelError
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, offers
-from tolstat.model.contract import Model
 from tolstat.model.description import Contributor
 from tolstat.units.scale import scale_of
-
-SENTENCE = Column("", words=True)
 
 
 def models_document() -> Document:
@@ -22,47 +17,48 @@ def models_document() -> Document:
     rows = []
     for name in catalogue.names():
         try:
-            rows.append((name, catalogue.find(name).title))
+            title = catalogue.find(name).title
         except ModelError as error:  # a package that is broken breaks no other
-            rows.append((name, str(error)))
-    return Document("", (table(("model", Column("title", words=True)), rows),))
+            title = str(error)
+        rows.append({"model": name, "title": title})
+    return Document("", (table_of(rows, words=["title"]),))
 
 
 def model_document(name: str) -> Document:
     """Return the settings, contributors, responses, views and failures of a model."""
     model = catalogue.find(name)
-    return Document(f"{model.name}: {model.title}", tuple(_blocks(model)))
-
-
-def _blocks(model: Model) -> Iterator[Block]:
-    settings = [
-        (Name(each.name), each.kind.words(each.default), each.kind.allowed,
-         each.sentence)
-        for each in model_settings.settings_of(model).values()
-    ]  # fmt: skip
-    words = Column("default", words=True), Column("allowed", words=True), SENTENCE
-    if settings:
-        yield table(("setting", *words), settings, "settings")
     contributors, responses = described(model, model_settings.make(model))
-    parts = [
-        (Name(part.name), "relative" if part.unit == "1" else part.unit, part.symbol,
-         part.sentence, _nominal(part), part.source)
-        for part in contributors
-    ]  # fmt: skip
-    heads = "contributor", "unit", "symbol", SENTENCE
-    more = Column("nominal", words=True), Column("equation", words=True)
-    yield table((*heads, *more), parts, "contributors: deviations")
-    answered = [
-        (Name(each.name), each.shown if each.unit == "1" and each.shown else each.unit,
-         each.symbol, each.sentence, each.source)
-        for each in responses
-    ]  # fmt: skip
-    yield table(("response", *heads[1:], more[1]), answered, "responses")
-    if offered := offers(model):
-        rows = [(each.name, each.sentence) for each in offered.values()]
-        yield table(("view", SENTENCE), rows, "views")
-    for word, required in model.failures.items():
-        yield paragraph(f"a trial may end as: {word} (required: {required})")
+    words = ["", "default", "allowed", "nominal", "equation"]
+    tables: dict[str, list[dict[str, Given]]] = {
+        "settings": [
+            {"setting": Name(each.name), "default": each.kind.words(each.default),
+             "allowed": each.kind.allowed, "": each.sentence}
+            for each in model_settings.settings_of(model).values()
+        ],
+        "contributors: deviations": [
+            {"contributor": Name(part.name),
+             "unit": "relative" if part.unit == "1" else part.unit,
+             "symbol": part.symbol, "": part.sentence, "nominal": _nominal(part),
+             "equation": part.source}
+            for part in contributors
+        ],
+        "responses": [
+            {"response": Name(each.name),
+             "unit": (each.unit == "1" and each.shown) or each.unit,
+             "symbol": each.symbol, "": each.sentence, "equation": each.source}
+            for each in responses
+        ],
+        "views": [
+            {"view": each.name, "": each.sentence}
+            for each in offers(model).values()
+        ],
+    }  # fmt: skip
+    ends = (
+        paragraph(f"a trial may end as: {word} (required: {required})")
+        for word, required in model.failures.items()
+    )
+    every = (table_of(rows, title, words=words) for title, rows in tables.items())
+    return Document(f"{model.name}: {model.title}", shown(*every, *ends))
 
 
 def _nominal(part: Contributor) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -14,14 +13,10 @@ from tolstat.deviations.names import expand
 from tolstat.errors import PictureError, TolstatError
 from tolstat.execution.continuation import study_of
 from tolstat.execution.diagnostics.halved_tolerances import halved_shares
-from tolstat.execution.diagnostics.trial_selection import worst_trials
 from tolstat.execution.trial_table import Trials
 from tolstat.model.contract import Model
-from tolstat.statistics.limits.limit import Limit
-from tolstat.status import Status
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
-from tolstat.store.run_records import Worst
 from tolstat.store.stored_run import Run
 from tolstat.study.limits_section import read_limits
 from tolstat.study.problems import Problems
@@ -63,9 +58,7 @@ def limited(
         for name, shares in before.halved.items()
         if run.limits[name].permitted == found.limits[name].permitted
     }
-    worst = {name: _worst(run, name, each) for name, each in found.limits.items()}
-    told = replace(before, worst=worst, halved=halved or still)
-    return replace(found, diagnostics=told)
+    return replace(found, diagnostics=replace(before, halved=halved or still))
 
 
 def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
@@ -87,26 +80,11 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     every = {**before, **read}
     now = {each.name: every[each.name] for each in run.responses if each.name in every}
     said = "; ".join(f"{name} {limit.words}" for name, limit in read.items())
-    note = f"requested limits, not those of the study: {said}; the audit and the worst "
-    note += "cases are those of the study's limits"
+    note = f"requested limits, not those of the study: {said}"
+    if run.complete:
+        note += "; the audit and the worst cases are those of the study's limits"
     shown = {name: unit_of(limit.words) for name, limit in read.items()}
     return run.limited(now, shown, note)
-
-
-def _worst(run: Run, name: str, limit: Limit) -> list[Worst]:
-    """List the worst trials, as precisely as the file has them."""
-    if run.sampled is None:
-        return []
-    stored = {each.trial: each for each in run.diagnostics.worst.get(name, ())}
-    precise = {}
-    if audited := run.audited:
-        done = audited.status == Status.DONE
-        values = np.where(done, audited.responses[name], math.nan)
-        precise = dict(zip(audited.trials.tolist(), values.tolist(), strict=True))
-    return [
-        stored.get(trial, Worst(trial, precise.get(trial, math.nan)))
-        for trial in worst_trials(run.column(name), run.status, limit)
-    ]
 
 
 def _halved(run: Run, model: Model | None) -> Any:

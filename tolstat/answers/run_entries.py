@@ -14,25 +14,16 @@ import numpy as np
 from tolstat.answers.answer import Answer
 from tolstat.answers.rare.rare_answer import rare_summary
 from tolstat.answers.sampled_trials import drawn_trials
-from tolstat.document.blocks import (
-    Column,
-    Document,
-    Given,
-    Table,
-    Verbatim,
-    paragraph,
-    table,
-)
+from tolstat.document import blocks
 from tolstat.document.inline import Link, Number, Parts, text
 from tolstat.errors import DamagedError, FormatError, RunFileError, TolstatError
 from tolstat.render.tables import Row
-from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, yield_of
+from tolstat.statistics.limits.yields import NOT_MET, WORST_FIRST, yield_of
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import AS_IS
 
 SIZE = AS_IS._replace(most=2)
-RANK = {NOT_MET: 0, UNDECIDED: 1}  # of verdicts: the worst first
 
 
 class Entry(NamedTuple):
@@ -78,46 +69,42 @@ class RunIndex(Answer):
         """How many runs there are."""
         return f"{len(self.entries)} runs in {self.folder}"
 
-    def document(self) -> Document:
+    def document(self) -> blocks.Document:
         """Return a table of them, and what is wrong with some."""
-        if not self.entries:
-            return Document(
-                self.title, (paragraph(f"no run is stored in {self.folder}"),)
-            )
+        none = blocks.paragraph(f"no run is stored in {self.folder}")
         problems = (
-            Verbatim(
+            blocks.Verbatim(
                 f"{each.run or each.study}: "
                 + each.problem.removeprefix(str(each.run)).lstrip(": ")
             )
             for each in self.entries
             if each.problem
         )
-        return Document(self.title, (self.progress(whole=True), *problems))
+        found = blocks.shown(self.progress(), *problems)
+        return blocks.Document(self.title, found if self.entries else (none,))
 
-    def progress(self, *, whole: bool = False) -> Table:
-        """Return what changes while they run; the whole table has what stays."""
-        columns = "study", "state", Column("limits", words=True), "trials", "failed"
-        more = (
-            "model", "written", "size", Column("title", words=True, page_only=True),
-            Column("s", page_only=True),
-        )  # fmt: skip
-        rows: list[list[Given]] = []
+    def progress(self) -> blocks.Table:
+        """Return a row for each: how far it is, and what is known of it."""
+        rows: list[dict[str, blocks.Given]] = []
         for each in self.entries:
-            page = self._seen(each.report)
-            failed = each.failed if each.ended else None
-            rows.append(
-                [
-                    Link(each.study, page) if page else each.study, each.state,
-                    each.verdicts, each.progress,
-                    None if failed is None else Number(failed),
-                ]
-            )  # fmt: skip
-            if whole:
-                at = each.written and datetime.fromisoformat(each.written)
-                size = text(Number(each.bytes / 1e6, SIZE), " MB")
-                rows[-1] += [each.model, f"{at:%Y-%m-%d %H:%M}" if at else "", size]
-                rows[-1] += [each.title, Number(each.seconds)]
-        return table((*columns, *more) if whole else columns, rows)
+            page, failed = self._seen(each.report), each.failed
+            at = each.written and datetime.fromisoformat(each.written)
+            size = text(Number(each.bytes / 1e6, SIZE), " MB")
+            rows.append({
+                "study": Link(each.study, page) if page else each.study,
+                "state": each.state,
+                "limits": each.verdicts,
+                "trials": each.progress,
+                "failed": Number(failed) if each.ended and failed is not None else None,
+                "model": each.model,
+                "written": f"{at:%Y-%m-%d %H:%M}" if at else None,
+                "size": size if each.bytes else None,
+                "title": each.title,
+                "s": Number(each.seconds),
+            })  # fmt: skip
+        return blocks.table_of(
+            rows, words=["limits", "title"], page_only=["title", "s"]
+        )
 
     def rows(self) -> list[Row]:
         """Return all that is known of each; files are named as seen from the folder."""
@@ -187,7 +174,7 @@ def verdicts_of(run: Run) -> dict[str, list[str]]:
         else:
             continue
         found.setdefault(word, []).append(name)
-    return dict(sorted(found.items(), key=lambda each: RANK.get(each[0], 2)))
+    return {word: found[word] for word in (*WORST_FIRST, *found) if word in found}
 
 
 def _stored_in(folder: Path) -> Iterable[Path]:

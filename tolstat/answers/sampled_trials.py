@@ -36,6 +36,11 @@ class Drawn(NamedTuple):
         """Return a response or contributor of those that are done, SI."""
         return self.values(name)[self.sample.done]
 
+    def deviating(self, among: NDArray[np.bool_]) -> dict[str, Array]:
+        """Return the contributors that deviate among some of these trials, SI."""
+        every = {n.name: self.values(n.name)[among] for n in self.run.contributors}
+        return {n: x for n, x in every.items() if len(x) and np.ptp(x) > 0}
+
     @property
     def grouped(self) -> bool:
         """Whether the run was made for Sobol' indices."""

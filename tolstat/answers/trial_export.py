@@ -34,8 +34,6 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
             f"{path} exists already, and is replaced only by force",
             Advice("replace", path),
         )
-    if ending == ".parquet":
-        _check_parquet(path)
     table = table_of(run)
 
     def write(aside: Path) -> None:
@@ -46,6 +44,11 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
 
     try:
         replace(path, write)
+    except ImportError as error:
+        raise RunFileError(
+            f"{path}: Parquet needs pyarrow, pip install 'tolstat[parquet]'; or name a "
+            "file that ends in .csv"
+        ) from error
     except RunFileError as error:
         raise BrokenError(str(error)) from error
 
@@ -65,13 +68,3 @@ def _as_cells(table: pd.DataFrame) -> pd.DataFrame:
         if column.dtype.kind not in "iuf":
             found[name] = column.astype(object).map(csv_cell)
     return found.rename(columns=csv_cell)
-
-
-def _check_parquet(path: Path) -> None:
-    try:
-        import pyarrow  # noqa: F401
-    except ImportError as error:
-        raise RunFileError(
-            f"{path}: Parquet needs pyarrow, pip install 'tolstat[parquet]' ({error}); "
-            "or name a file that ends in .csv"
-        ) from None

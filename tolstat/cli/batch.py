@@ -16,7 +16,7 @@ from rich.live import Live
 from rich.table import Table
 
 from tolstat.answers.next_steps import worded
-from tolstat.answers.report.ask import report
+from tolstat.answers.report.gather import report
 from tolstat.answers.run_entries import Entry, RunIndex, entry_of
 from tolstat.cli import options
 from tolstat.cli.entry import LIMITS_NOT_MET, leave_interrupted, stop_on_interrupt

@@ -11,7 +11,7 @@ from pathlib import Path
 from rich import progress as bars
 
 from tolstat.answers.next_steps import to_resume
-from tolstat.answers.report.ask import summary
+from tolstat.answers.report.gather import summary
 from tolstat.cli.entry import LIMITS_NOT_MET, leave_interrupted, stop_on_interrupt
 from tolstat.cli.options import Compute
 from tolstat.execution.run_loop import Progress

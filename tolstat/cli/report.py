@@ -9,7 +9,7 @@ import click
 
 from tolstat.answers.compare.compare_runs import compare as comparison
 from tolstat.answers.relimit import limited
-from tolstat.answers.report import ask
+from tolstat.answers.report import gather
 from tolstat.answers.trial_export import export as write_trials
 from tolstat.cli import options
 from tolstat.cli.what_if import fresh_run_advice, limits_in
@@ -46,7 +46,7 @@ def report(
         except PictureError as error:
             advice = fresh_run_advice(source, (), limits)
             raise PictureError(f"{error}{advice}", *error.advice) from None
-    found = ask.report(run, responses)
+    found = gather.report(run, responses)
     if form:
         options.deliver(found, output, form)
     else:

@@ -12,7 +12,7 @@ from rich.live import Live
 
 from tolstat.answers.model_sheet import model_document, models_document
 from tolstat.answers.next_steps import to_resume
-from tolstat.answers.report.ask import summary
+from tolstat.answers.report.gather import summary
 from tolstat.answers.run_entries import RunIndex, entry_of, stored_runs
 from tolstat.answers.sweep.extremes_document import comparisons
 from tolstat.answers.sweep.sweep_figure import save_sweeps

@@ -167,7 +167,7 @@ def _ended(
         tell(Progress(over, trials.failed, over, "audit"))
         audited = audit(study, trials, workers)
         tell(Progress(over, trials.failed, over, "diagnostics"))
-        diagnostics = gather(study, trials, audited, workers)
+        diagnostics = gather(study, trials, workers)
     except ModelError as error:  # the trials are worth more than what follows them
         diagnostics = Diagnostics(missing=str(error))
     return replace(

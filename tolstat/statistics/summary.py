@@ -38,7 +38,7 @@ class Limited(NamedTuple):
         Shares and verdict.
     demanded_ppk : float
         The demanded yield as the Ppk of a normal response.
-    equivalent : Estimate
+    equivalent_ppk : Estimate
         Ppk of a normal response with as many units out of limit.
     percentiles, moments : Performance
         Pp and Ppk by either method.
@@ -47,7 +47,7 @@ class Limited(NamedTuple):
     limit: Limit
     yields: Yield
     demanded_ppk: float
-    equivalent: Estimate
+    equivalent_ppk: Estimate
     percentiles: Performance
     moments: Performance
 
@@ -94,7 +94,7 @@ def summarize(
             limit,
             judged,
             limit.ppk,
-            by_share(judged.out_of_limit, limit),
+            by_share(judged.fraction_out_of_limit, limit),
             by_percentiles(values, sample, limit),
             by_moments(values, sample, limit, declared),
         )

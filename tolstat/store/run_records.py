@@ -168,14 +168,6 @@ class WorstCase(NamedTuple):
     failed: int  # how many of these failed
 
 
-class Worst(NamedTuple):
-    """One of the worst trials of a response."""
-
-    trial: int  # its number
-    # the response, evaluated more precisely, SI; NaN where that failed or cannot be
-    precise: float
-
-
 class Halved(NamedTuple):
     """The fraction out of limit with some tolerances halved, from weighted trials."""
 
@@ -191,8 +183,6 @@ class Diagnostics:
     slopes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     # by limited response and side: "least", "largest"
     worst_cases: Mapping[str, Mapping[str, WorstCase]] = field(default_factory=dict)
-    # the worst ten trials of limited responses, the worst first
-    worst: Mapping[str, list[Worst]] = field(default_factory=dict)
     # by limited response and the contributors whose tolerances are halved, at once
     halved: Mapping[str, Mapping[Members, Halved]] = field(default_factory=dict)
     missing: str = ""  # why there is none of it; empty if there is

@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Truths
 from tolstat.model.description import Contributor, Response, StudyNumber
-from tolstat.statistics.limits.limit import Limit, within
+from tolstat.statistics.limits.limit import (
+    WORST,
+    Limit,
+    margins,
+    within,
+    worst_trials,
+)
 from tolstat.status import Status, status_words
 from tolstat.store.codec import ELSEWHERE, Stored
 from tolstat.store.damage import Damage
@@ -100,7 +106,7 @@ class Run:
     rerun : Audited or None
         Failed trials evaluated again with tighter settings; they still count as failed.
     diagnostics : Diagnostics
-        Slopes, worst cases and worst trials, or why there are none.
+        Slopes, worst cases and halved tolerances, or why there are none.
     complete : bool
         Whether it came to its end.
     nominal_values : dict
@@ -271,6 +277,31 @@ class Run:
         """Return which trials ended beyond a limit, failed ones among them."""
         ended: Truths = self.status != Status.NOT_RUN
         return ended & ~within(self.column(response), self.limits[response].permitted)
+
+    def worst_trials(self, response: str, count: int = WORST) -> dict[int, float]:
+        """Return the worst trials of a limited response, the worst first.
+
+        Parameters
+        ----------
+        response : str
+            Its name.
+        count : int
+            How many.
+
+        Returns
+        -------
+        dict of int to float
+            By trial the response as it was evaluated more precisely, SI; NaN where it
+            was not, or failed then.
+        """
+        values, limit = self.columns[response], self.limits[response]
+        precise = np.full(len(values), np.nan)
+        if self.audited:
+            precise[self.audited.trials] = self.audited.responses[response]
+        worst = worst_trials(values, self.status, limit, count)
+        known = np.where(np.isnan(precise), values, precise)[worst]
+        order = np.argsort(margins(known, limit.permitted), kind="stable")
+        return {int(trial): float(precise[trial]) for trial in worst[order]}
 
     def first(self, trials: int) -> Run:
         """Return the run of its first trials alone."""

@@ -32,6 +32,11 @@ def test_on_paper_words_are_large_enough_and_the_first_page_is_one_page(
     assert 0 < first < TALL
 
 
+def test_the_picture_of_all_limits_needs_no_scrolling_on_a_phone(report, tmp_path):
+    over = "(e => e.scrollWidth - e.clientWidth)(document.querySelector('figure'))"
+    assert asked(report.path, tmp_path, 390, over) == 0
+
+
 def test_the_verdict_stays_in_sight_on_a_phone(report, tmp_path):
     cells = 7 * (1 + 5)
     the_verdict_stays_in_sight_on_a_phone(report.path, tmp_path, cells)

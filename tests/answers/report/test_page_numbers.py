@@ -42,7 +42,7 @@ def test_a_ppk_without_interval_stands_as_small_as_its_reason(report):
     for name in report.answer.focus:
         limited = report.answer.responses[name].limited
         table = table_under(section_of(report.document, name), "Performance")
-        assert number_in(rows_of(table)[0]["Ppk"]) == limited.equivalent
+        assert number_in(rows_of(table)[0]["Ppk"]) == limited.equivalent_ppk
         by = (limited.percentiles, limited.moments)
         small += a_ppk_without_interval_stands_as_small_as_its_reason(
             table.rows[1:], report.text, [(each.pp, each.ppk) for each in by]
@@ -136,8 +136,10 @@ def test_each_number_of_a_limit_stands_under_its_head(report):
         assert as_text(row["verdict"].main) == limited.yields.verdict
         told = f"about {needed} trials decide" if needed else ""
         assert as_text(row["verdict"].below) == told
-        assert number_in(row["out of limit, ppm"]) == limited.yields.out_of_limit
-        assert number_in(row["equivalent Ppk"]) == limited.equivalent
+        assert (
+            number_in(row["out of limit, ppm"]) == limited.yields.fraction_out_of_limit
+        )
+        assert number_in(row["equivalent Ppk"]) == limited.equivalent_ppk
         assert as_text(row["equivalent Ppk"].below) == "demanded 0.9274"
         halved = each.causes.main.halved if each.causes.main else None
         head = "tolerance halved, ppm"
@@ -145,7 +147,7 @@ def test_each_number_of_a_limit_stands_under_its_head(report):
 
 
 def test_a_share_is_printed_per_cent_and_per_million(report):
-    out = report.answer.responses["jam_share"].limited.yields.out_of_limit
+    out = report.answer.responses["jam_share"].limited.yields.fraction_out_of_limit
     assert out.value > 1e-3
     row = next(
         row
@@ -207,7 +209,9 @@ def test_what_lies_out_of_limit_is_coloured(report):
         drawn = edges[:-1][heights > 0]
         assert (sign * (drawn - 50.0) >= -1e-9).all()  # %
         assert (colour[0] > 0.5) == (sign > 0)
-    share = report.answer.responses["jam_share"].limited.yields.out_of_limit.value
+    share = report.answer.responses[
+        "jam_share"
+    ].limited.yields.fraction_out_of_limit.value
     counted = out[0].values.sum()
     assert counted == pytest.approx(share * 2200, rel=0.05)
 
@@ -266,11 +270,10 @@ def test_captions_of_groups_count_what_statistics_rest_on(toy, toy_study):
     without = [each for each in tables_of(document) if not each.caption]
     assert {each.columns[0].head for each in without} == {"contributor"}  # tolerances
     words = words_in(*document.blocks)
-    assert f"{every} of 4000 trials done" in words
+    assert f"{4000 - every} of 4000 trials failed" in words
     assert f"{1600 - done} of the 1600 that statistics rest on" in words
     assert f"Fraction below, of {done} trials done" in words
     assert f"of {whole} groups of trials ({800 - whole} left out" in words
-    assert "as 1600 trials were added" in words
     assert f"Each of the {done} trials done" in words
 
 

@@ -30,7 +30,7 @@ from tests.answers.page_checks import (
 from tests.conftest import Toy
 from tolstat.answers.report.first_page import first_page
 from tolstat.answers.report.gather import report_of
-from tolstat.document.blocks import Figure, Gallery, Section, Table
+from tolstat.document.blocks import Beside, Figure, Gallery, Section, Table
 from tolstat.model.contract import Outcome
 from tolstat.render.screen import as_text
 from tolstat.store.run_records import Diagnostics
@@ -72,6 +72,27 @@ def test_the_page_has_its_parts_in_order(report):
     assert "source digest" in report.page.text and "[deviations]" in report.page.text
 
 
+def test_the_first_page_says_once_how_many_trials_are_done(report):
+    words = words_in(report.document.blocks[0])
+    assert words.count("2200 trials done") == 1 and "2200 of 2200" not in words
+
+
+def test_a_run_in_part_with_other_limits_names_nothing_that_it_lacks(toy, toy_study):
+    run = tolstat.run(toy_study, model=toy)
+    status = np.where(np.arange(run.trials) < 600, run.status, 0)
+    columns = {**run.columns, "status": status.astype(np.uint8)}
+    part = replace(
+        run, columns=columns, complete=False, audited=None,
+        diagnostics=Diagnostics(missing="the run did not come to its end"),
+    )  # fmt: skip
+    found = report_of(tolstat.limited(part, {"gap": "-1..1.2 mm"}, toy))
+    words = words_in(*found.document().blocks)
+    assert "requested limits" in words and "the audit and the worst" not in words
+    assert len(found.responses["gap"].worst_trials) == 10 and "Worst trials" in words
+    missing = "No slopes, worst cases or halved tolerances: the run did not come"
+    assert missing in words
+
+
 def test_the_page_needs_nothing_else(report):
     the_page_needs_nothing_else(report)
 
@@ -81,6 +102,7 @@ def test_every_picture_has_words_and_names_of_its_own(report):
     drawn = [each for each in blocks_of(report.document) if isinstance(each, Figure)]
     for each in blocks_of(report.document):
         drawn += each.figures if isinstance(each, Gallery) else ()
+        drawn += [each.figure] if isinstance(each, Beside) else ()
     assert len(drawn) == len(report.figures)
 
 
@@ -191,10 +213,10 @@ def test_the_first_page_names_main_causes_and_what_halving_them_gains(report):
     assert as_text(cause.main) == apart
     out = jam.causes.out_of_limit
     assert re.fullmatch(
-        rf"\d+ of {out} out-of-limit trials are in the outer 5 % of it",
+        rf"\d+ of {out} out-of-limit trials in its outer 5 %",
         as_text(cause.below),
     )
-    assert f"{apart}: {as_text(cause.below)}; either of them alone in" in (
+    assert f"{apart} {as_text(cause.below)}; either of them alone in" in (
         section_words(found, "jam_share")
     )
     first = first_of(found)
@@ -206,7 +228,7 @@ def test_the_first_page_names_main_causes_and_what_halving_them_gains(report):
     assert len(falls) == 1
     ((test, name, now, halved),) = falls
     known = found.responses[name]
-    out = known.limited.yields.out_of_limit
+    out = known.limited.yields.fraction_out_of_limit
     assert says(now, 1e6 * out.value)
     gain = known.causes.pairs[0].halved
     assert says(halved, 1e6 * gain.value) or halved == "0"
@@ -241,7 +263,7 @@ def test_where_few_trials_dominate_noise_is_not_drawn(report):
         assert ("alone, % of the variance" in words) != dominate
     section = section_of(report.document, "extra_loss")
     contributions = section_of(section, "Variance contributions")
-    parts, _ = (each for each in contributions.blocks if isinstance(each, Table))
+    (parts,) = (each for each in contributions.blocks if isinstance(each, Table))
     rods = next(row for row in parts.rows if as_text(row[0].main) == "rods")
     assert words_of(rods[1]).startswith("at least ")
     together = report.answer.responses["extra_loss"].contributions.together["rods"]

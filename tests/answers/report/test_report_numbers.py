@@ -88,19 +88,19 @@ def test_limits_are_those_of_the_stored_columns(mill, found, columns):
         x, limit = columns[name], found["responses"][name]["limited"]
         beyond = int(((x < lower) | (x > upper)).sum())
         known = ever_looked_at(beyond, len(x))
-        assert limit["yields"]["out_of_limit"]["value"] == beyond / len(x)
+        assert limit["yields"]["fraction_out_of_limit"]["value"] == beyond / len(x)
         found_ends = (
-            limit["yields"]["out_of_limit"]["lower"],
-            limit["yields"]["out_of_limit"]["upper"],
+            limit["yields"]["fraction_out_of_limit"]["lower"],
+            limit["yields"]["fraction_out_of_limit"]["upper"],
         )
         assert found_ends == pytest.approx(known, rel=0.02, abs=2e-6)
-        good = limit["yields"]["least"]
+        good = limit["yields"]["within"]
         assert good["value"] == pytest.approx(1 - beyond / len(x))
         assert good["lower"] == pytest.approx(1 - found_ends[1])
         q = np.quantile(x, [0.5, 0.99865], method="median_unbiased")
         ppk = limit["percentiles"]["ppk"]
         assert ppk["value"] == pytest.approx((upper - q[0]) / (q[1] - q[0]))
-        share = limit["equivalent"]["value"]
+        share = limit["equivalent_ppk"]["value"]
         assert share == pytest.approx(-stats.norm.ppf(beyond / len(x)) / 3)
         assert limit["moments"]["ppk"]["value"] == pytest.approx(
             (upper - x.mean()) / (3 * x.std(ddof=1))
@@ -168,7 +168,7 @@ def test_the_table_for_spreadsheets_holds_the_findings_in_the_units_it_names(
         if limited is None:
             assert row.loc["lower limit [unit]":"Ppk by percentiles upper"].isna().all()
             continue
-        beyond = limited["yields"]["out_of_limit"]
+        beyond = limited["yields"]["fraction_out_of_limit"]
         assert row["fraction out of limit lower [ppm]"] == pytest.approx(
             1e6 * beyond["lower"]
         )
@@ -196,9 +196,9 @@ def test_failed_trials_turn_no_number_better(toy, toy_study):
     failed = found["trials"]["failed"]
     assert failed == run.counts["not finite"] > 0
     limit = found["responses"]["gap"]["limited"]
-    bad, good = limit["yields"]["least"], limit["yields"]["most"]
+    bad, good = limit["yields"]["within"], limit["yields"]["within_at_most"]
     assert good["value"] - bad["value"] == pytest.approx(failed / 1000)
-    assert limit["yields"]["out_of_limit"]["value"] >= failed / 1000
+    assert limit["yields"]["fraction_out_of_limit"]["value"] >= failed / 1000
     share = found["trials"]["failures"]
     assert share["lower"] < failed / 1000 < share["upper"]
     assert found["responses"]["gap"]["mean"]["value"] is not None

@@ -125,7 +125,7 @@ class FreshRuns:
             self.cost(choice),
             tolerances,
             half_widths,
-            {name: each.out_of_limit for name, each in yields.items()},
+            {name: each.fraction_out_of_limit for name, each in yields.items()},
             joint_yield(told, sample, dict.fromkeys(limits, WITHIN)).complement,
             count,
             seed,

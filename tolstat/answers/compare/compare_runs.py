@@ -17,7 +17,8 @@ from tolstat.answers.compare.comparison import (
 )
 from tolstat.answers.compare.limit_difference import limit_difference
 from tolstat.answers.compare.pairing import NOT_PAIRED, Pairing, pair_of
-from tolstat.answers.report.gather import responses_in_focus, summaries_of
+from tolstat.answers.report.gather import summaries_of
+from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.errors import PictureError
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate

@@ -88,8 +88,8 @@ def _verdicts(found: Comparison) -> Section:
             "response": text(Name(name), f" {design.label}"),
             "limit": limit_cell(limited.limit),
             "verdict": verdict_cell(limited.yields),
-            "out of limit, ppm": ppm(limited.yields.out_of_limit),
-            "equivalent Ppk": ppk_cell(limited.equivalent),
+            "out of limit, ppm": ppm(limited.yields.fraction_out_of_limit),
+            "equivalent Ppk": ppk_cell(limited.equivalent_ppk),
         }
         for name in found.responses
         for design in found.designs

@@ -19,33 +19,17 @@ NORMAL = 0.01  # between its sigmas and its normal score: normal, for all that i
 
 
 class FailurePoint(NamedTuple):
-    """An out-of-limit trial, of those that are most probable.
-
-    Attributes
-    ----------
-    trial : int
-        Its number.
-    value : float
-        The response, SI; NaN where it failed.
-    distance : float
-        From the median trial, in normal scores: how many sigmas off.
-    deviations : dict of str to float
-        By contributor that deviates, SI.
-    off : dict of str to float
-        The same in sigmas of its distribution, from the mean of that.
-    scores : dict of str to float
-        The same as normal scores: as unlikely as so many sigmas of a normal part. In
-        sigmas where the run has no scores.
-    farther : dict of str to float
-        Share of its distribution that lies farther out, to the same side.
-    """
+    """An out-of-limit trial, of those that are most probable."""
 
     trial: int
-    value: float
-    distance: float
-    deviations: Mapping[str, float]
-    off: Mapping[str, float]
+    value: float  # of the response, SI; NaN where it failed
+    distance: float  # from the median trial, in normal scores: how many sigmas off
+    deviations: Mapping[str, float]  # by contributor that deviates, SI
+    off: Mapping[str, float]  # the same in sigmas of its distribution, from its mean
+    # the same as normal scores: as unlikely as so many sigmas of a normal part; in
+    # sigmas where the run has no scores
     scores: Mapping[str, float]
+    # share of its distribution that lies farther out, to the same side
     farther: Mapping[str, float]
 
     @property
@@ -65,15 +49,7 @@ class FailurePoint(NamedTuple):
 
 
 def failure_points(run: Run, out: NDArray[np.bool_]) -> tuple[FailurePoint, ...]:
-    """Name the out-of-limit trials that are nearest to the median trial.
-
-    Parameters
-    ----------
-    run : Run
-        Rare.
-    out : bool[trial]
-        Its out-of-limit trials.
-    """
+    """Name the trials among bool[trial] that are nearest to the median trial."""
     distance = np.where(out, run.column(DISTANCE), np.inf)
     order = np.argsort(distance, kind="stable")[:MOST_POINTS]
     return tuple(
@@ -102,14 +78,7 @@ def _point(run: Run, trial: int, distance: float) -> FailurePoint:
 def normal_score(deviation: float, assumed: Assumed, unknown: float) -> float:
     """Return how unlikely it is that a part lies as far out, as a normal score.
 
-    Parameters
-    ----------
-    deviation : float
-        SI.
-    assumed : Assumed
-        Of it.
-    unknown : float
-        Returned where the run does not tell.
+    `unknown` where the run does not tell.
     """
     at = np.array(assumed.at_scores)
     if not len(at):

@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from tolstat.answers.answer import Answer
+from tolstat.answers import run_answer
+from tolstat.answers.cells import limit_cells
+from tolstat.answers.rare import rare_document
 from tolstat.answers.rare.failure_points import FailurePoint, failure_points
-from tolstat.answers.report.gather import (
-    assumptions_of,
-    provenance_of,
-    title_block_of,
-)
-from tolstat.answers.report.report_answer import Assumptions, TitleBlock, TrialCounts
-from tolstat.answers.report.run_notes import notes_of
 from tolstat.deviations.rare_stage import SPREAD, STAGE, WEIGHT
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
-from tolstat.errors import PictureError, allowed_names
+from tolstat.errors import PictureError
 from tolstat.render.tables import Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.weighted_estimates import (
@@ -38,7 +33,7 @@ from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.limits.yields import NOT_MET, verdict
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import PER_CENT, PPM, Scale
+from tolstat.units.scale import PPM, Scale
 
 
 class Stage(NamedTuple):
@@ -52,18 +47,15 @@ class Stage(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class RareSummary(Answer):
-    """What a rare run says of its limit."""
+class RareSummary(run_answer.RunAnswer):
+    """What a rare run says of its limit.
 
-    title: str
-    run: str
-    model: str
-    title_block: TitleBlock
-    # of all stages; those of the last are counted, and tell which fraction failed.
-    # Unseen is the fraction of a kind of out-of-limit trial that the last stage has not
-    # met, at most (97.5 %)
-    trials: TrialCounts
-    met: int  # out-of-limit trials in the last stage
+    Its trials are those of all stages; those of the last are counted, and tell which
+    fraction failed. Unseen is the fraction of a kind of out-of-limit trial that the
+    last stage has not met, at most (97.5 %).
+    """
+
+    out_of_limit: int  # trials of the last stage
     response: str  # what is limited
     sentence: str
     scale: Scale
@@ -82,10 +74,6 @@ class RareSummary(Answer):
     failure_points: tuple[FailurePoint, ...]  # that were met, the most probable first
     precise: int  # trials evaluated again more precisely
     changed: int  # those of them that change sides of the limit
-    assumptions: Assumptions
-    scales: Mapping[str, Scale]  # of each contributor that deviates
-    provenance: Mapping[str, object]  # versions, times, processor, text of the study
-    of: Run = field(metadata={"json": False})
     answers: ClassVar[str] = "rare"
 
     @property
@@ -101,41 +89,28 @@ class RareSummary(Answer):
 
     def document(self) -> Document:
         """Return verdict, failure points, stages, assumptions."""
-        from tolstat.answers.rare.rare_document import rare_document
-
-        return rare_document(self)
+        return rare_document.rare_document(self)
 
     def rows(self) -> Sequence[Row]:
         """Return the one response in a row."""
-        ends = [x if math.isfinite(x) else math.nan for x in self.limit.permitted]
         return [{
             "title": self.title,
             "response": self.response,
             "unit": self.scale.shown,
             "nominal [unit]": Number(self.nominal, self.scale),
-            "lower limit [unit]": Number(ends[0], self.scale),
-            "upper limit [unit]": Number(ends[1], self.scale),
-            "demanded [%]": Number(self.limit.demanded, PER_CENT),
-            "verdict": self.verdict,
-            "yield [%]": Number(self.within, PER_CENT),
-            "fraction out of limit [ppm]": Number(self.fraction_out_of_limit, PPM),
-            "equivalent Ppk": Number(self.equivalent_ppk),
+            **limit_cells(
+                self.limit, self.scale, self.verdict, self.within,
+                self.fraction_out_of_limit, self.equivalent_ppk,
+            ),
             "failed [ppm]": Number(self.trials.failures, PPM),
             "trials run": self.trials.ran,
             "trials counted": self.trials.counted,
-            "of these out of limit": self.met,
+            "of these out of limit": self.out_of_limit,
         }]  # fmt: skip
 
 
 def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     """Gather what a rare run says; of its file alone.
-
-    Parameters
-    ----------
-    run : Run
-        Complete or not.
-    chosen : sequence of str
-        Responses that the user names: its own, or none.
 
     Raises
     ------
@@ -143,11 +118,8 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         If no trial has run, or another response is requested.
     """
     name, limit = run.aim, run.limits[run.aim]
-    responses = {each.name: each for each in run.responses}
-    for other in chosen:
-        if other not in responses:
-            unknown = allowed_names(other, list(responses))
-            raise PictureError(f"response {other}: unknown; {unknown}")
+    sentences = {each.name: each.sentence for each in run.responses}
+    for other in run_answer.responses_in_focus(run, chosen or name):
         if other != name:
             raise PictureError(
                 f'response {other}: {run.path} has sampling = "rare" and tells of '
@@ -165,20 +137,18 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     points, changes = failure_points(run, out), _changes(run)
     few, failing = _too_few(weights[last & out]), _failing(run, failures)
     assert run.sampled
+    trials = run_answer.TrialCounts(
+        run.trials, run.ended, run.ended - run.failed, run.failed,
+        int(np.count_nonzero(last)), run.counts, failures,
+        unmet(weights[last]) if last.any() else math.nan,
+        run.sampling, run.sampled.promise,
+        (*few, failing, *run_answer.notes_of(run, None)),
+    )  # fmt: skip
     return RareSummary(
-        title=run.title,
-        run=run.path.name,
-        model=run.model,
-        title_block=title_block_of(run),
-        trials=TrialCounts(
-            run.trials, run.ended, run.ended - run.failed, run.failed,
-            int(np.count_nonzero(last)), run.counts, failures,
-            unmet(weights[last]) if last.any() else math.nan,
-            run.sampling, run.sampled.promise, (*few, failing, *notes_of(run, None)),
-        ),
-        met=int(np.count_nonzero(out[last])),
+        **run_answer.fields_of(run, trials),
+        out_of_limit=int(np.count_nonzero(out[last])),
         response=name,
-        sentence=responses[name].sentence,
+        sentence=sentences[name],
         scale=run.scales[name],
         nominal=run.nominal_values[name],
         limit=limit,
@@ -193,11 +163,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         failure_points=points,
         precise=len(changes),
         changed=int(np.count_nonzero(changes)),
-        assumptions=assumptions_of(run),
-        scales={each: run.scales[each] for each in run.assumed},
-        provenance=provenance_of(run),
-        of=run,
-    )  # fmt: skip
+    )
 
 
 def _too_few(weights: NDArray[np.float64]) -> list[str]:

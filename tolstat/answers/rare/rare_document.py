@@ -2,27 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from tolstat.answers.cells import ppm
 from tolstat.answers.next_steps import to_replay
-from tolstat.answers.rare.failure_points import FailurePoint
-from tolstat.answers.rare.rare_answer import RareSummary
-from tolstat.answers.report.first_page import INTERVAL, limit_row, title_facts
-from tolstat.answers.report.report_document import (
-    assumed_table,
-    header,
-    provenance_section,
-)
-from tolstat.document.blocks import (
-    Block,
-    Bullets,
-    Cell,
-    Document,
-    Given,
-    Section,
-    note,
-    paragraph,
-    table_of,
-)
+from tolstat.answers.report.first_page import INTERVAL, limit_row
+from tolstat.answers.report.report_document import assumptions_section, sheet
+from tolstat.document import blocks
+from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
     Name,
     Number,
@@ -35,6 +22,10 @@ from tolstat.document.inline import (
     text,
 )
 from tolstat.units.scale import PART, PER_CENT, PPM
+
+if TYPE_CHECKING:
+    from tolstat.answers.rare.failure_points import FailurePoint
+    from tolstat.answers.rare.rare_answer import RareSummary
 
 STAGES = (
     "Stage 0 is wide. Stages at 1 times the spread right after it approach the limit "
@@ -49,35 +40,26 @@ FIRST_ORDER = (
 )
 
 
-def rare_document(found: RareSummary) -> Document:
+def rare_document(found: RareSummary) -> blocks.Document:
     """Return verdict, failure points, stages, assumptions, provenance."""
-    trials, block, given = found.trials, found.title_block, found.assumptions
-    counts = f"{trials.ran} of {trials.requested} trials have run"
-    first = (
-        Section("", (title_facts(block),), page_only=True),
-        header("Rare events", found.model, found.run, counts, found.provenance),
-        *_verdict(found),
-    )
-    sampling = (
-        f"Sampling: rare; {trials.promise}. A fraction of 1 ppm depends on the tails "
-        "of the distributions as much as on the model."
-    )
-    said = Bullets(tuple(map(text, (sampling, *given.of_the_model))))
-    return Document(
-        found.title,
-        (
-            Section("", first, role="first"),
-            *_failure_points(found),
-            _stages(found),
-            Section("Assumptions", (assumed_table(given), said), page_only=True),
-            provenance_section(found.provenance),
-        ),
-        (block.drawing, block.revision, found.title, found.run),
-    )
-
-
-def _verdict(found: RareSummary) -> list[Block]:
     trials = found.trials
+    sampling = (
+        f"Sampling: rare; {trials.promise}. A fraction of 1 ppm depends on the "
+        "tails of the distributions as much as on the model."
+    )
+    given = found.assumptions
+    said = [text(sampling), *map(text, given.of_the_model)]
+    return sheet(
+        f"Rare events, {trials.ran} of {trials.requested} trials have run",
+        found,
+        _verdict(found),
+        _failure_points(found),
+        _stages(found),
+        assumptions_section(given, said),
+    )
+
+
+def _verdict(found: RareSummary) -> tuple[blocks.Block, ...]:
     row = limit_row(
         Cell((Name(found.response),), text(found.sentence)), found.limit,
         Word(found.verdict, found.verdict), Cell((ppm(found.fraction_out_of_limit),)),
@@ -88,21 +70,25 @@ def _verdict(found: RareSummary) -> list[Block]:
         needed = Number(found.plain_trials)
         plain = "A plain run would need about {} trials for as narrow an interval."
         said.append(say(plain, needed))
+    trials = found.trials
     notes = [
         say(
-            f"{INTERVAL}. The last stage tells the fraction: {{}} ({found.met} out of "
-            "limit), each weighted by the ratio of densities. Failed trials count as "
-            "out of limit. {}",
+            f"{INTERVAL}. The last stage tells the fraction: {{}} "
+            f"({found.out_of_limit} out of limit), each weighted by the ratio of "
+            "densities. Failed trials count as out of limit. {}",
             counted(trials.counted, "independent trial"),
             unmet_kinds(found) if trials.counted else None,
         ),
         *map(text, trials.notes),
     ]  # fmt: skip
-    if others := [name for name in found.of.limits if name != found.response]:
+    if others := [n for n in found.stored_run.limits if n != found.response]:
         words = f"Not judged: {', '.join(others)}. Each needs a run of its own."
         notes.append(text(words))
-    table = table_of([row], look="verdicts")
-    return [table, *map(paragraph, filter(None, said)), *map(note, notes)]
+    return blocks.shown(
+        blocks.table_of([row], look="verdicts"),
+        *map(blocks.paragraph, said),
+        *map(blocks.note, notes),
+    )
 
 
 def unmet_kinds(found: RareSummary) -> Parts:
@@ -128,9 +114,10 @@ def _most_probable(found: RareSummary) -> Parts:
     """Name the most probable failure point."""
     if not found.failure_points or not (point := found.failure_points[0]).leading:
         return ()
+    scales = found.stored_run.scales
     parts = [
-        say("{} {} ({})", Name(name),
-            Number(point.deviations[name], found.scales[name]), _how_far(point, name))
+        say("{} {} ({})", Name(name), Number(point.deviations[name], scales[name]),
+            _how_far(point, name))
         for name in point.leading
     ]  # fmt: skip
     rest = ", others less than half as far out"
@@ -150,32 +137,30 @@ def _how_far(point: FailurePoint, name: str) -> Parts:
     return say("{} of such parts lie farther out", Number(point.farther[name], PART))
 
 
-def _failure_points(found: RareSummary) -> list[Section]:
+def _failure_points(found: RareSummary) -> blocks.Section | None:
     if not found.failure_points:
-        return []
-    again, scale, run = "to see it again", found.scale, found.of
-    rows: list[dict[str, Given]] = [
-        {
+        return None
+    again, scale, run = "to see it again", found.scale, found.stored_run
+    rows: list[dict[str, blocks.Given]] = []
+    for each in found.failure_points:
+        value = Number(each.value, scale) if each.value == each.value else "failed"
+        rows.append({
             "trial": Number(each.trial),
-            scale.label(found.response): Number(each.value, scale)
-            if each.value == each.value
-            else "failed",
+            scale.label(found.response): value,
             "sigmas off": Number(each.distance),
             **{
-                of.label(name): Number(each.deviations[name], of)
-                for name, of in found.scales.items()
+                run.scales[name].label(name): Number(deviation, run.scales[name])
+                for name, deviation in each.deviations.items()
             },
             again: Typed(to_replay(run.path, each.trial, run.machine)),
-        }
-        for each in found.failure_points
-    ]
-    said = note(say(FIRST_ORDER, Number(found.first_order, PPM)))
-    blocks = (table_of(rows, words=[again], look="dense"), said)
-    return [Section("Most probable failure points", blocks, page_only=True)]
+        })  # fmt: skip
+    said = blocks.note(say(FIRST_ORDER, Number(found.first_order, PPM)))
+    table = blocks.table_of(rows, words=[again], look="dense")
+    return blocks.Section("Most probable failure points", (table, said), page_only=True)
 
 
-def _stages(found: RareSummary) -> Section:
-    rows: list[dict[str, Given]] = []
+def _stages(found: RareSummary) -> blocks.Section:
+    rows: list[dict[str, blocks.Given]] = []
     for n, stage in enumerate(found.stages):
         upto = (" to ", Number(stage.largest)) if stage.least != stage.largest else None
         rows.append({
@@ -183,10 +168,15 @@ def _stages(found: RareSummary) -> Section:
             "trials": Number(stage.trials), "out of limit": Number(stage.out_of_limit),
             "of these failed": Number(stage.failed),
         })  # fmt: skip
-    blocks: list[Block] = [table_of(rows), note(STAGES)]
-    if found.precise:
-        blocks.append(note(
-            f"Of {found.precise} trials evaluated again more precisely {found.changed} "
-            "change sides of the limit."
-        ))  # fmt: skip
-    return Section("Stages", tuple(blocks))
+    changed = blocks.note(
+        f"Of {found.precise} trials evaluated again more precisely {found.changed} "
+        "change sides of the limit."
+    )
+    return blocks.Section(
+        "Stages",
+        blocks.shown(
+            blocks.table_of(rows),
+            blocks.note(STAGES),
+            changed if found.precise else None,
+        ),
+    )

@@ -2,41 +2,21 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from tolstat.answers.cells import limit_cell, ppm, response_cell, verdict_cell
+from tolstat.answers.cells import limit_cell, numbers_of, ppm, verdict_cell
 from tolstat.answers.next_steps import to_extend, to_halve
-from tolstat.answers.report.report_answer import (
-    WORST_FIRST,
-    Causes,
-    PairCause,
-    Report,
-    ReportedResponse,
-    ResponseSummary,
-    RunSummary,
-    TitleBlock,
-)
-from tolstat.document.blocks import (
-    Block,
-    Bullets,
-    Cell,
-    Document,
-    Facts,
-    Figure,
-    Given,
-    Paragraph,
-    Section,
-    Table,
-    note,
-    paragraph,
-    shown,
-    table_of,
-)
+from tolstat.document import blocks, plot
+from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
     Name,
     Number,
     Parts,
-    Said,
     Typed,
     Word,
     counted,
@@ -44,18 +24,25 @@ from tolstat.document.inline import (
     say,
     text,
 )
-from tolstat.document.plot import Layer, Plot, PlotAxis, PlotPanel, Ranges, Rule
 from tolstat.model.description import kinds_of_part
-from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET
-from tolstat.statistics.summary import QUANTILES, Limited
+from tolstat.statistics.summary import Limited
 from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM
+
+if TYPE_CHECKING:
+    from tolstat.answers.report.report_answer import (
+        Causes,
+        PairCause,
+        ResponseSummary,
+        RunSummary,
+    )
 
 MOST_NAMED = 4  # parts in a sentence
 LEVEL = PER_CENT.beside(1.0)  # of chance: no test is better than that
-PRINTED = (0.05, 0.5, 0.95, 0.99)  # quantiles on a screen
+STARRED = {"mean": "mean *", "sigma": "sigma *"}  # what they assume stands below
+PAGE_ONLY = ("mean *", "sigma *", "least", "largest", "0.135 %", "99.865 %")
 INTERVAL = "Below each number stands its 95 % interval"
 READING = (
     "Quantiles: order statistics, for any distribution. Fractions out of limit: "
@@ -64,47 +51,43 @@ READING = (
 )
 
 
-def summary_document(found: RunSummary) -> Document:
+def summary_document(found: RunSummary) -> blocks.Document:
     """Return what is printed at the end of a run."""
-    n = found.trials.requested
-    return Document(
-        f"{found.title}: {n} {'trial' if n == 1 else 'trials'} of {found.model}",
-        shown(*first_page(found), responses_table(found), reading(found)),
+    return blocks.Document(
+        f"{found.title} ({found.model})",
+        blocks.shown(*first_page(found), responses_table(found), reading(found)),
     )
 
 
-def first_page(found: RunSummary) -> tuple[Block, ...]:
-    """Return the blocks of the first page, title block and header left out."""
+def first_page(
+    found: RunSummary, links: Collection[str] = ()
+) -> tuple[blocks.Block, ...]:
+    """Return the blocks of the first page, title block and header left out.
+
+    Names of responses in `links` lead to their sections.
+    """
     steps = _next_steps(found)
-    next_steps = shown(Bullets(steps, numbered=len(steps) > 1))
-    return shown(
-        Paragraph(_lead(found), "lead"),
-        limits_table(found),
-        Section("What to do next", next_steps, level=3),
-        *map(note, found.trials.notes),
+    next_steps = blocks.shown(blocks.Bullets(steps, numbered=len(steps) > 1))
+    return blocks.shown(
+        blocks.Paragraph(_lead(found), "lead"),
+        limits_table(found, links),
+        blocks.Section("What to do next", next_steps, level=3),
+        *map(blocks.note, found.trials.notes),
     )
-
-
-def title_facts(block: TitleBlock) -> Facts:
-    """Return the title block; what is not given is left out, except the approval."""
-    rows = [(name, text(value)) for name, value in block._asdict().items() if value]
-    if not block.approval:
-        rows.append(("approval, date", ()))
-    return Facts(tuple(rows), "sheet")
 
 
 def _lead(found: RunSummary) -> Parts:
     """Say how many limits are met, and the yield of all of them."""
     if found.all_limits is None:
         return text("The study limits no response.")
-    verdicts = list(found.verdicts.values())
-    n = len(verdicts)
-    counts = [(verdicts.count(word), Word(word, word)) for word in WORST_FIRST]
-    (first, word), *others = [each for each in counts if each[0]]
+    counts = Counter(each.yields.verdict for each in found.limits.values())
+    (word, first), *others = counts.items()
+    n = counts.total()
     of = "The limit is" if n == 1 else f"All {n} limits are"
     if first < n:
         of = f"{first} of {n} limits {'is' if first == 1 else 'are'}"
-    said = [text(f"{of} ", word), *(text(f"{count} ", word) for count, word in others)]
+    said = [text(f"{of} ", Word(word, word))]
+    said += [text(f"{count} ", Word(word, word)) for word, count in others]
     return say(
         f"{{}}. Yield, {'all limits' if n > 1 else 'this limit'}: {{}}.{{}}",
         listed(said, joint=""), Number(found.all_limits.within, PER_CENT),
@@ -112,17 +95,32 @@ def _lead(found: RunSummary) -> Parts:
     )  # fmt: skip
 
 
-def limits_table(found: RunSummary) -> Table:
+def limits_table(found: RunSummary, links: Collection[str] = ()) -> blocks.Table:
     """Return verdict, fraction out of limit, main cause and effect of halving it."""
-    rows = [_limit_row(found, name, each) for name, each in found.limits.items()]
-    return table_of(
+    rows = []
+    for name, limited in found.limits.items():
+        each, yields = found.responses[name], limited.yields
+        good = Number(yields.within_at_most, PER_CENT)
+        failed = say("yield, if failed trials were good: {}", good)
+        rows.append({
+            **limit_row(
+                Cell((Name(name, name if name in links else ""),), text(each.sentence)),
+                limited.limit, verdict_cell(yields),
+                Cell((ppm(yields.fraction_out_of_limit),),
+                     failed if found.trials.failed else ()),
+                limited.equivalent_ppk,
+            ),
+            "main cause": _cause_cell(each),
+            "tolerance halved, ppm": _effect_cell(each, limited),
+        })  # fmt: skip
+    return blocks.table_of(
         rows, "Limits", words=["main cause"], caption=rests_on(found), look="verdicts"
     )
 
 
 def limit_row(
-    name: Cell, limit: Limit, verdict: Given, share: Cell, equivalent: Estimate
-) -> dict[str, Given]:
+    name: Cell, limit: Limit, verdict: blocks.Given, share: Cell, equivalent: Estimate
+) -> dict[str, blocks.Given]:
     """Return a row on a limit: what is demanded, and what was found."""
     typed = limit.typed_ppk
     demanded = f"{typed:.{KNOWN}g}" if typed else AS_IS.number(limit.ppk)
@@ -135,25 +133,10 @@ def limit_row(
     }
 
 
-def _limit_row(found: RunSummary, name: str, limited: Limited) -> dict[str, Given]:
-    each, yields = found.responses[name], limited.yields
-    response = next(one for one in found.of.responses if one.name == name)
-    link = name if isinstance(found, Report) and name in found.focus else ""
-    good = Number(yields.most, PER_CENT)
-    failed = say("yield, if failed trials were good: {}", good)
-    share = Cell((ppm(yields.out_of_limit),), failed if found.trials.failed else ())
-    return {
-        **limit_row(response_cell(response, link), limited.limit, verdict_cell(yields),
-                    share, limited.equivalent),
-        "main cause": _cause_cell(each),
-        "tolerance halved, ppm": _effect_cell(each, limited),
-    }  # fmt: skip
-
-
 def _cause_cell(each: ResponseSummary) -> Cell:
     """Name the main cause of out-of-limit trials, over what it explains of them.
 
-    Without one the kind of part that has most of the variance stands below.
+    Without one what has most of the variance stands below.
     """
     causes = each.causes
     if causes is None:
@@ -161,49 +144,29 @@ def _cause_cell(each: ResponseSummary) -> Cell:
     if pair := causes.pair:
         every = [one.words for one in (pair, *causes.equivalent_pairs)]
         return Cell(text("; or equally ".join(every)), explained(pair, causes))
-    if causes.leading and (cause := causes.main):
-        assert not isinstance(cause, PairCause)
-        below = text("significant at ", Number(cause.level, LEVEL))
-        return Cell((Name(causes.leading[0]),), below)
-    most = largest_share(each) if isinstance(each, ReportedResponse) else None
-    variance = say("variance: {} {}", Name(most[0]), _least(most[1])) if most else ()
+    if causes.leading:
+        name = causes.leading[0]
+        level = Number(causes.every[name].level, LEVEL)
+        return Cell((Name(name),), text("significant at ", level))
+    variance: Parts = ()
+    if most := each.largest_share:
+        name, share = most
+        least = share.upper == 1  # open at the top
+        said = at_least(share) if least else Number(share, PART)
+        variance = say("variance: {} {}", Name(name), said)
     return Cell(text(no_cause(causes)), variance)
 
 
-def largest_share(each: ReportedResponse) -> tuple[str, Estimate] | None:
-    """Return what has most of a variance; None where few trials dominate it."""
-    found = each.contributions
-    if found is None or found.dominated_by_few:
-        return None
-    kinds = {name: share_of_kind(each, name) for name in found.groups}
-    grouped = {member for members in each.members.values() for member in members}
-    alone = {n: x for n, x in found.first_order.items() if n not in grouped}
-    every = {**kinds, **alone}
-    known = {n: x for n, x in every.items() if x.value > 0 and not x.lower <= 0}
-    name = max(known, key=lambda name: known[name].value, default="")
-    return (name, known[name]) if name else None
-
-
-def share_of_kind(each: ReportedResponse, kind: str) -> Estimate:
-    """Return the share of a kind of part: with interactions, where that is known."""
-    found = each.contributions
-    assert found
-    together = found.together[kind]
-    return together if together.value > 0 else found.groups[kind]
-
-
-def _least(share: Estimate) -> Parts:
-    """Write a share; one whose interval is open at the top as its lower end."""
-    if share.upper == 1:
-        return text("at least ", Number(max(share.lower, 0.0), PER_CENT, "at_least"))
-    return text(Number(share, PART))
+def at_least(share: Estimate) -> Parts:
+    """Write the lower end of a share."""
+    return text("at least ", Number(max(share.lower, 0.0), PER_CENT, "at_least"))
 
 
 def explained(pair: PairCause, causes: Causes) -> Parts:
     """Say how many out-of-limit trials a pair explains, and how rare it is."""
     n = causes.out_of_limit
-    trials = f"{round(pair.together.far.value * n)} of {n} out-of-limit trials are in "
-    return say(f"{trials}the outer {{}} of it", Number(pair.together.of_all, PART))
+    trials = f"{round(pair.together.far.value * n)} of {n} out-of-limit trials"
+    return say(f"{trials} in its outer {{}}", Number(pair.together.of_all, PART))
 
 
 def no_cause(causes: Causes) -> str:
@@ -218,7 +181,8 @@ def _effect_cell(each: ResponseSummary, limited: Limited) -> Cell:
     main = each.causes.main if each.causes else None
     if main is None:
         return Cell(())
-    same = main.halved.sure and not differ(main.halved, limited.yields.out_of_limit)
+    now = limited.yields.fraction_out_of_limit
+    same = main.halved.sure and not differ(main.halved, now)
     return Cell((ppm(main.halved),), text("no significant change") if same else ())
 
 
@@ -235,12 +199,16 @@ def differ(one: Estimate, other: Estimate) -> bool:
 
 def _next_steps(found: RunSummary) -> tuple[Parts, ...]:
     """Say what to do next: tighten the main cause, or run more trials."""
-    halve = (_halve(found, name, each) for name, each in found.limits.items())
+    halve = (  # first what is known to gain
+        _halve(found, name, each, known=known)
+        for known in (True, False)
+        for name, each in found.limits.items()
+    )
     steps = [next(filter(None, halve), ())]
     limits = [(found.limits[name].yields.needed, name) for name in found.verdicts]
     if undecided := [each for each in limits if each[0]]:
         needed, name = min(undecided)
-        command = to_extend(found.of, needed)
+        command = to_extend(found.stored_run, needed)
         how = (
             (" in all: ", Typed(command)) if command else ", in a new run of the study"
         )
@@ -249,73 +217,77 @@ def _next_steps(found: RunSummary) -> tuple[Parts, ...]:
     return tuple(filter(None, steps))
 
 
-def _halve(found: RunSummary, name: str, limited: Limited) -> Parts:
+def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Parts:
     """Say what halving the tolerances of the main cause gains; nothing if it does not.
 
-    Where these trials do not tell, a fresh run does.
+    Where its effect is not `known` from these trials, a fresh run tells it.
     """
-    now, verdict = limited.yields.out_of_limit, limited.yields.verdict
-    causes = found.responses[name].causes
+    now, verdict = limited.yields.fraction_out_of_limit, limited.yields.verdict
+    causes, run = found.responses[name].causes, found.stored_run
     if verdict == MET or causes is None or (main := causes.main) is None:
         return ()
-    told = differ(main.halved, now)
-    if not (main.halved.value < now.value and (told or verdict == NOT_MET)):
+    told, then = differ(main.halved, now), main.halved.value
+    gains = then < now.value and (told or verdict == NOT_MET)
+    if not (gains if known else math.isnan(then) and main.effective_sample_size):
         return ()
-    if isinstance(main, PairCause):
-        parts: tuple[str, ...] = main.together.members
+    if causes.pair:
+        parts: tuple[str, ...] = causes.pair.together.members
     else:
-        kinds = kinds_of_part(list(found.of.assumed), found.of.contributors)
+        kinds = kinds_of_part(list(run.assumed), run.contributors)
         parts = tuple(kinds.get(causes.leading[0], causes.leading[:1]))
     few = len(parts) <= MOST_NAMED
-    command = to_halve(found.of, parts)
-    fresh: Said = (". Check it with a fresh run: ", Typed(command)) if command else None
+    effect = say("the effect on {} is not estimable", Name(name))
+    if known:
+        falls = "falls" if told else "may fall"
+        effect = say(f"{{}} {falls} from {{}} to {{}}", Name(name), ppm(now),
+                     ppm(main.halved))  # fmt: skip
+    command = to_halve(run, parts)
     return say(
         f"{'Halve' if told else 'Test half'} the "
-        f"{'tolerance' if len(parts) == 1 else 'tolerances'} of {{}}: {{}} "
-        f"{'falls' if told else 'may fall'} from {{}} to {{}}{{}}.",
+        f"{'tolerance' if len(parts) == 1 else 'tolerances'} of {{}}: {{}}{{}}.",
         listed([Name(part) for part in parts]) if few else Name(causes.leading[0]),
-        Name(name), ppm(now), ppm(main.halved), fresh,
-    )  # fmt: skip
+        effect,
+        (". Check it with a fresh run: ", Typed(command)) if command else None,
+    )
 
 
-def ranges_figure(found: RunSummary) -> Figure | None:
+def ranges_figure(found: RunSummary) -> blocks.Figure | None:
     """Draw the fractions out of limit with their intervals, and what is permitted."""
-    every = {name: each.yields for name, each in found.limits.items()}
-    sure = {name: each for name, each in every.items() if each.out_of_limit.sure}
+    every = {
+        name: each.yields.fraction_out_of_limit for name, each in found.limits.items()
+    }
+    sure = {name: share for name, share in every.items() if share.sure}
     if len(sure) < 2:
         return None
     permitted = {1e6 * (1 - each.limit.demanded) for each in found.limits.values()}
     least = min(1.0, *(each / 10 for each in permitted if each))
-    ends = np.array([each.out_of_limit[:3] for each in sure.values()]).T * 1e6
+    ends = np.array([share[:3] for share in sure.values()]).T * 1e6
     value, lower, upper = np.maximum(ends, least)
-    verdicts = tuple(each.verdict for each in sure.values())
-    layers: tuple[Layer, ...] = (
-        Ranges(tuple(sure), lower, upper, value, verdicts),
-        *(Rule(x, upright=True, label=f"permitted {x:.4g}") for x in sorted(permitted)),
-    )
-    said = [f"{n} {PPM.number(each.out_of_limit.value)}" for n, each in sure.items()]
-    panel = PlotPanel(PlotAxis("out of limit, ppm", "log"), PlotAxis(""), layers)
-    plot = Plot((panel,), width=7.0, height=0.22 * len(sure) + 0.8)
-    words = f"Fractions out of limit in ppm: {', '.join(said)}"
-    return Figure(words, plot, wide=True)
+    verdicts = tuple(found.limits[name].yields.verdict for name in sure)
+    layers: tuple[plot.Layer, ...] = (
+        plot.Ranges(tuple(sure), lower, upper, value, verdicts),
+        *(plot.Rule(x, upright=True, label=f"permitted {x:.4g}")
+          for x in sorted(permitted)),
+    )  # fmt: skip
+    said = ", ".join(f"{n} {PPM.number(share.value)}" for n, share in sure.items())
+    axes = plot.PlotAxis("out of limit, ppm", "log"), plot.PlotAxis("")
+    drawn = plot.Plot((plot.PlotPanel(*axes, layers),), height=0.22 * len(sure) + 0.8)
+    return blocks.Figure(f"Fractions out of limit in ppm: {said}", drawn)
 
 
-def responses_table(found: RunSummary) -> Table:
+def responses_table(found: RunSummary) -> blocks.Table:
     """Return the numbers of all responses."""
-    rows: list[dict[str, Given]] = []
-    for name, each in found.responses.items():
-        scale, quantiles = each.scale, each.quantiles
-        rows.append({
-            "response": Name(name), "unit": scale.mark,
-            "nominal": Number(each.nominal, scale), "mean *": Number(each.mean, scale),
-            "sigma *": Number(each.sigma, scale), "least": Number(each.least, scale),
-            **{share_words(q): Number(quantiles[q], scale) for q in QUANTILES},
-            "largest": Number(each.largest, scale),
-        })  # fmt: skip
-    page_only = [share_words(q) for q in QUANTILES if q not in PRINTED]
-    page_only += ["mean *", "sigma *", "least", "largest"]
-    return table_of(rows, "Responses", page_only=page_only, caption=rests_on(found),
-                    keys=2, look="dense")  # fmt: skip
+    rows: list[dict[str, blocks.Given]] = [
+        {
+            "response": Name(name),
+            "unit": each.scale.mark,
+            "nominal": Number(each.nominal, each.scale),
+            **{STARRED.get(n, n): x for n, x in numbers_of(each, each.scale).items()},
+        }
+        for name, each in found.responses.items()
+    ]
+    return blocks.table_of(rows, "Responses", page_only=PAGE_ONLY,
+                           caption=rests_on(found), keys=2, look="dense")  # fmt: skip
 
 
 def rests_on(found: RunSummary) -> Parts:
@@ -328,10 +300,8 @@ def rests_on(found: RunSummary) -> Parts:
                Number(trials.failed), of)  # fmt: skip
 
 
-def reading(found: RunSummary) -> Paragraph | None:
+def reading(found: RunSummary) -> blocks.Paragraph:
     """Explain the numbers."""
-    if (sampled := found.of.sampled) is None:
-        return None
-    return paragraph(
-        f"{INTERVAL}. {f'{sampled.promise}.' if sampled.replicates else READING}"
-    )
+    sampled = found.stored_run.sampled
+    said = f"{sampled.promise}." if sampled and sampled.replicates else READING
+    return blocks.paragraph(f"{INTERVAL}. {said}")

@@ -28,19 +28,7 @@ Array = NDArray[np.float64]
 def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | None:
     """Say what integration errors a response has, and how far they move its numbers.
 
-    Parameters
-    ----------
-    drawn : Drawn
-        The trials.
-    name : str
-        Of the response.
-    of : Summary
-        Its numbers.
-
-    Returns
-    -------
-    IntegrationErrors or None
-        None where nothing was evaluated again.
+    None where nothing was evaluated again.
     """
     run, audited = drawn.run, drawn.run.audited
     if audited is None:
@@ -77,8 +65,8 @@ def _effect(drawn: Drawn, better: Array, of: Summary) -> Effect:
     limit = limited.limit.permitted if limited else None
     quantiles = quantiles_at(better, sample, of.quantiles, limit)
     if limited:
-        again = yield_of(better, sample, limited.limit.permitted).out_of_limit
-        moved = limited.yields.out_of_limit.value - again.value
+        again = yield_of(better, sample, limited.limit.permitted).fraction_out_of_limit
+        moved = limited.yields.fraction_out_of_limit.value - again.value
     return Effect(
         of.mean.value - float(done.mean()),
         of.sigma.value - sigma,

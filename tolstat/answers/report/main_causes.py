@@ -5,42 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from tolstat.answers.report.report_answer import Cause, Causes, PairCause
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
-from tolstat.statistics.sensitivity.out_of_limit import (
-    CLEAR,
-    Difference,
-    differences,
-    least_level,
-    of_kind,
-)
+from tolstat.statistics.sensitivity import out_of_limit
 from tolstat.statistics.sensitivity.pairs import BOTH_FAR, SUM, Together, pairs
 from tolstat.store.run_records import Halved
 from tolstat.store.stored_run import Run
 
-Array = NDArray[np.float64]
-
 NONE, FEW = "no trial out of limit", "too few to tell"
-_NO_DIFFERENCE = Difference(math.nan, math.nan, 1.0)
+_NO_DIFFERENCE = out_of_limit.Difference(math.nan, math.nan, 1.0)
 
 
 def main_causes(drawn: Drawn) -> dict[str, Causes]:
-    """Compare the out-of-limit trials of each limit with the others.
+    """Compare the out-of-limit trials of each limit, failed ones too, with the others.
 
-    Parameters
-    ----------
-    drawn : Drawn
-        The trials.
-
-    Returns
-    -------
-    dict of str to Causes
-        By limited response; failed trials count as out of limit.
+    By limited response.
     """
     run, ran = drawn.run, drawn.sample.ran
     out = {name: run.beyond(name)[drawn.trials][ran] for name in run.limits}
@@ -49,10 +30,10 @@ def main_causes(drawn: Drawn) -> dict[str, Causes]:
             name: Causes(int(each.sum()), RANDOM_ONLY, (), {}, {})
             for name, each in out.items()
         }
-    columns = {n.name: drawn.values(n.name)[ran] for n in run.contributors}
-    deviations = {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
+    deviations = drawn.deviating(ran)
     none = dict.fromkeys(deviations, _NO_DIFFERENCE)
-    differing, together = differences(deviations, out), pairs(deviations, out)
+    differing = out_of_limit.differences(deviations, out)
+    together = pairs(deviations, out)
     return {
         name: _causes(
             run, name, int(each.sum()), none | differing[name], together[name]
@@ -78,7 +59,7 @@ def _causes(
     run: Run,
     response: str,
     count: int,
-    differing: Mapping[str, Difference],
+    differing: Mapping[str, out_of_limit.Difference],
     together: Sequence[Together],
 ) -> Causes:
     """Put together what is known of each contributor, kind of part and pair."""
@@ -91,7 +72,7 @@ def _causes(
     }
     members = kinds_of_part(list(differing), run.contributors)
     kinds = {
-        kind: Cause(math.nan, math.nan, of_kind(parts, differing),
+        kind: Cause(math.nan, math.nan, out_of_limit.of_kind(parts, differing),
                     *stored.get(tuple(parts), unknown))
         for kind, parts in members.items()
     }  # fmt: skip
@@ -102,7 +83,7 @@ def _causes(
     reason = ""
     if count == 0:
         reason = NONE
-    elif least_level(count, len(contributors)) >= CLEAR:
+    elif out_of_limit.least_level(count, len(contributors)) >= out_of_limit.CLEAR:
         reason = FEW
     grouped = {part for parts in members.values() for part in parts}
     told = {n: each for n, each in contributors.items() if n not in grouped} | kinds

@@ -3,44 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from tolstat.answers.answer import Answer
 from tolstat.answers.cells import summary_cells
+from tolstat.answers.report import first_page, report_document
+from tolstat.answers.run_answer import RunAnswer
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.render.tables import Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import VerdictChanges
-from tolstat.statistics.limits.yields import MET, NOT_MET, UNDECIDED
+from tolstat.statistics.limits.yields import NOT_MET, WORST_FIRST
 from tolstat.statistics.point_mass import PointMass
 from tolstat.statistics.sensitivity.contributions import Contributions
 from tolstat.statistics.sensitivity.linear import Departure, Linear
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 from tolstat.statistics.sensitivity.pairs import Together
 from tolstat.statistics.summary import Limited, Summary
-from tolstat.store.run_records import Chosen, WorstCase
-from tolstat.store.stored_run import Run
+from tolstat.store.run_records import WorstCase
 from tolstat.units.scale import Scale
-
-WORST_FIRST = (NOT_MET, UNDECIDED, MET)
-
-
-class TrialCounts(NamedTuple):
-    """What became of the trials."""
-
-    requested: int
-    ran: int
-    done: int  # of those that the statistics rest on, as the two below
-    failed: int
-    counted: int
-    by_status: Mapping[str, int]  # by the word of each status
-    failures: Estimate  # fraction that failed
-    unseen: float  # fraction of production that may lie outside all trials done
-    sampling: str
-    promise: str  # what the sampling allows to say
-    notes: tuple[str, ...]  # what must be known to read the numbers, failures first
 
 
 class AllLimits(NamedTuple):
@@ -50,16 +32,6 @@ class AllLimits(NamedTuple):
     within: Estimate  # yield: fraction within all of them at once
     # greatest chance that one or more verdicts is wrongly "met", of independent trials
     wrongly_met: float
-
-
-class TitleBlock(NamedTuple):
-    """What the study says of the sheet that is signed; empty texts if nothing."""
-
-    project: str
-    drawing: str
-    revision: str
-    author: str
-    approval: str
 
 
 class Cause(NamedTuple):
@@ -121,12 +93,16 @@ class Causes(NamedTuple):
         ]
 
     @property
+    def every(self) -> dict[str, Cause]:
+        """Kinds of part and contributors by name."""
+        return {**self.contributors, **self.kinds}
+
+    @property
     def main(self) -> Cause | PairCause | None:
         """What is named as the main cause; None where nothing is."""
         if self.pair or not self.leading:
             return self.pair
-        name = self.leading[0]
-        return self.kinds.get(name) or self.contributors[name]
+        return self.every[self.leading[0]]
 
     @property
     def significant(self) -> list[str]:
@@ -141,7 +117,7 @@ class Effect(NamedTuple):
     mean: float
     sigma: float
     quantiles: Mapping[float, float]
-    out_of_limit: float | None
+    fraction_out_of_limit: float | None
 
 
 class LargestError(NamedTuple):
@@ -177,6 +153,15 @@ class SobolIndices(NamedTuple):
     total: Mapping[str, Estimate]
     dominated_by_few: bool
 
+    @property
+    def reason(self) -> str:
+        """Why they are not told; empty if they are."""
+        if self.dominated_by_few:
+            return "few trials dominate the variance"
+        if any(share.value == share.value for share in self.first.values()):
+            return ""
+        return next((x.reason for x in self.total.values()), "nothing deviates")
+
 
 class WorstTrial(NamedTuple):
     """One of the worst trials, with what matters most of its deviations."""
@@ -196,6 +181,11 @@ class ResponseSummary(Summary):
     scale: Scale
     causes: Causes | None  # None without a limit
 
+    @property
+    def largest_share(self) -> tuple[str, Estimate] | None:
+        """What has most of the variance, where that is known."""
+        return None
+
 
 @dataclass(frozen=True)
 class ReportedResponse(ResponseSummary):
@@ -210,10 +200,10 @@ class ReportedResponse(ResponseSummary):
     worst_cases: Mapping[str, WorstCase]  # by side, of a limited response
     worst_trials: tuple[WorstTrial, ...]  # the worst first, of a limited response
     # of a response in focus, as all that follow: the value that many trials share
-    point_mass: PointMass | None = None
-    contributions: Contributions | None = None
-    members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    indices: SobolIndices | None = None
+    point_mass: PointMass | None
+    contributions: Contributions | None
+    members: Mapping[str, tuple[str, ...]]  # of each kind of part
+    indices: SobolIndices | None
 
     @property
     def leading(self) -> list[str]:
@@ -233,25 +223,28 @@ class ReportedResponse(ResponseSummary):
         rest = sorted(known, key=lambda n: -(abs(known[n]) if few else known[n]))
         return [name for name in dict.fromkeys([*first, *rest]) if name in known]
 
+    @property
+    def largest_share(self) -> tuple[str, Estimate] | None:
+        """What has most of the variance; None where few trials dominate it."""
+        found = self.contributions
+        if found is None or found.dominated_by_few:
+            return None
+        grouped = {member for members in self.members.values() for member in members}
+        alone = {n: x for n, x in found.first_order.items() if n not in grouped}
+        every = {**self.shares_of_kinds, **alone}
+        known = {n: x for n, x in every.items() if x.value > 0 and not x.lower <= 0}
+        name = max(known, key=lambda name: known[name].value, default="")
+        return (name, known[name]) if name else None
 
-class SampledDeviation(NamedTuple):
-    """What was assumed of a deviation: words, tolerance, how it is shown."""
-
-    words: str
-    lower: float
-    upper: float
-    scale: Scale
-    sentence: str
-
-
-class Assumptions(NamedTuple):
-    """What the numbers rest on."""
-
-    deviations: Mapping[str, SampledDeviation]  # by contributor that deviates
-    correlation: Mapping[str, Mapping[str, float]]  # of ranks, as the study has them
-    settings: Mapping[str, Chosen]
-    of_the_model: tuple[str, ...]
-    missing: str  # why there are no slopes, worst cases or worst trials, or nothing
+    @property
+    def shares_of_kinds(self) -> dict[str, Estimate]:
+        """The share of each kind of part: with interactions, where that is known."""
+        if (found := self.contributions) is None:
+            return {}
+        return {
+            kind: together if together.value > 0 else found.groups[kind]
+            for kind, together in found.together.items()
+        }
 
 
 class NumberOfStudy(NamedTuple):
@@ -264,18 +257,12 @@ class NumberOfStudy(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class RunSummary(Answer):
+class RunSummary(RunAnswer):
     """What a run says at its end."""
 
-    title_block: TitleBlock
-    title: str
-    run: str
-    model: str
-    trials: TrialCounts
     all_limits: AllLimits | None  # None without limits
     responses: Mapping[str, ResponseSummary]
     numbers: Mapping[str, NumberOfStudy]  # equal for all its trials
-    of: Run = field(metadata={"json": False})
     answers: ClassVar[str] = "summary"
 
     @property
@@ -284,7 +271,9 @@ class RunSummary(Answer):
 
         def place(found: tuple[str, Limited]) -> tuple[int, float]:
             judged = found[1].yields
-            return WORST_FIRST.index(judged.verdict), -judged.out_of_limit.value
+            return WORST_FIRST.index(
+                judged.verdict
+            ), -judged.fraction_out_of_limit.value
 
         every = {name: each.limited for name, each in self.responses.items()}
         return dict(sorted(((n, x) for n, x in every.items() if x), key=place))
@@ -308,9 +297,7 @@ class RunSummary(Answer):
 
     def document(self) -> Document:
         """Return the first page, and the table of responses."""
-        from tolstat.answers.report.first_page import summary_document
-
-        return summary_document(self)
+        return first_page.summary_document(self)
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each response."""
@@ -334,12 +321,8 @@ class Report(RunSummary):
 
     responses: Mapping[str, ReportedResponse]
     focus: tuple[str, ...]  # responses in focus
-    assumptions: Assumptions
-    provenance: Mapping[str, object]  # versions, times, processor, text of the study
     answers: ClassVar[str] = "report"
 
     def document(self) -> Document:
         """Return the report: first page, assumptions, summary, responses in focus."""
-        from tolstat.answers.report.report_document import report_document
-
-        return report_document(self)
+        return report_document.report_document(self)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from tolstat.answers.report.first_page import (
     INTERVAL,
@@ -11,26 +11,16 @@ from tolstat.answers.report.first_page import (
     ranges_figure,
     reading,
     responses_table,
-    title_facts,
 )
-from tolstat.answers.report.report_answer import Assumptions, Report
 from tolstat.answers.report.response_section import response_section
-from tolstat.document.blocks import (
-    Bullets,
-    Document,
-    Facts,
-    Given,
-    Paragraph,
-    Section,
-    Table,
-    Verbatim,
-    note,
-    shown,
-    table_of,
-)
+from tolstat.document import blocks
 from tolstat.document.inline import Number, Parts, listed, say, text
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.units.scale import PER_CENT
+
+if TYPE_CHECKING:
+    from tolstat.answers.report.report_answer import Report
+    from tolstat.answers.run_answer import Assumptions, RunAnswer
 
 LONGEST = 60  # letters of a title at the foot of a sheet
 MOMENTS = (
@@ -49,52 +39,58 @@ JUDGED = (
 )
 
 
-def report_document(found: Report) -> Document:
+def report_document(found: Report) -> blocks.Document:
     """Return first page, assumptions, summary, responses in focus, provenance."""
-    block, title, trials = found.title_block, found.title, found.trials
-    title = title[:LONGEST] + "..." * (len(title) > LONGEST)
-    counts = f"{trials.by_status['done']} of {trials.requested} trials done"
-    first = shown(
-        title_facts(block),
-        header("Statistical tolerance report", found.model, found.run, counts,
-               found.provenance),
-        *first_page(found),
-        ranges_figure(found),
-        reading(found),
-    )  # fmt: skip
-    sections = shown(
-        Section("", first, role="first"),
-        _assumptions(found),
+    explained: blocks.Block = reading(found)
+    if figure := ranges_figure(found):
+        explained = blocks.Beside((explained,), figure)
+    return sheet(
+        "Statistical tolerance report",
+        found,
+        (*first_page(found, found.focus), explained),
+        assumptions_section(found.assumptions, _assumed(found)),
         _summary(found),
         _numbers(found),
         *(response_section(found, name) for name in found.focus),
-        provenance_section(found.provenance),
-    )
-    return Document(
-        title=found.title,
-        blocks=sections,
-        foot=(block.drawing, block.revision, title, found.run),
     )
 
 
-def header(
-    what: str, model: str, run: str, counts: str, given: Mapping[str, object]
-) -> Paragraph:
-    """Say in a line what a sheet is, and of which run."""
-    started = str(given["started_at"])
-    return note(" · ".join([what, f"model {model}", run, counts, started]))
+def sheet(
+    what: str,
+    found: RunAnswer,
+    first: tuple[blocks.Block, ...],
+    *sections: blocks.Section | None,
+) -> blocks.Document:
+    """Return a document on a run: title block, first page, sections, provenance.
+
+    A screen shows neither title block nor provenance.
+    """
+    block, given, title = found.title_block, found.provenance, found.title
+    rows = [(name, text(value)) for name, value in block._asdict().items() if value]
+    if not block.approval:
+        rows.append(("approval, date", ()))
+    signed = blocks.Section("", (blocks.Facts(tuple(rows), "sheet"),), page_only=True)
+    head = (what, f"model {found.model}", found.run, str(given["started_at"]))
+    known = {name.replace("_", " "): text(str(each)) for name, each in given.items()}
+    del known["study"]
+    study = blocks.Verbatim(str(given["study"]))
+    text_of_study = blocks.Section("The study", (study,), level=3)
+    made = (blocks.Facts(tuple(known.items())), text_of_study)
+    shown = blocks.shown(
+        blocks.Section(
+            "", (signed, blocks.note(" · ".join(head)), *first), role="first"
+        ),
+        *sections,
+        blocks.Section("Provenance", made, "provenance", page_only=True),
+    )
+    short = title[:LONGEST] + "..." * (len(title) > LONGEST)
+    foot = (block.drawing, block.revision, short, found.run)
+    return blocks.Document(title, shown, foot)
 
 
-def _assumptions(found: Report) -> Section:
-    """Say what the numbers rest on."""
-    said = Bullets(tuple(_assumed(found)))
-    blocks = shown(assumed_table(found.assumptions), said)
-    return Section("Tolerances and assumptions", blocks, "assumptions")
-
-
-def assumed_table(given: Assumptions) -> Table:
-    """Return distribution and tolerance of each contributor that deviates."""
-    rows: list[dict[str, Given]] = [
+def assumptions_section(given: Assumptions, said: list[Parts]) -> blocks.Section:
+    """Say what the numbers rest on: distributions, tolerances, and some sentences."""
+    rows: list[dict[str, blocks.Given]] = [
         {
             "contributor": name,
             "distribution": each.words,
@@ -107,12 +103,18 @@ def assumed_table(given: Assumptions) -> Table:
         }
         for name, each in given.deviations.items()
     ]
-    return table_of(rows, words=["distribution", ""])
+    table = blocks.table_of(rows, words=["distribution", ""])
+    return blocks.Section(
+        "Tolerances and assumptions",
+        blocks.shown(table, blocks.Bullets(tuple(said))),
+        "assumptions",
+        page_only=True,
+    )
 
 
 def _assumed(found: Report) -> list[Parts]:
     given, trials = found.assumptions, found.trials
-    others = len(given.deviations) < len(found.of.contributors)
+    others = len(given.deviations) < len(found.stored_run.contributors)
     said = [
         text("All other contributors have no deviation." if others else None),
         text("A normal deviation has three sigma in half its tolerance (Cp 1), unless "
@@ -129,7 +131,9 @@ def _assumed(found: Report) -> list[Parts]:
     said += map(text, given.of_the_model)
     said += _judged(found)
     if given.missing:
-        said.append(text(f"No slopes, worst cases or worst trials: {given.missing}."))
+        said.append(
+            text(f"No slopes, worst cases or halved tolerances: {given.missing}.")
+        )
     return list(filter(None, said))
 
 
@@ -141,7 +145,7 @@ def _correlation(found: Report) -> Parts:
     ]
     if pairs:
         return say("Rank correlations (Gaussian copula): {}.", listed(pairs))
-    if found.of.independent:
+    if found.stored_run.independent:
         return text("Deviations are independent.")
     return text("Deviations are independent, except parts of one batch named above.")
 
@@ -149,9 +153,9 @@ def _correlation(found: Report) -> Parts:
 def _judged(found: Report) -> list[Parts]:
     """Say how limits are judged."""
     if found.all_limits is None:
-        return [text("Nothing is limited.")]
+        return []
     rule, *others = map(text, JUDGED)
-    if found.of.sampled is None or found.of.sampled.replicates:
+    if (sampled := found.stored_run.sampled) and sampled.replicates:
         chance = text(
             "Intervals are approximate, from the scatter between replicates. A verdict "
             "holds for a number of trials chosen beforehand."
@@ -159,18 +163,18 @@ def _judged(found: Report) -> list[Parts]:
     else:
         wrongly = Number(found.all_limits.wrongly_met, PER_CENT, "at_most")
         chance = say(
-            'Each verdict is wrongly "met" with a chance of at most 2.5 %{}. Verdicts '
-            "are anytime-valid: trials may be added until they fall.",
-            (", one or more of all with at most ", wrongly)
-            if found.all_limits.limits > 1
-            else None,
-        )
+            'Each verdict is wrongly "met" with a chance of at most 2.5 %, one or more '
+            "of all with at most {}. Verdicts are anytime-valid: trials may be added "
+            "until they fall.", wrongly,
+        )  # fmt: skip
     return [rule, chance, *others]
 
 
-def _summary(found: Report) -> Section:
+def _summary(found: Report) -> blocks.Section:
     failed, done = found.trials.failed, found.trials.done
-    ranged = [each.name for each in found.of.responses if Reach(each.range).known]
+    ranged = [
+        each.name for each in found.stored_run.responses if Reach(each.range).known
+    ]
     one_in = math.floor(1 / found.trials.unseen)
     of = "of those that do not fail " if failed else ""
     outside = (
@@ -182,17 +186,19 @@ def _summary(found: Report) -> Section:
         "* Assumes that no unseen trial lies more than twice the observed range "
         f"outside{within if ranged else ''}."
     )
-    blocks = shown(
+    shown = blocks.shown(
         responses_table(found),
-        note(f"{INTERVAL}, or why there is none.{outside if one_in > 1 else ''}"),
-        note(star) if done else None,
-        note(MOMENTS) if failed and done else None,
+        blocks.note(
+            f"{INTERVAL}, or why there is none.{outside if one_in > 1 else ''}"
+        ),
+        blocks.note(star) if done else None,
+        blocks.note(MOMENTS) if failed and done else None,
     )
-    return Section("Summary", blocks, "summary")
+    return blocks.Section("Summary", shown, "summary")
 
 
-def _numbers(found: Report) -> Section | None:
-    rows: list[dict[str, Given]] = [
+def _numbers(found: Report) -> blocks.Section | None:
+    rows: list[dict[str, blocks.Given]] = [
         {
             "number": name,
             "value": Number(each.value, each.scale),
@@ -202,16 +208,6 @@ def _numbers(found: Report) -> Section | None:
         for name, each in found.numbers.items()
     ]
     said = "From settings and tolerances alone: equal for all trials, no interval."
-    blocks = (table_of(rows, words=[""]), note(said))
-    return Section("Numbers of the study", blocks, "numbers") if rows else None
-
-
-def provenance_section(given: Mapping[str, object]) -> Section:
-    """Say how a run came to be, and show its study."""
-    facts = {
-        str(key).replace("_", " "): text(str(value)) for key, value in given.items()
-    }
-    del facts["study"]
-    study = Section("The study", (Verbatim(str(given["study"])),), level=3)
-    blocks = (Facts(tuple(facts.items())), study)
-    return Section("Provenance", blocks, "provenance", page_only=True)
+    table = blocks.table_of(rows, words=[""])
+    shown = (table, blocks.note(said))
+    return blocks.Section("Numbers of the study", shown, "numbers") if rows else None

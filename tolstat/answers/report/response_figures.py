@@ -1,35 +1,21 @@
-"""Figures of a response: histogram, distribution, contributions, convergence."""
+"""Figures of a response: histogram, distribution, contributions, scatter."""
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.answers.report.report_answer import Report, ReportedResponse
 from tolstat.answers.sampled_trials import Drawn, drawn_trials
-from tolstat.document.blocks import Figure
+from tolstat.document import blocks, plot
 from tolstat.document.inline import text
-from tolstat.document.plot import (
-    Bars,
-    Fill,
-    Layer,
-    Line,
-    Plot,
-    PlotAxis,
-    PlotPanel,
-    Points,
-    Rule,
-    Spans,
-    Stairs,
-)
-from tolstat.render.json_schema import share_words
-from tolstat.statistics.intervals.convergence import running
-from tolstat.statistics.intervals.quantiles import trials_needed
-from tolstat.statistics.intervals.statistic import Statistic
 from tolstat.statistics.summary import Summary
 from tolstat.units.scale import Scale
+
+if TYPE_CHECKING:
+    from tolstat.answers.report.report_answer import Report, ReportedResponse
 
 Array = NDArray[np.float64]
 
@@ -39,27 +25,25 @@ MOST_BARS = 10
 MOST_DRAWN = 600  # points of a distribution function
 SCATTERED = 3  # contributors that a response is drawn over
 OPEN = (-math.inf, math.inf)
-SETTLING = 4  # times the trials a quantile needs, so that there is something to see
 
 
-def figures_of(found: Report, name: str) -> tuple[Figure, ...]:
+def figures_of(found: Report, name: str) -> tuple[blocks.Figure, ...]:
     """Draw a response in focus."""
-    drawn, each = drawn_trials(found.of), found.responses[name]
+    drawn, each = drawn_trials(found.stored_run), found.responses[name]
     assert drawn is not None  # there is no report otherwise
     figures = (
         _histogram(drawn, name, each), _distribution(drawn, name, each),
-        _contributions(each), _convergence(drawn, name, each),
-        _scatter(drawn, name, each),
+        _contributions(each), _scatter(drawn, name, each),
     )  # fmt: skip
     return tuple(figure for figure in figures if figure)
 
 
-def _histogram(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
+def _histogram(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure:
     """Draw how often each value occurs; out of limit in another colour."""
     values, times, scale = drawn.done(name), each.scale.factor, each.scale
     if each.point_mass:
         values = each.point_mass.without(values)
-    layers: list[Layer] = []
+    layers: list[plot.Layer] = []
     if len(values):
         # an edge on each end of the limit, so that no bar lies on both sides
         inside = [end for end in ends_of(each) if values.min() < end < values.max()]
@@ -69,22 +53,22 @@ def _histogram(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
         lower, upper = each.limited.limit.permitted if each.limited else OPEN
         out = (edges[1:] <= lower) | (edges[:-1] >= upper)
         layers += [
-            Stairs(times * edges, np.where(chosen, heights, 0.0), colour)
+            plot.Stairs(times * edges, np.where(chosen, heights, 0.0), colour)
             for chosen, colour in ((~out, "first"), (out, "limit"))
             if chosen.any()
         ]
     if not math.isnan(each.nominal):
         label = f"nominal {scale.number(each.nominal)}"
-        layers.append(Rule(times * each.nominal, True, "ink", label, "-."))
+        layers.append(plot.Rule(times * each.nominal, True, "ink", label, "-."))
     if not math.isnan(each.mean.value):
         label = f"mean {scale.interval(*each.mean[:3])[0]}"
-        layers.append(Rule(times * each.mean.value, True, "third", label, ":"))
+        layers.append(plot.Rule(times * each.mean.value, True, "third", label, ":"))
     layers += limit_rules(each, scale)
     if sure := [each.quantiles[q] for q in MARKED if each.quantiles[q].sure]:
         at, below, above = times * np.array([q[:3] for q in sure]).T
-        layers.append(Spans(below, above, at, label="50, 95, 99.865 %"))
+        layers.append(plot.Spans(below, above, at, label="50, 95, 99.865 %"))
     mass = ", without those that share one value" if each.point_mass else ""
-    return Figure(
+    return blocks.Figure(
         f"Histogram of {name}: {_said(each)}",
         _plot(scale.label(name), "trials per bin", *layers),
         text(f"{name}: {len(values)} trials{mass}. Red: out of limit. Orange: "
@@ -92,96 +76,56 @@ def _histogram(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
     )  # fmt: skip
 
 
-def _plot(x: str, y: str, *layers: Layer) -> Plot:
-    return Plot((PlotPanel(PlotAxis(x), PlotAxis(y), layers),))
+def _plot(x: str, y: str, *layers: plot.Layer) -> plot.Plot:
+    return plot.Plot((plot.PlotPanel(plot.PlotAxis(x), plot.PlotAxis(y), layers),))
 
 
-def _distribution(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
+def _distribution(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure:
     """Draw the fraction below each value, on a probability scale."""
     values, times = np.sort(drawn.done(name)), each.scale.factor
     shown = [values[0], values[-1], *ends_of(each)]
     margin = 0.05 * (max(shown) - min(shown)) or 1.0
     ends = times * (min(shown) - margin), times * (max(shown) + margin)
-    panel = PlotPanel(
-        PlotAxis(each.scale.label(name), ends=ends),
-        PlotAxis("% of the trials below", "normal"),
+    panel = plot.PlotPanel(
+        plot.PlotAxis(each.scale.label(name), ends=ends),
+        plot.PlotAxis("% of the trials below", "normal"),
         (points_of(values, times), *limit_rules(each, each.scale)),
     )
-    return Figure(
+    return blocks.Figure(
         f"Distribution of {name} on a probability scale: {_said(each)}",
-        Plot((panel,)),
+        plot.Plot((panel,)),
         text(f"Fraction below, of {len(values)} trials done. A normal distribution is "
              "a straight line."),
     )  # fmt: skip
 
 
-def _contributions(each: ReportedResponse) -> Figure | None:
+def _contributions(each: ReportedResponse) -> blocks.Figure | None:
     """Draw the variance contributions, the largest first.
 
     None where few trials dominate the variance: bars would show noise. No bar is
     negative; intervals may be.
     """
-    if (found := each.indices or each.contributions) is None or found.dominated_by_few:
+    if (found := each.contributions) is None or found.dominated_by_few:
         return None
-    if each.indices:
-        first, total = each.indices.first, each.indices.total
-        bars = {"alone (first order)": first, "with others (total)": total}
-        said = (
-            f"Sobol' indices of {each.indices.groups} groups of trials "
-            f"({each.indices.broken} left out: not all of their trials are done)."
-        )
-    else:
-        assert each.contributions
-        first = each.contributions.first_order
-        bars = {"alone (first order)": first}
-        said = (
-            "Variance contribution of each contributor alone, with 95 % intervals "
-            "where one can be trusted."
-        )
-    known = {n: x.value for n, x in first.items() if not math.isnan(x.value)}
-    leading = tuple(sorted(known, key=lambda name: -known[name])[:MOST_BARS])
-    if not leading:
+    shares = {n: x for n, x in found.first_order.items() if not math.isnan(x.value)}
+    if not shares:
         return None
-    layers: list[Layer] = []
-    for (label, shares), colour in zip(bars.items(), ("first", "second"), strict=False):
-        value, *ends = 100 * np.array([shares[name][:3] for name in leading]).T
-        sure = all(shares[name].sure for name in leading)
-        value = np.maximum(value, 0.0)
-        layers.append(
-            Bars(leading, value, np.array(ends) if sure else None, colour, label)
-        )
-    words = ", ".join(f"{name} {100 * known[name]:.0f} %" for name in leading[:3])
-    plot = _plot("% of the variance", "", *layers)
-    plot = plot._replace(height=0.26 * len(leading) * len(bars) + 1.1)
-    return Figure(f"Contributions, the largest first: {words}", plot, text(said))
-
-
-def _convergence(drawn: Drawn, name: str, each: ReportedResponse) -> Figure:
-    """Draw how the outermost quantile that has long had an interval settles."""
-    n, limit = len(drawn.trials), each.limited.limit.permitted if each.limited else None
-    told = (q for q in (0.99865, 0.99, 0.95) if n >= SETTLING * trials_needed(q))
-    share = next(told, 0.5)
-    label = each.scale.label(share_words(share))
-    settling = [(Statistic(name, "quantile", share), each.scale.factor, label)]
-    if limit:
-        settling.append((Statistic(name, "beyond"), 100.0, "out of limit, %"))
-    panels = []
-    for statistic, times, words in settling:
-        found = running(statistic, drawn.values(name), drawn.sample, limit)
-        at, ends = (
-            found.trials.astype(float),
-            (times * found.lower, times * found.upper),
-        )
-        layers = (Fill(at, *ends, label="95 % interval"), Line(at, times * found.value))
-        panels.append(PlotPanel(PlotAxis("trials", "log"), PlotAxis(words), layers))
-    return Figure(
-        f"Estimates of {name} with their intervals, as trials are added",
-        Plot(tuple(panels)),
-        text(f"Estimates as {n} trials were added, failed ones among them."),
+    leading = sorted(shares, key=lambda name: -shares[name].value)[:MOST_BARS]
+    value, *ends = 100 * np.array([shares[name][:3] for name in leading]).T
+    sure = all(shares[name].sure for name in leading)
+    bars = plot.Bars(
+        tuple(leading), np.maximum(value, 0.0), np.array(ends) if sure else None
     )
+    words = ", ".join(f"{n} {100 * shares[n].value:.0f} %" for n in leading[:3])
+    return blocks.Figure(
+        f"Contributions, the largest first: {words}",
+        _plot("% of the variance", "", bars)._replace(height=0.26 * len(leading) + 1.1),
+        text("Variance contribution of each contributor alone, with 95 % intervals "
+             "where one can be trusted."),
+    )  # fmt: skip
 
 
-def _scatter(drawn: Drawn, name: str, each: ReportedResponse) -> Figure | None:
+def _scatter(drawn: Drawn, name: str, each: ReportedResponse) -> blocks.Figure | None:
     """Draw the response over its three leading contributors; None without any.
 
     Where few trials dominate its variance, over what differs significantly among
@@ -195,16 +139,16 @@ def _scatter(drawn: Drawn, name: str, each: ReportedResponse) -> Figure | None:
         return None
     times, scales = each.scale.factor, drawn.run.scales
     response = times * drawn.done(name)
-    rules = [Rule(times * end, False, "limit") for end in ends_of(each)]
+    rules = [plot.Rule(times * end, False, "limit") for end in ends_of(each)]
     panels = []
     for part in leading:
         at, axis = scales[part].factor * drawn.done(part), scales[part].label(part)
-        layers: tuple[Layer, ...] = (Points(at, response, faint=True), *rules)
+        layers: tuple[plot.Layer, ...] = (plot.Points(at, response, faint=True), *rules)
         label = each.scale.label(name)
-        panels.append(PlotPanel(PlotAxis(axis), PlotAxis(label), layers))
-    return Figure(
+        panels.append(plot.PlotPanel(plot.PlotAxis(axis), plot.PlotAxis(label), layers))
+    return blocks.Figure(
         f"{name} over its leading contributors: {', '.join(leading)}",
-        Plot(tuple(panels), side_by_side=True, width=7.05, height=2.4),
+        plot.Plot(tuple(panels), side_by_side=True, width=7.05, height=2.4),
         text(f"Each of the {len(response)} trials done over the contributors that "
              f"{which}."),
         wide=True,
@@ -213,7 +157,7 @@ def _scatter(drawn: Drawn, name: str, each: ReportedResponse) -> Figure | None:
 
 def points_of(
     values: Array, times: float, colour: str = "first", label: str = ""
-) -> Points:
+) -> plot.Points:
     """Return points of a distribution function: all in the tails, few in the middle."""
     n = len(values)
     share = (np.arange(1, n + 1) - 0.5) / n
@@ -221,7 +165,7 @@ def points_of(
     if n > MOST_DRAWN:
         tail = np.unique(np.geomspace(1, n // 2, MOST_DRAWN // 2).astype(np.int64))
         chosen = np.unique(np.concatenate([tail - 1, n - tail]))
-    return Points(times * np.sort(values)[chosen], share[chosen], colour, label)
+    return plot.Points(times * np.sort(values)[chosen], share[chosen], colour, label)
 
 
 def ends_of(found: Summary) -> list[float]:
@@ -230,11 +174,11 @@ def ends_of(found: Summary) -> list[float]:
     return [end for end in ends if math.isfinite(end)]
 
 
-def limit_rules(found: Summary, scale: Scale) -> list[Rule]:
+def limit_rules(found: Summary, scale: Scale) -> list[plot.Rule]:
     """Mark the ends of the limit, with its words in the legend."""
     words = f"limit {found.limited.limit.words}" if found.limited else ""
     return [
-        Rule(scale.factor * end, True, "limit", words if i == 0 else "")
+        plot.Rule(scale.factor * end, True, "limit", words if i == 0 else "")
         for i, end in enumerate(ends_of(found))
     ]
 

@@ -3,37 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_replay
 from tolstat.answers.report.first_page import (
     LEVEL,
+    at_least,
     explained,
     no_cause,
     rests_on,
-    share_of_kind,
-)
-from tolstat.answers.report.report_answer import (
-    Cause,
-    Causes,
-    IntegrationErrors,
-    Report,
-    ReportedResponse,
 )
 from tolstat.answers.report.response_figures import figures_of
-from tolstat.document.blocks import (
-    Block,
-    Cell,
-    Gallery,
-    Given,
-    Section,
-    Table,
-    note,
-    paragraph,
-    shown,
-    table_of,
-)
+from tolstat.document import blocks
+from tolstat.document.blocks import Block, Cell, Given, Section, Table
 from tolstat.document.inline import (
     Name,
     Number,
@@ -42,26 +26,41 @@ from tolstat.document.inline import (
     Typed,
     Word,
     counted,
-    listed,
     say,
     text,
     with_unit,
 )
 from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.sensitivity.contributions import Contributions
-from tolstat.units.scale import AS_IS, PART, PER_CENT, Ratio, Scale
+from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM, Ratio, Scale
+
+if TYPE_CHECKING:
+    from tolstat.answers.report.report_answer import (
+        Cause,
+        Causes,
+        IntegrationErrors,
+        PairCause,
+        Report,
+        ReportedResponse,
+    )
+    from tolstat.statistics.sensitivity.contributions import Contributions
 
 Row = dict[str, Given]
+Values = Mapping[str, Estimate] | Mapping[str, float]
 
-CHOSEN = {"near": "next to the limit", "worst": "worst", "spread": "over the range"}
-MOST_PAIRS = 3  # named beside the first
+CHOSEN = {
+    "random": "at random", "near": "next to the limit", "worst": "worst",
+    "spread": "over the range",
+}  # fmt: skip
+ALONE, TOGETHER = "alone, % of the variance", "with interactions, % of the variance"
+MOST_PAIRS = 4  # named
 PERFORMANCE = "Simulated trials show performance, not the capability of a process."
 LEVELS = (
     "Among out-of-limit trials: mean less that of all trials, and root mean square "
     "distance from it, both in sigmas of all trials. Level: how often chance alone "
     "makes some contributor differ so much (two rank sum tests, corrected for {} "
-    "contributors after Holm; of a kind of part its clearest member). Halved: the "
+    "contributors after Holm; of a kind of part its clearest member; of a pair "
+    "corrected for the number of pairs). Halved: the "
     "stored trials weighted by the ratio of densities; a fresh run tells more sharply."
 )
 CORRELATED = "Deviations are correlated: what is correlated with a cause differs too."
@@ -82,23 +81,22 @@ def response_section(found: Report, name: str) -> Section:
     each = found.responses[name]
     nothing = text(Word("No trial is done"), ": there is no value to draw.")
     done = found.trials.done
-    blocks = shown(
-        note(_declared(each)),
-        paragraph(_point_mass(each)),
-        Gallery(figures_of(found, name)) if done else paragraph(nothing),
-        paragraph(_indices(each)),
+    shown = blocks.shown(
+        blocks.note(_declared(each)),
+        blocks.paragraph(_point_mass(each)),
+        blocks.Gallery(figures_of(found, name)) if done else blocks.paragraph(nothing),
         _part("Performance", *_performance(found, each)),
         _part("Main causes of out-of-limit trials", *_causes(found, each)),
         _part("Variance contributions", *_contributions(found, each)),
         _part("Classical answers", _classical(found, name, each)),
-        _part("Integration error", *map(paragraph, _integration(each))),
+        _part("Integration error", *_integration(found, each)),
         _part("Worst trials", _worst_trials(found, name, each)),
     )
-    return Section(name, blocks, name)
+    return Section(name, shown, name)
 
 
-def _part(title: str, *blocks: Block | None) -> Section:
-    return Section(title, shown(*blocks), level=3)
+def _part(title: str, *given: Block | None) -> Section:
+    return Section(title, blocks.shown(*given), level=3)
 
 
 def _declared(each: ReportedResponse) -> Parts:
@@ -120,101 +118,83 @@ def _point_mass(each: ReportedResponse) -> Parts:
 
 
 def _indices(each: ReportedResponse) -> Parts:
-    """Say why there are no Sobol' indices, where the run was made for them."""
-    found = each.indices
-    if found is None:
+    """Say what Sobol' indices rest on, or why there are none."""
+    if (found := each.indices) is None:
         return ()
-    reason = next((x.reason for x in found.total.values()), "nothing deviates")
-    if found.dominated_by_few:
-        reason = "few trials dominate the variance"
-    elif any(share.value == share.value for share in found.first.values()):
-        return ()
-    return say(
-        "No Sobol' indices: {}; there are {} ({} left out: not all of their trials are "
-        "done).",
-        reason, counted(found.groups, "whole group"), str(found.broken),
-    )  # fmt: skip
+    why = f"No Sobol' indices: {found.reason}; there are" if found.reason else None
+    left_out = f"({found.broken} left out: not all of their trials are done)."
+    groups = counted(found.groups, "group")
+    return text(why or "Sobol' indices of", " ", groups, f" of trials {left_out}")
 
 
 def _performance(found: Report, each: ReportedResponse) -> tuple[Block, ...]:
     if (limited := each.limited) is None:
         return ()
     head = f"against {limited.limit.words}"
+    found_by: dict[str, Iterable[Given]] = {
+        "equivalent, of the fraction out of limit": (
+            None,
+            Number(limited.equivalent_ppk),
+        ),
+        "by percentiles (ISO 22514-2)": map(ppk_cell, limited.percentiles),
+        "by moments, as for normal responses": map(ppk_cell, limited.moments),
+    }
     rows: list[Row] = [
-        {head: "equivalent, of the fraction out of limit", "Pp": None,
-         "Ppk": Number(limited.equivalent)},
-    ]  # fmt: skip
-    for method, by in (
-        ("by percentiles (ISO 22514-2)", limited.percentiles),
-        ("by moments, as for normal responses", limited.moments),
-    ):
-        rows.append({head: method, "Pp": ppk_cell(by.pp), "Ppk": ppk_cell(by.ppk)})
-    return table_of(rows, caption=rests_on(found)), note(PERFORMANCE)
+        {head: method, "Pp": pp, "Ppk": ppk} for method, (pp, ppk) in found_by.items()
+    ]
+    return blocks.table_of(rows, caption=rests_on(found)), blocks.note(PERFORMANCE)
 
 
 def _causes(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
     if (causes := each.causes) is None:
         return ()
-    said = text(f": {no_cause(causes)}.")
-    if causes.leading:
-        names = listed([Name(each) for each in causes.leading])
-        said = say(". Significantly different among them: {}.", names)
     out, known = causes.out_of_limit, causes.contributors
     failed = ", failed ones among them" if found.trials.failed else None
+    none = None if causes.leading else f": {no_cause(causes)}"
     correlated = found.assumptions.correlation and known
     return (
-        paragraph(say("{} out of limit{}{}", counted(out, "trial"), failed, said)),
-        paragraph(_pairs(causes)),
+        blocks.paragraph(counted(out, "trial"), " out of limit", failed, none, "."),
         _causes_table(found, causes) if out else None,
-        note(say(LEVELS, str(len(known)))) if out and known else None,
-        note(CORRELATED) if correlated else None,
+        blocks.note(say(LEVELS, str(len(known)))) if out and known else None,
+        blocks.note(CORRELATED) if correlated else None,
     )
 
 
-def _pairs(causes: Causes) -> Parts:
-    if not causes.pairs:
-        return ()
-    first, *others = causes.pairs
-    together, halved = first.together, first.halved
-    also = [
-        say("{} (level {})", other.words, Number(other.together.level, PER_CENT))
-        for other in others[:MOST_PAIRS]
-    ]
-    return say(
-        "Together: {}: {}; either of them alone in at most {} (level {}, corrected for "
-        "the number of pairs){}{}.",
-        Word(first.words), explained(first, causes),
-        Number(together.alone, PER_CENT, "at_most"), Number(together.level, PER_CENT),
-        say("; with both tolerances halved {}", ppm(halved)) if halved.sure else None,
-        say("; also {}", listed(also)) if also else None,
-    )  # fmt: skip
-
-
 def _causes_table(found: Report, causes: Causes) -> Table:
+    """Return a row for each pair, kind of part and contributor."""
     rows: list[Row] = []
-    for of in (causes.kinds, causes.contributors):
-        for name in clearest_first(of):
-            each, size = of[name], of[name].effective_sample_size
-            known = each.shift == each.shift
-            rows.append({
-                "contributor": Word(name) if each.significant else Name(name),
-                "mean, sigmas": Number(each.shift) if known else None,
-                "distance, sigmas": Number(each.width) if known else None,
-                "level, %": Number(each.level, LEVEL),
-                "out of limit with its tolerance halved, ppm": ppm(each.halved),
-                "effective sample size": Number(size) if size else None,
-            })  # fmt: skip
-    return table_of(rows, caption=rests_on(found))
+    for pair in causes.pairs[:MOST_PAIRS]:
+        alone = Number(pair.together.alone, PER_CENT, "at_most")
+        below = say(
+            "{}; either of them alone in at most {}", explained(pair, causes), alone
+        )
+        level = pair.together.level
+        rows.append(_cause(Cell((Word(pair.words),), below), level, pair))
+    for name, each in sorted(causes.every.items(), key=_clearest_first):
+        known = each.shift == each.shift
+        part = Word(name) if each.significant else Name(name)
+        rows.append({
+            **_cause(Cell((part,)), each.level, each),
+            "mean, sigmas": Number(each.shift) if known else None,
+            "distance, sigmas": Number(each.width) if known else None,
+        })  # fmt: skip
+    return blocks.table_of(rows, words=["contributor"], caption=rests_on(found))
 
 
-def clearest_first(found: Mapping[str, Cause]) -> list[str]:
+def _cause(part: Cell, level: float, cause: Cause | PairCause) -> Row:
+    size = cause.effective_sample_size
+    return {
+        "contributor": part,
+        "level, %": Number(level, LEVEL),
+        "out of limit with its tolerance halved, ppm": ppm(cause.halved),
+        "effective sample size": Number(size) if size else None,
+    }
+
+
+def _clearest_first(named: tuple[str, Cause]) -> tuple[float, float]:
     """Sort by how clearly it differs, then by what halving leaves out of limit."""
-
-    def place(name: str) -> tuple[float, float]:
-        left = found[name].halved.value
-        return found[name].level, math.inf if math.isnan(left) else left
-
-    return sorted(found, key=place)
+    cause, left = named[1], named[1].halved.value
+    return cause.level, math.inf if math.isnan(left) else left
 
 
 def _contributions(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
@@ -224,78 +204,83 @@ def _contributions(found: Report, each: ReportedResponse) -> tuple[Block | None,
     every = [*each.leading, *each.slopes]  # what matters first
     for case in each.worst_cases.values():
         every += [name for name, off in case.deviations.items() if off]
+    every += each.indices.first if each.indices else ()
     if not every:
         return ()
+    kinds = _kinds(each, known) if known else []
+    rows = _contributors(found, each, known, list(dict.fromkeys(every)))
     return (
-        paragraph(FEW) if known and known.dominated_by_few else None,
-        _groups_table(found, each, known) if known else None,
-        _contributors_table(found, each, known, list(dict.fromkeys(every))),
-        note(_remarks(found, known)) if known else None,
+        blocks.paragraph(FEW) if known and known.dominated_by_few else None,
+        blocks.paragraph(_indices(each)),
+        blocks.table_of([*kinds, *rows], caption=rests_on(found)),
+        blocks.note(_remarks(found, known)) if known else None,
     )
 
 
-def _groups_table(found: Report, each: ReportedResponse, known: Contributions) -> Table:
+def _kinds(each: ReportedResponse, known: Contributions) -> list[Row]:
+    """Return a row for each kind of part, the largest share first."""
     rows: list[Row] = []
-    size = {name: share_of_kind(each, name).value for name in known.groups}
-    for group in sorted(size, key=lambda n: -size[n] if size[n] == size[n] else 0.0):
-        together, head = known.together[group], "together with interactions, %"
-        row: Row = {"parts": Cell((Name(group),), text(", ".join(each.members[group])))}
-        if not known.dominated_by_few:
-            row["each alone, summed, %"] = Number(known.groups[group], PART)
-            row[head] = Number(together, PART)
-        elif together.sure:
-            least = Number(max(together.lower, 0.0), PER_CENT, "at_least")
-            row[head] = text("at least ", least)
-        else:
-            row[head] = Cell((), text(together.reason))
-        rows.append(row)
-    return table_of(rows, words=["parts"], caption=rests_on(found))
+    size = {kind: share.value for kind, share in each.shares_of_kinds.items()}
+    for kind in sorted(size, key=lambda n: -size[n] if size[n] == size[n] else 0.0):
+        together = known.together[kind]
+        share: Given = Number(together, PART)
+        if known.dominated_by_few:
+            reason = Cell((), text(together.reason))
+            share = at_least(together) if together.sure else reason
+        alone = None if known.dominated_by_few else Number(known.groups[kind], PART)
+        rows.append({
+            "contributor": Cell((Name(kind),), text(", ".join(each.members[kind]))),
+            ALONE: alone,
+            TOGETHER: share,
+        })  # fmt: skip
+    return rows
 
 
-def _contributors_table(
+def _contributors(
     found: Report, each: ReportedResponse, known: Contributions | None, every: list[str]
-) -> Table:
-    alone = known.first_order if known and not known.dominated_by_few else {}
-    ranks = known.rank_regression if known else {}
-    linear = each.linear.shares if each.linear else {}
+) -> list[Row]:
+    """Return a row for each contributor."""
+    shares: dict[str, tuple[Values, Scale | Ratio]] = {}
+    if known:
+        alone = {} if known.dominated_by_few else known.first_order
+        shares[ALONE] = alone, PART
+        shares["rank regression coefficient"] = known.rank_regression, AS_IS
+    if (indices := each.indices) and not indices.reason:
+        shares["Sobol' first-order index, %"] = indices.first, PART
+        shares["Sobol' total index, %"] = indices.total, PART
+    if each.linear:
+        shares["root sum square, % of the variance"] = each.linear.shares, PER_CENT
     rows: list[Row] = []
     for part in every:
-        scale = found.of.scales[part]
-
-        def known_of(
-            of: Mapping[str, Estimate] | Mapping[str, float], scale: Scale | Ratio
-        ) -> Number | None:
-            return Number(of[part], scale) if part in of else None  # noqa: B023
-
-        ratio = Ratio(each.scale, scale)
-        rows.append({
-            "contributor": Name(part),
-            "alone, % of the variance": known_of(alone, PART),
-            "rank regression coefficient": known_of(ranks, AS_IS),
-            "slope at the nominal trial": with_unit(known_of(each.slopes, ratio)),
-            "root sum square, % of the variance": known_of(linear, PER_CENT),
-            **{
-                f"worst case, {side}": with_unit(known_of(case.deviations, scale))
-                for side, case in each.worst_cases.items()
-            },
-        })  # fmt: skip
-    return table_of(rows, caption=rests_on(found))
+        shown = found.stored_run.scales.get(part, AS_IS)  # a batch has none
+        own: dict[str, tuple[Values, Scale | Ratio]] = {
+            "slope at the nominal trial": (each.slopes, Ratio(each.scale, shown))
+        }
+        for side, case in each.worst_cases.items():
+            own[f"worst case, {side}"] = case.deviations, shown
+        row: Row = {"contributor": Name(part)}
+        for head, (of, scale) in (shares | own).items():
+            if part in of:
+                number = Number(of[part], scale)
+                row[head] = with_unit(number) if head in own else number
+        rows.append(row)
+    return rows
 
 
 def _remarks(found: Report, known: Contributions) -> Parts:
     rest = "interaction" if known.linear else "interaction, correlation or chance"
-    alone, ranks = Number(known.unexplained, PART), Number(known.explained, PART)
     told = not known.dominated_by_few and not math.isnan(known.unexplained.value)
+    alone = say(f"Not explained by contributors alone: {{}} ({rest}). ",
+                Number(known.unexplained, PART))  # fmt: skip
+    ranks = say("Ranks explain {}. ", Number(known.explained, PART))
     return text(
-        say(f"Not explained by contributors alone: {{}} ({rest}). ", alone)
-        if told else None,
-        None if math.isnan(known.explained.value)
-        else say("Ranks explain {}. ", ranks),
+        alone if told else None,
+        None if math.isnan(known.explained.value) else ranks,
         LINEAR if known.linear else NEIGHBOURS,
         "Estimates below 0 are chance. " if told and not known.linear else None,
         RARER,
         OVERLAP if found.assumptions.correlation else None,
-    )  # fmt: skip
+    )
 
 
 def _classical(found: Report, name: str, each: ReportedResponse) -> Table:
@@ -317,61 +302,65 @@ def _classical(found: Report, name: str, each: ReportedResponse) -> Table:
             Number(departure.linear, scale),
             (fails if departure.fails else None, "simulated ", simulated),
         )
-    return table_of(
+    return blocks.table_of(
         [{"answer": answer, scale.label(name): value, "": text(said)}
          for answer, (value, said) in rows.items()],
         words=[""], caption=rests_on(found),
     )  # fmt: skip
 
 
-def _integration(each: ReportedResponse) -> list[Parts]:
+def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
     """Say how large integration errors are, and what they move."""
     if (errors := each.integration_errors) is None:
-        return []
-    exact, n = each.scale.exact, errors.at_random.trials
+        return ()
+    exact, effect = each.scale.exact, errors.effect
     tightened = ", ".join(f"{k} {AS_IS.number(v)}" for k, v in errors.settings.items())
-    above = text(
-        "The fraction that errs more is not known: trials depend on each other."
-    )
+    above = text("Trials depend on each other: how many err more is not known.")
     if errors.above == errors.above:
         most = Number(errors.above, PER_CENT, "at_most")
-        above = say("At most {} of production err more (95 %).", most)
-    chosen = [
-        text(f"{of.trials} {CHOSEN[why]} ", Number(of.largest, exact))
-        for why, of in errors.chosen.items()
-    ]
-    random = Number(errors.at_random.largest, exact)
-    return [
-        say(f"{{}} evaluated again with {tightened} ({errors.failed} failed one of the "
-            "two times).", counted(errors.trials, "trial")),
-        say(f"Largest error of the {n} chosen at random: {{}}. {{}}", random, above)
-        if n else (),
-        say("Largest error of those chosen on purpose: {}.", listed(chosen))
-        if chosen else (),
-        say("The largest of all, {}, is no bound for others.",
-            Number(errors.largest, exact)) if errors.effect else (),
-        *_effect(each, errors),
+        above = say(
+            "At most {} of production err more (95 %) than the largest at random.", most
+        )
+    seen: list[Row] = [
+        {"chosen": CHOSEN[why], "trials": Number(of.trials),
+         exact.label("largest error"): Number(of.largest, exact)}
+        for why, of in {"random": errors.at_random, **errors.chosen}.items()
+        if of.trials
     ]  # fmt: skip
+    moved: Row = {}
+    if effect:
+        by = {"mean": effect.mean, "sigma": effect.sigma}
+        by |= {share_words(share): x for share, x in effect.quantiles.items()}
+        moved = {"unit": exact.mark, **{n: Number(x, exact) for n, x in by.items()}}
+        if effect.fraction_out_of_limit is not None:
+            moved["out of limit, ppm"] = Number(effect.fraction_out_of_limit, PPM)
+    nearest = (
+        "Moved by so much, if each trial errs as the audited one of nearest response."
+    )
+    return (
+        blocks.paragraph(say(
+            f"{{}} evaluated again with {tightened} ({errors.failed} failed one of the "
+            "two times). The largest error is no bound for others. {}",
+            counted(errors.trials, "trial"), above if errors.at_random.trials else None,
+        )),
+        blocks.table_of(seen, caption=rests_on(found)),
+        blocks.table_of([moved], caption=rests_on(found)) if moved else None,
+        blocks.note(nearest) if moved else None,
+        blocks.paragraph(_sides(each, errors)),
+    )  # fmt: skip
 
 
-def _effect(each: ReportedResponse, errors: IntegrationErrors) -> list[Parts]:
-    """Say how far errors move the numbers, and how many trials change sides."""
-    effect, sides, exact = errors.effect, errors.sides, each.scale.exact
-    if effect is None:
-        return []
-    moved = {"mean": effect.mean, "sigma": effect.sigma}
-    moved |= {share_words(share): by for share, by in effect.quantiles.items()}
-    numbers = [say(f"{what} by {{}}", Number(by, exact)) for what, by in moved.items()]
-    if effect.out_of_limit is not None:
-        by = Number(effect.out_of_limit, PER_CENT)
-        numbers.append(say("the fraction out of limit by {}", by))
-    said = [say(
-        "If each trial errs as the audited one of nearest response, errors move {}.",
-        listed(numbers),
-    )]  # fmt: skip
-    if sides is None:
-        return said
-    gap = Number(sides.gap, exact)
+def _sides(each: ReportedResponse, errors: IntegrationErrors) -> Parts:
+    """Say how many trials change sides of the limit."""
+    if errors.effect is None or (sides := errors.sides) is None:
+        return ()
+    gap = Number(sides.gap, each.scale.exact)
+    rest = say(
+        f"All {sides.near} less than {{}} from the limit were evaluated again. "
+        "While no other errs by so much, the fraction out of limit moves by at most "
+        "{}.",
+        gap, Number(sides.at_most, PER_CENT, "at_most"),
+    )  # fmt: skip
     if math.isinf(sides.gap):
         rest = text("All were evaluated again.")
     elif sides.gap <= errors.largest:
@@ -379,19 +368,12 @@ def _effect(each: ReportedResponse, errors: IntegrationErrors) -> list[Parts]:
             "One that was not evaluated again lies {} from the limit, and errors as "
             "large were seen: others may change sides too.", gap,
         )  # fmt: skip
-    else:
-        rest = say(
-            f"All {sides.near} less than {{}} from the limit were evaluated again. "
-            "While no other errs by so much, the fraction out of limit moves by at "
-            "most {}.",
-            gap, Number(sides.at_most, PER_CENT, "at_most"),
-        )  # fmt: skip
-    sentence = "Trials that change sides of the limit: {}. {}"
-    return [*said, say(sentence, Number(sides.changed), rest)]
+    changed = Number(sides.changed)
+    return say("Trials that change sides of the limit: {}. {}", changed, rest)
 
 
 def _worst_trials(found: Report, name: str, each: ReportedResponse) -> Table:
-    again, scales, run = "to see it again", found.of.scales, found.of
+    again, scales, run = "to see it again", found.stored_run.scales, found.stored_run
     rows: list[Row] = []
     for worst in each.worst_trials:
         precise = Number(worst.precise, each.scale)
@@ -405,4 +387,4 @@ def _worst_trials(found: Report, name: str, each: ReportedResponse) -> Table:
     of = rests_on(found)
     if found.trials.counted < found.trials.requested:  # these are the worst of all
         of = say("of all {} trials done", Number(found.trials.by_status["done"]))
-    return table_of(rows, words=[again], caption=of)
+    return blocks.table_of(rows, words=[again], caption=of)

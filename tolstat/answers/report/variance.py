@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import numpy as np
-
 from tolstat.answers.report.report_answer import SobolIndices
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.model.description import kinds_of_part
@@ -23,21 +21,10 @@ def contributions_of(
 ) -> tuple[dict[str, Contributions], dict[str, tuple[str, ...]]]:
     """Estimate the contributions to the responses in focus.
 
-    Parameters
-    ----------
-    drawn : Drawn
-        The trials.
-    focus : sequence of str
-        Names of responses.
-
-    Returns
-    -------
-    tuple of dict
-        By response; empty where nothing deviates. And the contributors of each kind of
-        part.
+    By response, empty where nothing deviates; and the contributors of each kind of
+    part.
     """
-    columns = {each.name: drawn.done(each.name) for each in drawn.run.contributors}
-    deviations = {n: x for n, x in columns.items() if len(x) and np.ptp(x) > 0}
+    deviations = drawn.deviating(drawn.sample.done)
     if not deviations:
         return {}, {}
     groups = kinds_of_part(list(deviations), drawn.run.contributors)
@@ -84,19 +71,9 @@ def _of_each(
 
 
 def indices_of(drawn: Drawn, name: str) -> SobolIndices:
-    """Estimate Sobol' indices of a run that was made for them.
+    """Estimate Sobol' indices of a response of a run with sampling = "saltelli".
 
-    Parameters
-    ----------
-    drawn : Drawn
-        Of a run with sampling = "saltelli".
-    name : str
-        Of a response.
-
-    Returns
-    -------
-    SobolIndices
-        Groups with a failed trial are left out and counted.
+    Groups with a failed trial are left out and counted.
     """
     groups, broken = drawn.groups(name)
     found = sobol_indices(groups, list(drawn.sampled.factors))

@@ -10,7 +10,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from tolstat.answers.answer import Answer
-from tolstat.answers.report.run_notes import notes_of
+from tolstat.answers.run_answer import notes_of
 from tolstat.answers.sweep.extremes_document import extremes_document
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tolstat.answers.next_steps import command
-from tolstat.answers.report.gather import responses_in_focus
+from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sweep.curves import Sweep, axis_scale, sweeps
 from tolstat.document import blocks
 from tolstat.document.blocks import Block, Document, Given, Table, table_of

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from tolstat.answers.relimit import with_limits
 from tolstat.answers.report.gather import all_limits, reportable, summaries_of
-from tolstat.answers.report.run_notes import notes_of
+from tolstat.answers.run_answer import notes_of
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.answers.what_if.what_if_answer import (
     Change,

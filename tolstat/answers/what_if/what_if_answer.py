@@ -129,8 +129,8 @@ class WhatIf(Answer):
                 "": side,
                 "limit": limit_cell(limited.limit) if name else None,
                 "verdict": Word(limited.yields.verdict, limited.yields.verdict),
-                "out of limit, ppm": ppm(limited.yields.out_of_limit),
-                "equivalent Ppk": ppk_cell(limited.equivalent),
+                "out of limit, ppm": ppm(limited.yields.fraction_out_of_limit),
+                "equivalent Ppk": ppk_cell(limited.equivalent_ppk),
                 "Ppk by percentiles": ppk_cell(limited.percentiles.ppk),
                 "Ppk by moments": ppk_cell(limited.moments.ppk),
             }

@@ -1,4 +1,4 @@
-"""Diagnostics of a run: slopes, worst cases, worst trials, halved tolerances."""
+"""Diagnostics of a run: slopes, worst cases, halved tolerances."""
 
 from __future__ import annotations
 
@@ -14,18 +14,14 @@ from tolstat.execution.diagnostics.slopes_and_corners import (
     slopes,
     worst_corners,
 )
-from tolstat.execution.diagnostics.trial_selection import worst_trials
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
-from tolstat.statistics.limits.limit import margins
 from tolstat.status import Status
-from tolstat.store.run_records import Audited, Diagnostics, Worst, WorstCase
+from tolstat.store.run_records import Diagnostics, WorstCase
 from tolstat.study.study import Study
 
 
-def gather(
-    study: Study, trials: Trials, audited: Audited | None, workers: Workers
-) -> Diagnostics:
+def gather(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
     """Evaluate the diagnostics of a run; nothing where no deviations were drawn."""
     if study.sampler is None:
         return Diagnostics(missing="no deviations were drawn")
@@ -35,7 +31,6 @@ def gather(
     return Diagnostics(
         _by_name(study, table, usual > 0),
         _worst_cases(study, trials, lower, upper, table, workers),
-        _worst(study, trials, audited),
         halved_shares(study, trials),
     )
 
@@ -128,20 +123,3 @@ def _steepest(
         if np.nansum(slope[columns] * (upper - lower)[columns]) > 0:
             corner[columns] = upper[columns]
     return corner
-
-
-def _worst(
-    study: Study, trials: Trials, audited: Audited | None
-) -> dict[str, list[Worst]]:
-    """List the worst trials of each limited response, with the precise values."""
-    found = {}
-    for name, limit in study.limits.items():
-        some = worst_trials(trials.response(name), trials.status, limit)
-        precise = np.full(len(some), np.nan)
-        if audited is not None:
-            places = np.searchsorted(audited.trials, some)
-            precise = audited.responses[name][places]
-        known = np.where(np.isnan(precise), trials.response(name)[some], precise)
-        order = np.argsort(margins(known, limit.permitted), kind="stable")
-        found[name] = [Worst(some[i], float(precise[i])) for i in order]
-    return found

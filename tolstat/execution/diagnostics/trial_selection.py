@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.rare_stage import unit_samples
 from tolstat.execution.trial_table import Trials
-from tolstat.statistics.limits.limit import Limit, margins
+from tolstat.statistics.limits.limit import Limit, worst_trials
 from tolstat.status import Status
 from tolstat.store.run_records import Reason
 
@@ -23,7 +23,6 @@ SPREAD = 12  # trials at least, over the range of a limited response
 REACH = 2  # times the largest error seen: others may err more
 IN_REACH = 20  # trials at least, that may be looked at because they may change sides
 NO_LIMIT = Limit(-np.inf, np.inf)
-WORST = 10  # trials of each limited response
 
 
 class Choice(NamedTuple):
@@ -116,7 +115,7 @@ def _on_purpose(
     near = np.concatenate([next_to(known, limit, end, number) for end in ends])
     return {
         Reason.NEAR: done[near],
-        Reason.WORST: np.array(worst_trials(values, status, limit), np.int64),
+        Reason.WORST: worst_trials(values, status, limit),
         Reason.SPREAD: done[spread(known, max(SPREAD, share // 2))],
     }
 
@@ -145,11 +144,3 @@ def spread(values: Array, number: int) -> Numbers:
     middles = (ascending[1:] + ascending[:-1]) / 2
     wanted = np.linspace(ascending[0], ascending[-1], number)
     return np.unique(order[np.searchsorted(middles, wanted)])
-
-
-def worst_trials(values: Array, status: NDArray[np.uint8], limit: Limit) -> list[int]:
-    """Return the ten trials nearest to a limit, or farthest out; the worst first."""
-    margin = margins(values, limit.permitted)
-    margin[status != Status.DONE] = np.inf
-    order: list[int] = np.argsort(margin, kind="stable")[:WORST].tolist()
-    return [trial for trial in order if margin[trial] < np.inf]

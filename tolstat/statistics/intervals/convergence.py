@@ -1,4 +1,4 @@
-"""How an estimate converges, and how many trials reach a requested precision."""
+"""How many trials reach a requested precision."""
 
 from __future__ import annotations
 
@@ -17,43 +17,10 @@ from tolstat.statistics.sample import Sample
 
 Array = NDArray[np.float64]
 
-FEWEST = 32
-POINTS = 40
-
 FIRST = 1024  # trials of the first stage
 RESERVE = 1.1  # more trials than the first stage alone would suggest
 AHEAD = 8  # times as many trials are foreseen, and no more
 MULTIPLE = 256  # stages are a multiple of it
-
-
-class Running(NamedTuple):
-    """A statistic of the first trials of a run; NaN where there is no estimate yet."""
-
-    trials: NDArray[np.int64]
-    value: Array
-    lower: Array
-    upper: Array
-
-
-def running(
-    statistic: Statistic,
-    values: Array,
-    sample: Sample,
-    limit: tuple[float, float] | None = None,
-) -> Running:
-    """Estimate a statistic of float64[trial] from ever more trials.
-
-    At forty numbers of trials, evenly spaced on a logarithmic scale; with the permitted
-    values where it is a share out of limit.
-    """
-    n = len(values)
-    fewest = min(FEWEST, n)
-    trials = np.unique(np.geomspace(fewest, n, POINTS).round().astype(np.int64))
-    found = [
-        statistic.of(values[:each], sample.first(int(each)), limit) for each in trials
-    ]
-    table = np.array([(each.value, each.lower, each.upper) for each in found])
-    return Running(trials, *table.T)
 
 
 class Precision(NamedTuple):

@@ -133,6 +133,6 @@ class Statistic(NamedTuple):
             return quantiles_at(values, sample, [self.share], limit)[self.share]
         if self.kind == "beyond":
             assert limit is not None  # checked with the study
-            return yield_of(values, sample, limit).out_of_limit
+            return yield_of(values, sample, limit).fraction_out_of_limit
         of = mean if self.kind == "mean" else sigma
         return of(values, sample, Reach(declared, limit))

@@ -9,7 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from tolstat.status import Status
+
 DEMANDED = 0.9973  # yield where the study demands no other
+WORST = 10  # trials of a limited response
 
 
 class Limit(NamedTuple):
@@ -70,6 +73,19 @@ def margins(
     """Return how far values lie within a limit; less than 0 out of it."""
     lower, upper = permitted
     return np.asarray(np.minimum(upper - values, values - lower))
+
+
+def worst_trials(
+    values: NDArray[np.float64],
+    status: NDArray[np.uint8],
+    limit: Limit,
+    count: int = WORST,
+) -> NDArray[np.int64]:
+    """Return the trials nearest to a limit, or farthest out of it; the worst first."""
+    margin = margins(values, limit.permitted)
+    margin[status != Status.DONE] = np.inf
+    order = np.argsort(margin, kind="stable")[:count]
+    return order[margin[order] < np.inf]
 
 
 def worst_side(permitted: tuple[float, float] | None) -> int:

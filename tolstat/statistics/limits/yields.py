@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 Ends = tuple[float, float]
 
 MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
+WORST_FIRST = (NOT_MET, UNDECIDED, MET)
 CONFIDENCE = 0.95
 
 
@@ -29,9 +30,9 @@ class Yield(NamedTuple):
 
     Attributes
     ----------
-    out_of_limit : Estimate
-        Share out of limit; every failed trial counts as out of limit.
-    least, most : Estimate
+    fraction_out_of_limit : Estimate
+        Every failed trial counts as out of limit.
+    within, within_at_most : Estimate
         Yield if every failed trial were out of limit, and if every one were within.
     verdict : str
         "met" when the whole interval of the yield lies at or above the demanded one,
@@ -41,9 +42,9 @@ class Yield(NamedTuple):
         where they exceed 1e9.
     """
 
-    out_of_limit: Estimate
-    least: Estimate
-    most: Estimate
+    fraction_out_of_limit: Estimate
+    within: Estimate
+    within_at_most: Estimate
     verdict: str
     needed: int
 

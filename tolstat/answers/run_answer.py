@@ -1,0 +1,196 @@
+"""What every answer about a run says of it: notes, title block, how it came to be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tolstat.answers.answer import Answer
+from tolstat.errors import PictureError, allowed_names
+from tolstat.model.description import StudyNumber
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.sample import Sample
+from tolstat.status import Status
+from tolstat.store.run_records import Audited, Chosen
+from tolstat.store.stored_run import Run
+from tolstat.units.scale import PER_CENT, Scale
+
+MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
+
+
+class TrialCounts(NamedTuple):
+    """What became of the trials."""
+
+    requested: int
+    ran: int
+    done: int  # of those that the statistics rest on, as the two below
+    failed: int
+    counted: int
+    by_status: Mapping[str, int]  # by the word of each status
+    failures: Estimate  # fraction that failed
+    unseen: float  # fraction of production that may lie outside all trials done
+    sampling: str
+    promise: str  # what the sampling allows to say
+    notes: tuple[str, ...]  # what must be known to read the numbers, failures first
+
+
+class TitleBlock(NamedTuple):
+    """What the study says of the sheet that is signed; empty texts if nothing."""
+
+    project: str
+    drawing: str
+    revision: str
+    author: str
+    approval: str
+
+
+class SampledDeviation(NamedTuple):
+    """What was assumed of a deviation: words, tolerance, how it is shown."""
+
+    words: str
+    lower: float
+    upper: float
+    scale: Scale
+    sentence: str
+
+
+class Assumptions(NamedTuple):
+    """What the numbers rest on."""
+
+    deviations: Mapping[str, SampledDeviation]  # by contributor that deviates
+    correlation: Mapping[str, Mapping[str, float]]  # of ranks, as the study has them
+    settings: Mapping[str, Chosen]
+    of_the_model: tuple[str, ...]
+    missing: str  # why there are no slopes and worst cases; empty if there are
+
+
+@dataclass(frozen=True, repr=False)
+class RunAnswer(Answer):
+    """An answer about a run whose trials are sampled."""
+
+    title: str
+    run: str
+    model: str
+    title_block: TitleBlock
+    trials: TrialCounts
+    assumptions: Assumptions
+    provenance: Mapping[str, object]  # versions, times, processor, text of the study
+    stored_run: Run = field(metadata={"json": False})
+
+
+def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:
+    """Return the fields of `RunAnswer`."""
+    assert run.sampled is not None
+    deviations = {
+        each.name: SampledDeviation(
+            assumed.words, *assumed.tolerance, run.scales[each.name], each.sentence
+        )
+        for each in run.contributors
+        if (assumed := run.assumed.get(each.name))
+    }
+    return {
+        "title": run.title,
+        "run": run.path.name,
+        "model": run.model,
+        "title_block": TitleBlock(
+            *(run.document.get(name, "") for name in TitleBlock._fields)
+        ),
+        "trials": trials,
+        "assumptions": Assumptions(
+            deviations, run.correlation, run.settings, run.assumptions,
+            run.diagnostics.missing,
+        ),
+        "provenance": {
+            **run.provenance,
+            "source_digest": run.source_digest,
+            "seed": run.sampled.seed,
+            "study": run.study.text,
+        },
+        "stored_run": run,
+    }  # fmt: skip
+
+
+def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
+    """Return the chosen responses; else what has a limit, else the first eight.
+
+    Raises
+    ------
+    PictureError
+        If a name is not one of the run's responses.
+    """
+    known = [response.name for response in run.responses]
+    chosen = [chosen] if isinstance(chosen, str) else chosen
+    for name in chosen:
+        if name not in known:
+            allowed = allowed_names(name, known)
+            raise PictureError(f"response {name}: unknown; {allowed}")
+    return list(dict.fromkeys(chosen)) or list(run.limits) or known[:MOST_IN_FOCUS]
+
+
+def notes_of(run: Run, sample: Sample | None) -> list[str]:
+    """Say what must be known to read the numbers of a run, failures first.
+
+    `sample`: the trials that its statistics rest on; None where they were not sampled.
+    """
+    notes = []
+    if run.ended and not run.aim:  # trials of a search fail more often than production
+        notes.append(_failed(run, sample))
+    if run.rerun:
+        notes.append(_rerun(run, run.rerun))
+    if run.ended < run.trials:
+        left = run.trials - run.ended
+        notes.append(f"{left} of {run.trials} trials have not run")
+    nominal = run.nominal_values["status"]
+    if nominal != Status.DONE.word:
+        notes.append(f"the nominal trial: {nominal}")
+    notes += run.notes
+    own = [_in_words(run, number) for number in run.numbers if number.of]
+    if own:
+        notes.append("from tolerances alone: " + ", ".join(own))
+    if run.stopped:
+        reached = "reached" if run.stopped.reached else "not reached"
+        stages = ", ".join(map(str, run.stopped.stages))
+        rules = "; ".join(run.stopped.rules)
+        text = f"{rules}: {reached}, checked after {stages} trials"
+        if math.isfinite(wanted := run.stopped.wanted) and wanted:
+            text += f"; about {wanted:.0f} would be needed"
+        notes.append(text)
+    return notes
+
+
+def _failed(run: Run, sample: Sample | None) -> str:
+    text = f"{run.failed} of {run.ended} trials failed"
+    if sample and len(sample.status) < run.trials:
+        ran = int(np.count_nonzero(sample.ran))
+        text += f", {sample.failed} of the {ran} that statistics rest on"
+    if sample and (share := sample.failures).sure:
+        _, lower, upper = PER_CENT.interval(*share[:3])
+        text += f" (95 % interval {lower} to {upper} %)"
+    if said := ", ".join(f"{count} {word}" for word, count in run.failures.items()):
+        text += f": {said}; they count as out of every limit"
+    return text
+
+
+def _rerun(run: Run, rerun: Audited) -> str:
+    """Say how failed trials ended when they were evaluated again."""
+    settings = ", ".join(f"{key} = {value:g}" for key, value in rerun.settings.items())
+    codes, counts = np.unique(rerun.status, return_counts=True)
+    pairs = zip(codes.tolist(), counts, strict=True)
+    ended = ", ".join(f"{count} {run.words[code]}" for code, count in pairs)
+    return (
+        f"{len(rerun.trials)} failed trials evaluated again with {settings}: {ended}; "
+        "they still count as failed"
+    )
+
+
+def _in_words(run: Run, number: StudyNumber) -> str:
+    """Write a number of the study, and what it does not say."""
+    value = run.scale_of(number).words(number.value)
+    if math.isnan(number.value):
+        value = "none"
+    caveat = f" ({number.caveat})" if number.caveat else ""
+    return f"{number.name} {value}{caveat}"
