@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -25,13 +24,14 @@ from tolstat.statistics.limits.yields import CONFIDENCE, joint_yield
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sensitivity import linear
 from tolstat.statistics.summary import Summary, summarize
+from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 
 NAMED = 3  # contributors of a worst trial
 
 
-def summary(run: Run | str | os.PathLike[str]) -> RunSummary | RareSummary | Extremes:
+def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
     """Summarize a run: verdicts, main causes, responses.
 
     Parameters
@@ -50,16 +50,14 @@ def summary(run: Run | str | os.PathLike[str]) -> RunSummary | RareSummary | Ext
     RunFileError
         If the run cannot be read.
     """
-    run = run if isinstance(run, Run) else open_run(run)
+    run = open_run(run)
     if run.aim and run.ended:
         return rare_summary(run)
     drawn = drawn_trials(run)
     return summary_of(drawn) if drawn else extremes_of(run)
 
 
-def report(
-    run: Run | str | os.PathLike[str], responses: Sequence[str] = ()
-) -> Report | RareSummary:
+def report(run: RunSource, responses: Sequence[str] = ()) -> Report | RareSummary:
     """Return the statistical tolerance report of a run; nothing is simulated.
 
     Parameters
@@ -82,7 +80,7 @@ def report(
     RunFileError
         If the run cannot be read.
     """
-    run = run if isinstance(run, Run) else open_run(run)
+    run = open_run(run)
     return rare_summary(run, responses) if run.aim else report_of(run, responses)
 
 
