@@ -8,14 +8,12 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.moments import Ends
 from tolstat.statistics.intervals.statistic import Statistic
 from tolstat.statistics.sample import Sample
-
-Array = NDArray[np.float64]
 
 FEWEST = 32
 POINTS = 40
@@ -29,7 +27,7 @@ MULTIPLE = 256  # stages are a multiple of it
 class Running(NamedTuple):
     """A statistic of the first trials of a run; NaN where there is no estimate yet."""
 
-    trials: NDArray[np.int64]
+    trials: Integers
     value: Array
     lower: Array
     upper: Array

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
-
-Array = NDArray[np.float64]
 
 PARTS = 20
 HEAVY = "no trustworthy interval: few trials dominate the variance"

@@ -14,14 +14,13 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import betaincinv
 
+from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import NONE_DONE, Estimate, enclosing
 from tolstat.statistics.intervals.betting import mean_between
 from tolstat.statistics.intervals.weights import Weights
 
-Array = NDArray[np.float64]
 Ends = tuple[float, float]
 OPEN: Ends = (-math.inf, math.inf)
 
@@ -226,7 +225,7 @@ def _missing(values: Array, reach: Reach, weights: Weights | None = None) -> str
 
 
 @lru_cache(maxsize=8)
-def order_of(n: int) -> NDArray[np.int64]:
+def order_of(n: int) -> Integers:
     """Return the order in which n trials are bet on, independent of their values."""
     # an old generator, whose numbers never change
     return np.random.RandomState(n).permutation(n)

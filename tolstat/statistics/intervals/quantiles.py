@@ -6,15 +6,13 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import bdtr, bdtrik
 
+from tolstat.arrays import Array
 from tolstat.statistics.estimate import FAILED_THERE, NONE_DONE, Estimate
 
 
-def quantile(
-    values: NDArray[np.float64], share: float, confidence: float = 0.95
-) -> Estimate:
+def quantile(values: Array, share: float, confidence: float = 0.95) -> Estimate:
     """Estimate a quantile of a random sample.
 
     Returns
@@ -32,7 +30,7 @@ def quantile(
 
 
 def quantiles(
-    values: NDArray[np.float64],
+    values: Array,
     shares: Iterable[float],
     confidence: float = 0.95,
     failed: int = 0,
@@ -72,9 +70,7 @@ def quantiles(
     return found
 
 
-def _of_ordered(
-    ordered: NDArray[np.float64], share: float, confidence: float
-) -> Estimate:
+def _of_ordered(ordered: Array, share: float, confidence: float) -> Estimate:
     n, miss = len(ordered), (1 - confidence) / 2
     if n == 0:
         return NONE_DONE
@@ -93,7 +89,7 @@ def trials_needed(share: float, confidence: float = 0.95) -> int:
     return math.ceil(math.log(miss) / math.log(max(share, 1 - share)))
 
 
-def median_unbiased(ordered: NDArray[np.float64], share: float) -> float:
+def median_unbiased(ordered: Array, share: float) -> float:
     """Interpolate a quantile of ascending values: Hyndman and Fan's method 8.
 
     `numpy.quantile` returns the same, but sorts again.

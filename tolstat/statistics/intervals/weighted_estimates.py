@@ -6,22 +6,20 @@ import math
 from bisect import bisect_left
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import NONE_DONE, Estimate, enclosing
 from tolstat.statistics.intervals.betting import surely_more
 from tolstat.statistics.intervals.moments import order_of
 from tolstat.statistics.intervals.shares import gamma_ends
 from tolstat.statistics.intervals.weights import Weights, effective_number
 
-Array = NDArray[np.float64]
-
 ENOUGH = 100  # effective sample size of the trials out of limit
 COUNTED = 10  # units out of limit from which their count is nearly normal
 
 
-def weighted_share(units: NDArray[np.bool_], weights: Weights) -> Estimate:
+def weighted_share(units: Truths, weights: Weights) -> Estimate:
     """Estimate a share of the units of other distributions.
 
     Returns
@@ -80,7 +78,7 @@ def weighted_quantile(
     return enclosing(value, float(at[low]), float(at[high]))
 
 
-def rare_share(out: NDArray[np.bool_], weights: Array) -> Estimate:
+def rare_share(out: Truths, weights: Array) -> Estimate:
     """Estimate the share of units out of limit.
 
     Parameters

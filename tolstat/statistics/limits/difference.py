@@ -6,8 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.jackknife import HEAVY, PARTS, jackknifed
 from tolstat.statistics.intervals.moments import moments, tails_are_light
@@ -16,16 +16,13 @@ from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.capability import FAR, STILL
 from tolstat.statistics.limits.limit import Limit
 
-Array = NDArray[np.float64]
-Units = NDArray[np.bool_]
-
 LEAST_OF_MOMENTS = 1000  # trials from which Ppk by moments is compared
 MOST_CORRELATED = 0.9  # above, the ends of both are too ragged to be subtracted
 NONE_OUT = "none out of limit in either"
 
 
 class Exchange(NamedTuple):
-    """Units that change sides of a limit between two designs.
+    """Truths that change sides of a limit between two designs.
 
     Attributes
     ----------
@@ -40,7 +37,7 @@ class Exchange(NamedTuple):
     out_of_limit: Estimate
 
 
-def exchange(first: Units, second: Units, confidence: float = 0.95) -> Exchange:
+def exchange(first: Truths, second: Truths, confidence: float = 0.95) -> Exchange:
     """Compare which units are within, trial by trial.
 
     Parameters
@@ -104,7 +101,7 @@ def difference(first: Estimate, second: Estimate, correlation: float = 0.0) -> E
     return Estimate(value, lower, upper)
 
 
-def correlation_of_shares(first: Units, second: Units) -> float:
+def correlation_of_shares(first: Truths, second: Truths) -> float:
     """Return the correlation of the errors of two shares of the same trials.
 
     Two units more are counted that have the property in one alone, for that number is

@@ -6,9 +6,9 @@ import math
 from bisect import bisect_left
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import bdtr, betaincinv, ndtr
 
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.statistics.intervals.replicates import (
     LEAST_IN_EACH,
     half_width,
@@ -49,7 +49,7 @@ def trials_that_decide(count: int, trials: int, share: float, confidence: float)
 
 
 def replicates_that_decide(
-    machines: NDArray[np.bool_], replicate: NDArray[np.int64], demanded: float
+    machines: Truths, replicate: Integers, demanded: float
 ) -> int:
     """Return how many trials decide whether a share is as large as demanded.
 
@@ -100,9 +100,7 @@ def _deciding(trials: int, share: float, wanted: float) -> tuple[int, int]:
     return fewest, middle + bisect_left(beyond, True, key=oftener)
 
 
-def _at_most(
-    count: int, trials: int, shares: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _at_most(count: int, trials: int, shares: Array) -> Array:
     """Return the probability of at most so many."""
     if count < 0:
         return np.zeros_like(shares)

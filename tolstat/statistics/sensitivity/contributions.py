@@ -14,8 +14,8 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.jackknife import jackknifed
 from tolstat.statistics.intervals.moments import moments, tails_are_light
@@ -25,8 +25,6 @@ from tolstat.statistics.sensitivity.regression import (
     ascending,
     rank_regressions,
 )
-
-Array = NDArray[np.float64]
 
 LEAST = 200  # trials from which the indices are given
 LARGEST_GROUP = 4  # contributors whose neighbours still are near

@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.jackknife import PARTS, jackknifed
-
-Array = NDArray[np.float64]
 
 NEARLY_ALL = 0.99  # explained share of the variance of a linear response
 
@@ -88,7 +87,7 @@ def _shares_of(among: Array, with_y: Array, variance: float) -> Array:
     return np.asarray(alone * (explained / max(alone.sum(), 1e-300)))
 
 
-def ascending(x: Array) -> NDArray[np.int64]:
+def ascending(x: Array) -> Integers:
     """Return the order of float64[n]; equal values keep theirs."""
     order = np.argsort(x)
     ordered = x[order]
@@ -100,7 +99,7 @@ def ascending(x: Array) -> NDArray[np.int64]:
 
 def rank_regressions(
     deviations: Sequence[Array],
-    orders: Sequence[NDArray[np.int64]],
+    orders: Sequence[Integers],
     responses: Sequence[Array],
 ) -> list[tuple[Array, Array]]:
     """Regress ranks on ranks: standardised coefficients and the share explained.
@@ -135,7 +134,7 @@ def rank_regressions(
 class _Column:
     """Numbers in known order, to be ranked many times."""
 
-    def __init__(self, x: Array, order: NDArray[np.int64]) -> None:
+    def __init__(self, x: Array, order: Integers) -> None:
         ordered = x[order]
         first = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1]))
         self.bounds = np.append(first, len(x))  # of runs of equal values

@@ -7,13 +7,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.jackknife import PARTS, jackknifed
 from tolstat.statistics.intervals.moments import moments, tails_are_light
-
-Array = NDArray[np.float64]
 
 LEAST = 500  # groups from which indices are given
 
