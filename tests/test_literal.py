@@ -16,7 +16,7 @@ from tolstat.render.page import environment
 from tolstat.render.page_picture import inline, page_figure
 from tolstat.render.picture import logarithmic, styled, write
 from tolstat.render.screen import Screen
-from tolstat.render.tables import csv_text
+from tolstat.render.serialize import csv_text
 
 HOSTILE = "[/] [mm] [red]x :warning: $\\foo{ a$ <b>&\x1b[31m\u202ereversed\x07"
 SHOWN = "[/] [mm] [red]x :warning: $\\foo{ a$ <b>&\\x1b[31m\\u202ereversed\\x07"

@@ -25,7 +25,7 @@ from tolstat.document.blocks import (
 )
 from tolstat.document.inline import Link, Number, Parts, text
 from tolstat.errors import DamagedError, RunFileError, TolstatError
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, yield_of
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tolstat.document.inline import Number
 from tolstat.model.view import Band, Chart, Curve, Region, View
-from tolstat.render.tables import csv_text
+from tolstat.render.serialize import csv_text
 from tolstat.units.scale import COUNT, PLAIN, Scale, scale_of
 
 Scaled = tuple[str, Scale | None, NDArray[np.generic]]

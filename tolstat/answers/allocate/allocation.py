@@ -22,7 +22,7 @@ from tolstat.document.blocks import (
 )
 from tolstat.document.inline import Name, Number, Parts, Word, counted, listed, text
 from tolstat.model.view import Chart
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.limits.yields import MET
 
 CHART = "Cost of the cheapest tolerances over the fraction out of any limit"

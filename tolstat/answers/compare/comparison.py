@@ -12,11 +12,10 @@ from tolstat.answers.compare.limit_difference import LimitDifference
 from tolstat.answers.compare.pairing import UNPAIRED, Pair
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
-from tolstat.render.json_schema import share_words
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import Summary
-from tolstat.units.scale import PER_CENT, PPM, Scale
+from tolstat.units.scale import PER_CENT, PPM, Scale, share_words
 
 COMPARED = (0.5, 0.95)  # quantiles of which there is a difference
 NONE = Estimate(float("nan"))

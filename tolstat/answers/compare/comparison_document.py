@@ -30,10 +30,9 @@ from tolstat.document.blocks import (
     table,
 )
 from tolstat.document.inline import Name, Number, Parts, counted, listed, text
-from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import QUANTILES
-from tolstat.units.scale import PER_CENT
+from tolstat.units.scale import PER_CENT, share_words
 
 SIGNIFICANT = {
     -1: "significantly fewer trials out of the limit of ",

@@ -46,12 +46,11 @@ from tolstat.document.inline import (
 )
 from tolstat.document.plot import Layer, Plot, PlotAxis, PlotPanel, Ranges, Rule
 from tolstat.model.description import kinds_of_part
-from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET
 from tolstat.statistics.summary import QUANTILES, Limited
-from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM
+from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM, share_words
 
 MOST_NAMED = 4  # parts in a sentence
 LEVEL = PER_CENT.beside(1.0)  # of chance: no test is better than that

@@ -10,7 +10,7 @@ from tolstat.answers.answer import Answer
 from tolstat.answers.cells import summary_cells
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import VerdictChanges
 from tolstat.statistics.limits.yields import MET, NOT_MET, UNDECIDED

@@ -24,12 +24,11 @@ from tolstat.document.plot import (
     Spans,
     Stairs,
 )
-from tolstat.render.json_schema import share_words
 from tolstat.statistics.intervals.convergence import running
 from tolstat.statistics.intervals.quantiles import trials_needed
 from tolstat.statistics.intervals.statistic import Statistic
 from tolstat.statistics.summary import Summary
-from tolstat.units.scale import Scale
+from tolstat.units.scale import Scale, share_words
 
 Array = NDArray[np.float64]
 

@@ -47,10 +47,9 @@ from tolstat.document.inline import (
     text,
     with_unit,
 )
-from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.sensitivity.contributions import Contributions
-from tolstat.units.scale import AS_IS, PART, PER_CENT, Ratio, Scale
+from tolstat.units.scale import AS_IS, PART, PER_CENT, Ratio, Scale, share_words
 
 Row = dict[str, Given]
 

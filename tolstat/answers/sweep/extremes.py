@@ -12,7 +12,7 @@ from tolstat.answers.answer import Answer
 from tolstat.answers.report.run_notes import notes_of
 from tolstat.document.blocks import Block, Document, Given, note, table
 from tolstat.document.inline import Name, Number, text
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
 from tolstat.store.stored_run import ROUNDING, Run

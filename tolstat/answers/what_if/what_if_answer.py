@@ -11,7 +11,7 @@ from tolstat.answers.cells import summary_cells
 from tolstat.answers.report.report_answer import AllLimits
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.summary import Summary
 from tolstat.units.scale import Scale
 

@@ -18,9 +18,8 @@ from tolstat.document.blocks import (
     table,
 )
 from tolstat.document.inline import Name, Number, Word, counted, text
-from tolstat.render.json_schema import share_words
 from tolstat.statistics.summary import QUANTILES
-from tolstat.units.scale import PER_CENT
+from tolstat.units.scale import PER_CENT, share_words
 
 ON_SCREEN = (0.5, 0.95)  # quantiles
 BASELINE, SCENARIO = "baseline", "scenario"
