@@ -13,8 +13,7 @@ from rich.table import Table
 
 from tolstat.literal import csv_cell, visible
 from tolstat.render.page import environment
-from tolstat.render.page_picture import inline, page_figure
-from tolstat.render.picture import logarithmic, styled, write
+from tolstat.render.picture import PAGE_STYLE, STYLE, inline, logarithmic, write
 from tolstat.render.screen import Screen
 from tolstat.render.serialize import csv_text
 
@@ -65,7 +64,7 @@ def test_in_pictures(tmp_path):
     """What a picture writes is well-formed XML, its words the title's."""
     from xml.etree import ElementTree
 
-    with styled(), mpl.rc_context({"svg.fonttype": "none"}):
+    with mpl.rc_context({**STYLE, "svg.fonttype": "none"}):
         figure = Figure()
         figure.suptitle(HOSTILE)
         write(figure, tmp_path / "title.svg")
@@ -75,7 +74,8 @@ def test_in_pictures(tmp_path):
 
 @pytest.mark.parametrize("options", [{}, {"linthresh": 10}])
 def test_logarithmic_axes_have_plain_numbers(options):
-    with page_figure() as figure:
+    with mpl.rc_context(PAGE_STYLE):
+        figure = Figure()
         axes = figure.subplots()
         axes.plot([1, 2], [0.5 if not options else 0.0, 1e5])
         logarithmic(axes.yaxis, **options)
