@@ -22,7 +22,6 @@ from tolstat.document.plot import Plot, PlotPanel
 from tolstat.errors import PictureError
 from tolstat.literal import visible
 from tolstat.model.view import Chart, Listing, View
-from tolstat.render.chart_plot import CURVE_COLOURS, plot_of
 from tolstat.render.picture import (
     COLOURS,
     INK,
@@ -33,7 +32,7 @@ from tolstat.render.picture import (
     inline,
     logarithmic,
 )
-from tolstat.render.view_rows import view_rows
+from tolstat.render.shown_view import CURVE_COLOURS, plot_of, view_rows
 
 ROLES = {
     **dict(zip(CURVE_COLOURS, COLOURS, strict=True)),

@@ -12,8 +12,8 @@ import numpy as np
 from tolstat.answers.sweep.curves import axis_scale, sweeps, swept_axis, words_along
 from tolstat.document.plot import Layer, Line, Plot, PlotAxis, PlotPanel, Points, Rule
 from tolstat.errors import PictureError
-from tolstat.render.chart_plot import CURVE_COLOURS
 from tolstat.render.output_file import check_ending
+from tolstat.render.shown_view import CURVE_COLOURS
 from tolstat.store.stored_run import Run
 
 MOST_CURVES = 12
