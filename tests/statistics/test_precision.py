@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.statistics.one_quantile import quantile
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import integration_error
 from tolstat.statistics.intervals.convergence import (
@@ -13,7 +14,6 @@ from tolstat.statistics.intervals.convergence import (
     running,
     trials_wanted,
 )
-from tolstat.statistics.intervals.quantiles import quantile
 from tolstat.statistics.intervals.statistic import Statistic
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.special import stdtrit
 
@@ -9,6 +11,7 @@ from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 
 PARTS = 20
+MOST_KURTOSIS = 0.2  # excess kurtosis over the root of the number of trials
 HEAVY = "no trustworthy interval: few trials dominate the variance"
 
 
@@ -29,3 +32,18 @@ def jackknifed(
         Estimate(float(v), float(v - h), float(v + h))
         for v, h in zip(whole, half, strict=True)
     ]
+
+
+def spreads(values: Array) -> bool:
+    """Tell whether float64[n] differ by more than the rounding of their mean."""
+    return bool(values.std(ddof=1) > 1e-14 * abs(values.mean()))
+
+
+def tails_are_light(values: Array) -> bool:
+    """Tell whether few extreme ones of float64[n] do not dominate the variance."""
+    if not spreads(values):
+        return True
+    scores = (values - values.mean()) / values.std()
+    squares = scores * scores  # a power costs NumPy a hundred products
+    kurtosis = np.mean(squares * squares) - 3
+    return bool(kurtosis <= MOST_KURTOSIS * math.sqrt(len(values)))

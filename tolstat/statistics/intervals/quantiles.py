@@ -12,23 +12,6 @@ from tolstat.arrays import Array
 from tolstat.statistics.estimate import FAILED_THERE, NONE_DONE, Estimate
 
 
-def quantile(values: Array, share: float, confidence: float = 0.95) -> Estimate:
-    """Estimate a quantile of a random sample.
-
-    Returns
-    -------
-    Estimate
-        Median-unbiased, with an interval that holds for any continuous distribution and
-        is conservative for one with point masses; none where no order statistic bounds
-        one of its sides at this number of trials.
-
-    References
-    ----------
-    H. A. David, H. N. Nagaraja, Order Statistics, 3rd ed., section 7.1.
-    """
-    return quantiles(values, [share], confidence)[share]
-
-
 def quantiles(
     values: Array,
     shares: Iterable[float],
@@ -36,7 +19,7 @@ def quantiles(
     failed: int = 0,
     worst: int = 0,
 ) -> dict[float, Estimate]:
-    """Estimate quantiles of a random sample by their shares, as `quantile` does.
+    """Estimate quantiles of a random sample by their shares.
 
     Parameters
     ----------
@@ -49,7 +32,14 @@ def quantiles(
     Returns
     -------
     dict of float to Estimate
-        Of all units, failed ones included; no interval where a failed one may lie.
+        Median-unbiased, with an interval that holds for any continuous distribution and
+        is conservative for one with point masses; none where no order statistic bounds
+        one of its sides at this number of trials, or where a failed trial may lie. Of
+        all units, failed ones included.
+
+    References
+    ----------
+    H. A. David, H. N. Nagaraja, Order Statistics, 3rd ed., section 7.1.
     """
     ordered = np.sort(values)
     if not failed:

@@ -9,8 +9,13 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.jackknife import HEAVY, PARTS, jackknifed
-from tolstat.statistics.intervals.moments import moments, tails_are_light
+from tolstat.statistics.intervals.jackknife import (
+    HEAVY,
+    PARTS,
+    jackknifed,
+    spreads,
+    tails_are_light,
+)
 from tolstat.statistics.intervals.replicates import WIDER
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.capability import FAR, STILL
@@ -152,13 +157,12 @@ def difference_of_ppk(
     few = min(len(first), len(second))
     if few < LEAST_OF_MOMENTS:
         return Estimate(math.nan, reason=f"needs {LEAST_OF_MOMENTS}")
-    known = [moments(values) for values in (first, second)]
-    if not all(each.sigma > 0 for each in known):
+    if not (spreads(first) and spreads(second)):
         return STILL
     a, b = (_ppk(x, limit) for x, limit in zip((first, second), limits, strict=True))
     if max(a[0], b[0]) > FAR:
         return STILL
-    if not all(map(tails_are_light, known)):
+    if not (tails_are_light(first) and tails_are_light(second)):
         return Estimate(float(b[0] - a[0]), reason=HEAVY)
     whole, left_out = np.array([b[0] - a[0]]), (b[1:] - a[1:])[:, None]
     (found,) = jackknifed(whole, left_out, confidence)

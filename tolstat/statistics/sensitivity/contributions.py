@@ -17,8 +17,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.jackknife import jackknifed
-from tolstat.statistics.intervals.moments import moments, tails_are_light
+from tolstat.statistics.intervals.jackknife import jackknifed, tails_are_light
 from tolstat.statistics.sensitivity.neighbours import Row, first_orders, joint, nearest
 from tolstat.statistics.sensitivity.regression import (
     Regressed,
@@ -138,7 +137,7 @@ def contributions(
             continue
         regression, (whole, left_out) = computed[response]
         *coefficients, explained = jackknifed(*regression, confidence)
-        light = tails_are_light(moments(y))
+        light = tails_are_light(y)
         shares = partial(jackknifed, confidence=confidence, trusted=light)
         linear = straight is not None and straight.linear(response)
         if straight and linear:

@@ -10,8 +10,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.jackknife import PARTS, jackknifed
-from tolstat.statistics.intervals.moments import moments, tails_are_light
+from tolstat.statistics.intervals.jackknife import PARTS, jackknifed, tails_are_light
 
 LEAST = 500  # groups from which indices are given
 
@@ -37,7 +36,6 @@ def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
     for the first order; (f), after Jansen, for the total.
     """
     n = len(groups)
-    light = tails_are_light(moments(groups[:, :2].ravel()))
     if n < LEAST or np.ptp(groups[:, :2]) == 0:
         group = groups.shape[1]
         reason = f"needs {LEAST} groups of {group} trials, {LEAST * group} in all"
@@ -61,7 +59,9 @@ def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
             for part, size in zip(parts, sizes, strict=True)
         ]
     )
-    found = jackknifed(value, left_out, 0.95, trusted=light)
+    found = jackknifed(
+        value, left_out, 0.95, trusted=tails_are_light(groups[:, :2].ravel())
+    )
     k = len(factors)
     return {name: Indices(found[i], found[k + i]) for i, name in enumerate(factors)}
 
