@@ -203,7 +203,7 @@ def test_what_fits_into_a_screen_stays_in_it(capsys, monkeypatch, columns):
     )  # fmt: skip
     shown = on_screen(capsys, monkeypatch, columns, Document("", (some,)))
     assert max(map(len, shown.splitlines())) <= columns
-    assert ("title, continued" in shown) == (columns < 120)
+    assert ("\n  moment, kN m: 3.10 (2.90 to 3.30)\n" in shown) == (columns < 120)
     assert shown.count("100000") == 8 and "2.90 to 3.30" in shown
     assert shown.count("wrap") == 9
 
