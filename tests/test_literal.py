@@ -52,12 +52,19 @@ def test_on_a_page():
 
 
 @pytest.mark.parametrize(
-    "text", ["=1+1", "+1", "-1", "@x", "\tx", "=cmd|' /C calc'!A0"]
-)
+    "text",
+    ["=1+1", "+1", "-1", "@x", "\tx", "=cmd|' /C calc'!A0", "+-0.1", "+-3 %", "-1+A1",
+     "+-1 mm|' /C calc'!A0", "+1 A(1)"],
+)  # fmt: skip
 def test_no_cell_is_a_formula(text):
     rows = list(csv.reader(io.StringIO(csv_text([text, "b"], [[text, -1.5]]))))
     assert rows == [[f"'{text}", "b"], [f"'{text}", "-1.5"]]
     assert csv_cell("rods") == "rods" and csv_cell(-1.0) == -1.0
+
+
+def test_a_tolerance_is_no_formula():
+    for text in ("+-0.1 mm", "+-1.2e-5 N m/rad^2", "-0.5 µm", "+-2 °"):
+        assert csv_cell(text) == text
 
 
 def test_in_pictures(tmp_path):

@@ -243,6 +243,20 @@ def test_numbers_stay_whole_on_a_page():
     assert "nan" not in re.sub(r'data-value="nan"', "", made)
 
 
+def test_long_numbers_are_grouped_on_a_page_and_typed_as_on_the_screen(capsys):
+    sizes = 1234, 12345.0, 1234567, 0.123456, 1.234567e-8, -98765.4321
+    said = paragraph([(Number(each), "; ") for each in sizes])
+    made = page(Document("", (said,)))
+    told = re.findall(r'data-value="[^"]*">([^<]*)<', made)
+    groups = ["12 345", "1 234 567"]
+    assert told == [
+        "1234", *(each.replace(" ", "\u202f") for each in groups), "0.1235",
+        "1.23e-8", "-98\u202f765",
+    ]  # fmt: skip
+    show(Document("", (said,)))
+    assert "12345; 1234567" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("name", PLOTS)
 @pytest.mark.parametrize("ending", ["svg", "png"])
 def test_a_figure_with_hostile_labels_is_drawn(tmp_path, name, ending):
