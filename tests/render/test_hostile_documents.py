@@ -257,6 +257,17 @@ def test_long_numbers_are_grouped_on_a_page_and_typed_as_on_the_screen(capsys):
     assert "12345; 1234567" in capsys.readouterr().out
 
 
+def test_a_logarithmic_axis_has_no_dot_for_0():
+    """Its interval begins where the axis does."""
+    lower, upper, at = np.array([[1.0, 5.0], [10.0, 20.0], [1.0, 10.0]])
+    ranges = Ranges(("none", "some"), lower, upper, at, ("met", "not met"))
+    panel = PlotPanel(PlotAxis("out of limit, ppm", "log"), PlotAxis(""), (ranges,))
+    (axes,) = draw(Plot((panel,)), "shares").axes
+    dots = [x.get_xdata() for x in axes.lines if x.get_marker() == "o"]
+    assert [list(x) for x in dots] == [[10.0]]
+    assert len(axes.lines) == 3
+
+
 @pytest.mark.parametrize("name", PLOTS)
 @pytest.mark.parametrize("ending", ["svg", "png"])
 def test_a_figure_with_hostile_labels_is_drawn(tmp_path, name, ending):

@@ -216,7 +216,8 @@ def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Any]:
             for row, (lower, upper, at, tone) in enumerate(each):
                 axes.plot([lower, upper], [row, row], color=ROLES[tone], alpha=0.4,
                           linewidth=6, solid_capstyle="butt")  # fmt: skip
-                axes.plot(at, row, "o", color=ROLES[tone], markersize=4)
+                if at > lower:  # else 0, which a logarithmic axis does not have
+                    axes.plot(at, row, "o", color=ROLES[tone], markersize=4)
             _name_rows(axes, names)
             axes.set_ylim(len(names) - 0.5, -0.5)
         case data.Bars(names, values, ends):  # those of other kinds are below them
