@@ -58,7 +58,6 @@ from tolstat.document.plot import (
     Shade,
     Spans,
     Stairs,
-    Whiskers,
 )
 from tolstat.render.figures import as_svg, draw
 from tolstat.render.page import page
@@ -90,7 +89,7 @@ def panel(*layers, y="y " + HOSTILE, **more):
 
 LAYERS = (
     Shade(0.2, 0.3), Area(X, X, label=HOSTILE), Fill(X, X, 2 * X, "second", HOSTILE),
-    Whiskers(X, X, 2 * X, "third", "_" + HOSTILE), Line(X, X, label=HOSTILE),
+    Fill(X, X, 2 * X, "third", "_" + HOSTILE, bars=True), Line(X, X, label=HOSTILE),
     Points(X, X, "fourth", HOSTILE, mark="ring"), Rule(0.5, False, "limit", HOSTILE),
 )  # fmt: skip
 PLOTS = {

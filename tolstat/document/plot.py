@@ -29,23 +29,14 @@ class Points(NamedTuple):
 
 
 class Fill(NamedTuple):
-    """The area between two curves."""
+    """The area between two curves; `bars`: upright ones, beside points."""
 
     x: Array
     lower: Array
     upper: Array
     colour: str = "first"
     label: str = ""
-
-
-class Whiskers(NamedTuple):
-    """Upright bars, beside points."""
-
-    x: Array
-    lower: Array
-    upper: Array
-    colour: str = "first"
-    label: str = ""
+    bars: bool = False
 
 
 class Area(NamedTuple):
@@ -114,8 +105,7 @@ class Ranges(NamedTuple):
 
 
 Layer = (
-    Line | Points | Fill | Whiskers | Area | Shade | Stairs | Bars | Rule | Spans
-    | Ranges
+    Line | Points | Fill | Area | Shade | Stairs | Bars | Rule | Spans | Ranges
 )  # fmt: skip
 
 

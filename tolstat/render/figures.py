@@ -191,10 +191,9 @@ def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Any]:
                 rasterized=len(x) > MOST_POINTS,
             )  # fmt: skip
         case data.Fill(x, lower, upper):
-            axes.fill_between(x, lower, upper, linewidth=0, alpha=0.25, **named)
-            drawn.append(Patch(alpha=0.25, **named))
-        case data.Whiskers(x, lower, upper):
-            axes.vlines(x, lower, upper, linewidth=6, alpha=0.25, **named)
+            between = axes.vlines if layer.bars else axes.fill_between
+            width = 6 if layer.bars else 0
+            between(x, lower, upper, linewidth=width, alpha=0.25, **named)
             drawn.append(Patch(alpha=0.25, **named))
         case data.Area(x, y):
             drawn += axes.fill(x, y, **named, alpha=0.2, linewidth=0)

@@ -163,10 +163,10 @@ def _side(
     ]
     dots = {curve.name for curve in curves if curve.points}
     for band in bands:
-        made = data.Whiskers if band.of in dots else data.Fill
         colour = colours[of.get(band.name, band.name)]
         ends = times * band.lower, times * band.upper
-        layers.append(made(along * chart.at, *ends, colour, band.name))
+        bars = band.of in dots
+        layers.append(data.Fill(along * chart.at, *ends, colour, band.name, bars))
     for curve in curves:
         marks = [mark for mark in chart.marks if mark.curve == curve.name]
         words = [f"{m.words} {scale.words(m.value)}" for m in marks if m.words]
