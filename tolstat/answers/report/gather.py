@@ -27,9 +27,10 @@ from tolstat.answers.report.run_notes import notes_of
 from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.errors import PictureError, allowed_names
+from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.moments import unseen
 from tolstat.statistics.intervals.replicates import never_met
-from tolstat.statistics.limits.yields import CONFIDENCE, joint_yield
+from tolstat.statistics.limits.yields import joint_yield
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sensitivity.linear import (
     Scatter,

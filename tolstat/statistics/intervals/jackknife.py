@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from tolstat.arrays import Array
-from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.estimate import CONFIDENCE, Estimate
 
 PARTS = 20
 MOST_KURTOSIS = 0.2  # excess kurtosis over the root of the number of trials
@@ -16,7 +16,7 @@ HEAVY = "no trustworthy interval: few trials dominate the variance"
 
 
 def jackknifed(
-    whole: Array, left_out: Array, confidence: float, *, trusted: bool = True
+    whole: Array, left_out: Array, *, trusted: bool = True
 ) -> list[Estimate]:
     """Give the interval of the jackknife to each number of float64[number].
 
@@ -26,7 +26,7 @@ def jackknifed(
     if not trusted:
         return [Estimate(float(v), reason=HEAVY) for v in whole]
     scatter = np.mean((left_out - left_out.mean(axis=0)) ** 2, axis=0)
-    z = float(stdtrit(PARTS - 1, 0.5 + confidence / 2))
+    z = float(stdtrit(PARTS - 1, 0.5 + CONFIDENCE / 2))
     half = z * np.sqrt((PARTS - 1) * scatter)
     return [
         Estimate(float(v), float(v - h), float(v + h))

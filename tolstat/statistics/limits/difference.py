@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.estimate import CONFIDENCE, Estimate
 from tolstat.statistics.intervals.jackknife import (
     HEAVY,
     PARTS,
@@ -42,7 +42,7 @@ class Exchange(NamedTuple):
     out_of_limit: Estimate
 
 
-def exchange(first: Truths, second: Truths, confidence: float = 0.95) -> Exchange:
+def exchange(first: Truths, second: Truths) -> Exchange:
     """Compare which units are within, trial by trial.
 
     Parameters
@@ -65,7 +65,7 @@ def exchange(first: Truths, second: Truths, confidence: float = 0.95) -> Exchang
     """
     worse = int(np.count_nonzero(first & ~second))
     better = int(np.count_nonzero(~first & second))
-    changed, half = worse + better, 1 - (1 - confidence) / 2
+    changed, half = worse + better, 1 - (1 - CONFIDENCE) / 2
     share = proportion(changed, len(first), half)
     lean = (-1.0, 1.0)
     if changed:
@@ -138,7 +138,6 @@ def difference_of_ppk(
     first: Array,
     second: Array,
     limits: tuple[Limit, Limit],
-    confidence: float = 0.95,
 ) -> Estimate:
     """Compare Ppk by moments, from mean and sigma.
 
@@ -165,7 +164,7 @@ def difference_of_ppk(
     if not (tails_are_light(first) and tails_are_light(second)):
         return Estimate(float(b[0] - a[0]), reason=HEAVY)
     whole, left_out = np.array([b[0] - a[0]]), (b[1:] - a[1:])[:, None]
-    (found,) = jackknifed(whole, left_out, confidence)
+    (found,) = jackknifed(whole, left_out)
     half = WIDER * (found.upper - found.value)  # Ppk of skewed responses is not normal
     return Estimate(found.value, found.value - half, found.value + half)
 

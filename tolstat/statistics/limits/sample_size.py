@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import bdtr, betaincinv, ndtr
 
 from tolstat.arrays import Array, Integers, Truths
+from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.replicates import (
     LEAST_IN_EACH,
     half_width,
@@ -23,14 +24,14 @@ MOST_TRIALS = 10**9
 POSTERIOR = 200  # shares that represent the posterior
 
 
-def trials_that_decide(count: int, trials: int, share: float, confidence: float) -> int:
+def trials_that_decide(count: int, trials: int, share: float) -> int:
     """Return how many trials decide whether a property is rarer than a share.
 
     The least number, in steps of a quarter, that decides with a chance of 80 % over
     Jeffreys' posterior, and at which the property can be found rarer; 0 if it exceeds
     1e9. Arguments as of `anytime_valid`.
     """
-    wanted = math.log(2 / (1 - confidence))
+    wanted = math.log(2 / (1 - CONFIDENCE))
     a, b = count + PRIOR, trials - count + PRIOR
     possible = betaincinv(a, b, (np.arange(POSTERIOR) + 0.5) / POSTERIOR)
 

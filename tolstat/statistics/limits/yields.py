@@ -20,7 +20,6 @@ from tolstat.statistics.sample import Sample
 Ends = tuple[float, float]
 
 MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
-CONFIDENCE = 0.95
 
 
 class Yield(NamedTuple):
@@ -68,7 +67,7 @@ def yield_of(
         needed = replicates_that_decide(good[ran], sample.replicate[ran], demanded)
     elif found == UNDECIDED and not sample.weights:
         out, trials = np.count_nonzero(ran & ~good), np.count_nonzero(ran)
-        needed = trials_that_decide(int(out), int(trials), 1 - demanded, CONFIDENCE)
+        needed = trials_that_decide(int(out), int(trials), 1 - demanded)
         needed = grown(needed * sample.each) if needed else 0
     most = _most(good | ~sample.done, sample)
     return Yield(sample.share(~good, ran), least, most, found, needed)

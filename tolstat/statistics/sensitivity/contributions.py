@@ -71,7 +71,6 @@ def contributions(
     deviations: Mapping[str, Array],
     responses: Mapping[str, Array],
     groups: Mapping[str, Sequence[str]] | None = None,
-    confidence: float = 0.95,
     *,
     independent: bool = True,
 ) -> dict[str, Contributions]:
@@ -129,16 +128,16 @@ def contributions(
     # which contributors each group sums: float64[group, contributor]
     sums = np.array([[n in members for n in names] for members in groups.values()])
     sums = sums.reshape(len(groups), len(names)).astype(float)
-    straight = Regressed(columns, spreading, confidence) if independent else None
+    straight = Regressed(columns, spreading) if independent else None
     found = {}
     for response, y in responses.items():
         if response not in spreading:
             found[response] = _nothing(names, groups, y)
             continue
         regression, (whole, left_out) = computed[response]
-        *coefficients, explained = jackknifed(*regression, confidence)
+        *coefficients, explained = jackknifed(*regression)
         light = tails_are_light(y)
-        shares = partial(jackknifed, confidence=confidence, trusted=light)
+        shares = partial(jackknifed, trusted=light)
         linear = straight is not None and straight.linear(response)
         if straight and linear:
             every = partial(straight.shares, response, trusted=light)
@@ -148,7 +147,7 @@ def contributions(
         else:
             first = shares(whole, left_out)
             summed = shares(sums @ whole, left_out @ sums.T)
-            joined = jackknifed(*joint(neighbours, y), confidence)
+            joined = jackknifed(*joint(neighbours, y))
             known = dict(zip(few, joined, strict=True))
             together = {group: _together(known.get(group)) for group in groups}
             (rest,) = shares(

@@ -24,9 +24,7 @@ class Regressed:
         self,
         deviations: Sequence[Array],
         responses: Mapping[str, Array],
-        confidence: float,
     ) -> None:
-        self.confidence = confidence
         k, n = len(deviations), len(deviations[0])
         columns = [*deviations, *responses.values()]
         scored = [(x - x.mean()) / (x.std() or 1.0) for x in columns]
@@ -46,7 +44,7 @@ class Regressed:
                                for each in cov])  # fmt: skip
             self._shares[name] = shares
             r = shares.sum(axis=1, keepdims=True)
-            self.explained[name] = jackknifed(r[0], r[1:], confidence)[0]
+            self.explained[name] = jackknifed(r[0], r[1:])[0]
 
     def linear(self, response: str) -> bool:
         """Tell whether the regression explains nearly all of a response."""
@@ -63,16 +61,14 @@ class Regressed:
             each._replace(lower=max(each.lower, 0.0), upper=min(each.upper + rest, 1.0))
             if each.sure
             else each
-            for each in jackknifed(
-                every[0], every[1:], self.confidence, trusted=trusted
-            )
+            for each in jackknifed(every[0], every[1:], trusted=trusted)
         ]
 
     def unexplained(self, response: str, *, trusted: bool) -> Estimate:
         """Estimate the share of interactions: at most the remainder."""
         left = 1 - self._shares[response].sum(axis=1, keepdims=True)
         left = np.maximum(left.round(12), 0.0)  # without rounding errors
-        found = jackknifed(left[0], left[1:], self.confidence, trusted=trusted)[0]
+        found = jackknifed(left[0], left[1:], trusted=trusted)[0]
         return found._replace(lower=0.0) if found.sure else found
 
 

@@ -59,9 +59,8 @@ def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
             for part, size in zip(parts, sizes, strict=True)
         ]
     )
-    found = jackknifed(
-        value, left_out, 0.95, trusted=tails_are_light(groups[:, :2].ravel())
-    )
+    light = tails_are_light(groups[:, :2].ravel())
+    found = jackknifed(value, left_out, trusted=light)
     k = len(factors)
     return {name: Indices(found[i], found[k + i]) for i, name in enumerate(factors)}
 
