@@ -28,7 +28,6 @@ from tolstat.render.picture import (
     LIMIT,
     PAGE_STYLE,
     STYLE,
-    in_legend,
     inline,
     logarithmic,
 )
@@ -177,7 +176,8 @@ def _wrapped(name: str) -> str:
 def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Any]:
     """Draw a layer; return what a legend shows of it."""
     words = getattr(layer, "label", "")
-    label = in_legend(words) if words else "_unnamed"
+    # a legend hides what begins with _
+    label = f" {words}" if words.startswith("_") else words or "_unnamed"
     colour = ROLES[getattr(layer, "colour", "ink")]
     named: dict[str, Any] = {"color": colour, "label": label}
     drawn: list[Any] = []

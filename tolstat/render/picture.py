@@ -82,11 +82,6 @@ class _Plain(LogFormatter):
         return f"{x:g}" if super().__call__(x, pos) else ""
 
 
-def in_legend(words: str) -> str:
-    """Return a label that a legend shows: it hides those that begin with _."""
-    return visible(f" {words}" if words.startswith("_") else words)
-
-
 def write(figure: Figure, path: Path) -> None:
     """Write a picture in the format of the file's ending.
 
