@@ -10,7 +10,7 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from tolstat.document.blocks import Block, Cell, Document, Figure, Section
+from tolstat.document.blocks import Cell, Document, Figure, Section
 from tolstat.document.digits import Written, in_cell, in_line
 from tolstat.document.inline import Inline, Link, Name, Number, Parts, Typed, Word
 from tolstat.literal import visible
@@ -47,14 +47,8 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters.update(
-        parts=_parts, cell=_cell, breaking=_breaking, svg=_svg, kind=_kind
-    )
+    made.filters.update(parts=_parts, cell=_cell, breaking=_breaking, svg=_svg)
     return made
-
-
-def _kind(block: Block) -> str:
-    return type(block).__name__
 
 
 def _svg(figure: Figure) -> Markup:
