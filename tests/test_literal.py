@@ -13,10 +13,9 @@ from rich.table import Table
 
 from tolstat.literal import csv_cell, visible
 from tolstat.render.page import environment
-from tolstat.render.page_picture import inline, page_figure
-from tolstat.render.picture import logarithmic, styled, write
+from tolstat.render.picture import PAGE_STYLE, STYLE, inline, logarithmic, write
 from tolstat.render.screen import Screen
-from tolstat.render.tables import csv_text
+from tolstat.render.serialize import csv_text
 
 HOSTILE = "[/] [mm] [red]x :warning: $\\foo{ a$ <b>&\x1b[31m\u202ereversed\x07"
 SHOWN = "[/] [mm] [red]x :warning: $\\foo{ a$ <b>&\\x1b[31m\\u202ereversed\\x07"
@@ -53,19 +52,26 @@ def test_on_a_page():
 
 
 @pytest.mark.parametrize(
-    "text", ["=1+1", "+1", "-1", "@x", "\tx", "=cmd|' /C calc'!A0"]
-)
+    "text",
+    ["=1+1", "+1", "-1", "@x", "\tx", "=cmd|' /C calc'!A0", "+-0.1", "+-3 %", "-1+A1",
+     "+-1 mm|' /C calc'!A0", "+1 A(1)"],
+)  # fmt: skip
 def test_no_cell_is_a_formula(text):
     rows = list(csv.reader(io.StringIO(csv_text([text, "b"], [[text, -1.5]]))))
     assert rows == [[f"'{text}", "b"], [f"'{text}", "-1.5"]]
     assert csv_cell("rods") == "rods" and csv_cell(-1.0) == -1.0
 
 
+def test_a_tolerance_is_no_formula():
+    for text in ("+-0.1 mm", "+-1.2e-5 N m/rad^2", "-0.5 µm", "+-2 °"):
+        assert csv_cell(text) == text
+
+
 def test_in_pictures(tmp_path):
     """What a picture writes is well-formed XML, its words the title's."""
     from xml.etree import ElementTree
 
-    with styled(), mpl.rc_context({"svg.fonttype": "none"}):
+    with mpl.rc_context({**STYLE, "svg.fonttype": "none"}):
         figure = Figure()
         figure.suptitle(HOSTILE)
         write(figure, tmp_path / "title.svg")
@@ -75,7 +81,8 @@ def test_in_pictures(tmp_path):
 
 @pytest.mark.parametrize("options", [{}, {"linthresh": 10}])
 def test_logarithmic_axes_have_plain_numbers(options):
-    with page_figure() as figure:
+    with mpl.rc_context(PAGE_STYLE):
+        figure = Figure()
         axes = figure.subplots()
         axes.plot([1, 2], [0.5 if not options else 0.0, 1e5])
         logarithmic(axes.yaxis, **options)

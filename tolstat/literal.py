@@ -7,6 +7,7 @@ environment of pages, the pictures before they are written, the cells of CSV fil
 
 from __future__ import annotations
 
+import re
 import unicodedata
 from typing import Any
 
@@ -14,6 +15,8 @@ from typing import Any
 UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
 KEPT = "\n\t"
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
+# a number with a unit, such as a tolerance: no spreadsheet can calculate it
+QUANTITY = re.compile(r"[+-]+[\d.]+(e[+-]?\d+)? [A-Za-zµμ°][\w/^ ]*")
 
 
 def visible(text: str) -> str:
@@ -45,4 +48,5 @@ def csv_cell(value: Any) -> Any:
     """
     if not isinstance(value, str):
         return value
-    return f"'{visible(value)}" if value.startswith(FORMULA) else visible(value)
+    formula = value.startswith(FORMULA) and not QUANTITY.fullmatch(value)
+    return f"'{visible(value)}" if formula else visible(value)

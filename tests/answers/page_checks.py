@@ -36,7 +36,7 @@ from tolstat.document.digits import in_cell, plain
 from tolstat.document.inline import Number
 from tolstat.render import figures
 from tolstat.render.page import page
-from tolstat.render.page_picture import SMALLEST
+from tolstat.render.picture import SMALLEST
 from tolstat.render.screen import as_text
 
 

@@ -12,6 +12,7 @@ import pytest
 import tolstat
 from tests.answers.allocate.linear_stack import Linear, listed
 from tests.answers.conftest import chain
+from tests.answers.schema_maker import schema_of
 from tests.conftest import ROOT
 from tolstat.answers.allocate.allocation import Allocation
 from tolstat.answers.compare.comparison import Comparison
@@ -21,7 +22,6 @@ from tolstat.answers.run_entries import RunIndex, stored_runs
 from tolstat.answers.sweep.extremes import Extremes
 from tolstat.answers.views.replay import Replay
 from tolstat.answers.what_if.what_if_answer import WhatIf
-from tolstat.render.json_schema import schema_of
 
 SCHEMAS = ROOT / "tolstat" / "answers" / "schemas"
 ANSWERS = {

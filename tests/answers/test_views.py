@@ -22,7 +22,7 @@ from tolstat.errors import ModelError, PictureError
 from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Panel, Region
 from tolstat.render.figures import draw as draw_view
 from tolstat.render.page import page as html
-from tolstat.render.view_rows import as_csv, view_rows
+from tolstat.render.shown_view import as_csv, view_rows
 
 STUDY = {
     "model": "rich", "trials": 100, "seed": 1,

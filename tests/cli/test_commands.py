@@ -248,7 +248,7 @@ def test_a_narrow_terminal_loses_no_digit(small_as_run, monkeypatch, columns):
             lines = [x for x in text.splitlines() if not x.startswith("   tolstat ")]
             assert max(map(len, lines)) <= columns  # a command never wraps
     if columns < 80:
-        assert "Limits, continued" in numbers_of(call("show", run).stdout)[1]
+        assert "\n  verdict: " in numbers_of(call("show", run).stdout)[1]
 
 
 def test_a_title_has_the_room_of_the_screen(capsys):
@@ -324,8 +324,10 @@ def test_a_report_that_cannot_be_made_says_why(twins, tmp_path):
         assert done.exit_code == 2 and words in done.stderr, done.output
 
 
-def test_compare_on_the_screen_and_as_a_page(twins, tmp_path):
-    done = call("compare", *twins)
+def test_compare_on_the_screen_and_as_a_page(twins, tmp_path, monkeypatch):
+    with monkeypatch.context() as wide:
+        wide.setenv("FORCE_COLOR", "1")  # a terminal, as far as rich can tell
+        done = call("compare", *twins)
     assert done.exit_code == 0
     for words in (
         "B less A",

@@ -212,7 +212,7 @@ def followed_verdict(_, rng, size):
         found = anytime_valid(count, n)
         if not found.lower <= DEMANDED <= found.upper or n > FOLLOWED:
             break
-        more = trials_that_decide(count, n, DEMANDED, 0.95) or 10 * FOLLOWED
+        more = trials_that_decide(count, n, DEMANDED) or 10 * FOLLOWED
         more = min(more, 2 * FOLLOWED)
         count, n = count + rng.binomial(more - n, DEMANDED), more
     yield "at the bar", "share beyond, followed until decided", found, DEMANDED, True

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tolstat
-from tolstat.statistics.intervals.quantiles import quantile
+from tests.statistics.one_quantile import quantile
 from tolstat.study.study import load
 
 STUDY = """\

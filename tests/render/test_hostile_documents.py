@@ -58,7 +58,6 @@ from tolstat.document.plot import (
     Shade,
     Spans,
     Stairs,
-    Whiskers,
 )
 from tolstat.render.figures import as_svg, draw
 from tolstat.render.page import page
@@ -90,7 +89,7 @@ def panel(*layers, y="y " + HOSTILE, **more):
 
 LAYERS = (
     Shade(0.2, 0.3), Area(X, X, label=HOSTILE), Fill(X, X, 2 * X, "second", HOSTILE),
-    Whiskers(X, X, 2 * X, "third", "_" + HOSTILE), Line(X, X, label=HOSTILE),
+    Fill(X, X, 2 * X, "third", "_" + HOSTILE, bars=True), Line(X, X, label=HOSTILE),
     Points(X, X, "fourth", HOSTILE, mark="ring"), Rule(0.5, False, "limit", HOSTILE),
 )  # fmt: skip
 PLOTS = {
@@ -203,7 +202,7 @@ def test_what_fits_into_a_screen_stays_in_it(capsys, monkeypatch, columns):
     )  # fmt: skip
     shown = on_screen(capsys, monkeypatch, columns, Document("", (some,)))
     assert max(map(len, shown.splitlines())) <= columns
-    assert ("title, continued" in shown) == (columns < 120)
+    assert ("\n  moment, kN m: 3.10 (2.90 to 3.30)\n" in shown) == (columns < 120)
     assert shown.count("100000") == 8 and "2.90 to 3.30" in shown
     assert shown.count("wrap") == 9
 
@@ -241,6 +240,31 @@ def test_numbers_stay_whole_on_a_page():
     assert cell.startswith('<span class="whole"><span data-value="3100.0">')
     assert "inf" not in re.sub(r"infinite|data-value=\"-?inf\"", "", made)
     assert "nan" not in re.sub(r'data-value="nan"', "", made)
+
+
+def test_long_numbers_are_grouped_on_a_page_and_typed_as_on_the_screen(capsys):
+    sizes = 1234, 12345.0, 1234567, 0.123456, 1.234567e-8, -98765.4321
+    said = paragraph([(Number(each), "; ") for each in sizes])
+    made = page(Document("", (said,)))
+    told = re.findall(r'data-value="[^"]*">([^<]*)<', made)
+    groups = ["12 345", "1 234 567"]
+    assert told == [
+        "1234", *(each.replace(" ", "\u202f") for each in groups), "0.1235",
+        "1.23e-8", "-98\u202f765",
+    ]  # fmt: skip
+    show(Document("", (said,)))
+    assert "12345; 1234567" in capsys.readouterr().out
+
+
+def test_a_logarithmic_axis_has_no_dot_for_0():
+    """Its interval begins where the axis does."""
+    lower, upper, at = np.array([[1.0, 5.0], [10.0, 20.0], [1.0, 10.0]])
+    ranges = Ranges(("none", "some"), lower, upper, at, ("met", "not met"))
+    panel = PlotPanel(PlotAxis("out of limit, ppm", "log"), PlotAxis(""), (ranges,))
+    (axes,) = draw(Plot((panel,)), "shares").axes
+    dots = [x.get_xdata() for x in axes.lines if x.get_marker() == "o"]
+    assert [list(x) for x in dots] == [[10.0]]
+    assert len(axes.lines) == 3
 
 
 @pytest.mark.parametrize("name", PLOTS)

@@ -79,7 +79,7 @@ def test_the_trials_that_decide_do_so_with_the_chance_that_is_stated(trials):
         found = anytime_valid(count, trials)
         if not found.lower <= BAR <= found.upper:
             continue
-        more = trials_that_decide(count, trials, BAR, 0.95)
+        more = trials_that_decide(count, trials, BAR)
         assert more > trials
         again = anytime_valid(count + rng.binomial(more - trials, share), more)
         asked += 1
@@ -89,4 +89,4 @@ def test_the_trials_that_decide_do_so_with_the_chance_that_is_stated(trials):
 
 
 def test_a_verdict_at_the_bar_that_nothing_decides():
-    assert trials_that_decide(270_000_000, 10**11, BAR, 0.95) == 0
+    assert trials_that_decide(270_000_000, 10**11, BAR) == 0

@@ -50,7 +50,7 @@ WRONG = [
     (quantity, "5 m^9", "m", "cannot be read"),
     (quantity, "5 furlong", "m", "unknown unit"),
     (quantity, "5 kNm", "N m", "did you mean"),
-    (quantity, "5 N/", "N", "ends in a sign"),
+    (quantity, "5 N/", "N", "the unit 'N/' cannot be read"),
     (quantity, "", "m", "cannot be read"),
     (quantity, "1 __import__('os')", "m", "cannot be read|unknown"),
     (tolerance, "+--1.2 mm", "m", "not negative"),

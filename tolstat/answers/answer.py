@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from tolstat.document.blocks import Document
-from tolstat.render.json_schema import as_json
 from tolstat.render.output_file import check_ending, replace
-from tolstat.render.tables import Row, rows_as_csv, rows_as_frame
+from tolstat.render.serialize import Row, as_json, rows_as_csv, rows_as_frame
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,12 +7,11 @@ from collections.abc import Mapping
 
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Number, Parts, Word, counted, listed, text
-from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import UNDECIDED, Yield
 from tolstat.statistics.summary import QUANTILES, Summary
-from tolstat.units.scale import AS_IS, KNOWN, PER_CENT, PPM, Scale
+from tolstat.units.scale import AS_IS, KNOWN, PER_CENT, PPM, Scale, share_words
 
 Cells = dict[str, Number | str]
 NONE = Estimate(math.nan)

@@ -17,7 +17,7 @@ from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document import blocks
 from tolstat.document.inline import Link, Number, Parts, text
 from tolstat.errors import DamagedError, FormatError, RunFileError, TolstatError
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.limits.yields import NOT_MET, WORST_FIRST, yield_of
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run

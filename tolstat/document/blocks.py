@@ -41,7 +41,6 @@ class Table:
     keys: int = 1  # columns that say what a row is
     look: str = ""  # "verdicts" or "dense"
     page_only: bool = False  # whether a screen leaves it out
-    kind = "table"
 
     @property
     def sides(self) -> tuple[str, ...]:
@@ -115,7 +114,6 @@ class Paragraph:
 
     parts: Parts
     role: str = ""
-    kind = "paragraph"
 
 
 @dataclass(frozen=True)
@@ -124,7 +122,6 @@ class Bullets:
 
     items: tuple[Parts, ...]
     numbered: bool = False
-    kind = "bullets"
 
 
 @dataclass(frozen=True)
@@ -133,7 +130,6 @@ class Facts:
 
     rows: tuple[tuple[str, Parts], ...]
     role: str = ""
-    kind = "facts"
 
 
 @dataclass(frozen=True)
@@ -141,7 +137,6 @@ class Verbatim:
     """A text as it was written."""
 
     text: str
-    kind = "verbatim"
 
 
 @dataclass(frozen=True)
@@ -152,7 +147,6 @@ class Figure:
     picture: Plot | Chart
     caption: Parts = ()
     wide: bool = False
-    kind = "figure"
 
 
 @dataclass(frozen=True)
@@ -160,7 +154,6 @@ class Gallery:
     """Figures side by side."""
 
     figures: tuple[Figure, ...]
-    kind = "gallery"
 
 
 @dataclass(frozen=True)
@@ -169,7 +162,6 @@ class Beside:
 
     blocks: tuple[Block, ...]
     figure: Figure
-    kind = "beside"
 
 
 @dataclass(frozen=True)
@@ -182,7 +174,6 @@ class Section:
     level: int = 2  # below the title of the document; 3 below a section
     page_only: bool = False  # whether a screen leaves it out
     role: str = ""  # "first": a sheet of its own on paper
-    kind = "section"
 
 
 Block = (

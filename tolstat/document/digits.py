@@ -30,15 +30,11 @@ def in_cell(number: Number) -> tuple[Written, Written]:
         return (_digits(number, found),), ()
     if math.isnan(found.value):
         return (), (found.reason,) if found.reason else ()
-    if bound := _one_sided(number, found):
-        return bound, ()
-    if found.needs_more or math.isinf(found.value):
-        return (), (found.reason or "no interval",)
-    value, ends = _interval(number, found)
-    if not ends:
-        reason = "" if found.sure else found.reason or "no interval"
-        return (value,), (reason,) if reason else ()
-    return (value,), (ends[0], " to ", ends[1])
+    why = () if found.sure else (found.reason or "no interval",)
+    if why and (found.needs_more or math.isinf(found.value)):
+        return (), why
+    value, ends = _estimate(number, found)
+    return value, ends or why
 
 
 def in_line(number: Number) -> Written:
@@ -49,13 +45,10 @@ def in_line(number: Number) -> Written:
         return (_digits(number, found), *unit)
     if math.isnan(found.value):
         return (found.reason or "none",)
-    if bound := _one_sided(number, found):
-        return (*bound, *unit)
-    value, ends = _interval(number, found)
-    if ends:
-        return (value, *unit, " (", ends[0], " to ", ends[1], ")")
-    said = (f" ({found.reason})",) if not found.sure and found.reason else ()
-    return (value, *unit, *said)
+    value, ends = _estimate(number, found)
+    if not found.sure and found.reason:
+        ends = (found.reason,)
+    return (*value, *unit, " (", *ends, ")") if ends else (*value, *unit)
 
 
 def plain(written: Written) -> str:
@@ -77,25 +70,16 @@ def _digits(number: Number, value: float) -> Digits:
     return Digits(words, value)
 
 
-def _one_sided(number: Number, found: Estimate) -> Written:
-    """Write an interval that is open to one side."""
-    if not found.sure or not isinstance(number.scale, Scale):
-        return ()
-    _, lower, upper = number.scale.interval(*found[:3])
-    if math.isinf(found.upper):
-        return "at least ", Digits(lower, found.lower)
-    if math.isinf(found.lower):
-        return "at most ", Digits(upper, found.upper)
-    return ()
-
-
-def _interval(number: Number, found: Estimate) -> tuple[Digits, tuple[Digits, ...]]:
-    """Write an estimate and its ends; none where they are no width apart."""
+def _estimate(number: Number, found: Estimate) -> tuple[Written, Written]:
+    """Write an estimate, and its interval; an open one as a bound."""
     assert isinstance(number.scale, Scale)
     value, lower, upper = number.scale.interval(*found[:3])
+    ends = Digits(lower, found.lower), " to ", Digits(upper, found.upper)
+    if found.sure and math.isinf(found.upper):
+        return ("at least ", ends[0]), ()
+    if found.sure and math.isinf(found.lower):
+        return ("at most ", ends[2]), ()
     at = Digits(value, found.value)
     if math.isinf(found.value):
         at = _digits(number, found.value)
-    if not found.sure or lower == upper:
-        return at, ()
-    return at, (Digits(lower, found.lower), Digits(upper, found.upper))
+    return (at,), ends if found.sure and lower != upper else ()

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from tolstat.arrays import Array
 
 
 class Line(NamedTuple):
@@ -32,23 +29,14 @@ class Points(NamedTuple):
 
 
 class Fill(NamedTuple):
-    """The area between two curves."""
+    """The area between two curves; `bars`: upright ones, beside points."""
 
     x: Array
     lower: Array
     upper: Array
     colour: str = "first"
     label: str = ""
-
-
-class Whiskers(NamedTuple):
-    """Upright bars, beside points."""
-
-    x: Array
-    lower: Array
-    upper: Array
-    colour: str = "first"
-    label: str = ""
+    bars: bool = False
 
 
 class Area(NamedTuple):
@@ -117,8 +105,7 @@ class Ranges(NamedTuple):
 
 
 Layer = (
-    Line | Points | Fill | Whiskers | Area | Shade | Stairs | Bars | Rule | Spans
-    | Ranges
+    Line | Points | Fill | Area | Shade | Stairs | Bars | Rule | Spans | Ranges
 )  # fmt: skip
 
 

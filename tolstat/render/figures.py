@@ -6,13 +6,13 @@ from functools import partial
 from textwrap import wrap
 from typing import Any, assert_never
 
+import matplotlib as mpl
 import numpy as np
 from markupsafe import Markup
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator, NullLocator
+from matplotlib.ticker import AutoLocator, MaxNLocator, NullLocator
 from scipy.special import ndtri
 
 from tolstat.document import plot as data
@@ -22,17 +22,16 @@ from tolstat.document.plot import Plot, PlotPanel
 from tolstat.errors import PictureError
 from tolstat.literal import visible
 from tolstat.model.view import Chart, Listing, View
-from tolstat.render.chart_plot import CURVE_COLOURS, plot_of
-from tolstat.render.page_picture import (
+from tolstat.render.picture import (
+    COLOURS,
     INK,
-    MOST_POINTS,
-    few_ticks,
+    LIMIT,
+    PAGE_STYLE,
+    STYLE,
     inline,
-    legend_above,
-    page_figure,
+    logarithmic,
 )
-from tolstat.render.picture import COLOURS, LIMIT, in_legend, logarithmic, styled
-from tolstat.render.view_rows import view_rows
+from tolstat.render.shown_view import CURVE_COLOURS, plot_of, view_rows
 
 ROLES = {
     **dict(zip(CURVE_COLOURS, COLOURS, strict=True)),
@@ -41,6 +40,9 @@ ROLES = {
 }  # fmt: skip
 SLOTS = 3  # panels side by side that a figure has room for, however few there are
 SHARES = (1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5)  # along an axis of normal scores
+CLOSE: dict[str, Any] = {
+    "borderaxespad": 0.1, "handlelength": 1.4, "columnspacing": 1.2,
+}  # fmt: skip
 ABOVE = 1.04  # of the highest bar: where intervals stand
 WINDOW = "#f2f2f2"
 MARKS: dict[str, dict[str, Any]] = {
@@ -50,19 +52,19 @@ MARKS: dict[str, dict[str, Any]] = {
     "o": {"marker": "o", "markersize": 4, "clip_on": False},  # not cut by an axis' end
     "ring": {"marker": "o", "fillstyle": "none"},
 }
+MOST_POINTS = 2000  # of a scatter, above which it is rasterised
+TICKS = 5  # along an axis of a small picture: each costs
 NAME = 28  # letters of a name in a line beside an axis
 MOST_WORDS = 32  # along an axis; of more some are written
 LEGEND_COLUMNS = 4, 3, 2, 1  # as many as find room
-LINE, HANDLE = 98, 5  # letters beside each other; what stands before a word of a legend
+LETTERS, HANDLE = 12, 5  # of a legend in an inch; what stands before a word of it
 MOST_ROWS = 60  # of a listing that is drawn
 
 
 def as_svg(picture: Plot | Chart, alt: str) -> Markup:
     """Draw a figure into a page; `alt` says what it shows."""
-    plot = _as_plot(picture)
-    with page_figure(plot.width, plot.height) as figure:
-        draw_plot(figure, plot)
-        return inline(figure, alt)
+    with mpl.rc_context(PAGE_STYLE):
+        return inline(_drawn(picture), alt)
 
 
 def draw(picture: Plot | View, title: str) -> Figure:
@@ -73,23 +75,16 @@ def draw(picture: Plot | View, title: str) -> Figure:
     PictureError
         If a listing has more rows than a picture can hold.
     """
-    with styled():
-        if isinstance(picture, Listing):
-            figure = _listing(picture)
-        else:
-            plot = _as_plot(picture)
-            figure = Figure(figsize=(plot.width, plot.height), layout="constrained")
-            draw_plot(figure, plot)
+    with mpl.rc_context(STYLE):
+        figure = _listing(picture) if isinstance(picture, Listing) else _drawn(picture)
         figure.suptitle(visible(title), x=0.01, ha="left", fontsize=11)
     return figure
 
 
-def _as_plot(picture: Plot | Chart) -> Plot:
-    return plot_of(picture) if isinstance(picture, Chart) else picture
-
-
-def draw_plot(figure: Figure, plot: Plot) -> None:
-    """Draw panels into an empty figure, with one legend above them or each its own."""
+def _drawn(picture: Plot | Chart) -> Figure:
+    """Draw panels, with one legend above them or each its own."""
+    plot = plot_of(picture) if isinstance(picture, Chart) else picture
+    figure = Figure(figsize=(plot.width, plot.height), layout="constrained")
     n = len(plot.panels)
     if plot.side_by_side:
         every = figure.subplots(1, max(n, SLOTS), sharey=True, squeeze=False)[0]
@@ -98,22 +93,27 @@ def draw_plot(figure: Figure, plot: Plot) -> None:
     for axes in every[n:]:
         axes.set_axis_off()
     for axes, panel in zip(every, plot.panels, strict=False):
-        _draw_panel(axes, panel, plot.legends)
+        handles = _draw_panel(axes, panel)
         if axes is every[0] or not plot.side_by_side:
             axes.set_ylabel(panel.y.label)
         if axes is every[n - 1] or plot.side_by_side:
             axes.set_xlabel(panel.x.label)
-    if not plot.legends:
-        legend_above(every[0])
+        if plot.legends:
+            _draw_legend(axes, panel, handles)
+        else:
+            _thin_out(axes)
+            if axes is every[0] and handles:
+                ncols = _columns("", handles, figure)
+                figure.legend(handles=handles, loc="outside upper left", ncols=ncols,
+                              **CLOSE)  # fmt: skip
+    return figure
 
 
-def _draw_panel(axes: Axes, panel: PlotPanel, own_legend: bool) -> None:
+def _draw_panel(axes: Axes, panel: PlotPanel) -> list[Any]:
     handles = [each for layer in panel.layers for each in _draw(axes, layer, panel)]
     for axis, how in ((axes.xaxis, panel.x), (axes.yaxis, panel.y)):
         if how.scale in ("log", "symlog"):
             logarithmic(axis, **{"linthresh": 10} if how.scale == "symlog" else {})
-        if how.scale == "log" and not own_legend:
-            axis.set_minor_locator(NullLocator())
     if panel.y.scale == "normal":
         _normal_ticks(axes, panel)
     if panel.x.words:
@@ -124,13 +124,19 @@ def _draw_panel(axes: Axes, panel: PlotPanel, own_legend: bool) -> None:
         name: how.ends
         for name, how in (("xlim", panel.x), ("ylim", panel.y)) if how.ends
     })  # fmt: skip
-    if own_legend:
-        _draw_legend(axes, panel, handles)
-    elif not any(isinstance(each, data.Bars) for each in panel.layers):
-        few_ticks(axes)
+    return handles
 
 
-def _draw_legend(axes: Axes, panel: PlotPanel, handles: list[Artist]) -> None:
+def _thin_out(axes: Axes) -> None:
+    """Leave few ticks in a small picture."""
+    for axis in (axes.xaxis, axes.yaxis):
+        if isinstance(axis.get_major_locator(), AutoLocator):
+            axis.set_major_locator(MaxNLocator(TICKS))
+        if axis.get_scale() == "log":
+            axis.set_minor_locator(NullLocator())
+
+
+def _draw_legend(axes: Axes, panel: PlotPanel, handles: list[Any]) -> None:
     """Draw what stands against the right, and a legend on the line of the title."""
     axes.set_title(panel.title or " ")
     if panel.right:
@@ -138,26 +144,22 @@ def _draw_legend(axes: Axes, panel: PlotPanel, handles: list[Artist]) -> None:
         right.grid(visible=False)
         right.spines["right"].set_visible(True)
         right.set_ylabel(panel.right.y.label)
-        for layer in panel.right.layers:
-            handles += _draw(right, layer, panel.right)
-        if panel.right.y.ends:
-            right.set_ylim(*panel.right.y.ends)
+        handles += _draw_panel(right, panel.right)
     if handles:
-        columns = _columns(panel.title, [str(each.get_label()) for each in handles])
-        legend = axes.legend(
-            handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0),
-            ncols=columns, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
-        )  # fmt: skip
-        legend.set_in_layout(len(handles) > columns)  # further lines need room
+        ncols = _columns(panel.title, handles, axes.figure)
+        place: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0)}
+        legend = axes.legend(handles=handles, ncols=ncols, **place, **CLOSE)
+        legend.set_in_layout(len(handles) > ncols)  # further lines need room
 
 
-def _columns(title: str, labels: list[str]) -> int:
+def _columns(title: str, handles: list[Any], figure: Any) -> int:
     """Return how many columns of a legend find room beside a title."""
-    letters = np.array([len(label) + HANDLE for label in labels])
+    letters = np.array([len(str(each.get_label())) + HANDLE for each in handles])
     for columns in LEGEND_COLUMNS:
         # filled one after the other, each as wide as the longest of its labels
         filled = np.array_split(letters, columns)
-        if len(title) + sum(part.max(initial=0) for part in filled) <= LINE:
+        wide = len(title) + sum(part.max(initial=0) for part in filled)
+        if wide <= LETTERS * figure.get_figwidth():
             break
     return columns
 
@@ -171,13 +173,14 @@ def _wrapped(name: str) -> str:
     return "\n".join(wrap(visible(name), NAME))
 
 
-def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Artist]:
+def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Any]:
     """Draw a layer; return what a legend shows of it."""
     words = getattr(layer, "label", "")
-    label = in_legend(words) if words else "_unnamed"
+    # a legend hides what begins with _
+    label = f" {words}" if words.startswith("_") else words or "_unnamed"
     colour = ROLES[getattr(layer, "colour", "ink")]
     named: dict[str, Any] = {"color": colour, "label": label}
-    drawn: list[Artist] = []
+    drawn: list[Any] = []
     match layer:
         case data.Line(x, y):
             drawn += axes.plot(x, y, **named, **(MARKS["dot"] if layer.dotted else {}))
@@ -188,10 +191,9 @@ def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Artist]:
                 rasterized=len(x) > MOST_POINTS,
             )  # fmt: skip
         case data.Fill(x, lower, upper):
-            axes.fill_between(x, lower, upper, linewidth=0, alpha=0.25, **named)
-            drawn.append(Patch(alpha=0.25, **named))
-        case data.Whiskers(x, lower, upper):
-            axes.vlines(x, lower, upper, linewidth=6, alpha=0.25, **named)
+            between = axes.vlines if layer.bars else axes.fill_between
+            width = 6 if layer.bars else 0
+            between(x, lower, upper, linewidth=width, alpha=0.25, **named)
             drawn.append(Patch(alpha=0.25, **named))
         case data.Area(x, y):
             drawn += axes.fill(x, y, **named, alpha=0.2, linewidth=0)
@@ -206,14 +208,15 @@ def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Artist]:
             top = axes.get_ylim()[1]
             for ends in zip(lower, upper, strict=True):
                 axes.plot(ends, [ABOVE * top] * 2, color=colour, linewidth=2.5)
-            axes.plot(at, np.full(len(at), ABOVE * top), "|", **named)
+            drawn += axes.plot(at, np.full(len(at), ABOVE * top), "|", **named)
             axes.set_ylim(0, 1.1 * top)
         case data.Ranges(names):
             each = zip(layer.lower, layer.upper, layer.at, layer.colours, strict=True)
             for row, (lower, upper, at, tone) in enumerate(each):
                 axes.plot([lower, upper], [row, row], color=ROLES[tone], alpha=0.4,
                           linewidth=6, solid_capstyle="butt")  # fmt: skip
-                axes.plot(at, row, "o", color=ROLES[tone], markersize=4)
+                if at > lower:  # else 0, which a logarithmic axis does not have
+                    axes.plot(at, row, "o", color=ROLES[tone], markersize=4)
             _name_rows(axes, names)
             axes.set_ylim(len(names) - 0.5, -0.5)
         case data.Bars(names, values, ends):  # those of other kinds are below them
@@ -222,11 +225,11 @@ def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Artist]:
             reach = None
             if ends is not None:
                 reach = np.maximum([[-1.0], [1.0]] * (ends - values), 0.0)
-            axes.barh(
+            drawn.append(axes.barh(
                 np.arange(len(names)) + 0.8 * place / of, values, 0.72 / of,
                 xerr=reach, **named,
                 error_kw={"ecolor": INK, "elinewidth": 0.8, "capsize": 2},
-            )  # fmt: skip
+            ))  # fmt: skip
             if place == 0:
                 _name_rows(axes, names)
                 axes.invert_yaxis()

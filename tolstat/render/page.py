@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from importlib.resources import files
 from urllib.parse import quote
@@ -13,6 +14,9 @@ from tolstat.document.blocks import Cell, Document, Figure, Section
 from tolstat.document.digits import Written, in_cell, in_line
 from tolstat.document.inline import Inline, Link, Name, Number, Parts, Typed, Word
 from tolstat.literal import visible
+
+# five digits or more before a point, in groups of three with thin spaces
+LONG, THIN = re.compile(r"(?<![\d.])\d{5,}(?!\d*e)"), "\u202f"
 
 
 def page(document: Document) -> str:
@@ -89,11 +93,15 @@ def _written(written: Written) -> Markup:
         escape(each)
         if isinstance(each, str)
         else Markup('<span data-value="{}">{}</span>').format(
-            repr(each.value), each.text
+            repr(each.value), LONG.sub(_grouped, each.text)
         )
         for each in written
     )
     return Markup('<span class="whole">{}</span>').format(made)
+
+
+def _grouped(digits: re.Match[str]) -> str:
+    return f"{int(digits[0]):,}".replace(",", THIN)
 
 
 def _cell(cell: Cell) -> Markup:

@@ -1,15 +1,16 @@
-"""How pictures of tolstat look, and how they are written."""
+"""How pictures of tolstat look, and how they get into a page or a file."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
-from contextlib import contextmanager
+import re
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 from cycler import cycler
+from markupsafe import Markup, escape
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -39,13 +40,26 @@ STYLE: dict[Any, Any] = {
     "legend.fontsize": 9,
     "svg.hashsalt": "tolstat",  # the same picture is the same file
 }
-
-
-@contextmanager
-def styled() -> Iterator[None]:
-    """Use the style of tolstat's pictures, for these lines alone."""
-    with mpl.rc_context(STYLE):
-        yield
+# stand-ins that the page's style replaces: the same picture in light and in dark
+INK, GRID = "#101418", "#e1e3e6"
+SMALLEST = 8.4  # points, so that on paper no word of a picture has less than 8
+PAGE_STYLE = {
+    **STYLE,
+    **dict.fromkeys(
+        ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color",
+         "ytick.color"), INK,
+    ),
+    "grid.color": GRID,
+    **dict.fromkeys(
+        ("figure.facecolor", "axes.facecolor", "savefig.facecolor"), "none"
+    ),
+    **dict.fromkeys(
+        ("font.size", "axes.titlesize", "axes.labelsize", "xtick.labelsize",
+         "ytick.labelsize", "legend.fontsize"), SMALLEST,
+    ),
+    "svg.fonttype": "path",
+}  # fmt: skip
+_numbers = count(1)
 
 
 def logarithmic(axis: Axis, **options: Any) -> None:
@@ -68,14 +82,6 @@ class _Plain(LogFormatter):
         return f"{x:g}" if super().__call__(x, pos) else ""
 
 
-def literally(figure: Figure) -> None:
-    """Let every text of a picture be what it is, before it is written."""
-    for text in figure.findobj(Text):
-        assert isinstance(text, Text)
-        if (words := visible(text.get_text())) != text.get_text():
-            text.set_text(words)
-
-
 def write(figure: Figure, path: Path) -> None:
     """Write a picture in the format of the file's ending.
 
@@ -84,19 +90,50 @@ def write(figure: Figure, path: Path) -> None:
     PictureError
         If it cannot be written.
     """
-    form = path.suffix.lower().removeprefix(".")
-    drawn = io.BytesIO()
-    with styled():
-        literally(figure)
-        # no date: the same picture is the same file
-        metadata = {"Date": None} if form == "svg" else None
-        figure.savefig(drawn, format=form, dpi=150, metadata=metadata)
+    with mpl.rc_context(STYLE):
+        drawn = _drawn(figure, path.suffix.lower().removeprefix("."), dpi=150)
     try:
-        replace(path, drawn.getvalue())
+        replace(path, drawn)
     except RunFileError as error:
         raise PictureError(str(error)) from error
 
 
-def in_legend(words: str) -> str:
-    """Return a label that a legend shows: it hides those that begin with _."""
-    return visible(f" {words}" if words.startswith("_") else words)
+def inline(figure: Figure, alternative: str) -> Markup:
+    """Write a figure as SVG for a page: one element, whose names are its own there.
+
+    The style of the page holds meanwhile; `alternative` says what the figure shows, for
+    those who do not see it.
+    """
+    text = _drawn(figure, "svg", dpi=110).decode()
+    svg = text[text.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    # its style would hold for the whole page; page.css says the same of pictures
+    svg = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", svg, flags=re.DOTALL)
+    svg = svg.replace(INK, "currentColor").replace(GRID, "var(--grid)")
+    prefix = f"p{next(_numbers)}-"
+    svg = re.sub(r'(\bid="|href="#|url\(#)', rf"\1{prefix}", svg)
+    # lines to a hundredth of a point
+    svg = re.sub(
+        r'\bd="[^"]*"', lambda d: re.sub(r"(\.\d{2})\d+", r"\1", d.group()), svg
+    )
+    head = f'<svg role="img" aria-label="{escape(visible(alternative))}"'
+    svg = svg.replace("<svg", head, 1)
+    svg = re.sub(r'\b(width|height)="[\d.]+pt"\s*', "", svg, count=2)
+    return Markup(svg)
+
+
+def _drawn(figure: Figure, form: str, dpi: int) -> bytes:
+    """Write a figure, every text of which is what it is."""
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        if (words := visible(text.get_text())) != text.get_text():
+            text.set_text(words)
+    if engine := figure.get_layout_engine():
+        # once, and no engine left: with one, matplotlib draws everything twice
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+    buffer = io.BytesIO()
+    # no date: the same picture is the same file
+    metadata = {"Date": None} if form == "svg" else None
+    figure.savefig(buffer, format=form, dpi=dpi, metadata=metadata)
+    return buffer.getvalue()

@@ -31,8 +31,9 @@ from tolstat.literal import visible
 PIPED_WIDTH = 120  # where the output is no terminal
 UNBOUNDED = 100_000
 PADDING = 0, 1, 0, 0  # of a cell
+AT_SPACES: Any = {"break_long_words": False, "break_on_hyphens": False}
 UNBROKEN = "\ue000"  # stands for a space where no line may end
-REASON = 24  # letters in a line of words below a number
+LETTERS = 24, 14, 10  # in a line of a head or below a number: the most that fit
 
 
 class Screen(Console):
@@ -46,11 +47,10 @@ class Screen(Console):
         return super().render_str(visible(text), **options)
 
 
-def screen(least: int = 0) -> Screen:
-    """Return the standard output; one with fewer columns than asked wraps lines."""
+def screen() -> Screen:
+    """Return the standard output."""
     console = Screen()
-    width = console.width if console.is_terminal else PIPED_WIDTH
-    return Screen(width=max(width, least))
+    return console if console.is_terminal else Screen(width=PIPED_WIDTH)
 
 
 def show(document: Document) -> None:
@@ -117,85 +117,96 @@ def _print_wrapped(words: str) -> None:
     """Print words in lines that end at spaces alone."""
     console, lines = screen(), list[str]()
     for line in visible(words).splitlines():
+        further = "    " if line.startswith(" ") else ""
         lines += textwrap.wrap(
-            line, console.width, break_long_words=False, break_on_hyphens=False
+            line, console.width, subsequent_indent=further, **AT_SPACES
         )
     console.print("\n".join(lines).replace(UNBROKEN, " "), soft_wrap=True)
 
 
-def _print_title(title: str, least: int = 0) -> None:
-    screen(least).print(title, style="table.title")
+def _print_title(title: str) -> None:
+    screen().print(title, style="table.title")
 
 
 def as_rich(given: Table) -> RichTable:
     """Return a table for a live display; what does not fit is folded."""
-    every = [i for i, column in enumerate(given.columns) if not column.page_only]
-    return _folded(given, every, 1)
+    return _folded(given, LETTERS[-1])
 
 
 def show_table(given: Table) -> None:
     """Print a table: words to the left, numbers to the right.
 
-    Nothing is ever cut: a number without its last digits is another number. Columns
-    that do not fit beside each other follow below, under the names of the rows.
+    Nothing is ever cut: a number without its last digits is another number. Where the
+    columns do not fit beside each other, each row stands by itself, a line a column.
     """
-    columns = [i for i, each in enumerate(given.columns) if not each.page_only]
-    keys, left = columns[: given.keys], columns[given.keys :]
-    title = given.title
-    while True:
-        count, room = max(len(left), 1), screen().width
-        made = _folded(given, keys + left, REASON)
-        while count > 1 and _width(made) > room:
-            count -= 1
-            made = _folded(given, keys + left[:count], REASON)
-        least = _width(made)
-        if least > room:
-            made = _folded(given, keys + left[:count], 1)
-            least = _width(made)
-        if title:
-            _print_title(title, least)
-        screen(least).print(made)
-        left = left[count:]
-        if not left:
-            break
-        title = f"{given.title}, continued" if given.title else ""
+    if given.title:
+        _print_title(given.title)
+    made = (_folded(given, letters) for letters in LETTERS)
+    fits = next((each for each in made if _width(each) <= screen().width), None)
+    if fits:
+        screen().print(fits)
+    else:
+        for row in given.rows:
+            _print_row(given, row)
     if given.caption:
         _print(given.caption)
 
 
-def _made(given: Table, chosen: Sequence[int]) -> RichTable:
-    """Make a table of some columns."""
+def _print_row(given: Table, row: Sequence[Cell]) -> None:
+    """Print the names of a row, and below them its cells by their heads."""
+    names = [as_text(cell.main) for cell in row[: given.keys]]
+    _print((", ".join(filter(None, names)),))
+    for column, cell in [*zip(given.columns, row, strict=True)][given.keys :]:
+        main, below = _written(cell)
+        if below:
+            said = "; ".join(below).replace(" to ", f"{UNBROKEN}to{UNBROKEN}")
+            main = f"{main} ({said})" if main else said
+        if main and not column.page_only:
+            _print((f"{column.head}: {main}" if column.head else main,), "  ")
+
+
+def _written(cell: Cell) -> tuple[str, list[str]]:
+    """Write a number, and its interval or the reason why it has none; or words."""
+    main, interval = as_text(cell.main), ""
+    if len(cell.main) == 1 and isinstance(cell.main[0], Number):
+        main, interval = map(plain, in_cell(cell.main[0]))
+    return main, [each for each in (interval, as_text(cell.below)) if each]
+
+
+def _made(given: Table, letters: int) -> RichTable:
+    """Make a table; heads, and lines below a number, have so many letters."""
     made = RichTable(box=box.SIMPLE_HEAD, padding=PADDING)
-    for i in chosen:
+    shown = [i for i, each in enumerate(given.columns) if not each.page_only]
+    for i in shown:
         column = given.columns[i]
+        head = column.head if column.words else _wrapped(column.head, letters)
         made.add_column(
-            column.head,
+            head,
             justify="left" if given.sides[i] else "right",
             no_wrap=not column.words,
             overflow="fold",
         )
     for row in given.rows:
-        # what explains the name of a row is for pages
-        shown = [Cell(row[i].main) if i < given.keys else row[i] for i in chosen]
-        wraps = (given.columns[i].words for i in chosen)
-        made.add_row(*map(_in_lines, shown, wraps))
+        made.add_row(*(_in_lines(given, i, row[i], letters) for i in shown))
     return made
 
 
-def _in_lines(cell: Cell, wraps: bool) -> str:
-    """Write a number over its interval, or over the reason why it has none."""
-    lines = []
-    if len(cell.main) == 1 and isinstance(cell.main[0], Number):
-        main, below = map(plain, in_cell(cell.main[0]))
-        lines = [main] if main else []
-        if below:
-            lines += textwrap.wrap(below, REASON)
-    elif cell.main:
-        lines = [as_text(cell.main)]
-    if cell.below:
-        below = as_text(cell.below)
-        lines += [below] if wraps else textwrap.wrap(below, REASON)
-    return "\n".join(lines)
+def _in_lines(given: Table, column: int, cell: Cell, letters: int) -> str:
+    """Write a cell over what is below; what explains a row's name is for pages."""
+    main, below = _written(cell)
+    if column < given.keys:
+        below = []
+    elif not given.columns[column].words:
+        below = [
+            line for each in below
+            for line in textwrap.wrap(each, letters, **AT_SPACES)
+        ]  # fmt: skip
+    return "\n".join(filter(None, (main, *below)))
+
+
+def _wrapped(words: str, letters: int) -> str:
+    lines = (textwrap.wrap(line, letters, **AT_SPACES) for line in words.splitlines())
+    return "\n".join(part for line in lines for part in line)
 
 
 def _width(made: RichTable) -> int:
@@ -203,19 +214,19 @@ def _width(made: RichTable) -> int:
     return Screen(width=UNBOUNDED).measure(made).maximum
 
 
-def _folded(given: Table, chosen: Sequence[int], least: int) -> RichTable:
-    """Make a table of some columns whose words wrap, to `least` letters in a line.
+def _folded(given: Table, letters: int) -> RichTable:
+    """Make a table whose words wrap, to so many letters in a line at least.
 
     They share the room so that no word of them is cut; Rich would not regard that.
     """
-    made = _made(given, chosen)
+    made = _made(given, letters)
     widths, longest = dict[int, int](), dict[int, int]()
     for i, column in enumerate(made.columns):
         if not column.no_wrap:
             cells = [visible(str(cell)) for cell in (column.header, *column.cells)]
             longest[i] = max(map(cell_len, "\n".join(cells).splitlines()), default=1)
             word = max(map(cell_len, " ".join(cells).split()), default=1)
-            widths[i] = max(word, min(longest[i], least))
+            widths[i] = max(word, min(longest[i], letters))
             column.width = widths[i]
     for _ in range(screen().width - _width(made) if longest else 0):
         i = max(longest, key=lambda i: longest[i] / widths[i])

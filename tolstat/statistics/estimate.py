@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+CONFIDENCE = 0.95  # of every interval that is shown
 RANDOM_ONLY = "for random trials only"
 FAILED_THERE = "failed trials may lie there"
 

@@ -6,13 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.statistics.limits.limit import within
-
-Array = NDArray[np.float64]
-
-Flags = NDArray[np.bool_]
 
 
 class IntegrationError(NamedTuple):
@@ -31,9 +27,9 @@ class IntegrationError(NamedTuple):
         Trials left out because they failed one of the two times.
     """
 
-    trials: NDArray[np.int64]
+    trials: Integers
     errors: Array
-    representative: Flags
+    representative: Truths
     failed: int
 
     @property
@@ -41,7 +37,7 @@ class IntegrationError(NamedTuple):
         """Largest absolute error, no bound for other trials; NaN if there is none."""
         return float(np.abs(self.errors).max()) if len(self.errors) else math.nan
 
-    def of(self, trials: NDArray[np.int64]) -> IntegrationError:
+    def of(self, trials: Integers) -> IntegrationError:
         """Return the errors of those among given trials."""
         some = np.isin(self.trials, trials)
         return IntegrationError(
@@ -70,7 +66,7 @@ class IntegrationError(NamedTuple):
         return np.asarray(found)
 
 
-def _turns(groups: NDArray[np.int64]) -> NDArray[np.int64]:
+def _turns(groups: Integers) -> Integers:
     """Count, for each element, the earlier ones of its group."""
     order = np.argsort(groups, kind="stable")
     ascending = groups[order]
@@ -80,7 +76,7 @@ def _turns(groups: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def integration_error(
-    values: Array, trials: NDArray[np.int64], precise: Array, representative: Flags
+    values: Array, trials: Integers, precise: Array, representative: Truths
 ) -> IntegrationError:
     """Compare a response with the same trials integrated precisely.
 
@@ -130,7 +126,7 @@ class VerdictChanges(NamedTuple):
 
 def verdict_changes(
     values: Array,
-    trials: NDArray[np.int64],
+    trials: Integers,
     precise: Array,
     limit: tuple[float, float],
 ) -> VerdictChanges:

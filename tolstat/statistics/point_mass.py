@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.replicates import share_from_replicates
 from tolstat.statistics.intervals.shares import anytime_valid
-
-Array = NDArray[np.float64]
 
 LEAST_EQUAL = 0.005  # fraction of the trials with one value that is a point mass
 NEAR = 1e-4  # of the range of 99.5 % of the trials: closer values count as equal
@@ -31,9 +29,7 @@ class PointMass(NamedTuple):
         return values[(values < self.least) | (values > self.largest)]
 
 
-def point_mass_of(
-    values: Array, replicate: NDArray[np.int64] | None = None
-) -> PointMass | None:
+def point_mass_of(values: Array, replicate: Integers | None = None) -> PointMass | None:
     """Find the value that more of float64[n] units share than chance allows.
 
     The value that at least 0.5 % have exactly. Else at least 10 % that lie within a ten
@@ -60,9 +56,7 @@ def point_mass_of(
     return None
 
 
-def _described(
-    values: Array, replicate: NDArray[np.int64] | None, equal: Array
-) -> PointMass:
+def _described(values: Array, replicate: Integers | None, equal: Array) -> PointMass:
     """Describe the values that count as equal; ascending."""
     middle, least, largest = (float(equal[i]) for i in (len(equal) // 2, 0, -1))
     if replicate is None:

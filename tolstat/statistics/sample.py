@@ -9,14 +9,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Integers, Truths
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.replicates import share_from_replicates
 from tolstat.statistics.intervals.shares import anytime_valid, proportion
 from tolstat.statistics.intervals.weighted_estimates import weighted_share
 from tolstat.statistics.intervals.weights import Weights
 from tolstat.status import Status
-
-Array = NDArray[np.float64]
 
 
 class Sample(NamedTuple):
@@ -41,15 +40,15 @@ class Sample(NamedTuple):
     weights: Weights | None = None
 
     @property
-    def done(self) -> NDArray[np.bool_]:
+    def done(self) -> Truths:
         """Which trials are done."""
-        found: NDArray[np.bool_] = self.status == Status.DONE
+        found: Truths = self.status == Status.DONE
         return found
 
     @property
-    def ran(self) -> NDArray[np.bool_]:
+    def ran(self) -> Truths:
         """Which trials have run, failed ones included."""
-        found: NDArray[np.bool_] = self.status != Status.NOT_RUN
+        found: Truths = self.status != Status.NOT_RUN
         return found
 
     @property
@@ -58,14 +57,14 @@ class Sample(NamedTuple):
         return int(np.count_nonzero(self.ran) - np.count_nonzero(self.done))
 
     @property
-    def replicate(self) -> NDArray[np.int64]:
+    def replicate(self) -> Integers:
         """Number of the randomisation of each trial: int64[trial]."""
         return np.arange(len(self.status)) % max(self.replicates, 1)
 
     def share(
         self,
-        units: NDArray[np.bool_],
-        among: NDArray[np.bool_],
+        units: Truths,
+        among: Truths,
         counted: Callable[[int, int], Estimate] = anytime_valid,
     ) -> Estimate:
         """Estimate the share of units with a property among some of the trials.
@@ -82,7 +81,7 @@ class Sample(NamedTuple):
             return weighted_share(units, self.weights.of(among))
         return counted(int(np.count_nonzero(units)), len(units))
 
-    def weights_of(self, trials: NDArray[np.bool_]) -> Weights | None:
+    def weights_of(self, trials: Truths) -> Weights | None:
         """Return the weights of trials of one kind: bool[trial]."""
         return self.weights and self.weights.of(trials)
 

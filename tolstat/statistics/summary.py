@@ -6,9 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.moments import Ends, Reach
 from tolstat.statistics.intervals.statistic import mean, quantiles_at, sigma
@@ -21,8 +19,6 @@ from tolstat.statistics.limits.capability import (
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import Yield, yield_of
 from tolstat.statistics.sample import Sample
-
-Array = NDArray[np.float64]
 
 QUANTILES = (0.00135, 0.05, 0.5, 0.95, 0.99, 0.99865)
 

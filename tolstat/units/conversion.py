@@ -56,7 +56,9 @@ LONGEST = 100  # characters
 
 SPELLINGS = {"µm": "um", "μm": "um", "µs": "us", "μs": "us", "°": "deg"}
 
-_NAME = re.compile(r"\s*([A-Za-zµμ%°]+|1(?=\s*(?:/|$)))(?:(?:\^|\*\*)(-?[1-4]))?\s*")
+_NAME = r"([A-Za-zµμ%°]+|1(?=\s*(?:/|$)))(?:(?:\^|\*\*)(-?[1-4]))?"
+_FACTOR = re.compile(rf"([*/]?)\s*{_NAME}")
+_UNIT = re.compile(rf"\s*(?:/?\s*{_NAME}(?:\s*[*/\s]\s*{_NAME})*)?\s*")
 
 
 def to_si(value: float, given: str, unit: str) -> float:
@@ -108,10 +110,7 @@ def _registry() -> Any:
     """Prepare pint with our names only: its own would accept hm and Bq."""
     import pint
 
-    registry = pint.UnitRegistry(None)
-    for name, what in BASES.items():
-        registry.define(f"{name} = [{what}]")
-    return registry
+    return pint.UnitRegistry([f"{name} = [{what}]" for name, what in BASES.items()])
 
 
 @cache
@@ -119,26 +118,18 @@ def _measure(unit: str) -> tuple[float, Any]:
     """Return the SI factor and the dimensions of a unit."""
     if len(unit) > LONGEST:
         raise UnitError(f"'{unit[:20]}...' is no unit: it has {len(unit)} characters")
+    if not _UNIT.fullmatch(unit):
+        raise UnitError(
+            f"the unit '{unit}' cannot be read; units are known names joined by * and "
+            "/, with powers such as ^2"
+        )
     total = _registry().Quantity(1.0)
-    position, sign = 0, 1
-    text = f"1{unit}" if unit.startswith("/") else unit
-    while position < len(text):
-        found = _NAME.match(text, position)
-        if found is None:
-            raise UnitError(
-                f"the unit '{unit}' cannot be read; units are known names joined by "
-                "* and /, with powers such as ^2"
-            )
-        name = SPELLINGS.get(found[1], found[1])
+    for sign, given, power in _FACTOR.findall(unit):
+        name = SPELLINGS.get(given, given)
         if name not in KNOWN:
             raise UnitError(f"unknown unit '{name}'; {allowed_names(name, KNOWN)}")
-        total *= _registry()(KNOWN[name]) ** (sign * int(found[2] or 1))
-        position = found.end()
-        if position < len(text):
-            sign = -1 if text[position] == "/" else 1
-            position += text[position] in "*/"
-            if position == len(text):
-                raise UnitError(f"the unit '{unit}' ends in a sign")
+        exponent = int(power or 1) * (-1 if sign == "/" else 1)
+        total *= _registry()(KNOWN[name]) ** exponent
     base = total.to_base_units()
     return float(base.magnitude), base.dimensionality
 

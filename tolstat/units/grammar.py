@@ -14,14 +14,10 @@ from tolstat.units.conversion import dimension, si_unit, to_si
 from tolstat.units.scale import scale_of
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-_UNSIGNED = _NUMBER.removeprefix("[+-]?")
-_UNIT = r"(?P<unit>1\s*/.*|[^0-9.,+\-<>=±\s].*)?"
-
-_QUANTITY = re.compile(rf"(?P<value>{_NUMBER})\s*{_UNIT}")
-_SYMMETRIC = re.compile(rf"(?:\+-|\+/-|±)\s*(?P<half>{_UNSIGNED})\s*{_UNIT}")
-_RANGE = re.compile(rf"(?P<lower>{_NUMBER})\s*\.\.\s*(?P<upper>{_NUMBER})\s*{_UNIT}")
-_BOUND = re.compile(rf"(?P<sign><=|>=)\s*(?P<value>{_NUMBER})\s*{_UNIT}")
-
+_WRITTEN = re.compile(
+    rf"(\+-|\+/-|±|<=|>=)?\s*({_NUMBER})(?:\s*\.\.\s*({_NUMBER}))?"
+    r"\s*(1\s*/.*|[^0-9.,+\-<>=±\s].*)?"
+)
 
 # squares and products of numbers in this range are numbers too
 LEAST, MOST = 1e-100, 1e100
@@ -58,25 +54,23 @@ def bare_number(text: str) -> float:
 
 def quantity(text: str, unit: str) -> float:
     """Read one quantity, such as "7.5 rad/s", as SI; a bare number for "1"."""
-    found = _QUANTITY.fullmatch(text.strip())
-    if found is None:
-        raise UnitError(
-            _unreadable(text, f"a quantity such as {_example('7.5', unit)}")
-        )
-    return _si(found["value"], found["unit"], unit)
+    match _split(text):
+        case "", value, "", given if value:
+            return _si(value, given, unit)
+    raise UnitError(_unreadable(text, f"a quantity such as {_example('7.5', unit)}"))
 
 
 def tolerance(text: str, unit: str) -> Range:
     """Read a tolerance, "+-1.2 mm" or "-0.1..+0.3 mm": the permitted zone, SI."""
-    text = text.strip()
-    if found := _SYMMETRIC.fullmatch(text):
-        half = _si(found["half"], found["unit"], unit)
-        zone = Range(-half, half)
-    elif found := _RANGE.fullmatch(text):
-        zone = _range(found, unit)
-    else:
-        expected = f"{_example('+-1.2', unit)} or {_example('-0.1..+0.3', unit)}"
-        raise UnitError(_unreadable(text, f"a tolerance such as {expected}"))
+    match _split(text):
+        case "+-" | "+/-" | "±", half, "", given if half[0] not in "+-":
+            most = _si(half, given, unit)
+            zone = Range(-most, most)
+        case "", lower, upper, given if upper:
+            zone = Range(_si(lower, given, unit), _si(upper, given, unit))
+        case _:
+            expected = f"{_example('+-1.2', unit)} or {_example('-0.1..+0.3', unit)}"
+            raise UnitError(_unreadable(text, f"a tolerance such as {expected}"))
     if not zone.upper > zone.lower:
         raise UnitError(
             "a tolerance has a width, and its lower end comes first; "
@@ -87,23 +81,23 @@ def tolerance(text: str, unit: str) -> Range:
 
 def limit(text: str, unit: str) -> Range:
     """Read a limit, "<= 3 %", ">= 0 mm" or "1..2 mm": the permitted values, SI."""
-    text = text.strip()
-    if found := _BOUND.fullmatch(text):
-        value = _si(found["value"], found["unit"], unit)
-        below = found["sign"] == "<="
-        return Range(-math.inf, value) if below else Range(value, math.inf)
-    if _RANGE.fullmatch(text):
-        return quantity_range(text, unit)
+    match _split(text):
+        case "<=", most, "", given:
+            return Range(-math.inf, _si(most, given, unit))
+        case ">=", least, "", given:
+            return Range(_si(least, given, unit), math.inf)
+        case "", _, upper, _ if upper:
+            return quantity_range(text, unit)
     expected = ", ".join(_example(form, unit) for form in ("<= 3", ">= 0", "1..2"))
     raise UnitError(_unreadable(text, f"a limit such as {expected}"))
 
 
 def quantity_range(text: str, unit: str) -> Range:
     """Read a range, such as "850..1700 rpm", as SI."""
-    found = _RANGE.fullmatch(text.strip())
-    if found is None:
+    sign, lower, upper, given = _split(text)
+    if sign or not upper:
         raise UnitError(_unreadable(text, f"a range such as {_example('1..2', unit)}"))
-    ends = _range(found, unit)
+    ends = Range(_si(lower, given, unit), _si(upper, given, unit))
     if not ends.upper > ends.lower:
         raise UnitError("the range is upside down: its lower end comes first")
     return ends
@@ -111,19 +105,22 @@ def quantity_range(text: str, unit: str) -> Range:
 
 def unit_of(text: str) -> str:
     """Return the unit as it stands at the end of a quantity, tolerance or limit."""
-    for form in (_QUANTITY, _SYMMETRIC, _RANGE, _BOUND):
-        if found := form.fullmatch(text.strip()):
-            return (found["unit"] or "1").strip()
-    raise UnitError(_unreadable(text, "a quantity"))
+    _, number, _, given = _split(text)
+    if not number:
+        raise UnitError(_unreadable(text, "a quantity"))
+    return given or "1"
 
 
-def _range(found: re.Match[str], unit: str) -> Range:
-    return Range(*(_si(found[end], found["unit"], unit) for end in Range._fields))
+def _split(text: str) -> tuple[str, str, str, str]:
+    """Split a text into sign, number, second number of a range, and unit."""
+    if found := _WRITTEN.fullmatch(text.strip()):
+        sign, first, last, unit = (part or "" for part in found.groups())
+        return sign, first, last, unit.strip()
+    return "", "", "", ""
 
 
-def _si(number: str, given: str | None, unit: str) -> float:
-    written = _finite(number)
-    return _computable(number, to_si(written, (given or "").strip(), unit))
+def _si(number: str, given: str, unit: str) -> float:
+    return _computable(number, to_si(_finite(number), given, unit))
 
 
 def _finite(number: str) -> float:

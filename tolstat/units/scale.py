@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterable
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
+from sys import float_info
 from typing import NamedTuple
 
 from tolstat.units.conversion import from_si
@@ -234,6 +235,11 @@ class Ratio(NamedTuple):
 PER_CENT, PPM, AS_IS = Scale("1", "%"), Scale("1", "ppm"), Scale("1", PLAIN)
 # of some trials, or of a variance
 PART = PER_CENT._replace(most=BOUND)
+
+
+def share_words(share: float) -> str:
+    """Name a typed share: 0.00135 is "0.135 %", and nothing but 1 "100 %"."""
+    return f"{100 * share:.{float_info.dig}g} %"
 
 
 def figures(value: float, count: int = FIGURES, rounding: str = ROUND_HALF_EVEN) -> str:

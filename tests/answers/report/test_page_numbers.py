@@ -156,7 +156,8 @@ def test_a_share_is_printed_per_cent_and_per_million(report):
     )
     shown = plain(in_cell(row["out of limit, ppm"].main[0])[0])
     assert says(shown, 1e6 * out.value)
-    assert (repr(out.value), shown) in report.page.numbers
+    grouped = f"{int(shown):,}".replace(",", "\u202f")
+    assert (repr(out.value), grouped) in report.page.numbers
     within = report.answer.all_limits.within.value
     (shown,) = {words for value, words in report.page.numbers if value == repr(within)}
     assert says(shown, 100 * within)

@@ -30,9 +30,9 @@ from tolstat.errors import DistributionError, StudyError
 from tolstat.execution.run_loop import Progress, Telling
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.contract import Model
+from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.statistics.limits.sample_size import grown
-from tolstat.statistics.limits.yields import CONFIDENCE
 from tolstat.study.cost_entry import EXAMPLE, tolerance_words
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Source, Study, load

@@ -24,7 +24,7 @@ from tolstat.document.inline import (
     text,
 )
 from tolstat.model.view import Axis, Chart, Curve, Mark, Panel
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.limits.yields import MET
 
 CHART = "Cost of the cheapest tolerances over the fraction out of any limit"

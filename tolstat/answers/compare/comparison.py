@@ -14,11 +14,10 @@ from tolstat.answers.compare.limit_difference import LimitDifference
 from tolstat.answers.compare.pairing import Pairing
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
-from tolstat.render.json_schema import share_words
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.summary import Summary
-from tolstat.units.scale import PER_CENT, PPM, Scale
+from tolstat.units.scale import PER_CENT, PPM, Scale, share_words
 
 NONE = Estimate(math.nan)
 UNLIMITED = LimitDifference(

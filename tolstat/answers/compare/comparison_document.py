@@ -10,9 +10,8 @@ from tolstat.answers.compare.comparison_figures import figures_of
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell, Given, Section, Table, note, table_of
 from tolstat.document.inline import Name, Number, Parts, counted, listed, say, text
-from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
-from tolstat.units.scale import PER_CENT, Scale
+from tolstat.units.scale import PER_CENT, Scale, share_words
 
 if TYPE_CHECKING:
     from tolstat.answers.compare.comparison import Comparison, Design, Difference

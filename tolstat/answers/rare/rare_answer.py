@@ -19,7 +19,7 @@ from tolstat.deviations.rare_stage import SPREAD, STAGE, WEIGHT
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.errors import PictureError
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.weighted_estimates import (
     ENOUGH,

@@ -18,9 +18,10 @@ from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
 from tolstat.answers.sweep.extremes import Extremes, extremes_of
 from tolstat.errors import PictureError
+from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.moments import unseen
 from tolstat.statistics.intervals.replicates import never_met
-from tolstat.statistics.limits.yields import CONFIDENCE, joint_yield
+from tolstat.statistics.limits.yields import joint_yield
 from tolstat.statistics.point_mass import point_mass_of
 from tolstat.statistics.sensitivity import linear
 from tolstat.statistics.summary import Summary, summarize

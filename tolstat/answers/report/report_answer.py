@@ -11,7 +11,7 @@ from tolstat.answers.report import first_page, report_document
 from tolstat.answers.run_answer import RunAnswer
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import VerdictChanges
 from tolstat.statistics.limits.yields import NOT_MET, WORST_FIRST

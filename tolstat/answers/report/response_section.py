@@ -30,9 +30,8 @@ from tolstat.document.inline import (
     text,
     with_unit,
 )
-from tolstat.render.json_schema import share_words
 from tolstat.statistics.estimate import Estimate
-from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM, Ratio, Scale
+from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM, Ratio, Scale, share_words
 
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import (

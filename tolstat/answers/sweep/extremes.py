@@ -14,7 +14,7 @@ from tolstat.answers.run_answer import notes_of
 from tolstat.answers.sweep.extremes_document import extremes_document
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status
 from tolstat.store.stored_run import ROUNDING, Run

@@ -10,8 +10,8 @@ from pathlib import Path
 from tolstat.answers.sweep import curves
 from tolstat.document.plot import Layer, Line, Plot, PlotAxis, PlotPanel, Points, Rule
 from tolstat.errors import PictureError
-from tolstat.render.chart_plot import CURVE_COLOURS
 from tolstat.render.output_file import check_ending
+from tolstat.render.shown_view import CURVE_COLOURS
 from tolstat.store.stored_run import Run
 
 MOST_CURVES = 12

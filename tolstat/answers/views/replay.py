@@ -21,7 +21,7 @@ from tolstat.model.contract import Model
 from tolstat.model.description import Response
 from tolstat.model.settings import as_typed, read, setting_of
 from tolstat.model.view import Chart
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status, words_of
 from tolstat.store.open_run import RunSource

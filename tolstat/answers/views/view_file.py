@@ -11,7 +11,7 @@ from tolstat.document.inline import counted, say
 from tolstat.errors import PictureError
 from tolstat.model.view import Chart, View
 from tolstat.render.output_file import check_ending, replace
-from tolstat.render.view_rows import as_csv, view_rows
+from tolstat.render.shown_view import as_csv, view_rows
 
 VIEWS = (".png", ".svg", ".pdf", ".csv", ".html")
 MOST_ROWS, MOST_COLUMNS = 40, 7  # on the screen

@@ -160,7 +160,7 @@ def _enough(run: Run, study: Study, scenario: Deviations, fresh: Study) -> int:
         count, of = counts[name]
         likely = anytime_valid(round(count / of * run.trials), run.trials, CONFIDENCE)
         if verdict(likely.complement, limit.demanded) == UNDECIDED:
-            wanted = trials_that_decide(count, of, 1 - limit.demanded, CONFIDENCE)
+            wanted = trials_that_decide(count, of, 1 - limit.demanded)
             enough = max(enough, wanted)
     return enough
 

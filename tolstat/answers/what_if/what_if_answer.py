@@ -11,10 +11,9 @@ from tolstat.answers.cells import changes, limit_cell, ppk_cell, ppm, summary_ce
 from tolstat.answers.report.report_answer import AllLimits
 from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, Word, counted, say, text
-from tolstat.render.json_schema import share_words
-from tolstat.render.tables import Row
+from tolstat.render.serialize import Row
 from tolstat.statistics.summary import QUANTILES, Summary
-from tolstat.units.scale import PER_CENT, Scale
+from tolstat.units.scale import PER_CENT, Scale, share_words
 
 ON_SCREEN = (0.5, 0.95)  # quantiles
 

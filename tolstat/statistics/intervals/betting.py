@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.statistics.intervals.weights import Weights
-
-Array = NDArray[np.float64]
 
 MOST_STAKED = 0.75  # of the capital in one bet, so that none ruins
 PRECISION = 1e-6  # of an end, relative
@@ -75,9 +73,7 @@ def least_mean(
     return lower + scale * float(m)
 
 
-def surely_more(
-    machines: NDArray[np.bool_], share: float, miss: float, weights: Weights
-) -> bool:
+def surely_more(machines: Truths, share: float, miss: float, weights: Weights) -> bool:
     """Tell whether the share of flagged units exceeds a share above 0.
 
     It errs with a probability of at most `miss`; the order is that of `mean_between`.

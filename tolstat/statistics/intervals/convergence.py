@@ -8,14 +8,12 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.moments import Ends
 from tolstat.statistics.intervals.statistic import Statistic
 from tolstat.statistics.sample import Sample
-
-Array = NDArray[np.float64]
 
 FIRST = 1024  # trials of the first stage
 RESERVE = 1.1  # more trials than the first stage alone would suggest

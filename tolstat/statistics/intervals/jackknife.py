@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from tolstat.statistics.estimate import Estimate
-
-Array = NDArray[np.float64]
+from tolstat.arrays import Array
+from tolstat.statistics.estimate import CONFIDENCE, Estimate
 
 PARTS = 20
+MOST_KURTOSIS = 0.2  # excess kurtosis over the root of the number of trials
 HEAVY = "no trustworthy interval: few trials dominate the variance"
 
 
 def jackknifed(
-    whole: Array, left_out: Array, confidence: float, *, trusted: bool = True
+    whole: Array, left_out: Array, *, trusted: bool = True
 ) -> list[Estimate]:
     """Give the interval of the jackknife to each number of float64[number].
 
@@ -25,9 +26,24 @@ def jackknifed(
     if not trusted:
         return [Estimate(float(v), reason=HEAVY) for v in whole]
     scatter = np.mean((left_out - left_out.mean(axis=0)) ** 2, axis=0)
-    z = float(stdtrit(PARTS - 1, 0.5 + confidence / 2))
+    z = float(stdtrit(PARTS - 1, 0.5 + CONFIDENCE / 2))
     half = z * np.sqrt((PARTS - 1) * scatter)
     return [
         Estimate(float(v), float(v - h), float(v + h))
         for v, h in zip(whole, half, strict=True)
     ]
+
+
+def spreads(values: Array) -> bool:
+    """Tell whether float64[n] differ by more than the rounding of their mean."""
+    return bool(values.std(ddof=1) > 1e-14 * abs(values.mean()))
+
+
+def tails_are_light(values: Array) -> bool:
+    """Tell whether few extreme ones of float64[n] do not dominate the variance."""
+    if not spreads(values):
+        return True
+    scores = (values - values.mean()) / values.std()
+    squares = scores * scores  # a power costs NumPy a hundred products
+    kurtosis = np.mean(squares * squares) - 3
+    return bool(kurtosis <= MOST_KURTOSIS * math.sqrt(len(values)))

@@ -14,14 +14,13 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import betaincinv
 
+from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import NONE_DONE, Estimate, enclosing
 from tolstat.statistics.intervals.betting import mean_between
 from tolstat.statistics.intervals.weights import Weights
 
-Array = NDArray[np.float64]
 Ends = tuple[float, float]
 OPEN: Ends = (-math.inf, math.inf)
 
@@ -29,41 +28,8 @@ LEAST = 20  # trials from which an interval is narrower than its ends
 REACH = 2.0  # assumed distance outside trials and limit, over their own spread
 LEAST_LEAVING = 20  # trials outside a point mass from which sigma has an interval
 MOST_EQUAL = 0.5  # share of the trials from which one value is such a point mass
-MOST_KURTOSIS = 0.2  # excess kurtosis over the root of the number of trials
 PILOT = 10  # one trial in so many gives the centre of the squares
 SHARED = 0.8  # of the error of sigma for the squares; the rest is for the mean
-
-
-class Moments(NamedTuple):
-    """Sample moments: mean, sigma (N - 1), skewness, excess kurtosis."""
-
-    n: int
-    mean: float
-    sigma: float
-    skewness: float
-    kurtosis: float
-
-
-def moments(values: Array) -> Moments:
-    """Return the sample moments of float64[n]; NaN where there are too few."""
-    n = len(values)
-    if n < 2:
-        mean = float(values[0]) if n else math.nan
-        return Moments(n, mean, math.nan, math.nan, math.nan)
-    mean, sigma = float(values.mean()), float(values.std(ddof=1))
-    # all equal but for the rounding of the mean
-    if sigma <= 1e-14 * abs(mean):
-        return Moments(n, mean, 0.0, 0.0, 0.0)
-    scores = (values - mean) / values.std()
-    # a power costs NumPy a hundred products
-    squares = scores * scores
-    skewness, kurtosis = np.mean(squares * scores), np.mean(squares * squares) - 3
-    return Moments(n, mean, sigma, float(skewness), float(kurtosis))
-
-
-def tails_are_light(m: Moments) -> bool:
-    """Tell whether few extreme values do not dominate the variance."""
-    return m.kurtosis <= MOST_KURTOSIS * math.sqrt(m.n)
 
 
 def unseen(trials: int) -> float:
@@ -226,7 +192,7 @@ def _missing(values: Array, reach: Reach, weights: Weights | None = None) -> str
 
 
 @lru_cache(maxsize=8)
-def order_of(n: int) -> NDArray[np.int64]:
+def order_of(n: int) -> Integers:
     """Return the order in which n trials are bet on, independent of their values."""
     # an old generator, whose numbers never change
     return np.random.RandomState(n).permutation(n)

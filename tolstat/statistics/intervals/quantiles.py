@@ -6,39 +6,20 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import bdtr, bdtrik
 
+from tolstat.arrays import Array
 from tolstat.statistics.estimate import FAILED_THERE, NONE_DONE, Estimate
 
 
-def quantile(
-    values: NDArray[np.float64], share: float, confidence: float = 0.95
-) -> Estimate:
-    """Estimate a quantile of a random sample.
-
-    Returns
-    -------
-    Estimate
-        Median-unbiased, with an interval that holds for any continuous distribution and
-        is conservative for one with point masses; none where no order statistic bounds
-        one of its sides at this number of trials.
-
-    References
-    ----------
-    H. A. David, H. N. Nagaraja, Order Statistics, 3rd ed., section 7.1.
-    """
-    return quantiles(values, [share], confidence)[share]
-
-
 def quantiles(
-    values: NDArray[np.float64],
+    values: Array,
     shares: Iterable[float],
     confidence: float = 0.95,
     failed: int = 0,
     worst: int = 0,
 ) -> dict[float, Estimate]:
-    """Estimate quantiles of a random sample by their shares, as `quantile` does.
+    """Estimate quantiles of a random sample by their shares.
 
     Parameters
     ----------
@@ -51,7 +32,14 @@ def quantiles(
     Returns
     -------
     dict of float to Estimate
-        Of all units, failed ones included; no interval where a failed one may lie.
+        Median-unbiased, with an interval that holds for any continuous distribution and
+        is conservative for one with point masses; none where no order statistic bounds
+        one of its sides at this number of trials, or where a failed trial may lie. Of
+        all units, failed ones included.
+
+    References
+    ----------
+    H. A. David, H. N. Nagaraja, Order Statistics, 3rd ed., section 7.1.
     """
     ordered = np.sort(values)
     if not failed:
@@ -72,9 +60,7 @@ def quantiles(
     return found
 
 
-def _of_ordered(
-    ordered: NDArray[np.float64], share: float, confidence: float
-) -> Estimate:
+def _of_ordered(ordered: Array, share: float, confidence: float) -> Estimate:
     n, miss = len(ordered), (1 - confidence) / 2
     if n == 0:
         return NONE_DONE
@@ -93,7 +79,7 @@ def trials_needed(share: float, confidence: float = 0.95) -> int:
     return math.ceil(math.log(miss) / math.log(max(share, 1 - share)))
 
 
-def median_unbiased(ordered: NDArray[np.float64], share: float) -> float:
+def median_unbiased(ordered: Array, share: float) -> float:
     """Interpolate a quantile of ascending values: Hyndman and Fan's method 8.
 
     `numpy.quantile` returns the same, but sorts again.

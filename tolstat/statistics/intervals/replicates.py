@@ -11,15 +11,12 @@ import math
 from bisect import bisect_left
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.statistics.estimate import NONE_DONE, Estimate, enclosing
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, few_leave
 from tolstat.statistics.intervals.quantiles import median_unbiased
-
-Array = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 EQUAL = "all trials are equal"
 LEAST_IN_EACH = 16
@@ -53,7 +50,7 @@ def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
 
 def mean_of_replicates(
     values: Array,
-    replicate: Numbers,
+    replicate: Integers,
     reach: Reach = ANYWHERE,
     confidence: float = 0.95,
 ) -> Estimate:
@@ -106,7 +103,7 @@ def _between(
 
 def sigma_of_replicates(
     values: Array,
-    replicate: Numbers,
+    replicate: Integers,
     reach: Reach = ANYWHERE,
     confidence: float = 0.95,
 ) -> Estimate:
@@ -123,7 +120,7 @@ def sigma_of_replicates(
     return enclosing(value, low, high)
 
 
-def share_from_replicates(units: NDArray[np.bool_], replicate: Numbers) -> Estimate:
+def share_from_replicates(units: Truths, replicate: Integers) -> Estimate:
     """Estimate a share of Latin hypercube or Sobol' trials, as `mean_of_replicates`.
 
     A property of bool[trial] units that no trial has may be as frequent as `never_met`.
@@ -133,7 +130,7 @@ def share_from_replicates(units: NDArray[np.bool_], replicate: Numbers) -> Estim
 
 
 def quantile_of_replicates(
-    values: Array, replicate: Numbers, share: float, confidence: float = 0.95
+    values: Array, replicate: Integers, share: float, confidence: float = 0.95
 ) -> Estimate:
     """Estimate a quantile of Latin hypercube or Sobol' trials.
 
@@ -175,7 +172,7 @@ def quantile_of_replicates(
     return enclosing(value, float(ordered[low]), float(ordered[high]))
 
 
-def missing(values: Array, replicate: Numbers) -> str:
+def missing(values: Array, replicate: Integers) -> str:
     """Say why replicates give no interval; empty if they give one."""
     if not len(values):
         return NONE_DONE.reason

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import betainc, betaincinv, betaln, gammaincinv
 
+from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 
 PRIOR = 0.5  # of Jeffreys' beta distribution, both parameters: it mixes the bets
@@ -89,7 +89,7 @@ def _most(count: int, trials: int, wanted: float) -> float:
 
 
 def gamma_ends(
-    counts: NDArray[np.float64], one_more: float, confidence: float = 0.95
+    counts: Array, one_more: float, confidence: float = 0.95
 ) -> tuple[float, float]:
     """Return the ends of the interval of the expectation of a sum.
 

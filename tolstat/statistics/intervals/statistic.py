@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.statistics.estimate import NONE_DONE, Estimate
 from tolstat.statistics.intervals.moments import ANYWHERE, Reach, mean_of, sigma_of
 from tolstat.statistics.intervals.quantiles import median_unbiased, quantiles
@@ -21,8 +21,6 @@ from tolstat.statistics.intervals.weighted_estimates import weighted_quantile
 from tolstat.statistics.limits.limit import worst_side
 from tolstat.statistics.limits.yields import yield_of
 from tolstat.statistics.sample import Sample
-
-Array = NDArray[np.float64]
 
 SQUARED = 1e-100, 1e100  # between which sizes squares are numbers
 

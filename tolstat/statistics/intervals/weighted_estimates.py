@@ -6,22 +6,20 @@ import math
 from bisect import bisect_left
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from tolstat.statistics.estimate import NONE_DONE, Estimate, enclosing
+from tolstat.arrays import Array, Truths
+from tolstat.statistics.estimate import CONFIDENCE, NONE_DONE, Estimate, enclosing
 from tolstat.statistics.intervals.betting import surely_more
 from tolstat.statistics.intervals.moments import order_of
 from tolstat.statistics.intervals.shares import gamma_ends
 from tolstat.statistics.intervals.weights import Weights, effective_number
 
-Array = NDArray[np.float64]
-
 ENOUGH = 100  # effective sample size of the trials out of limit
 COUNTED = 10  # units out of limit from which their count is nearly normal
 
 
-def weighted_share(units: NDArray[np.bool_], weights: Weights) -> Estimate:
+def weighted_share(units: Truths, weights: Weights) -> Estimate:
     """Estimate a share of the units of other distributions.
 
     Returns
@@ -80,7 +78,7 @@ def weighted_quantile(
     return enclosing(value, float(at[low]), float(at[high]))
 
 
-def rare_share(out: NDArray[np.bool_], weights: Array) -> Estimate:
+def rare_share(out: Truths, weights: Array) -> Estimate:
     """Estimate the share of units out of limit.
 
     Parameters
@@ -109,13 +107,13 @@ def rare_share(out: NDArray[np.bool_], weights: Array) -> Estimate:
     return Estimate(float(min(counts.sum(), 1.0)), lower, min(upper, 1.0))
 
 
-def unmet(weights: Array, confidence: float = 0.95) -> float:
+def unmet(weights: Array) -> float:
     """Return the largest share of a kind of unit that no weighted trial met.
 
-    A larger one is missed with half of what the confidence leaves.
+    A larger one is missed with a chance of at most 2.5 %.
     """
     # a kind of share p has at least p over the largest weight in the sample
-    missed = (1 - confidence) / 2
+    missed = (1 - CONFIDENCE) / 2
     n, most = len(weights), float(weights.max())
     return float(min(most * -math.expm1(math.log(missed) / n), 1.0))
 
@@ -128,6 +126,6 @@ def plain_trials(share: Estimate) -> float:
     width, p = share.upper - share.lower, share.value
     if not (share.sure and p > 0 and width > 0):
         return math.nan
-    sigmas = 2 * float(ndtri(1 - (1 - 0.95) / 2))
+    sigmas = 2 * float(ndtri(1 - (1 - CONFIDENCE) / 2))
     trials = math.ceil(p * (1 - p) * (sigmas / width) ** 2)
     return float(trials) if trials * min(p, 1 - p) >= COUNTED else math.nan

@@ -5,9 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from tolstat.arrays import Array, Integers, Truths
 
 LEAST_EFFECTIVE = 150  # with fewer, one heavy trial dominates
 
@@ -50,11 +49,11 @@ class Weights:
             return ""
         return f"effective sample size {self.number}; {LEAST_EFFECTIVE} needed"
 
-    def part(self, trials: NDArray[np.int64]) -> Weights:
+    def part(self, trials: Integers) -> Weights:
         """Return those of some trials, chosen independently of them, in this order."""
         return Weights(self.values[trials], self.most, self.cut)
 
-    def of(self, trials: NDArray[np.bool_]) -> Weights:
+    def of(self, trials: Truths) -> Weights:
         """Return those of trials of one kind: all units above the cap may be of it."""
         left = len(trials) / max(int(np.count_nonzero(trials)), 1)
         return Weights(self.values[trials], self.most, self.cut * left)

@@ -10,17 +10,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tolstat.statistics.estimate import NONE_DONE, Estimate
+from tolstat.arrays import Array
+from tolstat.statistics.estimate import CONFIDENCE, NONE_DONE, Estimate
 from tolstat.statistics.intervals.moments import Ends, Reach
 from tolstat.statistics.intervals.statistic import mean, quantiles_at, sigma
 from tolstat.statistics.limits.limit import Limit, ppk_of
 from tolstat.statistics.sample import Sample
 
-Array = NDArray[np.float64]
-
-CONFIDENCE = 0.95
 LOW, MIDDLE, HIGH = 0.00135, 0.5, 0.99865
 FAR = 100.0  # Ppk above which the spread is too small to be a measure
 ONE_END = Estimate(math.nan, reason="the limit has one end")

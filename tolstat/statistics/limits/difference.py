@@ -6,18 +6,20 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.jackknife import HEAVY, PARTS, jackknifed
-from tolstat.statistics.intervals.moments import moments, tails_are_light
+from tolstat.arrays import Array, Truths
+from tolstat.statistics.estimate import CONFIDENCE, Estimate
+from tolstat.statistics.intervals.jackknife import (
+    HEAVY,
+    PARTS,
+    jackknifed,
+    spreads,
+    tails_are_light,
+)
 from tolstat.statistics.intervals.replicates import WIDER
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.limits.capability import FAR, STILL
 from tolstat.statistics.limits.limit import Limit
-
-Array = NDArray[np.float64]
-Units = NDArray[np.bool_]
 
 LEAST_OF_MOMENTS = 1000  # trials from which Ppk by moments is compared
 MOST_CORRELATED = 0.9  # above, the ends of both are too ragged to be subtracted
@@ -25,7 +27,7 @@ NONE_OUT = "none out of limit in either"
 
 
 class Exchange(NamedTuple):
-    """Units that change sides of a limit between two designs.
+    """Truths that change sides of a limit between two designs.
 
     Attributes
     ----------
@@ -40,7 +42,7 @@ class Exchange(NamedTuple):
     out_of_limit: Estimate
 
 
-def exchange(first: Units, second: Units, confidence: float = 0.95) -> Exchange:
+def exchange(first: Truths, second: Truths) -> Exchange:
     """Compare which units are within, trial by trial.
 
     Parameters
@@ -63,7 +65,7 @@ def exchange(first: Units, second: Units, confidence: float = 0.95) -> Exchange:
     """
     worse = int(np.count_nonzero(first & ~second))
     better = int(np.count_nonzero(~first & second))
-    changed, half = worse + better, 1 - (1 - confidence) / 2
+    changed, half = worse + better, 1 - (1 - CONFIDENCE) / 2
     share = proportion(changed, len(first), half)
     lean = (-1.0, 1.0)
     if changed:
@@ -106,7 +108,7 @@ def difference(first: Estimate, second: Estimate, correlation: float = 0.0) -> E
     return Estimate(value, lower, upper)
 
 
-def correlation_of_shares(first: Units, second: Units) -> float:
+def correlation_of_shares(first: Truths, second: Truths) -> float:
     """Return the correlation of the errors of two shares of the same trials.
 
     Two units more are counted that have the property in one alone, for that number is
@@ -138,7 +140,6 @@ def difference_of_ppk(
     first: Array,
     second: Array,
     limits: tuple[Limit, Limit],
-    confidence: float = 0.95,
 ) -> Estimate:
     """Compare Ppk by moments, from mean and sigma.
 
@@ -157,16 +158,15 @@ def difference_of_ppk(
     few = min(len(first), len(second))
     if few < LEAST_OF_MOMENTS:
         return Estimate(math.nan, reason=f"needs {LEAST_OF_MOMENTS}")
-    known = [moments(values) for values in (first, second)]
-    if not all(each.sigma > 0 for each in known):
+    if not (spreads(first) and spreads(second)):
         return STILL
     a, b = (_ppk(x, limit) for x, limit in zip((first, second), limits, strict=True))
     if max(a[0], b[0]) > FAR:
         return STILL
-    if not all(map(tails_are_light, known)):
+    if not (tails_are_light(first) and tails_are_light(second)):
         return Estimate(float(b[0] - a[0]), reason=HEAVY)
     whole, left_out = np.array([b[0] - a[0]]), (b[1:] - a[1:])[:, None]
-    (found,) = jackknifed(whole, left_out, confidence)
+    (found,) = jackknifed(whole, left_out)
     half = WIDER * (found.upper - found.value)  # Ppk of skewed responses is not normal
     return Estimate(found.value, found.value - half, found.value + half)
 

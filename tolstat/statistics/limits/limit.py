@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.status import Status
 
 DEMANDED = 0.9973  # yield where the study demands no other
@@ -57,30 +58,26 @@ class Limit(NamedTuple):
         return self.typed_ppk or ppk_of(1 - self.demanded, self.ends)
 
 
-def within(
-    values: NDArray[np.float64], permitted: tuple[float, float]
-) -> NDArray[np.bool_]:
+def within(values: Array, permitted: tuple[float, float]) -> Truths:
     """Tell which values are permitted; NaN, of a failed trial, is not."""
     lower, upper = permitted
     with np.errstate(invalid="ignore"):
-        found: NDArray[np.bool_] = (values >= lower) & (values <= upper)
+        found: Truths = (values >= lower) & (values <= upper)
     return found
 
 
-def margins(
-    values: NDArray[np.float64], permitted: tuple[float, float]
-) -> NDArray[np.float64]:
+def margins(values: Array, permitted: tuple[float, float]) -> Array:
     """Return how far values lie within a limit; less than 0 out of it."""
     lower, upper = permitted
     return np.asarray(np.minimum(upper - values, values - lower))
 
 
 def worst_trials(
-    values: NDArray[np.float64],
+    values: Array,
     status: NDArray[np.uint8],
     limit: Limit,
     count: int = WORST,
-) -> NDArray[np.int64]:
+) -> Integers:
     """Return the trials nearest to a limit, or farthest out of it; the worst first."""
     margin = margins(values, limit.permitted)
     margin[status != Status.DONE] = np.inf

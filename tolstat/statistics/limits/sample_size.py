@@ -6,9 +6,10 @@ import math
 from bisect import bisect_left
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import bdtr, betaincinv, ndtr
 
+from tolstat.arrays import Array, Integers, Truths
+from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.replicates import (
     LEAST_IN_EACH,
     half_width,
@@ -23,14 +24,14 @@ MOST_TRIALS = 10**9
 POSTERIOR = 200  # shares that represent the posterior
 
 
-def trials_that_decide(count: int, trials: int, share: float, confidence: float) -> int:
+def trials_that_decide(count: int, trials: int, share: float) -> int:
     """Return how many trials decide whether a property is rarer than a share.
 
     The least number, in steps of a quarter, that decides with a chance of 80 % over
     Jeffreys' posterior, and at which the property can be found rarer; 0 if it exceeds
     1e9. Arguments as of `anytime_valid`.
     """
-    wanted = math.log(2 / (1 - confidence))
+    wanted = math.log(2 / (1 - CONFIDENCE))
     a, b = count + PRIOR, trials - count + PRIOR
     possible = betaincinv(a, b, (np.arange(POSTERIOR) + 0.5) / POSTERIOR)
 
@@ -49,7 +50,7 @@ def trials_that_decide(count: int, trials: int, share: float, confidence: float)
 
 
 def replicates_that_decide(
-    machines: NDArray[np.bool_], replicate: NDArray[np.int64], demanded: float
+    machines: Truths, replicate: Integers, demanded: float
 ) -> int:
     """Return how many trials decide whether a share is as large as demanded.
 
@@ -100,9 +101,7 @@ def _deciding(trials: int, share: float, wanted: float) -> tuple[int, int]:
     return fewest, middle + bisect_left(beyond, True, key=oftener)
 
 
-def _at_most(
-    count: int, trials: int, shares: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _at_most(count: int, trials: int, shares: Array) -> Array:
     """Return the probability of at most so many."""
     if count < 0:
         return np.zeros_like(shares)

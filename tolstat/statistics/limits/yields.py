@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import DEMANDED, within
 from tolstat.statistics.limits.sample_size import (
@@ -17,7 +17,6 @@ from tolstat.statistics.limits.sample_size import (
 )
 from tolstat.statistics.sample import Sample
 
-Array = NDArray[np.float64]
 Ends = tuple[float, float]
 
 MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
@@ -70,7 +69,7 @@ def yield_of(
         needed = replicates_that_decide(good[ran], sample.replicate[ran], demanded)
     elif found == UNDECIDED and not sample.weights:
         out, trials = np.count_nonzero(ran & ~good), np.count_nonzero(ran)
-        needed = trials_that_decide(int(out), int(trials), 1 - demanded, CONFIDENCE)
+        needed = trials_that_decide(int(out), int(trials), 1 - demanded)
         needed = grown(needed * sample.each) if needed else 0
     most = _most(good | ~sample.done, sample)
     return Yield(sample.share(~good, ran), least, most, found, needed)
@@ -93,7 +92,7 @@ def verdict(share: Estimate, demanded: float) -> str:
     return NOT_MET if share.upper < demanded else UNDECIDED
 
 
-def _most(units: NDArray[np.bool_], sample: Sample) -> Estimate:
+def _most(units: Truths, sample: Sample) -> Estimate:
     """Estimate a share of the trials that ran, expected to be most of them."""
     if sample.weights:
         return sample.share(~units, sample.ran).complement

@@ -14,19 +14,16 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.jackknife import jackknifed
-from tolstat.statistics.intervals.moments import moments, tails_are_light
+from tolstat.statistics.intervals.jackknife import jackknifed, tails_are_light
 from tolstat.statistics.sensitivity.neighbours import Row, first_orders, joint, nearest
 from tolstat.statistics.sensitivity.regression import (
     Regressed,
     ascending,
     rank_regressions,
 )
-
-Array = NDArray[np.float64]
 
 LEAST = 200  # trials from which the indices are given
 LARGEST_GROUP = 4  # contributors whose neighbours still are near
@@ -74,7 +71,6 @@ def contributions(
     deviations: Mapping[str, Array],
     responses: Mapping[str, Array],
     groups: Mapping[str, Sequence[str]] | None = None,
-    confidence: float = 0.95,
     *,
     independent: bool = True,
 ) -> dict[str, Contributions]:
@@ -132,16 +128,16 @@ def contributions(
     # which contributors each group sums: float64[group, contributor]
     sums = np.array([[n in members for n in names] for members in groups.values()])
     sums = sums.reshape(len(groups), len(names)).astype(float)
-    straight = Regressed(columns, spreading, confidence) if independent else None
+    straight = Regressed(columns, spreading) if independent else None
     found = {}
     for response, y in responses.items():
         if response not in spreading:
             found[response] = _nothing(names, groups, y)
             continue
         regression, (whole, left_out) = computed[response]
-        *coefficients, explained = jackknifed(*regression, confidence)
-        light = tails_are_light(moments(y))
-        shares = partial(jackknifed, confidence=confidence, trusted=light)
+        *coefficients, explained = jackknifed(*regression)
+        light = tails_are_light(y)
+        shares = partial(jackknifed, trusted=light)
         linear = straight is not None and straight.linear(response)
         if straight and linear:
             every = partial(straight.shares, response, trusted=light)
@@ -151,7 +147,7 @@ def contributions(
         else:
             first = shares(whole, left_out)
             summed = shares(sums @ whole, left_out @ sums.T)
-            joined = jackknifed(*joint(neighbours, y), confidence)
+            joined = jackknifed(*joint(neighbours, y))
             known = dict(zip(few, joined, strict=True))
             together = {group: _together(known.get(group)) for group in groups}
             (rest,) = shares(

@@ -7,12 +7,10 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
-
-Array = NDArray[np.float64]
 
 MATTERS = 0.05  # departure over the distance from the median that is reported
 

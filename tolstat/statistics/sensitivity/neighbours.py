@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Integers
 from tolstat.statistics.intervals.jackknife import PARTS
-
-Array = NDArray[np.float64]
 
 
 class Row:
     """Trials in ascending order of one deviation: int64[n]."""
 
-    def __init__(self, order: NDArray[np.int64]) -> None:
+    def __init__(self, order: Integers) -> None:
         part = order % PARTS
         self.order = order
         # runs of one part are left out together
@@ -57,7 +55,7 @@ def first_orders(rows: Sequence[Row], y: Array) -> tuple[Array, Array]:
     return whole, left_out
 
 
-def nearest(X: Array) -> NDArray[np.int64]:
+def nearest(X: Array) -> Integers:
     """Return the trial nearest to each, by the ranks of deviations[n, contributor]."""
     from scipy.spatial import cKDTree  # slow to import
 
@@ -73,7 +71,7 @@ def nearest(X: Array) -> NDArray[np.int64]:
     return found
 
 
-def joint(neighbours: Sequence[NDArray[np.int64]], y: Array) -> tuple[Array, Array]:
+def joint(neighbours: Sequence[Integers], y: Array) -> tuple[Array, Array]:
     """Estimate the share due to groups: covariance of neighbours over the variance.
 
     `neighbours` holds for each group the trial nearest to each trial. Returns

@@ -7,11 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
-Array = NDArray[np.float64]
-Units = NDArray[np.bool_]
+from tolstat.arrays import Array, Truths
 
 CLEAR = 0.05  # level below which a difference is significant
 
@@ -41,7 +39,7 @@ class Difference(NamedTuple):
 
 
 def differences(
-    deviations: Mapping[str, Array], out: Mapping[str, Units]
+    deviations: Mapping[str, Array], out: Mapping[str, Truths]
 ) -> dict[str, dict[str, Difference]]:
     """Compare the units out of limit with the others, contributor by contributor.
 
@@ -108,7 +106,7 @@ def _ranks(x: Array) -> Array:
     return ranks
 
 
-def _level(ranks: Array, units: Units) -> float:
+def _level(ranks: Array, units: Truths) -> float:
     """Return the two-sided level of a rank sum."""
     n, m = len(ranks), int(np.count_nonzero(units))
     variance = ranks.var() * m * (n - m) / (n - 1)

@@ -9,15 +9,12 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR, holm
-
-Array = NDArray[np.float64]
-Units = NDArray[np.bool_]
 
 SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both far off"
 LEAST_EXPLAINED = 0.4  # share of the units out of limit that a pair explains
@@ -62,7 +59,7 @@ class Together(NamedTuple):
 
 
 def pairs(
-    deviations: Mapping[str, Array], out: Mapping[str, Units]
+    deviations: Mapping[str, Array], out: Mapping[str, Truths]
 ) -> dict[str, list[Together]]:
     """Find the pairs of contributors that together explain the units out of limit.
 
@@ -95,7 +92,7 @@ def pairs(
 def _pairs(
     deviations: Mapping[str, Array],
     distances: Mapping[str, Array],
-    out: Units,
+    out: Truths,
     known: list[tuple[int, int]],
 ) -> list[Together]:
     """Find those of one limit, among pairs of places of contributors."""
@@ -142,7 +139,7 @@ def _far_off(u: Array, two_ends: float, one_end: float) -> tuple[float, int]:
     return float(off.mean()), way
 
 
-def _scores(x: Array, out: Units, name: str) -> Array:
+def _scores(x: Array, out: Truths, name: str) -> Array:
     """Return the normal scores of units out of limit among all, equal values at random.
 
     With random numbers of each contributor's own, which never change: common ones would
@@ -164,7 +161,7 @@ def _products(z: Array) -> Array:
     return np.asarray(products / np.sqrt(np.maximum.outer(squares, squares)))
 
 
-def _dependent(columns: list[Array]) -> Units:
+def _dependent(columns: list[Array]) -> Truths:
     """Tell bool[i, j] which contributors are correlated, directly or through others."""
     from scipy.sparse.csgraph import connected_components  # slow to import
     from scipy.stats import rankdata

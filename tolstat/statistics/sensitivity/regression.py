@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array, Integers
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.jackknife import PARTS, jackknifed
-
-Array = NDArray[np.float64]
 
 NEARLY_ALL = 0.99  # explained share of the variance of a linear response
 
@@ -25,9 +24,7 @@ class Regressed:
         self,
         deviations: Sequence[Array],
         responses: Mapping[str, Array],
-        confidence: float,
     ) -> None:
-        self.confidence = confidence
         k, n = len(deviations), len(deviations[0])
         columns = [*deviations, *responses.values()]
         scored = [(x - x.mean()) / (x.std() or 1.0) for x in columns]
@@ -47,7 +44,7 @@ class Regressed:
                                for each in cov])  # fmt: skip
             self._shares[name] = shares
             r = shares.sum(axis=1, keepdims=True)
-            self.explained[name] = jackknifed(r[0], r[1:], confidence)[0]
+            self.explained[name] = jackknifed(r[0], r[1:])[0]
 
     def linear(self, response: str) -> bool:
         """Tell whether the regression explains nearly all of a response."""
@@ -64,16 +61,14 @@ class Regressed:
             each._replace(lower=max(each.lower, 0.0), upper=min(each.upper + rest, 1.0))
             if each.sure
             else each
-            for each in jackknifed(
-                every[0], every[1:], self.confidence, trusted=trusted
-            )
+            for each in jackknifed(every[0], every[1:], trusted=trusted)
         ]
 
     def unexplained(self, response: str, *, trusted: bool) -> Estimate:
         """Estimate the share of interactions: at most the remainder."""
         left = 1 - self._shares[response].sum(axis=1, keepdims=True)
         left = np.maximum(left.round(12), 0.0)  # without rounding errors
-        found = jackknifed(left[0], left[1:], self.confidence, trusted=trusted)[0]
+        found = jackknifed(left[0], left[1:], trusted=trusted)[0]
         return found._replace(lower=0.0) if found.sure else found
 
 
@@ -88,7 +83,7 @@ def _shares_of(among: Array, with_y: Array, variance: float) -> Array:
     return np.asarray(alone * (explained / max(alone.sum(), 1e-300)))
 
 
-def ascending(x: Array) -> NDArray[np.int64]:
+def ascending(x: Array) -> Integers:
     """Return the order of float64[n]; equal values keep theirs."""
     order = np.argsort(x)
     ordered = x[order]
@@ -100,7 +95,7 @@ def ascending(x: Array) -> NDArray[np.int64]:
 
 def rank_regressions(
     deviations: Sequence[Array],
-    orders: Sequence[NDArray[np.int64]],
+    orders: Sequence[Integers],
     responses: Sequence[Array],
 ) -> list[tuple[Array, Array]]:
     """Regress ranks on ranks: standardised coefficients and the share explained.
@@ -135,7 +130,7 @@ def rank_regressions(
 class _Column:
     """Numbers in known order, to be ranked many times."""
 
-    def __init__(self, x: Array, order: NDArray[np.int64]) -> None:
+    def __init__(self, x: Array, order: Integers) -> None:
         ordered = x[order]
         first = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1]))
         self.bounds = np.append(first, len(x))  # of runs of equal values

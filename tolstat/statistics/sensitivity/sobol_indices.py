@@ -7,13 +7,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.intervals.jackknife import PARTS, jackknifed
-from tolstat.statistics.intervals.moments import moments, tails_are_light
-
-Array = NDArray[np.float64]
+from tolstat.statistics.intervals.jackknife import PARTS, jackknifed, tails_are_light
 
 LEAST = 500  # groups from which indices are given
 
@@ -39,7 +36,6 @@ def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
     for the first order; (f), after Jansen, for the total.
     """
     n = len(groups)
-    light = tails_are_light(moments(groups[:, :2].ravel()))
     if n < LEAST or np.ptp(groups[:, :2]) == 0:
         group = groups.shape[1]
         reason = f"needs {LEAST} groups of {group} trials, {LEAST * group} in all"
@@ -63,7 +59,8 @@ def sobol_indices(groups: Array, factors: Sequence[str]) -> dict[str, Indices]:
             for part, size in zip(parts, sizes, strict=True)
         ]
     )
-    found = jackknifed(value, left_out, 0.95, trusted=light)
+    light = tails_are_light(groups[:, :2].ravel())
+    found = jackknifed(value, left_out, trusted=light)
     k = len(factors)
     return {name: Indices(found[i], found[k + i]) for i, name in enumerate(factors)}
 

@@ -1,19 +1,104 @@
-"""A chart of a model as a plot: units and colours chosen."""
+"""A view of a model in the units that are shown: as rows, as CSV, as a plot."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
+from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.document import plot as data
+from tolstat.document.inline import Number
 from tolstat.document.plot import Plot, PlotAxis, PlotPanel
-from tolstat.model.view import Chart, Curve, Panel
-from tolstat.render.view_rows import view_scale
-from tolstat.units.scale import Scale
+from tolstat.model.view import Band, Chart, Curve, Panel, Region, View
+from tolstat.render.serialize import csv_text
+from tolstat.units.scale import COUNT, PLAIN, Scale, scale_of
 
+Scaled = tuple[str, Scale | None, NDArray[np.generic]]
 CURVE_COLOURS = ("first", "second", "third", "fourth", "fifth", "sixth")
 ROOM = 0.03  # of the axis, beside a dot at its end
 STILL = -1.0, 1.0  # where nothing moves: no axis of rounding errors
+
+
+def _scaled(view: View) -> Iterator[Scaled]:
+    """Yield each column with how it is shown; None for words."""
+    if isinstance(view, Chart):
+        own = [curve.at is not None for curve in view.curves]
+        if view.regions or any(own):
+            yield from _long(view)
+            return
+    columns = list(view.columns())
+    for axis, values in columns:
+        if values.dtype.kind not in "fiu":
+            yield axis.name, None, values
+            continue
+        # a curve and the edges of its band, in one unit
+        alike = [v for a, v in columns[1:] if a.unit == axis.unit]
+        chart = isinstance(view, Chart) and axis is not columns[0][0]
+        scale = view_scale(axis.unit, axis.shown, *(alike if chart else [values]))
+        yield axis.name, scale, values
+
+
+def _long(chart: Chart) -> Iterator[Scaled]:
+    """Yield what shares no points as rows of name, place, value, unit."""
+    scales = {}
+    drawn: list[Curve | Band | Region] = [*chart.curves, *chart.bands, *chart.regions]
+    for each in drawn:
+        scale = view_scale(each.unit, getattr(each, "shown", ""))
+        for part in (each.name, f"{each.name}, lower", f"{each.name}, upper"):
+            scales[part] = scale
+    names, places, parts = zip(*chart.parts(), strict=True)
+    sizes, along = [*map(len, places)], np.concatenate(places)
+    values = [
+        scales[name].factor * part for name, part in zip(names, parts, strict=True)
+    ]
+    yield "curve", None, np.repeat(names, sizes)
+    yield chart.axis.name, view_scale(chart.axis.unit, chart.axis.shown, along), along
+    yield "value", Scale("1", PLAIN), np.concatenate(values)
+    yield "unit", None, np.repeat([scales[name].mark for name in names], sizes)
+
+
+def view_scale(unit: str, shown: str, *values: NDArray[np.generic]) -> Scale:
+    """Choose how numbers of a view, SI, are shown: by the largest; a ratio as it is."""
+    if unit == "1" and not shown:
+        whole = all(each.dtype.kind in "iu" for each in values)
+        return Scale(unit, COUNT if whole and values else PLAIN)
+    finite = [np.abs(each[np.isfinite(each)]) for each in values]
+    sizes = [float(each.max()) for each in finite if len(each)]
+    return scale_of(unit, shown, max(sizes, default=0.0))
+
+
+def view_rows(view: View) -> tuple[list[str], list[list[Number | str | None]]]:
+    """Return a view as heads with their units, and rows of numbers and words.
+
+    Of a chart whose curves share no points a row is one point of one curve.
+    """
+    heads, columns = [], []
+    for name, scale, values in _scaled(view):
+        heads.append(scale.label(name) if scale else name)
+        columns.append([_number(scale, value) for value in values.tolist()])
+    return heads, [list(row) for row in zip(*columns, strict=True)]
+
+
+def _number(scale: Scale | None, value: float | str) -> Number | str | None:
+    if isinstance(value, str):
+        return value
+    return None if value != value or scale is None else Number(float(value), scale)
+
+
+def as_csv(view: View) -> str:
+    """Write a view as CSV, all figures, in the units that its heads name."""
+    columns = list(_scaled(view))
+    heads = (
+        f"{name} [{scale.mark}]" if scale and scale.mark else name
+        for name, scale, _ in columns
+    )
+    shown = [
+        [v if s is None or s.factor == 1 else s.factor * v for v in values.tolist()]
+        for _, s, values in columns
+    ]
+    return csv_text(heads, zip(*shown, strict=True))
 
 
 def plot_of(chart: Chart) -> Plot:
@@ -78,29 +163,25 @@ def _side(
     ]
     dots = {curve.name for curve in curves if curve.points}
     for band in bands:
-        made = data.Whiskers if band.of in dots else data.Fill
         colour = colours[of.get(band.name, band.name)]
         ends = times * band.lower, times * band.upper
-        layers.append(made(along * chart.at, *ends, colour, band.name))
+        bars = band.of in dots
+        layers.append(data.Fill(along * chart.at, *ends, colour, band.name, bars))
     for curve in curves:
         marks = [mark for mark in chart.marks if mark.curve == curve.name]
         words = [f"{m.words} {scale.words(m.value)}" for m in marks if m.words]
         label = ": ".join([curve.name.replace("_", " "), *words])
-        drawn = along * _places(chart, curve), times * curve.values, colours[curve.name]
-        if curve.points:
-            layers.append(data.Points(*drawn, label, mark="o"))
-        else:
-            layers.append(data.Line(*drawn, label))
+        drawn = (along * _places(chart, curve), times * curve.values,
+                 colours[curve.name], label)  # fmt: skip
+        layers.append(
+            data.Points(*drawn, mark="o") if curve.points else data.Line(*drawn)
+        )
         for mark in marks:
             at = np.array([along * mark.at]), np.array([times * mark.value])
             layers.append(data.Points(*at, colours[curve.name], mark="o"))
     moving = (np.unique(c.values[np.isfinite(c.values)]).size > 1 for c in curves)
     still = curves and not any(moving)
     return scale, STILL if still else None, layers
-
-
-def _places(chart: Chart, curve: Curve) -> Array:
-    return chart.at if curve.at is None else curve.at
 
 
 def _ends(chart: Chart, factor: float) -> tuple[float, float] | None:
@@ -113,11 +194,14 @@ def _ends(chart: Chart, factor: float) -> tuple[float, float] | None:
         return None
     ends = np.array([places.min(), places.max()])
     dots = [mark.at for mark in chart.marks]
-    for curve in chart.curves:
-        dots += _places(chart, curve).tolist() if curve.points else []
+    dots += [x for curve in chart.curves if curve.points for x in _places(chart, curve)]
     if not chart.regions and np.isin(ends, dots).any():
         evenly = np.log(ends) if chart.axis.logarithmic else ends
         evenly = evenly + ROOM * np.ptp(evenly) * np.array([-1.0, 1.0])
         ends = np.exp(evenly) if chart.axis.logarithmic else evenly
     first, last = (factor * ends).tolist()
     return first, last
+
+
+def _places(chart: Chart, curve: Curve) -> Array:
+    return chart.at if curve.at is None else curve.at

@@ -1,25 +1,83 @@
-"""The one wide table of an answer: as CSV in the units shown, as a frame in SI."""
+"""An answer as data: JSON and a frame in SI, CSV in the units shown."""
 
 from __future__ import annotations
 
 import csv
 import io
+import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from tolstat.document.inline import Number
 from tolstat.literal import csv_cell
 from tolstat.statistics.estimate import Estimate
-from tolstat.units.scale import Scale
+from tolstat.units.scale import Scale, share_words
 
 if TYPE_CHECKING:
     import pandas as pd
 
+SCHEMA = 1  # raised when a name or a meaning changes
 FIGURES = 12  # what is left when units are converted
 Row = Mapping[str, Number | str | int]  # by head: "mean [unit]", "failed"
 ENDS = ("", " lower", " upper")
+
+
+def as_json(answer: Any, name: str) -> str:
+    """Write a typed answer as JSON, SI.
+
+    Parameters
+    ----------
+    answer : dataclass
+        Its fields are the names of the schema.
+    name : str
+        Which answer it is.
+
+    Returns
+    -------
+    str
+        An estimate is value, lower, upper (its 95 % interval) and reason; what is not
+        known is null, and what is infinite "inf" or "-inf".
+    """
+    found = {"schema": SCHEMA, "answer": name, **_plain(answer)}
+    return json.dumps(found, indent=1, allow_nan=False) + "\n"
+
+
+def _plain(found: Any) -> Any:
+    if isinstance(found, Scale):
+        return {"unit": found.unit, "shown": found.shown}
+    if is_dataclass(found) and not isinstance(found, type):
+        return {
+            name: _plain(getattr(found, name)) for name in public_fields(type(found))
+        }
+    if hasattr(found, "_asdict"):
+        return {name: _plain(value) for name, value in found._asdict().items()}
+    if isinstance(found, Mapping):
+        return {_key(key): _plain(value) for key, value in found.items()}
+    if isinstance(found, Sequence) and not isinstance(found, str):
+        return [_plain(value) for value in found]
+    if isinstance(found, np.generic):
+        found = found.item()
+    if isinstance(found, float) and not math.isfinite(found):
+        return None if math.isnan(found) else "inf" if found > 0 else "-inf"
+    return str(found) if isinstance(found, Path) else found
+
+
+def _key(key: object) -> str:
+    """Name a key: a quantile by its share, several contributors by their names."""
+    if isinstance(key, float):
+        return share_words(key)
+    return ", ".join(key) if isinstance(key, tuple) else str(key)
+
+
+def public_fields(record: Any) -> list[str]:
+    """List the fields of a dataclass that are part of its schema."""
+    return [each.name for each in fields(record) if each.metadata.get("json", True)]
 
 
 def rows_as_csv(rows: Sequence[Row]) -> str:
