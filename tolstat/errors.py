@@ -102,6 +102,10 @@ class LostError(BrokenError):
     """Whoever evaluates is lost, a cluster: the machine is sound."""
 
 
+class FormatError(RunFileError):
+    """A run file of another format than this tolstat reads."""
+
+
 class DamagedError(RunFileError):
     """A run file whose bytes are not those that were written."""
 

@@ -20,7 +20,6 @@ from tolstat.store.layout import (
     CHECKSUM,
     CLOCK,
     NOMINAL,
-    SEAL,
     STATUS,
     STEPS,
     TRIAL,
@@ -31,7 +30,7 @@ from tolstat.store.layout import (
     write_all,
 )
 from tolstat.store.run_records import Reason
-from tolstat.store.seal import length_of, write_seal
+from tolstat.store.seal import block_for, write_seal
 from tolstat.store.stored_run import Run
 
 PAGE = 4096
@@ -95,9 +94,11 @@ def draft_of(run: Run, path: Path) -> tuple[MemoryFile, dict[str, Place]]:
     The file will have this path. Returned with it is where its rows go.
     """
     draft = MemoryFile()
+    block = block_for(2 * len(run.columns) + 8)
     with h5py.File(
-        draft, "w", alignment_threshold=1, alignment_interval=ALIGNED
-    ) as file:
+        draft, "w", libver="v108", userblock_size=block, alignment_threshold=1,
+        alignment_interval=ALIGNED,
+    ) as file:  # fmt: skip
         _lay_out(file, run)
         write_record(file, run)
         for name in ("audit", "rerun"):
@@ -105,18 +106,16 @@ def draft_of(run: Run, path: Path) -> tuple[MemoryFile, dict[str, Place]]:
                 _describe(file[name], run)
         if run.study_file:  # from here: both may be moved together
             file.attrs["study_file"] = os.path.relpath(run.study_file, path.parent)
-        places, seal = places_of(file), file[SEAL]
-        where, length = seal.id.get_offset(), seal.dtype.itemsize
-    write_seal(draft, where, length, [each.hole for each in places.values()])
+        places = places_of(file)
+    write_seal(draft, block, [each.hole for each in places.values()])
     return draft, places
 
 
 def _lay_out(file: h5py.File, run: Run) -> None:
-    """Make the datasets, the seal first, near the file's beginning."""
+    """Make the datasets."""
     trials = run.trials
     checks = file.create_group(CHECKS)
     checks.attrs["long_name"] = "what tells whether the file is as it was written"
-    allocate(file, SEAL, (), f"S{length_of(2 * len(run.columns) + 8)}")
     sentence = "checksum of all that is stored of a trial; 0 for none"
     allocate(file, CHECKSUM, (trials,), np.uint64, sentence)
     allocate(file, ALONE, (), np.uint64, "checksum of the nominal machine")

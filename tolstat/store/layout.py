@@ -6,8 +6,8 @@ and, where something is integrated, for steps, with unit and sentence as attribu
 contiguous and allocated when the file is made: while trials run only the bytes of rows
 change, and a kill cannot tear the file. The nominal machine, which is no trial, lies in
 the group `nominal`. The group `checks` holds a checksum of each trial, written before
-its status, one of the nominal machine, the seal of all that is no row, and how long the
-run took so far.
+its status, one of the nominal machine, and how long the run took so far. Before all of
+it, in the user block, lies the seal of what is no row.
 
 What else a run says lies as `codec` writes the fields of `Run`. What is known at the
 end comes with the whole file, written aside and renamed.
@@ -28,7 +28,6 @@ NOMINAL = "nominal"  # a group
 CHECKS = "checks"  # a group
 CHECKSUM, ALONE = f"{CHECKS}/trial", f"{CHECKS}/nominal"  # of a trial, of the nominal
 CLOCK = f"{CHECKS}/clock"
-SEAL = f"{CHECKS}/seal"
 Column = NDArray[Any]
 
 
@@ -70,8 +69,8 @@ class Place(NamedTuple):
 
     @property
     def hole(self) -> tuple[int, int]:
-        """Where it begins, and how many bytes it has."""
-        return self.offset, self.dtype.itemsize * self.length
+        """Its first byte, and the next after it."""
+        return self.offset, self.offset + self.dtype.itemsize * self.length
 
 
 def columns_of(file: h5py.File) -> list[str]:
