@@ -71,9 +71,9 @@ def carry_out(
                     file.write_nominal(found)
                 looks = _evaluate(study, stages, file, workers, tell)
             except ModelError as error:
-                if broken := file.failed(error):
-                    raise broken from error
-                raise
+                if (broken := file.failed(error)) is error:
+                    raise
+                raise broken from error
             over = stages.trials.first(looks[-1])
             ended = run = file.run
             if not run.complete:
@@ -83,7 +83,7 @@ def carry_out(
             if ended is not run:
                 file.finish(ended)
     except LostError as error:
-        raise file.cut_short(error) from error
+        raise file.failed(error) from error
 
 
 def _evaluate(

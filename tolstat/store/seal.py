@@ -1,9 +1,9 @@
 """The seal of a run file: what of it never changes is known to be whole.
 
-HDF5 may end the process over a damaged file, so it never sees one. The seal lies in the
-user block, which is the part of the file before that of HDF5. It holds a digest of every
-byte but its own and those of the rows, which have checksums of their own. A file is
-sealed when it is made; while trials run only rows change.
+HDF5 may end the process over a damaged file, so it never sees one. The seal lies in
+the user block, which is the part of the file before that of HDF5. It holds a digest of
+every byte but its own and those of the rows, which have checksums of their own. A file
+is sealed when it is made; while trials run only rows change.
 """
 
 from __future__ import annotations
