@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 import h5py
 
-from tolstat.store.fingerprint import fingerprints
+from tolstat.store.checksums import fingerprints
 from tolstat.store.layout import CHECKSUM, columns_of, places_of
 from tolstat.store.seal import write_seal
 

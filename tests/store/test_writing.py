@@ -16,7 +16,7 @@ from tests.conftest import TOY_STUDY, Toy
 from tolstat.errors import BrokenError, ModelError, RunFileError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import Workers
-from tolstat.store import run_writer
+from tolstat.store import run_writer, temporary_files
 from tolstat.store.lock import Lock
 from tolstat.study.study import load
 
@@ -65,7 +65,7 @@ def test_a_disk_that_is_full_already_keeps_nothing(
     toy_study, tmp_path, monkeypatch, size
 ):
     # somebody else has taken the room since it was looked at
-    monkeypatch.setattr(run_writer, "check_room", lambda *_: None)
+    monkeypatch.setattr(temporary_files, "check_room", lambda *_: None)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator, Mapping
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,7 @@ from numpy.typing import NDArray
 
 from tolstat.errors import Advice, RunFileError
 from tolstat.status import Status
-from tolstat.store.codec import fields_of
-from tolstat.store.damage import ranges_of
-from tolstat.store.provenance import provenance
+from tolstat.store.checksums import ranges_of
 from tolstat.store.stored_run import Run
 
 
@@ -66,36 +65,26 @@ def check_same(run: Run, again: Run) -> None:
 
 
 def deciding(run: Run) -> dict[str, Any]:
-    """Return what decides whether two runs are the same, as `Run` declares it."""
-    found: dict[str, Any] = {}
-    for field in fields_of(Run):
-        if not field.stored.decides:
-            continue
-        what, of = field.stored.decides
-        value = getattr(run, field.name)
-        if isinstance(value, tuple):
-            value = {each.name: each for each in value}
-        for key, each in value.items():
-            found[f"{what} {key}"] = getattr(each, of) if of else each
-    columns = run.reference.columns if run.reference else {}
-    for name, points in columns.items():
-        found[f"points of the reference, {name}"] = points.tolist()
-    return found
+    """Return what decides whether two runs are the same, beside their draws."""
+    points = run.reference.columns if run.reference else {}
+    return {
+        **{f"column {each.name}": each.unit for each in run.described},
+        **{f"setting {name}": each.words for name, each in run.settings.items()},
+        **{f"limit {name}": each.words for name, each in run.limits.items()},
+        **{f"deviation {name}": each.words for name, each in run.assumed.items()},
+        **{f"status {code}": word for code, word in run.words.items()},
+        **{f"points of the reference, {n}": p.tolist() for n, p in points.items()},
+    }
 
 
 def why_drawn_otherwise(run: Run) -> str:
     """Say why a study may draw other trials than those of its run."""
     if not run.aim:
         return "its data or number of trials differ"
-    was, here = run.provenance["version_tolstat"], provenance()["version_tolstat"]
-    if was != here:
-        return (
-            f"the run was made by tolstat {was}, and this is {here}, which may seek "
-            "rare machines otherwise"
-        )
     return (
-        "its data or number of trials differ, or the run was made by a "
-        f"tolstat {was} that sought rare machines otherwise"
+        "its data or number of trials differ, or the run was made by a tolstat "
+        f"{run.made['version_tolstat']} that searched for rare trials differently "
+        f"(here: {version('tolstat')})"
     )
 
 

@@ -1,4 +1,4 @@
-"""A stored run resumed: what is missing, more trials, failed ones again."""
+"""The run of a study brought to its end: begun, resumed or extended."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ import os
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
-from tolstat.errors import Advice, RunFileError, StoppedError, StudyError
+from tolstat.catalogue import place_of
+from tolstat.errors import Advice, RunFileError, StudyError
 from tolstat.execution.compatibility import check_same, study_differs
+from tolstat.execution.execute import execute, run_of
 from tolstat.execution.planning import cannot_be_built, plan_of
 from tolstat.execution.run_loop import Progress, Telling, carry_out
 from tolstat.execution.trial_table import Trials, drawn_again
-from tolstat.execution.workers.crew import Interrupted, Workers
+from tolstat.execution.workers.crew import Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.lock import Lock
@@ -23,6 +26,8 @@ from tolstat.store.run_writer import RunWriter
 from tolstat.store.stored_run import Run
 from tolstat.study.sampling import sampler_of
 from tolstat.study.study import Study, load
+
+FINISHED, RESUMED, FINISHED_BEFORE = "finished", "resumed", "finished before"
 
 
 def resume(
@@ -123,19 +128,13 @@ def go_on(
         if trials is not None:
             _check_wanted(run, trials)
         study = study_of(run, trials, model)
-        try:
-            stages = drawn_again(run, study, workers)
-        except Interrupted:
-            raise StoppedError(
-                f"stopped before anything was done: the run in {run.path} is as it was",
-                Advice("resume", run.path, run.machine),
-            ) from None
+        stages = drawn_again(run, study, workers)
         plan = _plan(run, study, stages.trials, regardless)
         drawn = stages.trials.deviations
         if trials is not None and (doubt := cannot_be_built(study, drawn)):
             tell(Progress(0, 0, study.trials, doubt=doubt))
         rerun = rerun or run.rerun is not None
-        whole = stages.trials.status[: run.trials] != Status.NOT_RUN
+        status = stages.trials.status[: run.trials]
         if run.complete and trials is None:
             plan = replace(
                 plan, stopped=run.stopped, audited=run.audited, rerun=run.rerun,
@@ -144,10 +143,10 @@ def go_on(
         nominal = run.nominal_values["status"] != Status.NOT_RUN.word
         nominal &= not run.damage.nominal
         del run  # its columns are in the trials
-        with RunWriter.opened(lock, plan, whole) as file:
+        with RunWriter.opened(lock, plan, status) as file:
             carry_out(study, stages, file, workers, tell, nominal=nominal, rerun=rerun)
     path = file.path
-    del stages, drawn, plan, file  # before the trials that are stored are read
+    del stages, drawn, status, plan, file  # before the trials that are stored are read
     return open_run(path)
 
 
@@ -227,4 +226,55 @@ def _check_wanted(run: Run, trials: int) -> None:
             f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
             f"with {trials} every one would differ",
             Advice("run again", run.path, run.machine, trials, run),
+        )
+
+
+class Done(NamedTuple):
+    """What became of a study."""
+
+    run: Run  # complete, or as far as it came
+    how: str  # "finished", "resumed" or "finished before"
+    notes: tuple[str, ...] = ()  # what has to be known of it
+
+
+def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
+    """See to it that the run of a study is complete; refuse one of another study."""
+    study, path = load(study_file), run_of(study_file)
+    if not os.path.lexists(path):
+        run = execute(study, path, workers, progress=tell)
+        return Done(run, FINISHED, study.doubts)
+    run = open_run(path, damaged=True)
+    _check_asked(run, study)
+    if run.complete and not run.damage:
+        again = study_of(run)
+        drawn = drawn_again(run, again, workers).trials
+        check_same(run, plan_again(run, again, drawn))
+        notes = run.made_otherwise(study.model.source_digest)
+        return Done(run, FINISHED_BEFORE, tuple(notes))
+    del run  # its columns are not needed twice
+    return Done(go_on(path, workers, progress=tell), RESUMED)
+
+
+def _check_asked(run: Run, study: Study) -> None:
+    """Refuse a run of another study, of another seed, or of fewer trials."""
+    said, machine = study_differs(run, study.path), place_of(study.model)
+    advice = []
+    if run.sampled and run.sampled.seed != study.seed:
+        said.append(f"seed: the run has {run.sampled.seed}, the study {study.seed}")
+    if run.sampled and study.until and not run.rules:
+        said.append(
+            f"trials: the run has {run.trials} without a stopping rule; the study runs "
+            f"until {', '.join(study.until.rules)}"
+        )
+    elif run.sampled and not run.rules and run.trials < study.trials:
+        more = f"trials: the run has {run.trials}, the study {study.trials}"
+        if not said and sampler_of(run.sampling).extensible:
+            advice.append(Advice("extend", run.path, machine, study.trials))
+        said.append(more)
+    if said:
+        assert study.path
+        raise RunFileError(
+            f"{run.path} is a run of another study: {'; '.join(said)}; it stays",
+            *advice,
+            Advice("replace run", study.path, machine),
         )

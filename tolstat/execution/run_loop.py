@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from tolstat.errors import LostError, ModelError
 from tolstat.execution.diagnostics.after_run import gather
-from tolstat.execution.diagnostics.audit import audit, evaluated_again
-from tolstat.execution.diagnostics.trial_selection import Choice
+from tolstat.execution.diagnostics.audit import Choice, audit, evaluated_again
 from tolstat.execution.trial_table import Stages, Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.statistics.intervals.convergence import FIRST, next_stage, trials_wanted

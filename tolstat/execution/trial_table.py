@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.execution.workers.crew import Workers
+from tolstat.errors import Advice, StoppedError
+from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.model.contract import Answers
 from tolstat.model.description import Description
 from tolstat.statistics.limits.limit import margins
@@ -138,15 +139,21 @@ def drawn_again(run: Run, study: Study, workers: Workers | None = None) -> Stage
     """Draw the trials of a stored run again; what is stored whole has run.
 
     Trials of stages that are drawn from answers which are not all there are missing.
-    Workers as of `Stages.draw_next`.
+    Workers as of `Stages.draw_next`; StoppedError once they stop.
     """
     stages = Stages(study)
     whole = run.status != Status.NOT_RUN
     whole[run.damage.trials] = False
     trials = stages.trials
     trials.take_stored(run, whole)
-    while trials.status[: stages.latest.stop].all() and stages.draw_next(workers):
-        pass
+    try:
+        while trials.status[: stages.latest.stop].all() and stages.draw_next(workers):
+            pass
+    except Interrupted:
+        raise StoppedError(
+            f"stopped before anything was done: the run in {run.path} is as it was",
+            Advice("resume", run.path, run.machine),
+        ) from None
     trials.forget(slice(stages.latest.stop, None))
     return stages
 

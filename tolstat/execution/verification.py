@@ -13,7 +13,7 @@ from tolstat.arrays import Array, Truths
 from tolstat.errors import TolstatError
 from tolstat.execution.compatibility import trials_drawn_otherwise
 from tolstat.execution.continuation import plan_again, study_of
-from tolstat.execution.diagnostics.trial_selection import random_trials
+from tolstat.execution.diagnostics.audit import random_trials
 from tolstat.execution.trial_table import drawn_again, is_drawn
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.contract import Model

@@ -29,9 +29,6 @@ class Stored(NamedTuple):
     # records of columns lie among the attributes of these, after this prefix; the names
     # of the columns, in order, are an attribute
     columns: str | None = None
-    # what it decides of whether two runs are the same: a word for it, and the field of
-    # its records that is compared
-    decides: tuple[str, str] | None = None
 
 
 ELSEWHERE = "elsewhere"  # annotation of a field that is written otherwise

@@ -17,7 +17,6 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Truths
 from tolstat.errors import (
     Advice,
     BrokenError,
@@ -26,22 +25,12 @@ from tolstat.errors import (
     TolstatError,
 )
 from tolstat.model.contract import Answers
-from tolstat.status import Status
-from tolstat.store import layout
-from tolstat.store.draft import draft_of
-from tolstat.store.fingerprint import clock_of, fingerprints, seconds_of
+from tolstat.store import layout, temporary_files
+from tolstat.store.checksums import clock_of, fingerprints, seconds_of
 from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, NOMINAL, STATUS, STEPS, Rows
 from tolstat.store.lock import Lock, is_still
 from tolstat.store.seal import is_run
 from tolstat.store.stored_run import Run
-from tolstat.store.temporary_files import (
-    aside_of,
-    before_of,
-    check_replaceable,
-    check_room,
-    free_name,
-    keep_before,
-)
 
 SAFE_EVERY = 2.0  # s, between two times at which data are made safe from a power cut
 
@@ -79,22 +68,22 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         An existing run may be replaced by `force`: it stays, under another name, until
         the new one is complete.
         """
-        check_replaceable(lock.path, force=force)
+        temporary_files.check_replaceable(lock.path, force=force)
         writer = cls(lock, run)
         writer._new = True
         return writer
 
     @classmethod
-    def opened(cls, lock: Lock, run: Run, whole: Truths) -> RunWriter:
+    def opened(cls, lock: Lock, run: Run, status: NDArray[np.uint8]) -> RunWriter:
         """Make a file again to resume its run, and keep the rows that trials filled.
 
-        Trials that are not whole have not run.
+        The status tells which of them are whole; the others have not run.
         """
         with h5py.File(lock.path, "r", locking=False) as file:
             places = layout.places_of(file)
         try:
             rows = Rows(lock.path.open("r+b", buffering=0), places)
-            rows.write(STATUS, np.where(whole, rows.read(STATUS), Status.NOT_RUN))
+            rows.write(STATUS, status)
         except OSError as error:
             raise BrokenError(f"{lock.path} cannot be written: {error}") from error
         writer = cls(lock, run, rows)
@@ -107,16 +96,16 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         The rows that trials filled are those that lie in a file before.
         """
         try:
-            draft, places = draft_of(run, self.path.resolve())
+            draft, places = layout.draft_of(run, self.path.resolve())
         except UnicodeEncodeError as error:  # bytes of a name that are no text
             raise RunFileError(
                 f"{self.path} cannot be written: a run keeps the name of its study and "
                 f"the command as text, and '{error.object}' is none; rename that file"
             ) from None
         if not run.complete:
-            check_room(self.path, draft.size)
+            temporary_files.check_room(self.path, draft.size)
         path = self.path.resolve()  # a link stays one
-        aside, file = aside_of(path), None
+        aside, file = temporary_files.aside_of(path), None
         try:
             file = aside.open("xb+", buffering=0)
             draft.copy_to(file)
@@ -132,7 +121,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                     rows.write(name, before.read(name, 0, count))
             rows.sync()
             if before is None and path.exists():
-                keep_before(path)
+                temporary_files.keep_before(path)
             os.replace(aside, path)
         except OSError as error:
             with suppress(OSError):
@@ -210,7 +199,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _go_on_elsewhere(self) -> None:
         """Copy the file to another name, because it is no longer where it was."""
         lost = self.path
-        self.path = self._locks.enter_context(Lock(free_name(lost, "rescued"))).path
+        lock = Lock(temporary_files.free_name(lost, "rescued"))
+        self.path = self._locks.enter_context(lock).path
         self._replace(self.run, self._rows)
         warnings.warn(
             f"{lost} was removed or moved while it was written: the run goes on in "
@@ -229,7 +219,10 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         try:
             if self._puts_back:
                 return BrokenError(f"{said}; the run in {self.path} is as it was")
-            over, trials = np.count_nonzero(self._rows.read(STATUS)), self.run.trials
+            over, trials = (
+                np.count_nonzero(self._rows.read(STATUS)),
+                self.run.trials,
+            )
         except (OSError, AttributeError):  # there are no rows yet
             return BrokenError(said)
         again = Advice("resume", self.path, self.run.machine)
@@ -249,7 +242,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     @property
     def _puts_back(self) -> bool:
         """Whether the run that was to be replaced gets its name again."""
-        return self._is_unused and is_run(before_of(self.path))
+        return self._is_unused and is_run(temporary_files.before_of(self.path))
 
     def finish(self, run: Run) -> None:
         """Leave the run as it is at its end.
@@ -258,7 +251,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         """
         self._make_safe()
         self._replace(run, self._rows)
-        if is_run(before := before_of(self.path)):
+        if is_run(before := temporary_files.before_of(self.path)):
             with suppress(OSError):
                 before.unlink()
 
@@ -275,7 +268,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def _leave_one(self) -> None:
         """Put back the run that was to be replaced, if nothing of the new one ran."""
-        before = before_of(self.path)
+        before = temporary_files.before_of(self.path)
         if self._puts_back:
             os.replace(before, self.path.resolve())
             self.given_up = True

@@ -8,13 +8,13 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.deviations.spread import spread_of
+from tolstat.execution.diagnostics.audit import worst_trials
 from tolstat.execution.diagnostics.halved_tolerances import halved_shares
 from tolstat.execution.diagnostics.slopes_and_corners import (
     Target,
     slopes,
     worst_corners,
 )
-from tolstat.execution.diagnostics.trial_selection import worst_trials
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
 from tolstat.statistics.limits.limit import margins
