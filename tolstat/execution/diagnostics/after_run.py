@@ -36,7 +36,7 @@ def gather(
         _by_name(study, table, usual > 0),
         _worst_cases(study, trials, lower, upper, table, workers),
         _worst(study, trials, audited),
-        halved_shares(study, trials),
+        workers.here(halved_shares, study, trials),
     )
 
 
