@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from tolstat.answers.what_if.reweighted_trials import what_if
     from tolstat.answers.what_if.scenario import fresh_study
     from tolstat.catalogue import names as models
-    from tolstat.execution.continuation import extend, resume
-    from tolstat.execution.execute import run
+    from tolstat.execution.execute import extend, resume, run
     from tolstat.execution.verification import verify
     from tolstat.model.contract import History, Model, Outcome
     from tolstat.model.description import (
@@ -71,14 +70,14 @@ _HOMES = {
     "column": "tolstat.model.settings",
     "compare": "tolstat.answers.compare.compare_runs",
     "evaluate": "tolstat.answers.views.evaluate",
-    "extend": "tolstat.execution.continuation",
+    "extend": "tolstat.execution.execute",
     "fresh_study": "tolstat.answers.what_if.scenario",
     "limited": "tolstat.answers.relimit",
     "models": "tolstat.catalogue",
     "open": "tolstat.store.open_run",
     "replay": "tolstat.answers.views.replay",
     "report": "tolstat.answers.report.ask",
-    "resume": "tolstat.execution.continuation",
+    "resume": "tolstat.execution.execute",
     "run": "tolstat.execution.execute",
     "setting": "tolstat.model.settings",
     "summary": "tolstat.answers.report.ask",

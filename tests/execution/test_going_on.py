@@ -15,8 +15,7 @@ from tests.conftest import Toy
 from tests.store.tampering import resealed
 from tolstat.answers.report.gather import report_of
 from tolstat.errors import ModelError, RunFileError, StoppedError, StudyError
-from tolstat.execution.continuation import go_on
-from tolstat.execution.execute import execute
+from tolstat.execution.execute import execute, go_on
 from tolstat.execution.workers.crew import Workers
 from tolstat.study.study import load
 

@@ -21,8 +21,7 @@ from tolstat.cli.advice import worded
 from tolstat.cli.interrupting import LIMITS_NOT_MET, stop_on_interrupt
 from tolstat.cli.progress import AFTERWARDS, leave_interrupted, notes_of
 from tolstat.errors import PictureError, RunFileError, StoppedError, TolstatError
-from tolstat.execution.continuation import work_off
-from tolstat.execution.execute import run_of
+from tolstat.execution.execute import run_of, work_off
 from tolstat.execution.run_loop import Progress
 from tolstat.execution.workers.crew import Workers
 from tolstat.render.output_file import check_folder, replace

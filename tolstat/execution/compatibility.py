@@ -1,4 +1,4 @@
-"""Whether a run can be resumed: what differs between it and its study now."""
+"""A run and its study now: read again, what differs, whether it can be resumed."""
 
 from __future__ import annotations
 
@@ -11,10 +11,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import Advice, RunFileError
+from tolstat.catalogue import place_of
+from tolstat.errors import Advice, RunFileError, StudyError
+from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.checksums import ranges_of
 from tolstat.store.stored_run import Run
+from tolstat.study.sampling import sampler_of
+from tolstat.study.study import Study, load
+
+
+def study_of(run: Run, trials: int | None = None, model: Model | None = None) -> Study:
+    """Read the study of a run again, as the run has it."""
+    sampled = run.sampled
+    if trials is None and (run.complete or not run.rules):
+        trials = run.trials
+    return load(
+        run.study.table,
+        model=model,
+        trials=trials if sampled else None,
+        seed=sampled.seed if sampled else None,
+        folder=run.study_file.parent if run.study_file else None,
+    )
 
 
 def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
@@ -107,3 +125,53 @@ def trials_drawn_otherwise(run: Run, again: Run) -> NDArray[np.int64]:
             )
         other |= drawn != stored
     return np.flatnonzero(other & known)
+
+
+def check_extensible(run: Run, trials: int) -> None:
+    """Refuse more trials where they would not be added to those that there are."""
+    if run.sampled is None:
+        raise RunFileError(
+            f'{run.path}: sampling = "{run.sampling}" draws nothing; its trials are '
+            "those of the study"
+        )
+    if run.rules and not run.complete:
+        raise RunFileError(
+            f"{run.path} is not complete: {run.ended} of at most {run.trials} trials "
+            "have run; finish it first",
+            Advice("resume", run.path, run.machine),
+        )
+    if trials <= run.trials:
+        raise RunFileError(
+            f"{run.path} has {run.trials} trials; more than that are expected"
+        )
+    if not sampler_of(run.sampling).extensible:
+        raise StudyError(
+            f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
+            f"with {trials} every one would differ",
+            Advice("run again", run.path, run.machine, trials, run),
+        )
+
+
+def check_asked(run: Run, study: Study) -> None:
+    """Refuse a run of another study, of another seed, or of fewer trials."""
+    said, machine = study_differs(run, study.path), place_of(study.model)
+    advice = []
+    if run.sampled and run.sampled.seed != study.seed:
+        said.append(f"seed: the run has {run.sampled.seed}, the study {study.seed}")
+    if run.sampled and study.until and not run.rules:
+        said.append(
+            f"trials: the run has {run.trials} without a stopping rule; the study runs "
+            f"until {', '.join(study.until.rules)}"
+        )
+    elif run.sampled and not run.rules and run.trials < study.trials:
+        more = f"trials: the run has {run.trials}, the study {study.trials}"
+        if not said and sampler_of(run.sampling).extensible:
+            advice.append(Advice("extend", run.path, machine, study.trials))
+        said.append(more)
+    if said:
+        assert study.path
+        raise RunFileError(
+            f"{run.path} is a run of another study: {'; '.join(said)}; it stays",
+            *advice,
+            Advice("replace run", study.path, machine),
+        )

@@ -61,10 +61,6 @@ class Trials:
             if response.name in run.units:
                 self.responses[whole, column] = run.column(response.name)[whole]
 
-    def forget(self, these: slice) -> None:
-        """Let some trials not have run."""
-        self.status[these], self.responses[these] = Status.NOT_RUN, np.nan
-
     def first(self, trials: int) -> Trials:
         """Return the first trials."""
         return Trials(
@@ -154,10 +150,6 @@ def drawn_again(run: Run, study: Study, workers: Workers | None = None) -> Stage
             f"stopped before anything was done: the run in {run.path} is as it was",
             Advice("resume", run.path, run.machine),
         ) from None
-    trials.forget(slice(stages.latest.stop, None))
+    not_drawn = slice(stages.latest.stop, None)
+    trials.status[not_drawn], trials.responses[not_drawn] = Status.NOT_RUN, np.nan
     return stages
-
-
-def is_drawn(deviations: Array) -> Truths:
-    """Tell which trials are drawn: bool[trial]."""
-    return np.asarray(~np.isnan(deviations).any(axis=1), np.bool_)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
 from tolstat.errors import TolstatError
-from tolstat.execution.compatibility import trials_drawn_otherwise
-from tolstat.execution.continuation import plan_again, study_of
+from tolstat.execution.compatibility import study_of, trials_drawn_otherwise
 from tolstat.execution.diagnostics.audit import random_trials
-from tolstat.execution.trial_table import drawn_again, is_drawn
+from tolstat.execution.planning import plan_of
+from tolstat.execution.trial_table import drawn_again
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.contract import Model
 from tolstat.status import Status
@@ -89,13 +89,13 @@ def verify(
             f" its trials cannot be drawn and evaluated again: {error}"
         ) from error
     trials = drawn_again(run, study).trials
-    plan = plan_again(run, study, trials)
+    plan = plan_of(study, trials, run.path)
     ran = np.flatnonzero(run.status != Status.NOT_RUN)
     chosen = np.intersect1d(ran, random_trials(study.seed or 0, run.trials))
     otherwise = trials_drawn_otherwise(run, plan)
     # answers of other deviations say nothing of what is stored
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
-    chosen = chosen[is_drawn(trials.deviations[chosen])]
+    chosen = chosen[~np.isnan(trials.deviations[chosen]).any(axis=1)]
     with Workers(workers) as crew:
         differing = _differing(run, study, chosen, trials.deviations[chosen], crew)
     nominal_ran = run.nominal_values["status"] != Status.NOT_RUN.word

@@ -138,18 +138,15 @@ def _take(place: h5py.HLObject, name: str, kind: Any) -> Any:
         return read_record(place[name], kind)
     if _is_group(kind):
         group, inner = place[name], _inner(kind)
-        keys = list(group.attrs if _is_attribute(inner) else group)
+        keys: Any = list(group.attrs if _is_attribute(inner) else group)
         values = [_take(group, key, inner) for key in keys]
         if not _is_mapping(kind):
             return values if get_origin(kind) is list else tuple(values)
         typed = get_args(kind)[0]
         if typed is int:
-            return dict(zip(map(int, keys), values, strict=True))
-        if get_origin(typed) is tuple:
-            return {
-                tuple(key.split(BETWEEN)): value
-                for key, value in zip(keys, values, strict=True)
-            }
+            keys = map(int, keys)
+        elif get_origin(typed) is tuple:
+            keys = (tuple(key.split(BETWEEN)) for key in keys)
         return dict(zip(keys, values, strict=True))
     if not _is_attribute(kind):
         return place[name][...]

@@ -46,9 +46,9 @@ def allocate(
 ) -> h5py.Dataset:
     """Make a contiguous dataset whose space exists at once."""
     plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    plan.set_layout(h5py.h5d.CONTIGUOUS)
     plan.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
     plan.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+    # create_dataset allocates a scalar late, whatever its plan says
     space = h5py.h5s.create_simple(shape) if shape else h5py.h5s.create(h5py.h5s.SCALAR)
     kind = h5py.h5t.py_create(np.dtype(dtype))
     made = h5py.Dataset(

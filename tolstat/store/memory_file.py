@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
 from typing import Any, BinaryIO
 
 PAGE = 4096
+NOTHING = bytes(PAGE)
 
 
 class MemoryFile(io.RawIOBase):
@@ -28,28 +30,29 @@ class MemoryFile(io.RawIOBase):
 
     def write(self, data: Any) -> int:
         """Write at the place."""
-        given, done = memoryview(data).cast("B"), 0
-        while done < len(given):
-            number, within = divmod(self._at, PAGE)
-            count = min(PAGE - within, len(given) - done)
+        given = memoryview(data).cast("B")
+        for number, within, part in self._pieces(len(given)):
             page = self._pages.setdefault(number, bytearray(PAGE))
-            page[within : within + count] = given[done : done + count]
-            self._at, done = self._at + count, done + count
+            page[within] = given[part]
         self.size = max(self.size, self._at)
-        return done
+        return len(given)
 
     def readinto(self, buffer: Any) -> int:
         """Read from the place."""
-        wanted, done = memoryview(buffer).cast("B"), 0
-        left = min(len(wanted), max(self.size - self._at, 0))
-        while done < left:
-            number, within = divmod(self._at, PAGE)
-            count = min(PAGE - within, left - done)
-            page = self._pages.get(number)
-            some = page[within : within + count] if page else bytes(count)
-            wanted[done : done + count] = some
-            self._at, done = self._at + count, done + count
-        return done
+        wanted = memoryview(buffer).cast("B")
+        there = min(len(wanted), max(self.size - self._at, 0))
+        for number, within, part in self._pieces(there):
+            wanted[part] = self._pages.get(number, NOTHING)[within]
+        return there
+
+    def _pieces(self, count: int) -> Iterator[tuple[int, slice, slice]]:
+        """Go over so many bytes: number of each page, the part of it, and of them."""
+        done = 0
+        while done < count:
+            number, first = divmod(self._at, PAGE)
+            length = min(PAGE - first, count - done)
+            yield number, slice(first, first + length), slice(done, done + length)
+            self._at, done = self._at + length, done + length
 
     def copy_to(self, file: BinaryIO) -> None:
         """Write what there is to another file, and give it this size."""

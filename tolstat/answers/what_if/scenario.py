@@ -10,7 +10,7 @@ from typing import Any
 from tolstat.answers.sampled_trials import no_sample
 from tolstat.deviations.names import expand
 from tolstat.errors import DependenceError, StudyError, TolstatError
-from tolstat.execution.continuation import study_of
+from tolstat.execution.compatibility import study_of
 from tolstat.model.contract import Model
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
