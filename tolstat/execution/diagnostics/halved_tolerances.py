@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from tolstat.arrays import Truths
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.distributions import Constant
 from tolstat.deviations.samplers import OWN
@@ -35,10 +34,7 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     sampler = study.sampler
     if sampler is None or sampler.replicates or not sampler.sample:
         return {}
-    group = sampler.group(len(study.factors))
-    own: slice | Truths = slice(None)
-    if group > 1:
-        own = np.arange(len(trials.status)) % group < OWN
+    own = np.arange(len(trials.status)) % sampler.group(len(study.factors)) < OWN
     deviating = study.deviating
     every = {
         each.name: trials.deviations[own, column]
