@@ -45,7 +45,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     path : Path
         The file; another one once that was removed or moved.
     run : Run
-        What is written: the run as it is before its first trial.
+        What is written: the run as it is before its first trial, or at its end.
     given_up : bool
         Whether the run that was to be replaced has been put back.
     """
@@ -251,9 +251,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         """
         self._make_safe()
         self._replace(run, self._rows)
-        if is_run(before := temporary_files.before_of(self.path)):
-            with suppress(OSError):
-                before.unlink()
+        self.run = run
 
     def __exit__(self, *_: object) -> None:
         """Store what waits; close the file."""
@@ -267,13 +265,15 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             self._locks.close()
 
     def _leave_one(self) -> None:
-        """Put back the run that was to be replaced, if nothing of the new one ran."""
+        """Remove the run that was replaced, keep it, or put it back if nothing ran."""
         before = temporary_files.before_of(self.path)
         if self._puts_back:
             os.replace(before, self.path.resolve())
             self.given_up = True
         elif self._unwanted:
             self.path.unlink()
+        elif self.run.complete and is_run(before):
+            before.unlink()
         elif is_run(before):
             warnings.warn(
                 f"the run that was there before is kept as {before} until {self.path} "

@@ -174,15 +174,13 @@ class Workers(AbstractContextManager["Workers"]):
         Its thread is not waited for then.
         """
         thread = Threads(1)
-        try:
-            future = thread.submit(function, *arguments)
-            while not future.done():
-                wait([future], LOOK_AGAIN)
-                if self.stopping():
-                    raise Interrupted
-            return future.result()
-        finally:
-            thread.shutdown(wait=False)
+        future = thread.submit(function, *arguments)
+        thread.shutdown(wait=False)
+        while not future.done():
+            wait([future], LOOK_AGAIN)
+            if self.stopping():
+                raise Interrupted
+        return future.result()
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Dismiss them; who stops does not wait for a compilation."""
