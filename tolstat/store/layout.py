@@ -114,17 +114,12 @@ class Rows:
         self.columns = [n for n in own if not n.startswith(nominal)]
         self.of_nominal = [n for n in own if n.startswith(nominal)]
 
-    def read(self, name: str, first: int = 0, stop: int | None = None) -> Column:
-        """Return values of a column."""
+    def read(self, name: str) -> Column:
+        """Return a column."""
         place = self.places[name]
-        stop = place.length if stop is None else stop
-        size = place.dtype.itemsize
-        self.file.seek(place.offset + first * size)
-        data = bytearray((stop - first) * size)
-        left = memoryview(data)
-        while left and (count := self.file.readinto(left)):  # type: ignore[attr-defined]
-            left = left[count:]
-        return np.frombuffer(data, place.dtype)
+        self.file.seek(place.offset)
+        found: Column = np.fromfile(self.file, place.dtype, place.length)
+        return found
 
     def write(self, name: str, values: Any, first: int = 0) -> None:
         """Write values of a column, from a row on."""

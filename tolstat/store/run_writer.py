@@ -117,8 +117,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             rows.write(CLOCK, clock_of(0.0))
             if before:
                 for name in before.places.keys() - {*run.known}:  # what trials fill
-                    count = min(places[name].length, before.places[name].length)
-                    rows.write(name, before.read(name, 0, count))
+                    rows.write(name, before.read(name)[: places[name].length])
             rows.sync()
             if before is None and path.exists():
                 temporary_files.keep_before(path)
@@ -219,14 +218,12 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         try:
             if self._puts_back:
                 return BrokenError(f"{said}; the run in {self.path} is as it was")
-            over, trials = (
-                np.count_nonzero(self._rows.read(STATUS)),
-                self.run.trials,
-            )
+            over = np.count_nonzero(self._rows.read(STATUS))
         except (OSError, AttributeError):  # there are no rows yet
             return BrokenError(said)
         again = Advice("resume", self.path, self.run.machine)
-        return BrokenError(f"{said}; {over} of {trials} trials are stored", again)
+        stored = f"{over} of {self.run.trials} trials are stored"
+        return BrokenError(f"{said}; {stored}", again)
 
     def failed(self, error: TolstatError) -> TolstatError:
         """Say what an error leaves; a model that fails at once leaves no file."""
