@@ -45,19 +45,19 @@ def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
         return []  # moved, or at work in an editor: the run has its own text
     return [
         f"{path}: {key} was {was!r} when the run was made, and is {is_now!r}"
-        for key, was, is_now in _changes(run.study.table, now, ())
+        for key, was, is_now in _changes(run.study.table, now)
     ]
 
 
 def _changes(
-    was: Mapping[str, Any], now: Mapping[str, Any], path: tuple[str, ...]
+    was: Mapping[str, Any], now: Mapping[str, Any], within: str = ""
 ) -> Iterator[tuple[str, Any, Any]]:
     for key in dict.fromkeys([*was, *now]):
-        a, b, here = was.get(key), now.get(key), (*path, key)
+        a, b = was.get(key), now.get(key)
         if isinstance(a, Mapping) and isinstance(b, Mapping):
-            yield from _changes(a, b, here)
+            yield from _changes(a, b, f"{within}{key}.")
         elif a != b:
-            yield ".".join(here), a, b
+            yield f"{within}{key}", a, b
 
 
 def check_same(run: Run, again: Run) -> None:
@@ -65,8 +65,8 @@ def check_same(run: Run, again: Run) -> None:
 
     The other run is that of its study as it is read now, before any trial has run.
     """
-    was, now = deciding(run), deciding(again)
-    said = [f"{key}: {a}, now {b}" for key, a, b in _changes(was, now, ())]
+    changes = _changes(_deciding(run), _deciding(again))
+    said = [f"{key}: {a}, now {b}" for key, a, b in changes]
     if not said:
         other = trials_drawn_otherwise(run, again)
         healthy = np.setdiff1d(other[run.status[other] > 0], run.damage.trials)
@@ -82,7 +82,7 @@ def check_same(run: Run, again: Run) -> None:
         )
 
 
-def deciding(run: Run) -> dict[str, Any]:
+def _deciding(run: Run) -> dict[str, Any]:
     """Return what decides whether two runs are the same, beside their draws."""
     points = run.reference.columns if run.reference else {}
     return {

@@ -251,8 +251,7 @@ def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> 
     if doubts and not regardless:
         more = study.trials if longer else 0
         raise RunFileError(
-            f"{run.path} would not become the run that it was to be: "
-            + "; ".join(doubts),
+            f"{run.path} cannot be resumed as the same run: " + "; ".join(doubts),
             Advice("run again", run.path, run.machine, run=run),
             Advice("resume regardless", run.path, run.machine, more),
         )
