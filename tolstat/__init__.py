@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from tolstat.answers.what_if.fresh_study import fresh_study
     from tolstat.answers.what_if.reweighted_trials import what_if
     from tolstat.catalogue import names as models
-    from tolstat.execution.continuation import extend, resume
-    from tolstat.execution.execute import run
+    from tolstat.execution.execute import extend, resume, run
     from tolstat.execution.verification import verify
     from tolstat.model.contract import History, Model, Outcome
     from tolstat.model.description import (
@@ -54,8 +53,7 @@ _NAMES = {
     "tolstat.answers.what_if.reweighted_trials": ("what_if",),
     "tolstat.answers.what_if.fresh_study": ("fresh_study",),
     "tolstat.catalogue": ("models",),
-    "tolstat.execution.continuation": ("extend", "resume"),
-    "tolstat.execution.execute": ("run",),
+    "tolstat.execution.execute": ("extend", "resume", "run"),
     "tolstat.execution.verification": ("verify",),
     "tolstat.model.contract": ("History", "Model", "Outcome"),
     "tolstat.model.description": (

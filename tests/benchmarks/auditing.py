@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.conftest import ROOT
-from tolstat.execution.diagnostics.trial_selection import choose
+from tolstat.execution.diagnostics.audit import choose
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.checked import tightened

@@ -11,7 +11,7 @@ import tolstat
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
 from tolstat.answers.report.gather import report_of
 from tolstat.deviations.samplers import Random
-from tolstat.execution.diagnostics.trial_selection import (
+from tolstat.execution.diagnostics.audit import (
     choose,
     next_to,
     random_trials,

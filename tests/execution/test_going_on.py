@@ -15,8 +15,7 @@ from tests.conftest import Toy
 from tests.store.tampering import resealed
 from tolstat.answers.report.gather import report_of
 from tolstat.errors import ModelError, RunFileError, StoppedError, StudyError
-from tolstat.execution.continuation import go_on
-from tolstat.execution.execute import execute
+from tolstat.execution.execute import execute, go_on
 from tolstat.execution.workers.crew import Workers
 from tolstat.study.study import load
 
@@ -235,7 +234,7 @@ def test_other_sources_and_processors_are_named(tmp_path):
         file["provenance"].attrs["version_numba"] = "0.1"
     with pytest.raises(RunFileError) as refused:
         tolstat.resume(path, model=Toy())
-    for words in ("(0123, not", "processor (abacus)", "numba 0.1"):
+    for words in ("(0123, not", "processor abacus", "numba 0.1"):
         assert words in str(refused.value)
     assert "resume regardless" in [each.what for each in refused.value.advice]
     run = tolstat.resume(path, model=Toy(), regardless=True)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import threading
+import time
+
 import numpy as np
 import pytest
 
 import tolstat
 from tests.statistics.one_quantile import quantile
+from tolstat.execution.execute import execute
+from tolstat.execution.workers.crew import Workers
 from tolstat.study.study import load
 
 STUDY = """\
@@ -100,3 +105,24 @@ def test_sobol_trials_can_be_extended_until(toy, study):
     path.write_text('sampling = "sobol"\n' + path.read_text())
     run = tolstat.run(path, model=toy, workers=2)
     assert run.stopped.reached and run.sampled.replicates == 16
+
+
+@pytest.mark.parametrize(
+    "slow", ["run_loop.trials_wanted", "diagnostics.after_run.halved_shares"]
+)
+def test_it_stops_though_a_look_takes_long(toy, study, monkeypatch, slow):
+    """Means and sigmas of a million trials take ten seconds."""
+    looked = threading.Event()
+
+    def look(*_):
+        looked.set()
+        time.sleep(5.0)
+        return 0.0
+
+    monkeypatch.setattr(f"tolstat.execution.{slow}", look)
+    began = time.monotonic()
+    path = study('"gap p95 +-3 %"')
+    with Workers(1, looked.is_set) as crew:
+        run = execute(load(path, model=toy), path.with_suffix(".h5"), crew)
+    assert looked.is_set() and time.monotonic() - began < 4.0
+    assert run.ended >= 1024 and not run.complete

@@ -6,8 +6,8 @@ from contextlib import contextmanager
 
 import h5py
 
-from tolstat.store.fingerprint import fingerprints
-from tolstat.store.layout import CHECKSUM, SEAL, columns_of, places_of
+from tolstat.store.checksums import fingerprints
+from tolstat.store.layout import CHECKSUM, columns_of, places_of
 from tolstat.store.seal import write_seal
 
 
@@ -20,9 +20,7 @@ def resealed(path):
         columns = [file[name][...] for name in columns_of(file)]
         if len({len(each) for each in columns}) == 1:
             file[CHECKSUM][...] = fingerprints(columns)
-        places = places_of(file).values()
-        seal = file[SEAL]
-        place, length = seal.id.get_offset(), seal.dtype.itemsize
+        block, places = file.userblock_size, places_of(file).values()
     holes = [each.hole for each in places]
     with path.open("r+b", buffering=0) as file:
-        write_seal(file, place, length, holes)
+        write_seal(file, block, holes)

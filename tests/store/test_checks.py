@@ -12,9 +12,8 @@ import pytest
 import tolstat
 from tests.store.tampering import resealed
 from tolstat.errors import DamagedError, RunFileError
-from tolstat.store.damage import ranges_of
-from tolstat.store.draft import MemoryFile
-from tolstat.store.fingerprint import fingerprints
+from tolstat.store.checksums import fingerprints, ranges_of
+from tolstat.store.memory_file import MemoryFile
 
 STUDY = {
     "model": "toy", "trials": 300, "seed": 1, "deviations": {"part": "+-1 mm"},

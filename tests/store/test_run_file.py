@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -12,6 +13,8 @@ import pytest
 import xarray
 
 import tolstat
+from tests.conftest import Toy
+from tolstat import Contributor
 from tolstat.errors import BrokenError, RunFileError
 from tolstat.store.layout import Rows, places_of
 from tolstat.store.lock import Lock
@@ -88,7 +91,7 @@ def test_files_that_are_no_runs(tmp_path, run):
     with pytest.raises(RunFileError, match="not a run of tolstat"):
         tolstat.open(tmp_path / "other.h5")
     text = run.path.read_bytes()
-    run.path.write_bytes(text.replace(b"seal, format 4\n", b"seal, format 99\n", 1))
+    run.path.write_bytes(text.replace(b"seal, format 5\n", b"seal, format 99\n", 1))
     with pytest.raises(RunFileError, match="format 99"):
         tolstat.open(run.path)
 
@@ -116,3 +119,20 @@ def test_status_comes_after_the_data_are_on_the_disk(toy, toy_study, monkeypatch
         tolstat.run(toy_study, model=toy)
     assert not synced[0].any()
     assert tolstat.open(toy_study.with_suffix(".h5")).counts["not run"] == 1000
+
+
+@pytest.mark.parametrize("parts", [1200, pytest.param(5000, marks=pytest.mark.long)])
+def test_a_study_of_any_size(tmp_path, parts):
+    """Its text and what is said of its columns lie before the rows."""
+
+    class Many(Toy):
+        def describe(self, settings):
+            each = Contributor("", "m", "l", "a length", "sum")
+            named = (replace(each, name=f"part_{i}") for i in range(parts))
+            return super().describe(settings)._replace(contributors=tuple(named))
+
+    study = tmp_path / "study.toml"
+    study.write_text(f'model = "toy"\ntrials = 20\nseed = 1\n#{"x" * 990_000}\n')
+    run = tolstat.run(study, model=Many())
+    assert run.complete and len(run.study.text) > 990_000
+    assert tolstat.extend(run.path, 30, model=Many()).trials == 30

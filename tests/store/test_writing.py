@@ -16,7 +16,7 @@ from tests.conftest import TOY_STUDY, Toy
 from tolstat.errors import BrokenError, ModelError, RunFileError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import Workers
-from tolstat.store import run_writer
+from tolstat.store import run_writer, temporary_files
 from tolstat.store.lock import Lock
 from tolstat.study.study import load
 
@@ -65,7 +65,7 @@ def test_a_disk_that_is_full_already_keeps_nothing(
     toy_study, tmp_path, monkeypatch, size
 ):
     # somebody else has taken the room since it was looked at
-    monkeypatch.setattr(run_writer, "check_room", lambda *_: None)
+    monkeypatch.setattr(temporary_files, "check_room", lambda *_: None)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
@@ -128,7 +128,8 @@ class Broken(Toy):
         return super().evaluate(deviations, settings)
 
 
-def test_the_run_before_stays_until_the_new_one_is_complete(toy_study, tmp_path):
+@pytest.mark.parametrize("how", ["force", "resume"])
+def test_the_run_before_stays_until_the_new_one_is_complete(toy_study, tmp_path, how):
     path = tmp_path / "r.h5"
     before = tolstat.run(toy_study, model=Toy(), output=path)
     data = path.read_bytes()
@@ -139,19 +140,26 @@ def test_the_run_before_stays_until_the_new_one_is_complete(toy_study, tmp_path)
 
     def tell(progress):
         over[0] = progress.over
-        assert (tmp_path / "r.before.h5").read_bytes() == data
+        assert (tmp_path / "r.h5.before").read_bytes() == data
 
-    with pytest.warns(RuntimeWarning, match=r"is kept as .*r\.before\.h5"):
-        part = watched(
-            toy_study, path, tell, force=True, stopping=lambda: over[0] >= 300
-        )
-    assert 300 <= part.ended < 1000
-    assert tolstat.open(tmp_path / "r.before.h5").frame().equals(before.frame())
+    def in_part(stop):
+        with pytest.warns(RuntimeWarning, match=r"is kept as .*r\.h5\.before until"):
+            return watched(
+                toy_study, path, tell, force=True, stopping=lambda: over[0] >= stop
+            )
+
+    for stop in (300, 100):  # the one that is complete is kept, not the one in part
+        part, over[0] = in_part(stop), 0
+        assert stop <= part.ended < 1000
+        assert tolstat.open(tmp_path / "r.h5.before").frame().equals(before.frame())
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert tolstat.run(toy_study, model=Toy(), output=path, force=True).complete
-    left = {each.name for each in tmp_path.iterdir()}
-    assert left == {"toy.toml", "r.h5", "r.before.h5"}
+        if how == "force":
+            done = tolstat.run(toy_study, model=Toy(), output=path, force=True)
+        else:
+            done = tolstat.resume(path, model=Toy())
+    assert done.complete
+    assert {each.name for each in tmp_path.iterdir()} == {"toy.toml", "r.h5"}
 
 
 def test_a_device_and_the_study_itself_are_not_replaced(toy_study, tmp_path):

@@ -13,7 +13,7 @@ from tolstat.execution.compatibility import why_drawn_otherwise
 from tolstat.execution.self_check import Check
 from tolstat.execution.verification import Verification
 from tolstat.status import Status
-from tolstat.store.damage import ranges_of
+from tolstat.store.checksums import ranges_of
 
 
 def verified_document(path: Path, found: Verification) -> Document:

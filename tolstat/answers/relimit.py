@@ -11,7 +11,7 @@ import numpy as np
 
 from tolstat.deviations.names import expand
 from tolstat.errors import PictureError, TolstatError
-from tolstat.execution.continuation import study_of
+from tolstat.execution.compatibility import study_of
 from tolstat.execution.diagnostics.halved_tolerances import halved_shares
 from tolstat.execution.trial_table import Trials
 from tolstat.model.contract import Model

@@ -22,9 +22,8 @@ from tolstat.cli import options
 from tolstat.cli.entry import LIMITS_NOT_MET, leave_interrupted, stop_on_interrupt
 from tolstat.cli.progress import AFTERWARDS, notes_of
 from tolstat.errors import PictureError, RunFileError, StoppedError, TolstatError
-from tolstat.execution.execute import run_of
+from tolstat.execution.execute import run_of, work_off
 from tolstat.execution.run_loop import Progress
-from tolstat.execution.study_queue import work_off
 from tolstat.execution.workers.crew import Workers
 from tolstat.render.output_file import check_folder, replace
 from tolstat.render.screen import Screen, as_rich, show_table

@@ -9,8 +9,7 @@ import click
 
 from tolstat.cli import options
 from tolstat.cli.progress import watch
-from tolstat.execution.continuation import go_on
-from tolstat.execution.execute import execute
+from tolstat.execution.execute import execute, go_on
 from tolstat.render.screen import Screen
 from tolstat.study.study import load
 

@@ -1,21 +1,38 @@
-"""Whether a run can be resumed: what differs between it and its study now."""
+"""A run and its study now: read again, what differs, whether it can be resumed."""
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator, Mapping
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import Advice, RunFileError
+from tolstat.catalogue import place_of
+from tolstat.errors import Advice, RunFileError, StudyError
+from tolstat.model.contract import Model
 from tolstat.status import Status
-from tolstat.store.codec import fields_of
-from tolstat.store.damage import ranges_of
-from tolstat.store.provenance import provenance
+from tolstat.store.checksums import ranges_of
 from tolstat.store.stored_run import Run
+from tolstat.study.sampling import sampler_of
+from tolstat.study.study import Study, load
+
+
+def study_of(run: Run, trials: int | None = None, model: Model | None = None) -> Study:
+    """Read the study of a run again, as the run has it."""
+    sampled = run.sampled
+    if trials is None and (run.complete or not run.rules):
+        trials = run.trials
+    return load(
+        run.study.table,
+        model=model,
+        trials=trials if sampled else None,
+        seed=sampled.seed if sampled else None,
+        folder=run.study_file.parent if run.study_file else None,
+    )
 
 
 def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
@@ -28,19 +45,19 @@ def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
         return []  # moved, or at work in an editor: the run has its own text
     return [
         f"{path}: {key} was {was!r} when the run was made, and is {is_now!r}"
-        for key, was, is_now in _changes(run.study.table, now, ())
+        for key, was, is_now in _changes(run.study.table, now)
     ]
 
 
 def _changes(
-    was: Mapping[str, Any], now: Mapping[str, Any], path: tuple[str, ...]
+    was: Mapping[str, Any], now: Mapping[str, Any], within: str = ""
 ) -> Iterator[tuple[str, Any, Any]]:
     for key in dict.fromkeys([*was, *now]):
-        a, b, here = was.get(key), now.get(key), (*path, key)
+        a, b = was.get(key), now.get(key)
         if isinstance(a, Mapping) and isinstance(b, Mapping):
-            yield from _changes(a, b, here)
+            yield from _changes(a, b, f"{within}{key}.")
         elif a != b:
-            yield ".".join(here), a, b
+            yield f"{within}{key}", a, b
 
 
 def check_same(run: Run, again: Run) -> None:
@@ -48,8 +65,8 @@ def check_same(run: Run, again: Run) -> None:
 
     The other run is that of its study as it is read now, before any trial has run.
     """
-    was, now = deciding(run), deciding(again)
-    said = [f"{key}: {a}, now {b}" for key, a, b in _changes(was, now, ())]
+    changes = _changes(_deciding(run), _deciding(again))
+    said = [f"{key}: {a}, now {b}" for key, a, b in changes]
     if not said:
         other = trials_drawn_otherwise(run, again)
         healthy = np.setdiff1d(other[run.status[other] > 0], run.damage.trials)
@@ -65,37 +82,27 @@ def check_same(run: Run, again: Run) -> None:
         )
 
 
-def deciding(run: Run) -> dict[str, Any]:
-    """Return what decides whether two runs are the same, as `Run` declares it."""
-    found: dict[str, Any] = {}
-    for field in fields_of(Run):
-        if not field.stored.decides:
-            continue
-        what, of = field.stored.decides
-        value = getattr(run, field.name)
-        if isinstance(value, tuple):
-            value = {each.name: each for each in value}
-        for key, each in value.items():
-            found[f"{what} {key}"] = getattr(each, of) if of else each
-    columns = run.reference.columns if run.reference else {}
-    for name, points in columns.items():
-        found[f"points of the reference, {name}"] = points.tolist()
-    return found
+def _deciding(run: Run) -> dict[str, Any]:
+    """Return what decides whether two runs are the same, beside their draws."""
+    points = run.reference.columns if run.reference else {}
+    return {
+        **{f"column {each.name}": each.unit for each in run.described},
+        **{f"setting {name}": each.words for name, each in run.settings.items()},
+        **{f"limit {name}": each.words for name, each in run.limits.items()},
+        **{f"deviation {name}": each.words for name, each in run.assumed.items()},
+        **{f"status {code}": word for code, word in run.words.items()},
+        **{f"points of the reference, {n}": p.tolist() for n, p in points.items()},
+    }
 
 
 def why_drawn_otherwise(run: Run) -> str:
     """Say why a study may draw other trials than those of its run."""
     if not run.aim:
         return "its data or number of trials differ"
-    was, here = run.provenance["version_tolstat"], provenance()["version_tolstat"]
-    if was != here:
-        return (
-            f"the run was made by tolstat {was}, and this is {here}, which may seek "
-            "rare machines otherwise"
-        )
     return (
-        "its data or number of trials differ, or the run was made by a "
-        f"tolstat {was} that sought rare machines otherwise"
+        "its data or number of trials differ, or the run was made by a tolstat "
+        f"{run.made['version_tolstat']} that searched for rare trials differently "
+        f"(here: {version('tolstat')})"
     )
 
 
@@ -118,3 +125,53 @@ def trials_drawn_otherwise(run: Run, again: Run) -> NDArray[np.int64]:
             )
         other |= drawn != stored
     return np.flatnonzero(other & known)
+
+
+def check_extensible(run: Run, trials: int) -> None:
+    """Refuse more trials where they would not be added to those that there are."""
+    if run.sampled is None:
+        raise RunFileError(
+            f'{run.path}: sampling = "{run.sampling}" draws nothing; its trials are '
+            "those of the study"
+        )
+    if run.rules and not run.complete:
+        raise RunFileError(
+            f"{run.path} is not complete: {run.ended} of at most {run.trials} trials "
+            "have run; finish it first",
+            Advice("resume", run.path, run.machine),
+        )
+    if trials <= run.trials:
+        raise RunFileError(
+            f"{run.path} has {run.trials} trials; more than that are expected"
+        )
+    if not sampler_of(run.sampling).extensible:
+        raise StudyError(
+            f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
+            f"with {trials} every one would differ",
+            Advice("run again", run.path, run.machine, trials, run),
+        )
+
+
+def check_asked(run: Run, study: Study) -> None:
+    """Refuse a run of another study, of another seed, or of fewer trials."""
+    said, machine = study_differs(run, study.path), place_of(study.model)
+    advice = []
+    if run.sampled and run.sampled.seed != study.seed:
+        said.append(f"seed: the run has {run.sampled.seed}, the study {study.seed}")
+    if run.sampled and study.until and not run.rules:
+        said.append(
+            f"trials: the run has {run.trials} without a stopping rule; the study runs "
+            f"until {', '.join(study.until.rules)}"
+        )
+    elif run.sampled and not run.rules and run.trials < study.trials:
+        more = f"trials: the run has {run.trials}, the study {study.trials}"
+        if not said and sampler_of(run.sampling).extensible:
+            advice.append(Advice("extend", run.path, machine, study.trials))
+        said.append(more)
+    if said:
+        assert study.path
+        raise RunFileError(
+            f"{run.path} is a run of another study: {'; '.join(said)}; it stays",
+            *advice,
+            Advice("replace run", study.path, machine),
+        )

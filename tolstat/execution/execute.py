@@ -1,24 +1,31 @@
-"""A study run and stored."""
+"""The run of a study brought to its end: begun, resumed, or extended."""
 
 from __future__ import annotations
 
 import os
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
-from typing import cast
+from typing import NamedTuple, cast
 
-from tolstat.errors import StoppedError, StudyError
+from tolstat.errors import Advice, RunFileError, StoppedError, StudyError
+from tolstat.execution import compatibility
 from tolstat.execution.planning import cannot_be_built, plan_of
 from tolstat.execution.run_loop import Progress, Telling, carry_out
-from tolstat.execution.trial_table import Stages
+from tolstat.execution.trial_table import Stages, Trials, drawn_again
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.contract import Model
+from tolstat.status import Status
 from tolstat.store.lock import Lock
+from tolstat.store.open_run import existing
 from tolstat.store.open_run import open as open_run
+from tolstat.store.provenance import now
 from tolstat.store.run_writer import RunWriter
 from tolstat.store.stored_run import Run
 from tolstat.store.temporary_files import check_replaceable
 from tolstat.study.study import Source, Study, load
+
+FINISHED, RESUMED, FINISHED_BEFORE = "finished", "resumed", "finished before"
 
 
 def run(
@@ -77,6 +84,87 @@ def run(
         return execute(asked, path, crew, force=force, progress=progress)
 
 
+def resume(
+    path: str | os.PathLike[str],
+    *,
+    workers: int | None = None,
+    model: Model | None = None,
+    rerun_failed: bool = False,
+    regardless: bool = False,
+    progress: Telling | None = None,
+    executor: Executor | None = None,
+) -> Run:
+    """Finish what is missing of a run, and compute again what is damaged.
+
+    Parameters
+    ----------
+    path : path
+        The run file.
+    workers, model, progress, executor
+        As of `tolstat.run`.
+    rerun_failed : bool
+        Whether failed trials are evaluated again, with the model's tighter settings,
+        once all are over. They still count as failed; the answers are in `run.rerun`.
+    regardless : bool
+        Whether to continue although source, processor, versions or the study file have
+        changed: the run's own text is what counts, and the run says so.
+
+    Returns
+    -------
+    Run
+        Bit for bit the run that was never interrupted.
+
+    Raises
+    ------
+    RunFileError
+        If it is no run that can be continued: what differs.
+    """
+    with Workers(workers, executor=executor) as crew:
+        return go_on(
+            Path(path), crew, model=model, rerun=rerun_failed, regardless=regardless,
+            progress=progress,
+        )  # fmt: skip
+
+
+def extend(
+    path: str | os.PathLike[str],
+    trials: int,
+    *,
+    workers: int | None = None,
+    model: Model | None = None,
+    regardless: bool = False,
+    progress: Telling | None = None,
+    executor: Executor | None = None,
+) -> Run:
+    """Add trials to a run.
+
+    Parameters
+    ----------
+    path : path
+        The run file.
+    trials : int
+        How many there are to be in all.
+    workers, model, regardless, progress, executor
+        As of `resume`.
+
+    Returns
+    -------
+    Run
+        Bit for bit one run of so many trials.
+
+    Raises
+    ------
+    RunFileError
+        If there are as many already, if other trials would then have to be drawn, or as
+        of `resume`.
+    """
+    with Workers(workers, executor=executor) as crew:
+        return go_on(
+            Path(path), crew, trials=trials, model=model, regardless=regardless,
+            progress=progress,
+        )  # fmt: skip
+
+
 def run_of(study: Path) -> Path:
     """Return where the run of a study file lies."""
     return study.parent / f"{study.stem}.h5"  # also of what is no file: "."
@@ -99,8 +187,7 @@ def execute(
     check_replaceable(path, force=True)  # no lock is laid beside a device
     with Lock(path) as lock:
         stages = Stages(study)
-        if doubt := cannot_be_built(study, stages.trials.deviations):
-            tell(Progress(0, 0, study.trials, doubt=doubt))
+        _tell_impossible(study, stages, tell)
         plan = plan_of(study, stages.trials, lock.path)
         with RunWriter.made(lock, plan, force=force) as file:
             carry_out(study, stages, file, workers, tell)
@@ -111,3 +198,94 @@ def execute(
     path = file.path
     del stages, plan, file  # before the trials that are stored are read
     return open_run(path)
+
+
+def go_on(
+    path: Path,
+    workers: Workers,
+    *,
+    trials: int | None = None,
+    model: Model | None = None,
+    rerun: bool = False,
+    regardless: bool = False,
+    progress: Telling | None = None,
+) -> Run:
+    """Continue a run: see `resume`; with a number of trials see `extend`."""
+    tell = progress or (lambda progress: None)
+    with Lock(existing(path)) as lock:
+        run = open_run(lock.path, damaged=True)
+        if trials is not None:
+            compatibility.check_extensible(run, trials)
+        study = compatibility.study_of(run, trials, model)
+        stages = drawn_again(run, study, workers)
+        plan = _plan_again(run, study, stages.trials, regardless=regardless)
+        if trials is not None:
+            _tell_impossible(study, stages, tell)
+        rerun = rerun or run.rerun is not None
+        status = stages.trials.status[: run.trials]
+        nominal = run.nominal_values["status"] != Status.NOT_RUN.word
+        nominal &= not run.damage.nominal
+        del run  # its columns are in the trials
+        with RunWriter.opened(lock, plan, status) as file:
+            carry_out(study, stages, file, workers, tell, nominal=nominal, rerun=rerun)
+    path = file.path
+    del stages, status, plan, file  # before the trials that are stored are read
+    return open_run(path)
+
+
+def _tell_impossible(study: Study, stages: Stages, tell: Telling) -> None:
+    """Say before any trial runs how many cannot be built; refuse if none can."""
+    if doubt := cannot_be_built(study, stages.trials.deviations):
+        tell(Progress(0, 0, study.trials, doubt=doubt))
+
+
+def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> Run:
+    """Plan a run again as it is stored; refuse what would not be the same run."""
+    plan = plan_of(study, trials, run.path)
+    compatibility.check_same(run, plan)
+    notes, longer = run.notes, study.trials != run.trials
+    doubts = [
+        *compatibility.study_differs(run),
+        *run.made_otherwise(study.model.source_digest),
+    ]
+    if doubts and not regardless:
+        more = study.trials if longer else 0
+        raise RunFileError(
+            f"{run.path} cannot be resumed as the same run: " + "; ".join(doubts),
+            Advice("run again", run.path, run.machine, run=run),
+            Advice("resume regardless", run.path, run.machine, more),
+        )
+    if doubts:
+        notes = (*notes, f"resumed at {now()} although " + "; ".join(doubts))
+    kept = ["study", "study_file", "made", "title", "machine", "source_digest"]
+    if run.complete and not longer:
+        kept += ["stopped", "audited", "rerun", "diagnostics", "complete"]
+    as_stored = {name: getattr(run, name) for name in kept}
+    rules = () if longer else run.rules
+    return replace(plan, notes=notes, rules=rules, **as_stored)
+
+
+class Done(NamedTuple):
+    """What became of a study."""
+
+    run: Run  # complete, or as far as it came
+    how: str  # "finished", "resumed" or "finished before"
+    notes: tuple[str, ...] = ()  # what has to be known of it
+
+
+def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
+    """See to it that the run of a study is complete; refuse one of another study."""
+    study, path = load(study_file), run_of(study_file)
+    if not os.path.lexists(path):
+        run = execute(study, path, workers, progress=tell)
+        return Done(run, FINISHED, study.doubts)
+    run = open_run(path, damaged=True)
+    compatibility.check_asked(run, study)
+    if run.complete and not run.damage:
+        again = compatibility.study_of(run)
+        drawn = drawn_again(run, again, workers).trials
+        compatibility.check_same(run, plan_of(again, drawn, path))
+        notes = run.made_otherwise(study.model.source_digest)
+        return Done(run, FINISHED_BEFORE, tuple(notes))
+    del run  # its columns are not needed twice
+    return Done(go_on(path, workers, progress=tell), RESUMED)

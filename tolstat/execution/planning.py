@@ -21,18 +21,9 @@ from tolstat.model.checked import impossible, numbers_of
 from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.model.settings import settings_of
 from tolstat.status import Status, words_of
+from tolstat.store import run_records as records
 from tolstat.store.layout import STATUS, STEPS
 from tolstat.store.provenance import now, provenance
-from tolstat.store.run_records import (
-    SCORES,
-    Assumed,
-    Chosen,
-    DrawDetail,
-    Reference,
-    Sampled,
-    StudyText,
-    Swept,
-)
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.given_points import setting_name
@@ -49,7 +40,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
     independent = study.deviating.dependence == Dependence()
     return Run(
         path=path,
-        study=StudyText(study.text),
+        study=records.StudyText(study.text),
         study_file=study.path.resolve() if study.path else None,
         title=study.title,
         model=model.name,
@@ -62,9 +53,9 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         contributors=_shown(study.description.contributors, study.shown),
         responses=_shown(study.description.responses, study.shown),
         swept=_swept(study),
-        details=tuple(DrawDetail(n, "1", each) for n, each in columns.items()),
+        details=tuple(records.DrawDetail(n, "1", each) for n, each in columns.items()),
         settings={
-            name: Chosen(
+            name: records.Chosen(
                 study.typed.get(name, each.kind.words(getattr(study.settings, name))),
                 each.sentence,
                 name in study.typed,
@@ -77,7 +68,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
         independent=independent,
         words=words_of(model.failures),
         grid=tuple(axis.name for axis in points.swept) if points else (),
-        reference=Reference(*study.reference) if study.reference else None,
+        reference=records.Reference(*study.reference) if study.reference else None,
         numbers=_numbers(study, assumed, independent=independent),
         notes=study.notes,
         assumptions=tuple(model.assumptions),
@@ -136,13 +127,13 @@ def cannot_be_built(study: Study, deviations: Array) -> str:
     return f"{share} cannot be built, and have no answer: {why}" if failing else ""
 
 
-def _sampled(study: Study) -> Sampled | None:
+def _sampled(study: Study) -> records.Sampled | None:
     """Say how the machines are drawn; None where they are chosen."""
     if study.sampler is None:
         return None
     assert study.seed is not None  # checked when the study was loaded
     sampler, factors = study.sampler, study.factors
-    return Sampled(
+    return records.Sampled(
         study.seed,
         sampler.promise,
         sampler.replicates,
@@ -153,13 +144,13 @@ def _sampled(study: Study) -> Sampled | None:
     )
 
 
-def _swept(study: Study) -> tuple[Swept, ...]:
+def _swept(study: Study) -> tuple[records.Swept, ...]:
     """Return the settings that a grid changes."""
     if study.points is None:
         return ()
     declared = settings_of(study.model)
     return tuple(
-        Swept(
+        records.Swept(
             axis.name, axis.unit, declared[setting_name(axis.name)].sentence, axis.shown
         )
         for axis in study.points.swept
@@ -168,7 +159,7 @@ def _swept(study: Study) -> tuple[Swept, ...]:
 
 
 def _numbers(
-    study: Study, assumed: Mapping[str, Assumed], *, independent: bool
+    study: Study, assumed: Mapping[str, records.Assumed], *, independent: bool
 ) -> tuple[StudyNumber, ...]:
     """Ask the machine for the numbers of the study; a grid has none of its own."""
     if study.points:
@@ -177,18 +168,21 @@ def _numbers(
     return numbers_of(study.model, study.settings, spreads, independent=independent)
 
 
-def assumed_of(deviating: Deviations, *, scores: bool = False) -> dict[str, Assumed]:
+def assumed_of(
+    deviating: Deviations, *, scores: bool = False
+) -> dict[str, records.Assumed]:
     """Say what is assumed of each deviation; with scores how far out it may lie."""
     found = {}
     for name, distribution in deviating.distributions.items():
         lower, upper, mean, sigma = spread_of(distribution)
         batch = deviating.dependence.batches.get(name)
-        found[name] = Assumed(
+        at_scores = distribution.deviations(ndtr(records.SCORES)).tolist()
+        found[name] = records.Assumed(
             (lower, upper),
             deviating.words[name],
             batch.name if batch and batch.share == 1 else "",
             mean,
             sigma,
-            tuple(distribution.deviations(ndtr(SCORES)).tolist()) if scores else (),
+            tuple(at_scores) if scores else (),
         )
     return found

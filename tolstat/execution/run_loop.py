@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from tolstat.errors import LostError, ModelError
 from tolstat.execution.diagnostics.after_run import gather
-from tolstat.execution.diagnostics.audit import audit, evaluated_again
-from tolstat.execution.diagnostics.trial_selection import Choice
+from tolstat.execution.diagnostics.audit import Choice, audit, evaluated_again
 from tolstat.execution.trial_table import Stages, Trials
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.statistics.intervals.convergence import FIRST, next_stage, trials_wanted
@@ -71,9 +70,9 @@ def carry_out(
                     file.write_nominal(found)
                 looks = _evaluate(study, stages, file, workers, tell)
             except ModelError as error:
-                if broken := file.failed(error):
-                    raise broken from error
-                raise
+                if (broken := file.failed(error)) is error:
+                    raise
+                raise broken from error
             over = stages.trials.first(looks[-1])
             ended = run = file.run
             if not run.complete:
@@ -83,7 +82,7 @@ def carry_out(
             if ended is not run:
                 file.finish(ended)
     except LostError as error:
-        raise file.cut_short(error) from error
+        raise file.failed(error) from error
 
 
 def _evaluate(
@@ -95,7 +94,7 @@ def _evaluate(
     """
     trials, looks = stages.trials, list[int]()
     while True:
-        for stop in _looks(study, stages, tell):
+        for stop in _looks(study, stages, workers, tell):
             cases = _missing(study.cases, trials.status[:stop])
             for blocks in workers.blocks(study.model, cases, trials.deviations):
                 file.write_blocks(blocks)
@@ -109,12 +108,14 @@ def _evaluate(
         file.write_drawn(stages.latest)
 
 
-def _looks(study: Study, stages: Stages, tell: Telling) -> Iterator[int]:
+def _looks(
+    study: Study, stages: Stages, workers: Workers, tell: Telling
+) -> Iterator[int]:
     """Yield how many trials are to be over before the stopping rule looks at them."""
     until, trials, most = study.until, stages.trials, stages.latest.stop
     stop = min(FIRST, most) if until else most
     yield stop
-    while until and stop < most and (wanted := _wanted(study, trials, stop)):
+    while until and stop < most and (wanted := _wanted(study, trials, stop, workers)):
         if wanted > most and stop == FIRST:
             state = Progress(trials.over, trials.failed, stop)
             tell(state._replace(wanted=wanted, rules=until.rules, at_most=most))
@@ -133,18 +134,23 @@ def _missing(cases: tuple[Case, ...], status: NDArray[np.uint8]) -> list[Case]:
     return found
 
 
-def _wanted(study: Study, trials: Trials, over: int) -> float:
-    """Say how many trials the stopping rule wants in all; 0 if there are enough."""
+def _wanted(study: Study, trials: Trials, over: int, workers: Workers) -> float:
+    """Say how many trials the stopping rule wants in all; 0 if there are enough.
+
+    With many trials that takes seconds: `Interrupted` once the workers stop.
+    """
     assert study.until and study.sampler  # checked with the study
     responses = study.description.responses
     names = [response.name for response in responses]
-    return trials_wanted(
+    wanted: float = workers.here(
+        trials_wanted,
         study.until.precisions,
         dict(zip(names, trials.responses[:over].T, strict=True)),
         Sample(trials.status[:over], study.sampler.replicates),
         {name: limit.permitted for name, limit in study.limits.items()},
         {each.name: each.range for each in responses if each.range},
     )
+    return wanted
 
 
 def _ended(
@@ -158,7 +164,7 @@ def _ended(
     """Evaluate what is wanted beyond the trials, all of which are over."""
     stopped, over = None, len(trials.status)
     if study.until:
-        wanted = _wanted(study, trials, over)
+        wanted = _wanted(study, trials, over, workers)
         stopped = Stopped(
             study.until.rules, not wanted, tuple(looks), study.trials, wanted
         )

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.execution.workers.crew import Workers
+from tolstat.errors import Advice, StoppedError
+from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.model.contract import Answers
 from tolstat.model.description import Description
 from tolstat.statistics.limits.limit import margins
@@ -59,10 +60,6 @@ class Trials:
         for column, response in enumerate(self.description.responses):
             if response.name in run.units:
                 self.responses[whole, column] = run.column(response.name)[whole]
-
-    def forget(self, these: slice) -> None:
-        """Let some trials not have run."""
-        self.status[these], self.responses[these] = Status.NOT_RUN, np.nan
 
     def first(self, trials: int) -> Trials:
         """Return the first trials."""
@@ -138,19 +135,21 @@ def drawn_again(run: Run, study: Study, workers: Workers | None = None) -> Stage
     """Draw the trials of a stored run again; what is stored whole has run.
 
     Trials of stages that are drawn from answers which are not all there are missing.
-    Workers as of `Stages.draw_next`.
+    Workers as of `Stages.draw_next`; StoppedError once they stop.
     """
     stages = Stages(study)
     whole = run.status != Status.NOT_RUN
     whole[run.damage.trials] = False
     trials = stages.trials
     trials.take_stored(run, whole)
-    while trials.status[: stages.latest.stop].all() and stages.draw_next(workers):
-        pass
-    trials.forget(slice(stages.latest.stop, None))
+    try:
+        while trials.status[: stages.latest.stop].all() and stages.draw_next(workers):
+            pass
+    except Interrupted:
+        raise StoppedError(
+            f"stopped before anything was done: the run in {run.path} is as it was",
+            Advice("resume", run.path, run.machine),
+        ) from None
+    not_drawn = slice(stages.latest.stop, None)
+    trials.status[not_drawn], trials.responses[not_drawn] = Status.NOT_RUN, np.nan
     return stages
-
-
-def is_drawn(deviations: Array) -> Truths:
-    """Tell which trials are drawn: bool[trial]."""
-    return np.asarray(~np.isnan(deviations).any(axis=1), np.bool_)

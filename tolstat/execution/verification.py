@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
 from tolstat.errors import TolstatError
-from tolstat.execution.compatibility import trials_drawn_otherwise
-from tolstat.execution.continuation import plan_again, study_of
-from tolstat.execution.diagnostics.trial_selection import random_trials
-from tolstat.execution.trial_table import drawn_again, is_drawn
+from tolstat.execution.compatibility import study_of, trials_drawn_otherwise
+from tolstat.execution.diagnostics.audit import random_trials
+from tolstat.execution.planning import plan_of
+from tolstat.execution.trial_table import drawn_again
 from tolstat.execution.workers.crew import Workers
-from tolstat.model.contract import Model
+from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
 from tolstat.store.layout import STEPS
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
-from tolstat.study.given_points import Case, cases_among
+from tolstat.study.given_points import cases_among
 from tolstat.study.study import Study
 
 Numbers = NDArray[np.int64]
@@ -89,13 +89,13 @@ def verify(
             f" its trials cannot be drawn and evaluated again: {error}"
         ) from error
     trials = drawn_again(run, study).trials
-    plan = plan_again(run, study, trials)
+    plan = plan_of(study, trials, run.path)
     ran = np.flatnonzero(run.status != Status.NOT_RUN)
     chosen = np.intersect1d(ran, random_trials(study.seed or 0, run.trials))
     otherwise = trials_drawn_otherwise(run, plan)
     # answers of other deviations say nothing of what is stored
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
-    chosen = chosen[is_drawn(trials.deviations[chosen])]
+    chosen = chosen[~np.isnan(trials.deviations[chosen]).any(axis=1)]
     with Workers(workers) as crew:
         differing = _differing(run, study, chosen, trials.deviations[chosen], crew)
     nominal_ran = run.nominal_values["status"] != Status.NOT_RUN.word
@@ -123,15 +123,12 @@ def _differing(
     run: Run, study: Study, chosen: Numbers, deviations: Array, workers: Workers
 ) -> Truths:
     """Evaluate the nominal trial and chosen ones; tell which are not bit for bit."""
-    cases = [
-        Case(0, 1, study.settings),
-        *(
-            case._replace(first=case.first + 1, stop=case.stop + 1)
-            for case in cases_among(study.cases, chosen)
-        ),
-    ]
-    rows = np.concatenate([np.zeros((1, deviations.shape[1])), deviations])
-    found = workers.simulate_cases(study.model, cases, rows)
+    alone = np.zeros((1, deviations.shape[1]))
+    found = workers.simulate(study.model, alone, study.settings)
+    if len(chosen):
+        cases = cases_among(study.cases, chosen)
+        again = workers.simulate_cases(study.model, cases, deviations)
+        found = Answers.joined([found, again])
 
     def stored(name: str) -> NDArray[Any]:
         return np.append(run.nominal_values[name], run.column(name)[chosen])

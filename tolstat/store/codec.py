@@ -29,9 +29,6 @@ class Stored(NamedTuple):
     # records of columns lie among the attributes of these, after this prefix; the names
     # of the columns, in order, are an attribute
     columns: str | None = None
-    # what it decides of whether two runs are the same: a word for it, and the field of
-    # its records that is compared
-    decides: tuple[str, str] | None = None
 
 
 ELSEWHERE = "elsewhere"  # annotation of a field that is written otherwise
@@ -141,18 +138,15 @@ def _take(place: h5py.HLObject, name: str, kind: Any) -> Any:
         return read_record(place[name], kind)
     if _is_group(kind):
         group, inner = place[name], _inner(kind)
-        keys = list(group.attrs if _is_attribute(inner) else group)
+        keys: Any = list(group.attrs if _is_attribute(inner) else group)
         values = [_take(group, key, inner) for key in keys]
         if not _is_mapping(kind):
             return values if get_origin(kind) is list else tuple(values)
         typed = get_args(kind)[0]
         if typed is int:
-            return dict(zip(map(int, keys), values, strict=True))
-        if get_origin(typed) is tuple:
-            return {
-                tuple(key.split(BETWEEN)): value
-                for key, value in zip(keys, values, strict=True)
-            }
+            keys = map(int, keys)
+        elif get_origin(typed) is tuple:
+            keys = (tuple(key.split(BETWEEN)) for key in keys)
         return dict(zip(keys, values, strict=True))
     if not _is_attribute(kind):
         return place[name][...]

@@ -6,8 +6,8 @@ and, where something is integrated, for steps, with unit and sentence as attribu
 contiguous and allocated when the file is made: while trials run only the bytes of rows
 change, and a kill cannot tear the file. The nominal machine, which is no trial, lies in
 the group `nominal`. The group `checks` holds a checksum of each trial, written before
-its status, one of the nominal machine, the seal of all that is no row, and how long the
-run took so far.
+its status, one of the nominal machine, and how long the run took so far. Before all of
+it, in the user block, lies the seal of what is no row.
 
 What else a run says lies as `codec` writes the fields of `Run`. What is known at the
 end comes with the whole file, written aside and renamed.
@@ -17,19 +17,28 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import Any, BinaryIO, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
+
+from tolstat.store.codec import write_record
+from tolstat.store.memory_file import MemoryFile, write_all
+from tolstat.store.run_records import Reason
+from tolstat.store.seal import block_for, write_seal
+
+if TYPE_CHECKING:
+    from tolstat.store.stored_run import Run
 
 TRIAL, STATUS, STEPS = "trial", "status", "steps"
 NOMINAL = "nominal"  # a group
 CHECKS = "checks"  # a group
 CHECKSUM, ALONE = f"{CHECKS}/trial", f"{CHECKS}/nominal"  # of a trial, of the nominal
 CLOCK = f"{CHECKS}/clock"
-SEAL = f"{CHECKS}/seal"
 Column = NDArray[Any]
+ALIGNED = 64  # bytes: no value lies across two pages, where a kill could tear it
 
 
 def allocate(
@@ -37,9 +46,9 @@ def allocate(
 ) -> h5py.Dataset:
     """Make a contiguous dataset whose space exists at once."""
     plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    plan.set_layout(h5py.h5d.CONTIGUOUS)
     plan.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
     plan.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+    # create_dataset allocates a scalar late, whatever its plan says
     space = h5py.h5s.create_simple(shape) if shape else h5py.h5s.create(h5py.h5s.SCALAR)
     kind = h5py.h5t.py_create(np.dtype(dtype))
     made = h5py.Dataset(
@@ -70,8 +79,8 @@ class Place(NamedTuple):
 
     @property
     def hole(self) -> tuple[int, int]:
-        """Where it begins, and how many bytes it has."""
-        return self.offset, self.dtype.itemsize * self.length
+        """Its first byte, and the next after it."""
+        return self.offset, self.offset + self.dtype.itemsize * self.length
 
 
 def columns_of(file: h5py.File) -> list[str]:
@@ -105,17 +114,12 @@ class Rows:
         self.columns = [n for n in own if not n.startswith(nominal)]
         self.of_nominal = [n for n in own if n.startswith(nominal)]
 
-    def read(self, name: str, first: int = 0, stop: int | None = None) -> Column:
-        """Return values of a column."""
+    def read(self, name: str) -> Column:
+        """Return a column."""
         place = self.places[name]
-        stop = place.length if stop is None else stop
-        size = place.dtype.itemsize
-        self.file.seek(place.offset + first * size)
-        data = bytearray((stop - first) * size)
-        left = memoryview(data)
-        while left and (count := self.file.readinto(left)):  # type: ignore[attr-defined]
-            left = left[count:]
-        return np.frombuffer(data, place.dtype)
+        self.file.seek(place.offset)
+        found: Column = np.fromfile(self.file, place.dtype, place.length)
+        return found
 
     def write(self, name: str, values: Any, first: int = 0) -> None:
         """Write values of a column, from a row on."""
@@ -129,8 +133,72 @@ class Rows:
         os.fsync(self.file.fileno())
 
 
-def write_all(file: BinaryIO, data: Any) -> None:
-    """Write all of it: an unbuffered file may take a part where the disk gets full."""
-    left = memoryview(data).cast("B")
-    while left:
-        left = left[file.write(left) :]
+def draft_of(run: Run, path: Path) -> tuple[MemoryFile, dict[str, Place]]:
+    """Make all of the file of a run but its rows, and seal it.
+
+    The file will have this path. Returned with it is where its rows go.
+    """
+    draft = MemoryFile()
+    block = block_for(2 * len(run.columns) + 8)
+    with h5py.File(
+        draft, "w", libver="v108", userblock_size=block, alignment_threshold=1,
+        alignment_interval=ALIGNED,
+    ) as file:  # fmt: skip
+        _lay_out(file, run)
+        write_record(file, run)
+        for name in ("audit", "rerun"):
+            if name in file:
+                _describe(file[name], run)
+        if run.study_file:  # from here: both may be moved together
+            file.attrs["study_file"] = os.path.relpath(run.study_file, path.parent)
+        places = places_of(file)
+    write_seal(draft, block, [each.hole for each in places.values()])
+    return draft, places
+
+
+def _lay_out(file: h5py.File, run: Run) -> None:
+    """Make the datasets."""
+    trials = run.trials
+    checks = file.create_group(CHECKS)
+    checks.attrs["long_name"] = "what tells whether the file is as it was written"
+    sentence = "checksum of all that is stored of a trial; 0 for none"
+    allocate(file, CHECKSUM, (trials,), np.uint64, sentence)
+    allocate(file, ALONE, (), np.uint64, "checksum of the nominal machine")
+    sentence = "seconds the run took so far, last written at, checksum"
+    allocate(file, CLOCK, (3,), np.float64, sentence)
+    index = allocate(file, TRIAL, (trials,), np.int64, "number of the trial")
+    index[...] = np.arange(trials)
+    index.make_scale(TRIAL)
+    nominal = file.create_group(NOMINAL)
+    nominal.attrs["long_name"] = "the machine without deviations; it is no trial"
+    for each in run.contributors:
+        allocate(nominal, each.name, (), np.float64)[...] = 0.0
+        write_record(nominal[each.name], each)
+    for name, values in run.columns.items():
+        dtype = encoded(values).dtype
+        column = allocate(file, name, (trials,), dtype)
+        column.dims[0].attach_scale(index)
+        if name in (STATUS, STEPS):
+            allocate(nominal, name, (), dtype)
+    for response in run.responses:
+        allocate(nominal, response.name, (), np.float64)
+        write_record(nominal[response.name], response)
+    for column in run.described:
+        file[column.name].attrs["role"] = type(column).__name__.lower()
+    if STEPS in file:
+        file[STEPS].attrs["long_name"] = "integration steps, rejected ones included"
+    status = file[STATUS].attrs  # as the CF conventions have it, for xarray
+    status["long_name"] = "how the trial ended"
+    status["flag_values"] = np.array(list(run.words), np.uint8)
+    words = [word.replace(" ", "_") for word in run.words.values()]
+    status["flag_meanings"] = " ".join(words)
+
+
+def _describe(audited: h5py.Group, run: Run) -> None:
+    """Say in which units trials were evaluated again, and why these."""
+    for each in run.responses:
+        audited["responses"][each.name].attrs["units"] = each.unit
+    for chosen_by in audited.get("chosen_by", {}).values():  # as in CF
+        chosen_by.attrs["flag_masks"] = np.array([each.value for each in Reason], "u1")
+        names = (str(each.name).lower() for each in Reason)
+        chosen_by.attrs["flag_meanings"] = " ".join(names)

@@ -31,12 +31,11 @@ class Lock(AbstractContextManager["Lock"]):
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            real = path.resolve()  # a link stays one
+            self._place = _place_of(path)
         except (OSError, RuntimeError) as error:  # links in a circle
             raise BrokenError(f"{path} cannot be written: {error}") from error
-        self._place = real.with_name(real.name + ".lock")
         with suppress(OSError):
-            real.parent.mkdir(parents=True, exist_ok=True)
+            self._place.parent.mkdir(parents=True, exist_ok=True)
         while True:
             try:
                 file = _opened(self._place)
@@ -90,25 +89,26 @@ def writer_of(path: Path) -> str:
 
     The lock is only read: who looks keeps no writer waiting.
     """
-    real = path.resolve()
-    place = real.with_name(real.name + ".lock")
+    place = _place_of(path)
     try:
-        words = place.read_text() if place.is_file() else ""
+        words = place.read_text().strip() if place.is_file() else ""
     except (OSError, ValueError):
         return ""
-    if not words:
-        return ""
     known = re.match(r"process (\d+) on (.+) since ", words)
-    if known and known[2] == socket.gethostname() and not alive(int(known[1])):
-        return ""
-    return words.strip()
+    here = known and known[2] == socket.gethostname()
+    return "" if known and here and not alive(int(known[1])) else words
+
+
+def _place_of(path: Path) -> Path:
+    """Name the lock of a run file: a link's is that of what it names."""
+    real = path.resolve()
+    return real.with_name(f"{real.name}.lock")
 
 
 def _opened(place: Path) -> IO[str]:
     """Open a lock, or lay it; never what a link names, nor a pipe that waits."""
     flags = os.O_RDWR | os.O_CREAT
-    for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC"):  # not on every system
-        flags |= getattr(os, name, 0)
+    flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     return os.fdopen(os.open(place, flags, 0o666), "r+", errors="replace")
 
 

@@ -10,10 +10,9 @@ import h5py
 
 from tolstat.errors import Advice, DamagedError, RunFileError
 from tolstat.model.description import Response
+from tolstat.store import layout
+from tolstat.store.checksums import damage_of, seconds_of, written_at
 from tolstat.store.codec import fields_of, read
-from tolstat.store.damage import damage_of
-from tolstat.store.fingerprint import seconds_of, written_at
-from tolstat.store.layout import CLOCK, NOMINAL, STATUS, STEPS, decoded
 from tolstat.store.seal import check_seal
 from tolstat.store.stored_run import Run
 
@@ -73,21 +72,23 @@ def existing(path: Path) -> Path:
 
 def _read(path: Path, file: h5py.File) -> Run:
     # status first: what a writer adds meanwhile has not run yet
-    status = file[STATUS][...]
+    status = file[layout.STATUS][...]
     columns = {
         n: each[...] for n, each in file.items() if isinstance(each, h5py.Dataset)
     }
-    columns[STATUS] = status
-    clock = file[CLOCK][...]
+    columns[layout.STATUS] = status
+    clock = file[layout.CLOCK][...]
     fields = {each.name: read(file, each.stored.name, each) for each in fields_of(Run)}
     study = file.attrs.get("study_file")
     return Run(
         path=path,
-        nominal_values=_nominal(file[NOMINAL], fields["responses"], fields["words"]),
+        nominal_values=_nominal(
+            file[layout.NOMINAL], fields["responses"], fields["words"]
+        ),
         study_file=study and Path(os.path.normpath(path.resolve().parent / study)),
         damage=damage_of(file, columns, complete=fields["complete"]),
         times={"ended_at": written_at(clock), "seconds": seconds_of(clock)},
-        columns={name: decoded(values) for name, values in columns.items()},
+        columns={name: layout.decoded(values) for name, values in columns.items()},
         **fields,
     )
 
@@ -96,7 +97,7 @@ def _nominal(
     group: h5py.Group, responses: tuple[Response, ...], words: dict[int, str]
 ) -> dict[str, Any]:
     found: dict[str, Any] = {r.name: float(group[r.name][()]) for r in responses}
-    found[STATUS] = words.get(int(group[STATUS][()]), "unknown")
-    if STEPS in group:
-        found[STEPS] = int(group[STEPS][()])
+    found[layout.STATUS] = words.get(int(group[layout.STATUS][()]), "unknown")
+    if layout.STEPS in group:
+        found[layout.STEPS] = int(group[layout.STEPS][()])
     return found

@@ -11,7 +11,7 @@ from importlib.metadata import version
 import h5py
 
 DECISIVE = ("numba", "llvmlite", "numpy", "scipy")  # other versions, other bits
-PACKAGES = ("tolstat", "numba", "llvmlite", "numpy", "scipy", "pandas", "h5py")
+PACKAGES = ("tolstat", *DECISIVE, "pandas", "h5py")
 
 
 def now() -> str:
@@ -45,7 +45,4 @@ def provenance() -> dict[str, str]:
 @cache
 def decisive() -> dict[str, str]:
     """Return what decides the bits of a trial beside its source."""
-    return {
-        "processor": processor(),
-        **{f"version of {name}": version(name) for name in DECISIVE},
-    }
+    return {"processor": processor(), **{name: version(name) for name in DECISIVE}}

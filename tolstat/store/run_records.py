@@ -139,24 +139,21 @@ class Audited:
 
 def joined(one: Audited, other: Audited) -> Audited:
     """Put other trials, evaluated with the same settings, among those of one."""
-    trials = np.concatenate([one.trials, other.trials])
-    order = np.argsort(trials)
+    order = np.argsort(np.concatenate([one.trials, other.trials]))
+
+    def both(a: Any, b: Any) -> Any:
+        if isinstance(a, Mapping):
+            return {name: both(a[name], b[name]) for name in a}
+        return np.concatenate([a, b])[order]
+
     return Audited(
-        trials[order],
+        both(one.trials, other.trials),
         one.settings,
-        np.concatenate([one.status, other.status])[order],
-        _together(one.responses, other.responses, order),
-        np.concatenate([one.at_random, other.at_random])[order],
-        _together(one.chosen_by, other.chosen_by, order),
+        both(one.status, other.status),
+        both(one.responses, other.responses),
+        both(one.at_random, other.at_random),
+        both(one.chosen_by, other.chosen_by),
     )
-
-
-def _together(
-    one: Mapping[str, NDArray[Any]],
-    other: Mapping[str, NDArray[Any]],
-    order: NDArray[np.int64],
-) -> dict[str, NDArray[Any]]:
-    return {name: np.concatenate([one[name], other[name]])[order] for name in one}
 
 
 class WorstCase(NamedTuple):

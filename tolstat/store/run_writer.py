@@ -10,40 +10,27 @@ import os
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
-from pathlib import Path
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Truths
-from tolstat.errors import Advice, BrokenError, RunFileError, TolstatError
+from tolstat.errors import (
+    Advice,
+    BrokenError,
+    ModelError,
+    RunFileError,
+    TolstatError,
+)
 from tolstat.model.contract import Answers
-from tolstat.status import Status
-from tolstat.store.draft import draft_of
-from tolstat.store.fingerprint import clock_of, fingerprints, seconds_of
-from tolstat.store.layout import (
-    ALONE,
-    CHECKSUM,
-    CLOCK,
-    NOMINAL,
-    STATUS,
-    STEPS,
-    Rows,
-    encoded,
-    places_of,
-)
+from tolstat.store import layout, temporary_files
+from tolstat.store.checksums import clock_of, fingerprints, seconds_of
+from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, NOMINAL, STATUS, STEPS, Rows
 from tolstat.store.lock import Lock, is_still
+from tolstat.store.seal import is_run
 from tolstat.store.stored_run import Run
-from tolstat.store.temporary_files import (
-    aside_of,
-    check_replaceable,
-    check_room,
-    free_name,
-    rescued,
-)
 
 SAFE_EVERY = 2.0  # s, between two times at which data are made safe from a power cut
 
@@ -58,20 +45,21 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     path : Path
         The file; another one once that was removed or moved.
     run : Run
-        What is written: the run as it is before its first trial.
+        What is written: the run as it is before its first trial, or at its end.
     given_up : bool
         Whether the run that was to be replaced has been put back.
     """
 
-    def __init__(self, lock: Lock, run: Run) -> None:
+    _rows: Rows
+
+    def __init__(self, lock: Lock, run: Run, before: Rows | None = None) -> None:
         self.path, self.run = lock.path, run
-        self._rows: Rows | None = None
-        self._before: Path | None = None  # what was there, until this run is complete
-        self._rescued: Lock | None = None
+        self._locks = ExitStack()  # of a file that is moved, and goes on elsewhere
         self._broken = self.given_up = self._new = self._unwanted = False
         self._spent, self._began = 0.0, time.perf_counter()
         self._safe = time.monotonic()
         self._unsafe: Blocks = []
+        self._replace(run, before)
 
     @classmethod
     def made(cls, lock: Lock, run: Run, *, force: bool = False) -> RunWriter:
@@ -80,49 +68,44 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         An existing run may be replaced by `force`: it stays, under another name, until
         the new one is complete.
         """
-        check_replaceable(lock.path, force=force)
+        temporary_files.check_replaceable(lock.path, force=force)
         writer = cls(lock, run)
-        writer._replace(run)
         writer._new = True
         return writer
 
     @classmethod
-    def opened(cls, lock: Lock, run: Run, whole: Truths) -> RunWriter:
-        """Open a file to resume its run.
+    def opened(cls, lock: Lock, run: Run, status: NDArray[np.uint8]) -> RunWriter:
+        """Make a file again to resume its run, and keep the rows that trials filled.
 
-        Trials that are not whole have not run. With more trials than the file holds, or
-        with other notes, the file is made again and keeps its rows.
+        The status tells which of them are whole; the others have not run.
         """
         with h5py.File(lock.path, "r", locking=False) as file:
-            places, notes = places_of(file), tuple(file.attrs.get("notes", ()))
-        writer = cls(lock, run)
+            places = layout.places_of(file)
         try:
-            writer._rows = rows = Rows(lock.path.open("r+b", buffering=0), places)
-            status = rows.read(STATUS)
-            rows.write(STATUS, np.where(whole, status, Status.NOT_RUN))
-            for name, values in writer._given(slice(len(whole))):
-                rows.write(name, values)  # as they were drawn, whatever became of them
-            rows.sync()
+            rows = Rows(lock.path.open("r+b", buffering=0), places)
+            rows.write(STATUS, status)
         except OSError as error:
             raise BrokenError(f"{lock.path} cannot be written: {error}") from error
-        writer._spent = np.nan_to_num(seconds_of(rows.read(CLOCK)))
-        if len(whole) < run.trials or notes != run.notes:
-            writer._replace(run)
+        writer = cls(lock, run, rows)
+        writer._spent = np.nan_to_num(seconds_of(writer._rows.read(CLOCK)))
         return writer
 
-    def _replace(self, run: Run) -> None:
-        """Write the file aside and rename it: under its own name a file is whole."""
+    def _replace(self, run: Run, before: Rows | None) -> None:
+        """Write the file aside and rename it: under its own name a file is whole.
+
+        The rows that trials filled are those that lie in a file before.
+        """
         try:
-            draft, places = draft_of(run, self.path.resolve())
+            draft, places = layout.draft_of(run, self.path.resolve())
         except UnicodeEncodeError as error:  # bytes of a name that are no text
             raise RunFileError(
                 f"{self.path} cannot be written: a run keeps the name of its study and "
                 f"the command as text, and '{error.object}' is none; rename that file"
             ) from None
         if not run.complete:
-            check_room(self.path, draft.size)
+            temporary_files.check_room(self.path, draft.size)
         path = self.path.resolve()  # a link stays one
-        aside, file = aside_of(path), None
+        aside, file = temporary_files.aside_of(path), None
         try:
             file = aside.open("xb+", buffering=0)
             draft.copy_to(file)
@@ -130,15 +113,14 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             for name, place in places.items():
                 empty = np.nan if place.dtype.kind == "f" else 0
                 values = run.columns.get(name, np.broadcast_to(empty, place.length))
-                rows.write(name, encoded(values))
+                rows.write(name, layout.encoded(values))
             rows.write(CLOCK, clock_of(0.0))
-            if before := self._rows:
+            if before:
                 for name in before.places.keys() - {*run.known}:  # what trials fill
-                    count = min(places[name].length, before.places[name].length)
-                    rows.write(name, before.read(name, 0, count))
+                    rows.write(name, before.read(name)[: places[name].length])
             rows.sync()
-            if self._rows is None and path.exists():
-                self._before = _moved_aside(path)
+            if before is None and path.exists():
+                temporary_files.keep_before(path)
             os.replace(aside, path)
         except OSError as error:
             with suppress(OSError):
@@ -146,14 +128,14 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             if file:
                 file.close()
             raise self._lost_hope(error) from error
-        if self._rows:
-            self._rows.file.close()
+        if before:
+            before.file.close()
         self._rows = rows
 
     def _given(self, trials: slice) -> Iterator[tuple[str, NDArray[Any]]]:
         """Yield what is known of trials before they run."""
         for name in self.run.known:
-            yield name, encoded(self.run.columns[name][trials])
+            yield name, layout.encoded(self.run.columns[name][trials])
 
     def write_drawn(self, trials: slice) -> None:
         """Store the deviations of trials that are drawn now, before they run."""
@@ -207,63 +189,57 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _writing(self) -> Iterator[Rows]:
         """Give the rows to be written to; say what is stored where that fails."""
         try:
-            yield self._open_rows()
+            if not is_still(self._rows.file, self.path):
+                self._go_on_elsewhere()
+            yield self._rows
         except OSError as error:
             raise self._lost_hope(error) from error
 
-    def _open_rows(self) -> Rows:
-        """Return the rows; of a copy, if the file is no longer where it was."""
-        assert self._rows
-        if is_still(self._rows.file, self.path):
-            return self._rows
-        lock, file = rescued(self._rows.file, self.path)
+    def _go_on_elsewhere(self) -> None:
+        """Copy the file to another name, because it is no longer where it was."""
+        lost = self.path
+        lock = Lock(temporary_files.free_name(lost, "rescued"))
+        self.path = self._locks.enter_context(lock).path
+        self._replace(self.run, self._rows)
         warnings.warn(
-            f"{self.path} was removed or moved while it was written: the run goes on "
-            f"in {lock.path}",
+            f"{lost} was removed or moved while it was written: the run goes on in "
+            f"{self.path}",
             RuntimeWarning,
             stacklevel=2,
         )
-        self._rows.file.close()
-        if self._rescued:
-            self._rescued.__exit__()
-        self._rescued, self.path, self._before = lock, lock.path, None
-        self._rows = Rows(file, self._rows.places)
-        return self._rows
 
     def _lost_hope(self, error: OSError) -> BrokenError:
         """Say what could not be written, and what is stored all the same."""
         self._broken = True
-        said = f"{self.path} cannot be written: {error.strerror or error}"
-        if self._rows:
-            with suppress(OSError):
-                return self._error(said)
-        return BrokenError(said)
+        return self._error(f"{self.path} cannot be written: {error.strerror or error}")
 
     def _error(self, said: str) -> BrokenError:
         """Say what is stored, beside what is wrong."""
-        assert self._rows
-        status = self._rows.read(STATUS)
-        ended = np.count_nonzero(status != Status.NOT_RUN)
-        if self._before and not ended:  # it is put back
-            return BrokenError(f"{said}; the run in {self.path} is as it was")
-        return BrokenError(
-            f"{said}; {ended} of {len(status)} trials are stored",
-            Advice("resume", self.path, self.run.machine),
-        )
+        try:
+            if self._puts_back:
+                return BrokenError(f"{said}; the run in {self.path} is as it was")
+            over = np.count_nonzero(self._rows.read(STATUS))
+        except (OSError, AttributeError):  # there are no rows yet
+            return BrokenError(said)
+        again = Advice("resume", self.path, self.run.machine)
+        stored = f"{over} of {self.run.trials} trials are stored"
+        return BrokenError(f"{said}; {stored}", again)
 
-    def failed(self, error: TolstatError) -> BrokenError | None:
-        """Say what a machine's failure leaves; None where that is no file at all."""
+    def failed(self, error: TolstatError) -> TolstatError:
+        """Say what an error leaves; a model that fails at once leaves no file."""
         self._make_safe()
-        assert self._rows
-        if self._new and not self._rows.read(STATUS).any():
-            self._unwanted = True  # nothing was done
-            return None
-        return self._error(str(error))
+        self._unwanted = isinstance(error, ModelError) and self._is_unused
+        return error if self._unwanted else self._error(str(error))
 
-    def cut_short(self, error: TolstatError) -> BrokenError:
-        """Say what is stored where it cannot be gone on."""
-        self._make_safe()
-        return self._error(str(error))
+    @property
+    def _is_unused(self) -> bool:
+        """Whether the file is new, and none of its trials has run."""
+        return self._new and not self._rows.read(STATUS).any()
+
+    @property
+    def _puts_back(self) -> bool:
+        """Whether the run that was to be replaced gets its name again."""
+        return self._is_unused and is_run(temporary_files.before_of(self.path))
 
     def finish(self, run: Run) -> None:
         """Leave the run as it is at its end.
@@ -271,50 +247,37 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         Where that cannot be written, the trials are stored all the same.
         """
         self._make_safe()
-        self._replace(run)
-        if self._before:
-            with suppress(OSError):
-                self._before.unlink()
-            self._before = None
+        self._replace(run, self._rows)
+        self.run = run
 
     def __exit__(self, *_: object) -> None:
         """Store what waits; close the file."""
-        assert self._rows
         try:
             if not self._broken:
                 self._make_safe()
         finally:
-            self._give_up_before()
+            with suppress(OSError):
+                self._leave_one()
             self._rows.file.close()
-            if self._unwanted and not self.given_up:
-                self.path.unlink(missing_ok=True)
-            if self._rescued:
-                self._rescued.__exit__()
+            self._locks.close()
 
-    def _give_up_before(self) -> None:
-        """Put back the run that was to be replaced, if nothing of the new one ran."""
-        if self._before is None or self._rows is None:
-            return
-        with suppress(OSError):
-            if not self._rows.read(STATUS).any():
-                os.replace(self._before, self.path.resolve())
-                self.given_up = True
-                return
-        warnings.warn(
-            f"the run that was there before is kept as {self._before}",
-            RuntimeWarning,
-            stacklevel=2,
-        )
-
-
-def _moved_aside(path: Path) -> Path:
-    """Keep a run under another name; its own is never without one of them."""
-    before = free_name(path, "before")
-    try:
-        os.link(path, before)
-    except OSError:  # a file system without links
-        os.replace(path, before)
-    return before
+    def _leave_one(self) -> None:
+        """Remove the run that was replaced, keep it, or put it back if nothing ran."""
+        before = temporary_files.before_of(self.path)
+        if self._puts_back:
+            os.replace(before, self.path.resolve())
+            self.given_up = True
+        elif self._unwanted:
+            self.path.unlink()
+        elif self.run.complete and is_run(before):
+            before.unlink()
+        elif is_run(before):
+            warnings.warn(
+                f"the run that was there before is kept as {before} until {self.path} "
+                "is complete",
+                RuntimeWarning,
+                stacklevel=2,
+            )
 
 
 def _in_a_row(blocks: Blocks) -> list[tuple[slice, Answers]]:

@@ -22,28 +22,17 @@ from tolstat.statistics.limits.limit import (
     worst_trials,
 )
 from tolstat.status import Status, status_words
+from tolstat.store import run_records as records
+from tolstat.store.checksums import Damage
 from tolstat.store.codec import ELSEWHERE, Stored
-from tolstat.store.damage import Damage
 from tolstat.store.layout import STATUS, STEPS
-from tolstat.store.provenance import DECISIVE, provenance
-from tolstat.store.run_records import (
-    Assumed,
-    Audited,
-    Chosen,
-    Diagnostics,
-    DrawDetail,
-    Reference,
-    Sampled,
-    Stopped,
-    StudyText,
-    Swept,
-)
+from tolstat.store.provenance import decisive
 from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
-NOT_ENDED = Diagnostics(missing="the run did not come to its end")
+NOT_ENDED = records.Diagnostics(missing="the run did not come to its end")
 ROUNDING = 1e-9  # of a value: by less, no machine is another one
 
 
@@ -120,7 +109,7 @@ class Run:
     """
 
     path: Annotated[Path, ELSEWHERE]
-    study: StudyText
+    study: records.StudyText
     study_file: Annotated[Path | None, ELSEWHERE]
     title: str
     model: str
@@ -128,36 +117,28 @@ class Run:
     machine: str
     source_digest: str
     document: Annotated[dict[str, str], Stored("title-block")]
-    sampled: Sampled | None
+    sampled: records.Sampled | None
     rules: tuple[str, ...]
-    contributors: Annotated[
-        tuple[Contributor, ...], Stored(columns="", decides=("column", "unit"))
-    ]
-    responses: Annotated[
-        tuple[Response, ...], Stored(columns="", decides=("column", "unit"))
-    ]
-    swept: Annotated[tuple[Swept, ...], Stored(columns="")]
-    details: Annotated[tuple[DrawDetail, ...], Stored(columns="")]
-    settings: Annotated[dict[str, Chosen], Stored(decides=("setting", "words"))]
-    limits: Annotated[
-        dict[str, Limit], Stored(columns="limit_", decides=("limit", "words"))
-    ]
-    assumed: Annotated[
-        dict[str, Assumed], Stored(columns="assumed_", decides=("deviation", "words"))
-    ]
+    contributors: Annotated[tuple[Contributor, ...], Stored(columns="")]
+    responses: Annotated[tuple[Response, ...], Stored(columns="")]
+    swept: Annotated[tuple[records.Swept, ...], Stored(columns="")]
+    details: Annotated[tuple[records.DrawDetail, ...], Stored(columns="")]
+    settings: dict[str, records.Chosen]
+    limits: Annotated[dict[str, Limit], Stored(columns="limit_")]
+    assumed: Annotated[dict[str, records.Assumed], Stored(columns="assumed_")]
     correlation: Annotated[dict[str, dict[str, float]], Stored("rank-correlation")]
     independent: bool
-    words: Annotated[dict[int, str], Stored("status-words", decides=("status", ""))]
+    words: Annotated[dict[int, str], Stored("status-words")]
     grid: tuple[str, ...]
-    reference: Reference | None
+    reference: records.Reference | None
     numbers: tuple[StudyNumber, ...]
     notes: tuple[str, ...]
     assumptions: tuple[str, ...]
     made: Annotated[dict[str, str], Stored("provenance")]
-    stopped: Stopped | None = None
-    audited: Annotated[Audited | None, Stored("audit")] = None
-    rerun: Audited | None = None
-    diagnostics: Diagnostics = NOT_ENDED
+    stopped: records.Stopped | None = None
+    audited: Annotated[records.Audited | None, Stored("audit")] = None
+    rerun: records.Audited | None = None
+    diagnostics: records.Diagnostics = NOT_ENDED
     complete: bool = False
     nominal_values: Annotated[dict[str, Any], ELSEWHERE] = field(default_factory=dict)
     times: Annotated[dict[str, Any], ELSEWHERE] = field(default_factory=dict)
@@ -220,7 +201,7 @@ class Run:
         return {each.name: each.unit for each in self.described}
 
     @property
-    def described(self) -> list[Swept | Contributor | Response]:
+    def described(self) -> list[records.Swept | Contributor | Response]:
         """Swept settings, contributors and responses."""
         return [*self.swept, *self.contributors, *self.responses]
 
@@ -269,7 +250,7 @@ class Run:
     @property
     def known(self) -> list[str]:
         """The columns that are known before a trial runs."""
-        described: list[Swept | Contributor | DrawDetail]
+        described: list[records.Swept | Contributor | records.DrawDetail]
         described = [*self.swept, *self.contributors, *self.details]
         return [each.name for each in described]
 
@@ -325,18 +306,16 @@ class Run:
         Source (of the machine as it is now), processor, versions; empty where a trial
         comes out bit for bit.
         """
-        said, facts, here = [], self.made, provenance()
+        said, facts = [], self.made
         if self.source_digest != source_digest:
             said.append(
                 f"the run was made by tolstat {facts['version_tolstat']} of another "
                 f"source ({self.source_digest}, not {source_digest})"
             )
-        if facts["processor"] != here["processor"]:
-            said.append(f"the run was made on another processor ({facts['processor']})")
-        for name in DECISIVE:
-            was, now = facts[f"version_{name}"], here[f"version_{name}"]
+        for what, now in decisive().items():
+            was = facts["processor" if what == "processor" else f"version_{what}"]
             if was != now:
-                said.append(f"the run was made with {name} {was}, and this is {now}")
+                said.append(f"the run was made with {what} {was}, and this is {now}")
         return said
 
     @property

@@ -1,4 +1,4 @@
-"""Files beside a run: written aside and renamed, moved aside, rescued; their room."""
+"""Files beside a run: their names, what they may replace, and their room."""
 
 from __future__ import annotations
 
@@ -6,14 +6,12 @@ import math
 import os
 import re
 import shutil
-import tempfile
 from contextlib import suppress
 from itertools import count
 from pathlib import Path
-from typing import BinaryIO
 
 from tolstat.errors import Advice, BrokenError, RunFileError, TolstatError
-from tolstat.store.lock import Lock, alive
+from tolstat.store.lock import alive
 from tolstat.store.open_run import open as open_run
 from tolstat.store.seal import is_run
 
@@ -31,15 +29,33 @@ def aside_of(path: Path) -> Path:
     return path.with_name(f"{path.name}.{os.getpid()}-{next(_numbers)}.part")
 
 
-def free_name(path: Path, word: str, folder: Path | None = None) -> Path:
+def free_name(path: Path, word: str) -> Path:
     """Name a file that is not there yet: run.h5 becomes run.WORD.h5, run.WORD-2.h5."""
-    folder = folder or path.parent
     for number in count(1):
         ending = f"-{number}" if number > 1 else ""
-        found = folder / f"{path.stem}.{word}{ending}{path.suffix}"
+        found = path.with_name(f"{path.stem}.{word}{ending}{path.suffix}")
         if not os.path.lexists(found):
             break
     return found
+
+
+def before_of(path: Path) -> Path:
+    """Name the run that a new one replaces, until that is complete."""
+    whole = path.resolve()  # a link stays one
+    return whole.with_name(f"{whole.name}.before")
+
+
+def keep_before(path: Path) -> None:
+    """Keep a run under another name; its own is never without one of them.
+
+    What an interrupted run was to replace is kept on: it came to its end.
+    """
+    before = before_of(path)
+    if not os.path.lexists(before):
+        try:
+            os.link(path, before)
+        except OSError:  # a file system without links
+            os.replace(path, before)
 
 
 def check_replaceable(path: Path, *, force: bool) -> None:
@@ -88,20 +104,3 @@ def check_room(path: Path, size: int) -> None:
             f"while its end is written, and {free / 1e6:.1f} MB are free; make room, "
             "or write it to another disk"
         )
-
-
-def rescued(file: BinaryIO, path: Path) -> tuple[Lock, BinaryIO]:
-    """Copy an open file to a name that is free, beside where it was if that can be."""
-    for folder in (path.parent, Path.cwd(), Path(tempfile.gettempdir())):
-        with suppress(OSError, BrokenError):
-            lock = Lock(free_name(path, "rescued", folder))
-            try:
-                with lock.path.open("xb") as copy:
-                    file.seek(0)
-                    shutil.copyfileobj(file, copy)
-                return lock, lock.path.open("r+b", buffering=0)
-            except OSError:
-                lock.path.unlink(missing_ok=True)
-                lock.__exit__()
-                raise
-    raise OSError("it was removed or moved, and no copy of it can be written")

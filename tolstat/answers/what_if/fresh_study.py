@@ -19,7 +19,7 @@ from tolstat.answers.what_if.reweighted_trials import (
 )
 from tolstat.deviations.names import expand
 from tolstat.errors import StudyError, TolstatError
-from tolstat.execution.continuation import study_of
+from tolstat.execution.compatibility import study_of
 from tolstat.model.contract import Model
 from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.statistics.limits.limit import within

@@ -27,8 +27,8 @@ from tolstat.errors import (
     RunFileError,
     StudyError,
 )
-from tolstat.execution.compatibility import trials_drawn_otherwise
-from tolstat.execution.continuation import plan_again, study_of
+from tolstat.execution.compatibility import study_of, trials_drawn_otherwise
+from tolstat.execution.planning import plan_of
 from tolstat.execution.trial_table import drawn_again
 from tolstat.model.contract import Model
 from tolstat.statistics.estimate import RANDOM_ONLY
@@ -134,7 +134,7 @@ def what_if(
 
 def _check_drawn(run: Run, study: Study) -> None:
     """Refuse a run whose study samples other deviations now."""
-    plan = plan_again(run, study, drawn_again(run, study).trials)
+    plan = plan_of(study, drawn_again(run, study).trials, run.path)
     if len(trials_drawn_otherwise(run, plan)):
         raise RunFileError(
             f"{run.path}: its study samples other deviations now: its data or its "

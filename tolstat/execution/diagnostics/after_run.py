@@ -31,17 +31,16 @@ def gather(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
     return Diagnostics(
         _by_name(study, table, usual > 0),
         _worst_cases(study, trials, lower, upper, table, workers),
-        halved_shares(study, trials),
+        workers.here(halved_shares, study, trials),
     )
 
 
 def _zones(study: Study) -> tuple[Array, Array]:
     """Return both ends of the tolerance of each contributor, SI; zero without any."""
-    spreads = {n: spread_of(d) for n, d in study.deviating.distributions.items()}
-    ends = np.zeros((2, len(study.description.contributors)))
-    for column, each in enumerate(study.description.contributors):
-        if spread := spreads.get(each.name):
-            ends[:, column] = spread.lower, spread.upper
+    names = [each.name for each in study.description.contributors]
+    ends = np.zeros((2, len(names)))
+    for name, distribution in study.deviating.distributions.items():
+        ends[:, names.index(name)] = spread_of(distribution)[:2]
     return ends[0], ends[1]
 
 

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from tolstat.arrays import Array, Truths
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.distributions import Constant
 from tolstat.deviations.samplers import OWN
 from tolstat.deviations.spread import halved
 from tolstat.errors import DistributionError
 from tolstat.execution.trial_table import Trials
-from tolstat.model.description import kinds_of_part
+from tolstat.model.description import Contributor, kinds_of_part
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.weighted_estimates import weighted_share
 from tolstat.statistics.intervals.weights import Weights
@@ -36,10 +34,7 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     sampler = study.sampler
     if sampler is None or sampler.replicates or not sampler.sample:
         return {}
-    group = sampler.group(len(study.factors))
-    own: slice | Truths = slice(None)
-    if group > 1:
-        own = np.arange(len(trials.status)) % group < OWN
+    own = np.arange(len(trials.status)) % sampler.group(len(study.factors)) < OWN
     deviating = study.deviating
     every = {
         each.name: trials.deviations[own, column]
@@ -58,11 +53,11 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     kinds = kinds_of_part(list(every), contributors).values()
     found: dict[str, dict[Members, Halved]] = {name: {} for name in out_of_limit}
     # a full turn is no tolerance: where on its wheel a run-out lies is not to be halved
-    units = {each.name: each.unit for each in contributors}
-    turning = [name for name in every if _is_a_turn(study, name, units[name])]
+    turning = [e.name for e in contributors if e.name in every and _is_turn(study, e)]
     unfit: set[str] = set()  # alone; these come first
-    several = [*map(tuple, kinds), *_paired(every, out_of_limit)]
-    for members in dict.fromkeys([*((name,) for name in every), *several]):
+    alone = [(name,) for name in every]
+    paired = [e.members for of in pairs(every, out_of_limit).values() for e in of]
+    for members in dict.fromkeys([*alone, *map(tuple, kinds), *paired]):
         these = [name for name in members if name not in turning]
         try:
             if not these:
@@ -82,15 +77,7 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     return found
 
 
-def _paired(
-    every: Mapping[str, Array], out_of_limit: Mapping[str, Truths]
-) -> Iterator[Members]:
-    """Yield the pairs of contributors that explain trials out of limit."""
-    for found in pairs(every, out_of_limit).values():
-        yield from (each.members for each in found)
-
-
-def _is_a_turn(study: Study, name: str, unit: str) -> bool:
+def _is_turn(study: Study, of: Contributor) -> bool:
     """Tell whether a deviation goes all the way round."""
-    zone = getattr(study.deviating.distributions[name], "tolerance", None)
-    return unit == "rad" and zone is not None and zone.upper - zone.lower >= TURN
+    zone = getattr(study.deviating.distributions[of.name], "tolerance", None)
+    return of.unit == "rad" and zone is not None and zone.upper - zone.lower >= TURN

@@ -47,15 +47,11 @@ def slopes(
     varying = np.flatnonzero(usual > 0)
     if not len(varying):
         return np.zeros((len(usual), len(model.describe(settings).responses)))
-    rows = np.zeros((2, len(varying), len(usual)))
     step = STEP * usual[varying]
-    for place, column in enumerate(varying):
-        rows[:, place, column] = step[place], -step[place]
-    asked = rows.reshape(-1, len(usual))
-    if at is not None:
-        asked += at
+    ahead = np.diag(STEP * usual)[varying]
+    asked = np.concatenate([ahead, -ahead]) + (0.0 if at is None else at)
     found = workers.simulate(model, asked, settings).responses
-    ahead, behind = found.reshape(2, len(varying), found.shape[1])
+    ahead, behind = np.split(found, 2)
     every = np.zeros((len(usual), found.shape[1]))
     every[varying] = (ahead - behind) / (2 * step[:, None])
     return every

@@ -7,7 +7,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import partial
 from queue import Empty, SimpleQueue
 from threading import Thread
@@ -77,24 +77,21 @@ class Workers(AbstractContextManager["Workers"]):
             assert self._own
             return self._own.submit(function, *arguments)
         parcel = packed(partial(function, *arguments))
-        try:
+        with _processes():
             return self._executor.submit(carried_out, parcel)
-        except RuntimeError as error:  # it is broken, or dismissed
-            raise _lost(f"{type(error).__name__}: {error}") from error
 
     def _result(self, future: Future[Any]) -> Any:
-        """Return what a worker found; LostError where a process is lost or differs."""
-        try:
+        """Return what a worker found; None where it is another one's to find."""
+        if self._executor is None:
+            return future.result()
+        with _processes():
             found = future.result()
-        except TolstatError:
-            raise
-        except Exception as error:
-            if self._executor is None:
-                raise
-            raise _lost(f"{type(error).__name__}: {error}") from error
-        if isinstance(found, Mismatch):
+        if not isinstance(found, Mismatch):
+            return found
+        if not hasattr(self._executor, "refuse"):
             raise _lost(f"{found.who}: {'; '.join(found.reasons)}")
-        return found
+        self._executor.refuse(found)
+        return None
 
     def blocks(
         self, model: Model, cases: Sequence[Case], deviations: Array
@@ -107,7 +104,7 @@ class Workers(AbstractContextManager["Workers"]):
         left = sum(case.stop - case.first for case in cases)
         size = BlockSize(self.number, self._fixed)
         todo = list(reversed(cases))
-        running: dict[Future[tuple[Answers, float]], int] = {}
+        running: dict[Future[tuple[Answers, float]], Case] = {}
         patience = math.inf
         try:
             while True:
@@ -122,15 +119,20 @@ class Workers(AbstractContextManager["Workers"]):
                     left -= stop - case.first
                     rows = deviations[case.first : stop]
                     future = self._submit(_timed, model, rows, case.settings)
-                    running[future] = case.first
+                    running[future] = case._replace(stop=stop)
                 if not running:
                     return
                 done, _ = wait(running, LOOK_AGAIN, return_when=FIRST_COMPLETED)
                 finished = []
                 for future in done:
-                    outcome, seconds = self._result(future)
-                    size.learn(len(outcome.responses), seconds)
-                    finished.append((running.pop(future), outcome))
+                    block = running.pop(future)
+                    if found := self._result(future):
+                        outcome, seconds = found
+                        size.learn(len(outcome.responses), seconds)
+                        finished.append((block.first, outcome))
+                    else:
+                        todo.append(block)
+                        left += block.stop - block.first
                 if finished:
                     yield finished
                 if self.stopping():
@@ -172,15 +174,13 @@ class Workers(AbstractContextManager["Workers"]):
         Its thread is not waited for then.
         """
         thread = Threads(1)
-        try:
-            future = thread.submit(function, *arguments)
-            while not future.done():
-                wait([future], LOOK_AGAIN)
-                if self.stopping():
-                    raise Interrupted
-            return future.result()
-        finally:
-            thread.shutdown(wait=False)
+        future = thread.submit(function, *arguments)
+        thread.shutdown(wait=False)
+        while not future.done():
+            wait([future], LOOK_AGAIN)
+            if self.stopping():
+                raise Interrupted
+        return future.result()
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Dismiss them; who stops does not wait for a compilation."""
@@ -213,6 +213,17 @@ def _timed(model: Model, deviations: Array, settings: Any) -> tuple[Answers, flo
     """Evaluate one block on a worker, and say how long it took, s."""
     began = time.perf_counter()
     return simulate(model, deviations, settings), time.perf_counter() - began
+
+
+@contextmanager
+def _processes() -> Iterator[None]:
+    """Say that other processes are lost, whatever their executor raises then."""
+    try:
+        yield
+    except TolstatError:
+        raise
+    except Exception as error:
+        raise _lost(f"{type(error).__name__}: {error}") from error
 
 
 def _lost(why: str) -> LostError:

@@ -55,7 +55,7 @@ def carried_out(parcel: Parcel) -> Any:
     """Make a call here; a `Mismatch` if it could come to other bits than at home."""
     here = decisive()
     reasons = [
-        f"its {what} is {here.get(what, 'unknown')}, and {value} is asked for"
+        f"its {what} is {here.get(what, 'unknown')}, the run needs {value}"
         for what, value in parcel.decisive.items()
         if here.get(what) != value
     ]
@@ -87,8 +87,8 @@ def _found(name: str, place: str, digest: str) -> Model:
         model: Model = _loaded(place) if place else catalogue.find(name)
     if model.source_digest != digest:
         raise ModelError(
-            f"its source of the machine '{name}' is {model.source_digest}, and "
-            f"{digest} is asked for"
+            f"its source of the machine '{name}' is {model.source_digest}, the run "
+            f"needs {digest}"
         )
     return model
 

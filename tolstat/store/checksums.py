@@ -1,23 +1,31 @@
-"""Checksums of every trial and of the clock: 64 bits over all that is stored."""
+"""Checksums of trials, the nominal machine and the clock, and what they find damaged.
+
+A checksum has 64 bits, over all that is stored of a trial.
+"""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
+from tolstat.status import Status
+from tolstat.store import layout
 
 ODD = np.uint64(0x9E3779B97F4A7C15)  # 2**64 over the golden ratio
 HALF = np.uint64(32)
 AT_ONCE = 8192  # rows: what is mixed stays in the processor's cache
 Clock = Array
 EXACT = np.uint64(12)  # bits of a checksum that a float64 has no room for
+NAMED = 20  # ranges of trials that are listed
 
 
 def fingerprints(columns: Sequence[NDArray[Any]], first: int = 0) -> NDArray[np.uint64]:
@@ -74,3 +82,59 @@ def is_whole(clock: NDArray[Any]) -> bool:
 def _checked(seconds: float, at: float) -> Clock:
     values = [np.array([each]) for each in (seconds, at)]
     return np.array([seconds, at, float(fingerprints(values)[0] >> EXACT)])
+
+
+@dataclass(frozen=True)
+class Damage:
+    """What is not as it was written."""
+
+    # int64[n]: Numbers of the trials, ascending
+    trials: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    nominal: bool = False  # whether the nominal machine is
+    clock: bool = False  # whether the time that the run took is
+
+    def __bool__(self) -> bool:
+        """Tell whether there is any."""
+        return bool(len(self.trials)) or self.nominal or self.clock
+
+    @property
+    def words(self) -> str:
+        """What is damaged, every trial by its number."""
+        parts = [f"trials {ranges_of(self.trials)}"] if len(self.trials) else []
+        parts += ["the nominal machine"] if self.nominal else []
+        parts += ["the time that the run took"] if self.clock else []
+        return ", ".join(parts)
+
+
+def ranges_of(trials: Iterable[int]) -> str:
+    """Write numbers of trials: "3, 17-20"."""
+    ranges: list[list[int]] = []
+    for trial in map(int, trials):
+        if ranges and trial == ranges[-1][1] + 1:
+            ranges[-1][1] = trial
+        else:
+            ranges.append([trial, trial])
+    words = [f"{a}" if a == b else f"{a}-{b}" for a, b in ranges[:NAMED]]
+    left = len(ranges) - NAMED
+    more = [f"and {left} more ranges"] if left > 0 else []
+    return ", ".join(words + more)
+
+
+def damage_of(
+    file: h5py.File,
+    columns: Mapping[str, NDArray[Any]],
+    *,
+    complete: bool,
+) -> Damage:
+    """Compare the checksums of a run with its columns, the status read first."""
+    status = columns[layout.STATUS]
+    ran = status != Status.NOT_RUN
+    stored = file[layout.CHECKSUM][...]
+    found = fingerprints([columns[name] for name in layout.columns_of(file)])
+    wrong = ran & (found != stored) if not complete else ~ran | (found != stored)
+    checksum = file[layout.ALONE][()]  # before what it is of: both may be written now
+    alone = [np.atleast_1d(file[name][()]) for name in layout.nominal_columns_of(file)]
+    nominal = bool(checksum or complete) and fingerprints(alone)[0] != checksum
+    # that of a run which is being written may be caught in between
+    clock = complete and not is_whole(file[layout.CLOCK][...])
+    return Damage(np.flatnonzero(wrong), bool(nominal), clock)
