@@ -28,18 +28,22 @@ from tests.benchmarks.engines import REPEATS, seconds
 from tests.conftest import ROOT
 from tolstat.machines.rolling_block import motion as equations
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.frequency_response import contributions
-from tolstat.machines.rolling_block.modes import Modes, modes_of
-from tolstat.machines.rolling_block.motion import Links, Machine, Moment, State
+from tolstat.machines.rolling_block.modes import (
+    Modes,
+    contributions,
+    modes_of,
+    moments,
+)
+from tolstat.machines.rolling_block.motion import Links, Machine, State
 from tolstat.machines.rolling_block.parameters import Drive, drives
 from tolstat.machines.rolling_block.structure import STANDS
-from tolstat.machines.rolling_block.transient import moments
 from tolstat.machines.rolling_block.trials import (
     Loading,
     damping_matrix,
     followed,
     load_steps,
 )
+from tolstat.moving import Moment
 from tolstat.study.study import load
 
 Array = NDArray[np.float64]
@@ -60,7 +64,7 @@ class Drives:
         settings = study.settings
         assert isinstance(settings, Settings)
         self.settings = settings
-        self.built, _ = drives(study.deviations()[:n], settings)
+        self.built = drives(study.deviations()[:n], settings)
         self.modes = modes_of(self.built.Q, self.built.C)
         self.loading: Loading = load_steps(settings)
 

@@ -11,10 +11,8 @@ import tolstat
 from tests.machines import rolling_block_reference as known
 from tests.machines.test_rolling_block_modes import B, scattered, solved
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.frequency_response import contributions
-from tolstat.machines.rolling_block.modes import modes_of
+from tolstat.machines.rolling_block.modes import contributions, modes_of, moments
 from tolstat.machines.rolling_block.parameters import drives, nominal
-from tolstat.machines.rolling_block.transient import moments
 from tolstat.machines.rolling_block.trials import (
     damping_matrix,
     followed,
@@ -182,7 +180,7 @@ def test_the_spread_of_the_amplifications():
     settings = Settings(horizon=0.2, rtol=1e-6)
     spread = np.array([0.02] * 9 + [0.05] * 8 + [0.0])
     normal = np.random.default_rng(8).standard_normal((trials, 18))
-    drive, _ = drives(spread * normal, settings)
+    drive = drives(spread * normal, settings)
     modes = modes_of(drive.Q, drive.C)
     solution = followed(drive, modes, load_steps(settings), settings)
     K = np.maximum(solution.greatest, -solution.least) / STATIC

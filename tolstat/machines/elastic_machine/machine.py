@@ -7,7 +7,11 @@ from collections.abc import Mapping
 from tolstat.arrays import Array, Truths
 from tolstat.machines.elastic_machine import views
 from tolstat.machines.elastic_machine.declarations import Settings, description_of
-from tolstat.machines.elastic_machine.parameters import build, deflected_at_start_up
+from tolstat.machines.elastic_machine.parameters import (
+    build,
+    deflected_at_start_up,
+    exist,
+)
 from tolstat.machines.elastic_machine.trials import (
     FAILURES,
     IMPOSSIBLE,
@@ -43,7 +47,7 @@ class ElasticMachine(Model):
         return description_of(settings, deflected_at_start_up(settings))
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        return {IMPOSSIBLE: ~build(deviations, settings).exists}
+        return {IMPOSSIBLE: ~exist(build(deviations, settings))}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         return outcome_of(simulated(deviations, settings), settings)

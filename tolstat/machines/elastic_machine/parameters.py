@@ -24,8 +24,13 @@ class Chains(NamedTuple):
     b: Array  # [trial, mass], of the same spring
     t0: Array  # [trial]
     M: Array  # [trial, step of the load]
-    exists: Truths  # [trial]; the rows of others hold the nominal machine
-    ends: Truths  # [trial]: its start-up, within the horizon
+
+
+def exist(chains: Chains) -> Truths:
+    """Tell which machines can be built."""
+    J, c, b, t0, _ = chains
+    found: Truths = ((J > 0) & (c > 0) & (b >= 0)).all(axis=1) & (t0 > 0)
+    return found
 
 
 def build(deviations: Array, settings: Settings) -> Chains:
@@ -36,21 +41,7 @@ def build(deviations: Array, settings: Settings) -> Chains:
     b = np.array(settings.damping) * (1.0 + deviations[:, 2 * n : 3 * n])
     t0 = settings.start_up_time + deviations[:, 3 * n]
     torque = [step["torque"] for step in settings.load_torque]
-    M = np.array(torque, float) + deviations[:, 3 * n + 1 :]
-
-    exists = ((J > 0) & (c > 0) & (b >= 0)).all(axis=1) & (t0 > 0)
-    ends = t0 < settings.horizon
-    # an eigenvalue problem and marks are made of every row
-    kept = exists[:, None]
-    return Chains(
-        np.where(kept, J, settings.inertia),
-        np.where(kept, c, settings.stiffness),
-        np.where(kept, b, settings.damping),
-        np.where(exists, t0, settings.start_up_time),
-        M,
-        exists,
-        ends,
-    )
+    return Chains(J, c, b, t0, np.array(torque, float) + deviations[:, 3 * n + 1 :])
 
 
 def static_deflection(c: Array, M: Array) -> Array:
@@ -128,8 +119,8 @@ def rows_of(chains: Chains, events: Events, settings: Settings) -> Array:
     First what `motion.StartUp` names, then 1/J, c and b of each mass, then of each
     step of the load its phase and the static deflection of each mass.
     """
-    # no machine: it ends as "not finite", after no motion
-    one = np.where(chains.exists & chains.ends, 1.0, np.nan)
+    # a start-up beyond the horizon ends as "not finite", after no motion
+    one = np.where(chains.t0 < settings.horizon, 1.0, np.nan)
     start_up = (
         np.full_like(one, settings.law),
         one * settings.final_speed / chains.t0,

@@ -76,5 +76,5 @@ def outcome_of(trials: Trials, settings: Settings) -> Outcome:
     responses = np.hstack([peak, factor, frequency])
     done = solution.status == Status.DONE
     no_reference = done & (reference == 0.0).any(axis=1)
-    failed = {NO_REFERENCE: no_reference, TOO_LONG: ~chains.ends}
+    failed = {NO_REFERENCE: no_reference, TOO_LONG: chains.t0 >= settings.horizon}
     return Outcome(responses, solution.status, solution.steps, failed)

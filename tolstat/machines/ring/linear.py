@@ -75,7 +75,7 @@ def static_depth(rings: Rings, hoop: bool) -> Array:
         return result
 
     # the first sign change above zero: doubled until it is passed, then halved
-    lower, upper = np.zeros_like(rings.r), np.maximum(rings.t_R0, 0.0)
+    lower, upper = np.zeros_like(rings.t_R0), np.maximum(rings.t_R0, 0.0)
     for _ in range(DOUBLED):
         short = excess(upper) < 0.0
         lower = np.where(short, upper, lower)
@@ -120,7 +120,7 @@ def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
     n = len(C)
     a, b, a_, b_ = (slice(i * n, (i + 1) * n) for i in range(4))
     per_a, per_b = _inverse(rings.on.s, C), _inverse(rings.on.t, C)
-    A = np.zeros((len(rings.r), 4 * n, 4 * n))
+    A = np.zeros((len(rings.nu), 4 * n, 4 * n))
     every = np.arange(2 * n)
     A[:, every, 2 * n + every] = 1.0
     d, gyro, M, g = (each[:, None, :] for each in x)
@@ -138,7 +138,7 @@ def cutting_matrix(rings: Rings, depth: Array, hoop: bool) -> Array:
     """
     C, at = harmonics(rings.on.s.shape[1] + 1).C, rings.at
     n = len(C)
-    A = np.zeros((len(rings.r), 4 * n + 2, 4 * n + 2))
+    A = np.zeros((len(rings.nu), 4 * n + 2, 4 * n + 2))
     A[:, : 4 * n, : 4 * n] = ring_matrix(rings, rings.Omega, hoop)
     # dP/dt = x P/t
     t = np.where(depth > 0.0, depth, 1.0)

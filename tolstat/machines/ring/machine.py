@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from tolstat.arrays import Array, Truths
 from tolstat.machines.ring import views
 from tolstat.machines.ring.declarations import Asked, Settings, description_of
-from tolstat.machines.ring.parameters import build
+from tolstat.machines.ring.parameters import exist
 from tolstat.machines.ring.trials import FAILURES, IMPOSSIBLE, outcome_of, simulated
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
@@ -42,7 +42,7 @@ class Ring(Model):
         return description_of(settings)
 
     def impossible(self, deviations: Array, settings: Asked) -> Mapping[str, Truths]:
-        return {IMPOSSIBLE: ~build(deviations, settings).exists}
+        return {IMPOSSIBLE: ~exist(deviations, settings)}
 
     def evaluate(self, deviations: Array, settings: Asked) -> Outcome:
         return outcome_of(simulated(deviations, settings), settings)

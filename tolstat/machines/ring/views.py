@@ -88,14 +88,10 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
 def own_and_others(
     deviations: Array, settings: Asked, speeds: Array, found: Found
 ) -> tuple[Array, Array]:
-    """Return float64[speed, quantity] of the first machine, [machine, ...] of others.
-
-    Others that cannot exist are left out.
-    """
-    exists = build(deviations, settings).exists
+    """Return float64[speed, quantity] of the first, [machine, ...] of the others."""
     own, *others = (
         found(build(np.repeat(row[None], len(speeds), axis=0), settings), speeds)
-        for row in deviations[exists]
+        for row in deviations
     )
     return own, np.array(others).reshape(-1, *own.shape)
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from tolstat.arrays import Array, Truths
 from tolstat.machines.rolling_block.declarations import DESCRIPTION, Settings
 from tolstat.machines.rolling_block.modes import modes_of
-from tolstat.machines.rolling_block.parameters import CANNOT_EXIST, FAILURES, drives
+from tolstat.machines.rolling_block.parameters import (
+    CANNOT_EXIST,
+    FAILURES,
+    drives,
+    exist,
+)
 from tolstat.machines.rolling_block.trials import both_moved, outcome_of
 from tolstat.machines.rolling_block.views import OFFERS, chart_of, shown
 from tolstat.model.contract import History, Model, Outcome, sample_times
@@ -45,20 +48,20 @@ class RollingBlock(Model):
         return DESCRIPTION
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        return {CANNOT_EXIST: ~drives(deviations, settings)[1]}
+        return {CANNOT_EXIST: ~exist(deviations)}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
-        drive, _ = drives(deviations, settings)
+        drive = drives(deviations, settings)
         modes = modes_of(drive.Q, drive.C)
         moved = both_moved(drive, modes, settings)
         return outcome_of(drive, modes, moved, settings)
 
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
-        drive, exist = drives(deviations[None, :], settings)
+        drive = drives(deviations[None, :], settings)
         modes = modes_of(drive.Q, drive.C)
         time = sample_times(settings.horizon, step)
         moved = both_moved(drive, modes, settings, time)
-        C = np.where(exist, drive.C, np.nan)  # one that cannot exist has no moments
+        C = drive.C
         chart = chart_of(
             time,
             settings.total_load * C * moved.loaded.history[0, :, : C.shape[1]],

@@ -6,8 +6,9 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.parameters import Seen
-from tolstat.machines.rolling_block.structure import excitation_orders
+from tolstat.machines.rolling_block.modes import modes_of
+from tolstat.machines.rolling_block.parameters import drives
+from tolstat.machines.rolling_block.structure import ratios
 from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span, bands_of
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.units.grammar import Range
@@ -18,7 +19,8 @@ NEAR = 0.85  # modes that an excitation misses by less are drawn with it
 
 def named_orders(settings: Settings) -> dict[str, float]:
     """Return what excites the drive, in words, and how often per turn of the motor."""
-    turns = excitation_orders(settings.combination)
+    _, _, i31, i34 = ratios(settings.combination)
+    turns = {"motor": 1.0, "rolls_31": 1.0 / i31, "rolls_34": 1.0 / i34}
     found = {f"order {_written(order)}": order for order in settings.orders}
     if settings.rolls:
         found["rolls 31, 32"] = turns["rolls_31"]
@@ -109,22 +111,27 @@ def speed_margin(omega: Array, settings: Settings) -> Array:
     return nearest
 
 
-def campbell(seen: Seen) -> Chart:
+def frequencies(deviations: Array, settings: Settings) -> Array:
+    """Return natural frequencies of drives, float64[trial, mode], rad/s."""
+    drive = drives(deviations, settings)
+    return modes_of(drive.Q, drive.C).omega
+
+
+def campbell(deviations: Array, settings: Settings) -> Chart:
     """Chart frequencies, excitations and the share of machines that resonate."""
-    settings, omega = seen.settings, seen.modes.omega
+    omega = frequencies(deviations, settings)
     n = np.linspace(*settings.speed_range, POINTS)
     orders = named_orders(settings)
-    hz = omega / (2 * np.pi)
 
     def curve(name: str, symbol: str, words: str, values: Array) -> Curve:
         return Curve(name, "Hz", symbol, words, values, shown="Hz")
 
     modes: list[Curve] = []
     spreads: list[Band] = []
-    for r, f in enumerate(hz.T, start=1):
+    for r, f in enumerate(omega.T / (2 * np.pi), start=1):
         even = np.repeat(f[:, None], POINTS, axis=1)
         modes.append(curve(f"mode {r}", f"f{r}", f"natural frequency {r}", even[0]))
-        spreads += bands_of(f"mode {r}", "Hz", even[seen.others])
+        spreads += bands_of(f"mode {r}", "Hz", even[1:])
     excitations = [
         curve(name, "", "excitation", order * n / (2 * np.pi))
         for name, order in orders.items()
@@ -132,18 +139,17 @@ def campbell(seen: Seen) -> Chart:
     lower, upper = forbidden(omega, list(orders.values()), settings.band)
     begin, end = free_gaps(lower[:1], upper[:1], settings.speed_range)
     free = [(b, e) for b, e in zip(begin[0], end[0], strict=True) if e > b]
-    drawn = seen.others if len(seen.others) else [0]
-    resonates = np.zeros(POINTS)
-    for machine in drawn:
-        hit = (n >= lower[machine, :, None]) & (n <= upper[machine, :, None])
-        resonates += np.any(hit, axis=0)
-    resonates /= len(drawn)
+    drawn = others_or_first(omega)
+    hits = np.zeros(POINTS)
+    for low, high in zip(lower[drawn], upper[drawn], strict=True):
+        hits += np.any((n >= low[:, None]) & (n <= high[:, None]), axis=0)
+    machines = len(lower[drawn])
     words = "share of machines that resonate"
-    share = Curve("resonating", "1", "P", words, resonates, shown="%")
+    share = Curve("resonating", "1", "P", words, hits / machines, shown="%")
     title, sure = "Whether the drive resonates", []
-    if len(seen.others):
-        title = f"Share of {len(drawn)} machines that resonate"
-        sure = [sure_of(share, len(seen.others))]
+    if len(omega) > 1:
+        title = f"Share of {machines} machines that resonate"
+        sure = [sure_of(share, machines)]
     return Chart(
         Axis("motor speed", "rad/s", "rpm"),
         n,
@@ -155,6 +161,11 @@ def campbell(seen: Seen) -> Chart:
             Panel.of(title, share, *sure),
         ),
     )
+
+
+def others_or_first(omega: Array) -> slice:
+    """Return the drives that a share is taken of: the first where it is alone."""
+    return slice(min(1, len(omega) - 1), None)
 
 
 def sure_of(share: Curve, machines: int) -> Band:
@@ -182,32 +193,28 @@ def _frequency_panels(
     return panels or [apart]
 
 
-def resonances(seen: Seen) -> Listing:
+def resonances(deviations: Array, settings: Settings) -> Listing:
     """List where excitations meet natural frequencies, within the speeds of the motor.
 
     The last column is the share of the others, or whether the drive alone does.
     """
-    settings, omega = seen.settings, seen.modes.omega
+    omega = frequencies(deviations, settings)
     orders = named_orders(settings)
     lower, upper = forbidden(omega, list(orders.values()), settings.band)
-    n_modes = omega.shape[1]
-    machines = seen.others if len(seen.others) else np.array([0])
-    work = settings.working_speed
-    place = np.arange(len(orders) * n_modes)  # order by order, mode by mode
-    meets = (upper[0] >= settings.speed_range.lower) & (
-        lower[0] <= settings.speed_range.upper
-    )
-    place = place[meets][np.argsort(lower[0, meets])]
-    mode = place % n_modes
-    turns = np.array(list(orders.values()))[place // n_modes]
-    hit = (lower[machines][:, place] <= work) & (work <= upper[machines][:, place])
-    many = len(seen.others) > 0
-    each = [proportion(int(count), len(machines)) for count in hit.sum(axis=0)]
+    n_modes, within = omega.shape[1], settings.speed_range
+    meets = (upper[0] >= within.lower) & (lower[0] <= within.upper)
+    # order by order, mode by mode
+    place = np.flatnonzero(meets)[np.argsort(lower[0, meets])]
+    order, mode = np.divmod(place, n_modes)
+    turns = np.array(list(orders.values()))[order]
+    work, drawn = settings.working_speed, others_or_first(omega)
+    hit = (lower[drawn][:, place] <= work) & (work <= upper[drawn][:, place])
+    each = [proportion(int(count), len(hit)) for count in hit.sum(axis=0)]
     sure = [np.array([getattr(e, end) for e in each]) for end in ("lower", "upper")]
-    names = ("from, 95 %", "to, 95 %") if many else ()
+    names = ("from, 95 %", "to, 95 %") if len(omega) > 1 else ()
     return Listing.of(
         "what meets within the speeds of the motor, and the speeds to keep away from",
-        ("excitation", "1", "", np.array(list(orders))[place // n_modes]),
+        ("excitation", "1", "", np.array(list(orders))[order]),
         ("mode", "1", "count", mode + 1),
         ("frequency", "Hz", "Hz", omega[0, mode] / (2 * np.pi)),
         ("critical speed", "rad/s", "rpm", omega[0, mode] / turns),

@@ -34,20 +34,8 @@ STANDS = {31: 5, 32: 6, 33: 7, 34: 8}  # mass of each stand
 LOADS = {1: MOTOR, **STANDS}  # where a moment acts: the motor's M1, and the stands
 
 
-def _beyond(link: int) -> set[int]:
-    """Return the masses on the far side of a link, seen from the motor."""
-    found = {LINKS[link][1]}
-    for near, far in LINKS:
-        if near in found:
-            found.add(far)
-    return found
-
-
-# M_ij,static of one newton metre in all, a quarter on each stand: 1, 1, 1/2, 1/2, 1/4
-STATIC_SHARES = tuple(
-    len(_beyond(link) & set(STANDS.values())) / len(STANDS)
-    for link in range(len(LINKS))
-)
+# M_ij,static of one newton metre in all, a quarter on each stand
+STATIC_SHARES = (1.0, 1.0, 0.5, 0.5, 0.25, 0.25, 0.25, 0.25)
 
 
 def stiffness_matrix(C: Array) -> Array:
@@ -137,9 +125,3 @@ def reduction(combination: Combination) -> tuple[Array, Array]:
         np.array([1.0, A, AB, i31, i34, i31, i31, i34, i34]),
         np.array([1.0, A, AB, AB, i31, i31, i34, i34]),
     )
-
-
-def excitation_orders(combination: Combination) -> dict[str, float]:
-    """Return turns per turn of the motor: of the motor, of the rolls."""
-    now = ratios(combination)
-    return {"motor": 1.0, "rolls_31": 1.0 / now.i31, "rolls_34": 1.0 / now.i34}

@@ -13,8 +13,13 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
-from tolstat.machines.rolling_block.frequency_response import NO_PART, contributions
-from tolstat.machines.rolling_block.modes import Modes, antiphase, modes_of
+from tolstat.machines.rolling_block.frequency_response import NO_PART
+from tolstat.machines.rolling_block.modes import (
+    Modes,
+    antiphase,
+    contributions,
+    modes_of,
+)
 from tolstat.machines.rolling_block.parameters import Drive, nominal
 from tolstat.machines.rolling_block.resonance import free_speeds, speed_margin
 from tolstat.machines.rolling_block.structure import LINK_NAMES, STANDS, STATIC_SHARES

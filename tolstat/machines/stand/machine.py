@@ -8,21 +8,20 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.stand.declarations import DESCRIPTION, Settings
-from tolstat.machines.stand.motion import Moment, State, motion
-from tolstat.machines.stand.parts import FAULTS, faults, parts_of
+from tolstat.machines.stand.motion import State, motion
+from tolstat.machines.stand.parameters import FAULTS, build, faults
 from tolstat.machines.stand.trials import (
     END,
     NO_SHARE,
     WINDOW,
-    machines_of,
     marks_of,
-    named,
     outcome_of,
     simulated,
 )
 from tolstat.machines.stand.views import chart_of
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
+from tolstat.moving import Moment
 
 FAILURES = {**FAULTS, NO_SHARE: "the guides take from 0 to 100 % of the drive's energy"}
 
@@ -48,15 +47,14 @@ class Stand(Model):
         return DESCRIPTION
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        by_name = named(deviations)
-        return faults(parts_of(by_name, settings), by_name)
+        return faults(deviations, settings)
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
-        p = machines_of(deviations, settings)
+        p = build(deviations, settings)
         return outcome_of(simulated(p, settings), p, settings)
 
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
-        p = machines_of(deviations[None, :], settings)
+        p = build(deviations[None, :], settings)
         marks = marks_of(settings)
         time = sample_times(float(marks[END]), step)
         solution = simulated(p, settings, time)
