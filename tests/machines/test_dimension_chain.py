@@ -220,7 +220,7 @@ REFUSED = {
     "min(e, key=d)": "min takes 2 to 9 values",
     "hypot": "hypot is a function",
     "sqrt(e - d)": "the root of less than nothing",
-    "R_out - ": "cannot be read at character 8",
+    "R_out - ": "cannot be read at character 7",
     "": "is empty",
     "2 + 3": "names no link",
     "R_out # - e": "character 7: no remark",
