@@ -95,3 +95,13 @@ def total(terms: Array) -> Array:
     for column in range(1, terms.shape[1]):
         found = found + terms[:, column]
     return found
+
+
+def inverse(s: Array, C: Array) -> Array:
+    """Return (diag C + 2 s s^T)^-1, of masses, float64[trial, harmonic, harmonic]."""
+    per = 1.0 / (1.0 + total(2.0 * s * s / C))
+    scaled = s / C
+    found = -2.0 * per[:, None, None] * scaled[:, :, None] * scaled[:, None, :]
+    every = np.arange(len(C))
+    found[:, every, every] += 1.0 / C
+    return found

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
-from tolstat.machines.ring.harmonics import harmonics, total
+from tolstat.machines.ring.harmonics import harmonics, inverse, total
 from tolstat.machines.ring.parameters import Rings, force
 
 FASTEST = 1e6  # rad/s
@@ -97,16 +97,6 @@ def _solved(y: Array, s: Array, C: Array) -> Array:
     return y / C - 2.0 * s / C * shared[:, None]
 
 
-def _inverse(s: Array, C: Array) -> Array:
-    """Return (diag C + 2 s s^T)^-1, float64[trial, harmonic, harmonic]."""
-    per = 1.0 / (1.0 + total(2.0 * s * s / C))
-    scaled = s / C
-    found = -2.0 * per[:, None, None] * scaled[:, :, None] * scaled[:, None, :]
-    every = np.arange(len(C))
-    found[:, every, every] += 1.0 / C
-    return found
-
-
 def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
     """Return A, y' = A y with y = (a, b, a', b'), of the ring alone at Omega, rad/s.
 
@@ -119,7 +109,7 @@ def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
     C = harmonics(rings.on.s.shape[1] + 1).C
     n = len(C)
     a, b, a_, b_ = (slice(i * n, (i + 1) * n) for i in range(4))
-    per_a, per_b = _inverse(rings.on.s, C), _inverse(rings.on.t, C)
+    per_a, per_b = inverse(rings.on.s, C), inverse(rings.on.t, C)
     A = np.zeros((len(rings.nu), 4 * n, 4 * n))
     every = np.arange(2 * n)
     A[:, every, 2 * n + every] = 1.0
