@@ -31,7 +31,6 @@ from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.modes import (
     Modes,
     contributions,
-    modes_of,
     moments,
 )
 from tolstat.machines.rolling_block.motion import Links, Machine, State
@@ -65,13 +64,13 @@ class Drives:
         assert isinstance(settings, Settings)
         self.settings = settings
         self.built = drives(study.deviations()[:n], settings)
-        self.modes = modes_of(self.built.Q, self.built.C)
+        self.modes = self.built.modes
         self.loading: Loading = load_steps(settings)
 
     def part(self, rows: slice) -> tuple[Drive, Modes]:
         """Return some of them."""
-        built = Drive(*(each[rows] for each in self.built))
-        return built, Modes(*(each[rows] for each in self.modes))
+        modes = Modes(*(each[rows] for each in self.modes))
+        return Drive(*(each[rows] for each in self.built[:3]), modes), modes
 
     def truth(self) -> Array:
         """Return their moments in closed form, float64[drive, link, time], N m."""
@@ -88,7 +87,7 @@ def tolstat(given: Drives, rtol: float) -> Run:
     settings = replace(given.settings, rtol=rtol)
 
     def run() -> Array:
-        found = followed(given.built, given.modes, given.loading, settings, TIMES)
+        found = followed(given.built, given.loading, settings, TIMES)
         twists = found.history[:, :, :M].transpose(0, 2, 1)
         return given.built.C[:, :, None] * twists
 

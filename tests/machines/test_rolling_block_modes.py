@@ -44,7 +44,7 @@ for row, (i, j) in enumerate(known.LINKS):
 
 def solved(settings=None):
     drive = nominal(settings or Settings())
-    return drive, modes_of(drive.Q, drive.C)
+    return drive, drive.modes
 
 
 def scattered(trials, seed=3, settings=None):
@@ -53,7 +53,7 @@ def scattered(trials, seed=3, settings=None):
     deviations = spread * np.random.default_rng(seed).standard_normal((trials, 18))
     drive = drives(deviations, settings or Settings())
     assert exist(deviations).all()
-    return drive, modes_of(drive.Q, drive.C)
+    return drive, drive.modes
 
 
 def test_table_1_to_every_printed_digit():
@@ -122,7 +122,7 @@ def test_sensitivities_are_shares_of_energy():
         deviations[2 * column, column] = step
         deviations[2 * column + 1, column] = -step
     drive = drives(deviations, Settings())
-    logs = np.log(modes_of(drive.Q, drive.C).omega)
+    logs = np.log(drive.modes.omega)
     found = (logs[0::2] - logs[1::2]) / (2 * step)
     np.testing.assert_allclose(found[:9, 0], Q, atol=6e-7)
     np.testing.assert_allclose(found[9:, 0], C, atol=6e-7)
@@ -149,7 +149,7 @@ def test_modes_are_tracked_where_they_veer():
     deviations = np.zeros((2, 18))
     deviations[1, [7, 8]] = 0.45  # inertias of stands 33 and 34
     drive = drives(deviations, Settings())
-    modes = modes_of(drive.Q, drive.C)
+    modes = drive.modes
     order, shapes = tracked(modes.phi, reference)
     assert order[0].tolist() == list(range(8))
     np.testing.assert_allclose(shapes[0], reference, atol=1e-12)
@@ -275,7 +275,7 @@ def test_manufacturing_lets_the_local_modes_leak():
         {"horizon": 0.01, "rtol": 1e-6},
     )  # fmt: skip
     drive = drives(np.eye(18)[[15]] * 0.05 - np.eye(18)[[16]] * 0.05, Settings())
-    modes = modes_of(drive.Q, drive.C)
+    modes = drive.modes
     a = contributions(modes, drive.C, {32: 1.0, 33: 1.0})[0, 0]
     expected = [1.091808663, 0.046250141, 0.029732243, 0, -0.300566342, 0.000269347,
                 0.015921509, -0.001062621]  # fmt: skip

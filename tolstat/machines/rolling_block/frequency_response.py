@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.modes import Modes, contributions, modes_of
+from tolstat.machines.rolling_block.modes import Modes, contributions
 from tolstat.machines.rolling_block.parameters import Drive, drives
 from tolstat.machines.rolling_block.structure import LINK_NAMES
 from tolstat.model.view import Axis, Chart, Curve, Listing, Panel, bands_of
@@ -85,7 +85,7 @@ def poles_and_zeros(omega: Array, a: Array) -> PolesAndZeros:
     )
 
 
-def _channels(drive: Drive, modes: Modes, settings: Settings) -> dict[str, Array]:
+def _channels(drive: Drive, settings: Settings) -> dict[str, Array]:
     """Return contributions [trial, mode] to the link, by words for what loads it.
 
     Each load by itself, then all of them at once, 1 N m each.
@@ -96,7 +96,7 @@ def _channels(drive: Drive, modes: Modes, settings: Settings) -> dict[str, Array
     words = {1: "motor"}
     return {
         " + ".join(words.get(load, str(load)) for load in those): contributions(
-            modes, drive.C, dict.fromkeys(those, 1.0)
+            drive.modes, drive.C, dict.fromkeys(those, 1.0)
         )[:, link]
         for those in asked
     }
@@ -105,16 +105,15 @@ def _channels(drive: Drive, modes: Modes, settings: Settings) -> dict[str, Array
 def frequency_response(deviations: Array, settings: Settings) -> Chart:
     """Chart amplitude and phase of the moment in the link per moment of the load."""
     drive = drives(deviations, settings)
-    modes = modes_of(drive.Q, drive.C)
-    omega = modes.omega[0] / (2 * np.pi)
+    omega = drive.modes.omega[0] / (2 * np.pi)
     even = np.geomspace(BELOW * omega[0], BEYOND * omega[-1], POINTS)
     # the peaks themselves among the points, where they are finite
     damped = drive.zeta[0] > 0
     frequency = np.unique(np.concatenate([even, omega])) if damped else even
     link = settings.response_link
     amplitudes, phases = [], []
-    for words, a in _channels(drive, modes, settings).items():
-        G = response(frequency, modes, a, drive.zeta)
+    for words, a in _channels(drive, settings).items():
+        G = response(frequency, drive.modes, a, drive.zeta)
         size, angle = np.abs(G), np.angle(G[0])
         over = f"M{link} over the load"
         amplitudes.append(Curve(words, "1", "|G|", over, size[0], shown="1"))
@@ -137,10 +136,9 @@ def frequency_response(deviations: Array, settings: Settings) -> Chart:
 def poles(deviations: Array, settings: Settings) -> Listing:
     """List poles, zeros and modes that do not reach the link, without damping."""
     drive = drives(deviations[:1], settings)
-    modes = modes_of(drive.Q, drive.C)
-    omega = modes.omega[0]
+    omega = drive.modes.omega[0]
     rows: list[tuple[str, str, float, float]] = []
-    for words, a in _channels(drive, modes, settings).items():
+    for words, a in _channels(drive, settings).items():
         found = poles_and_zeros(omega, a[0])
         parts = dict(zip((omega / (2 * np.pi)).tolist(), a[0].tolist(), strict=True))
         of_load = [(f, "pole", parts[f]) for f in found.poles.tolist()]

@@ -6,14 +6,18 @@ from collections.abc import Mapping
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.rolling_block.declarations import DESCRIPTION, Settings
-from tolstat.machines.rolling_block.modes import modes_of
 from tolstat.machines.rolling_block.parameters import (
     CANNOT_EXIST,
     FAILURES,
     drives,
     exist,
 )
-from tolstat.machines.rolling_block.trials import both_moved, outcome_of
+from tolstat.machines.rolling_block.trials import (
+    followed,
+    load_steps,
+    outcome_of,
+    pulse,
+)
 from tolstat.machines.rolling_block.views import OFFERS, chart_of, shown
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
@@ -52,23 +56,23 @@ class RollingBlock(Model):
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         drive = drives(deviations, settings)
-        modes = modes_of(drive.Q, drive.C)
-        moved = both_moved(drive, modes, settings)
-        return outcome_of(drive, modes, moved, settings)
+        loaded = followed(drive, load_steps(settings), settings)
+        pulsed = followed(drive, pulse(settings), settings)
+        return outcome_of(drive, loaded, pulsed, settings)
 
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
         drive = drives(deviations[None, :], settings)
-        modes = modes_of(drive.Q, drive.C)
         time = sample_times(settings.horizon, step)
-        moved = both_moved(drive, modes, settings, time)
-        C = drive.C
+        loaded = followed(drive, load_steps(settings), settings, time)
+        pulsed = followed(drive, pulse(settings), settings, time)
+        n = drive.C.shape[1]
         chart = chart_of(
             time,
-            settings.total_load * C * moved.loaded.history[0, :, : C.shape[1]],
-            settings.pulse_moment * C * moved.pulsed.history[0, :, : C.shape[1]],
+            settings.total_load * drive.C * loaded.history[0, :, :n],
+            settings.pulse_moment * drive.C * pulsed.history[0, :, :n],
             settings,
         )
-        return History(chart, outcome_of(drive, modes, moved, settings))
+        return History(chart, outcome_of(drive, loaded, pulsed, settings))
 
     def view(self, name: str, deviations: Array, settings: Settings) -> View:
         return shown(name, deviations, settings)

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.rolling_block.declarations import Settings
+from tolstat.machines.rolling_block.declarations import CONTRIBUTORS, Settings
+from tolstat.machines.rolling_block.modes import Modes, modes_of
 from tolstat.machines.rolling_block.structure import MASSES, reduction
 
 CANNOT_EXIST = "cannot exist"
@@ -23,14 +24,7 @@ class Drive(NamedTuple):
     Q: Array  # [trial, mass], kg m2
     C: Array  # [trial, link], N m/rad
     zeta: Array  # [trial], damping ratio of every elastic mode
-
-
-def nominal(settings: Settings) -> Drive:
-    """Return the one drive without deviations."""
-    inertias, stiffnesses = reduction(settings.combination)
-    Q = np.array(settings.inertias) * settings.scale * inertias
-    C = np.array(settings.stiffnesses) * settings.scale * stiffnesses
-    return Drive(Q[None], C[None], np.array([settings.damping_ratio]))
+    modes: Modes
 
 
 def exist(deviations: Array) -> Truths:
@@ -42,8 +36,13 @@ def exist(deviations: Array) -> Truths:
 
 def drives(deviations: Array, settings: Settings) -> Drive:
     """Build drives from relative deviations: Q1 ... Q9, C12 ... C59, damping ratio."""
-    of, n = nominal(settings), len(MASSES)
-    factors = 1.0 + deviations
-    return Drive(
-        of.Q * factors[:, :n], of.C * factors[:, n:-1], of.zeta * factors[:, -1]
-    )
+    inertias, stiffnesses = reduction(settings.combination)
+    factors, n = 1.0 + deviations, len(MASSES)
+    Q = np.array(settings.inertias) * settings.scale * inertias * factors[:, :n]
+    C = np.array(settings.stiffnesses) * settings.scale * stiffnesses * factors[:, n:-1]
+    return Drive(Q, C, settings.damping_ratio * factors[:, -1], modes_of(Q, C))
+
+
+def nominal(settings: Settings) -> Drive:
+    """Return the one drive without deviations."""
+    return drives(np.zeros((1, len(CONTRIBUTORS))), settings)

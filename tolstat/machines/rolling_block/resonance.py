@@ -6,7 +6,6 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.modes import modes_of
 from tolstat.machines.rolling_block.parameters import drives
 from tolstat.machines.rolling_block.structure import ratios
 from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span, bands_of
@@ -21,7 +20,8 @@ def named_orders(settings: Settings) -> dict[str, float]:
     """Return what excites the drive, in words, and how often per turn of the motor."""
     _, _, i31, i34 = ratios(settings.combination)
     turns = {"motor": 1.0, "rolls_31": 1.0 / i31, "rolls_34": 1.0 / i34}
-    found = {f"order {_written(order)}": order for order in settings.orders}
+    orders = settings.orders
+    found = {f"order {str(each).removesuffix('.0')}": each for each in orders}
     if settings.rolls:
         found["rolls 31, 32"] = turns["rolls_31"]
         found["rolls 33, 34"] = turns["rolls_34"]
@@ -29,12 +29,6 @@ def named_orders(settings: Settings) -> dict[str, float]:
         name = f"{mesh['teeth']} teeth, {mesh['shaft'].replace('_', ' ')}"
         found[name] = mesh["teeth"] * turns[mesh["shaft"]]
     return found
-
-
-def _written(order: float) -> str:
-    """Write an order so that no two are alike."""
-    short = f"{order:g}"
-    return short if float(short) == order else repr(order)
 
 
 def forbidden(omega: Array, orders: list[float], band: float) -> tuple[Array, Array]:
@@ -111,15 +105,9 @@ def speed_margin(omega: Array, settings: Settings) -> Array:
     return nearest
 
 
-def frequencies(deviations: Array, settings: Settings) -> Array:
-    """Return natural frequencies of drives, float64[trial, mode], rad/s."""
-    drive = drives(deviations, settings)
-    return modes_of(drive.Q, drive.C).omega
-
-
 def campbell(deviations: Array, settings: Settings) -> Chart:
     """Chart frequencies, excitations and the share of machines that resonate."""
-    omega = frequencies(deviations, settings)
+    omega = drives(deviations, settings).modes.omega
     n = np.linspace(*settings.speed_range, POINTS)
     orders = named_orders(settings)
 
@@ -198,7 +186,7 @@ def resonances(deviations: Array, settings: Settings) -> Listing:
 
     The last column is the share of the others, or whether the drive alone does.
     """
-    omega = frequencies(deviations, settings)
+    omega = drives(deviations, settings).modes.omega
     orders = named_orders(settings)
     lower, upper = forbidden(omega, list(orders.values()), settings.band)
     n_modes, within = omega.shape[1], settings.speed_range

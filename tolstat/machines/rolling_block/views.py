@@ -14,7 +14,6 @@ from tolstat.machines.rolling_block.frequency_response import frequency_response
 from tolstat.machines.rolling_block.modes import (
     Modes,
     contributions,
-    modes_of,
     moments,
     tracked,
     unit_shapes,
@@ -92,7 +91,7 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
 def combinations(_: Array, settings: Settings) -> Listing:
     """List natural frequencies and free speeds of the nominal drives."""
     each = [replace(settings, combination=those) for those in COMBINATIONS]
-    omega = np.stack([modes_of(*nominal(one)[:2]).omega[0] for one in each])
+    omega = np.concatenate([nominal(one).modes.omega for one in each])
     free = [free_speeds(w[None], one) for w, one in zip(omega, each, strict=True)]
     total, widest = np.array(free)[:, :, 0].T
     return Listing.of(
@@ -133,8 +132,7 @@ def _named() -> tuple[tuple[str, str, str, NDArray[np.generic]], ...]:
 
 def shapes(deviations: Array, settings: Settings) -> Chart:
     """Chart the shapes over the number of the mass, as points: the drive branches."""
-    drive = drives(deviations, settings)
-    modes = modes_of(drive.Q, drive.C)
+    modes = drives(deviations, settings).modes
     first = unit_shapes(modes.phi[0])
     others = modes.phi[1:]
     if len(others):
@@ -162,7 +160,7 @@ def shapes(deviations: Array, settings: Settings) -> Chart:
 def pulses(deviations: Array, settings: Settings) -> Chart:
     """Chart the moments of all links after the pulse, and of one link after others."""
     drive = drives(deviations, settings)
-    modes = modes_of(drive.Q, drive.C)
+    modes = drive.modes
     shown, length = settings.response_link, settings.pulse_length
     end = min(settings.horizon, PERIODS * 2 * np.pi / float(modes.omega[0, 0]))
     time = np.linspace(0.0, end, POINTS)
