@@ -5,13 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.elastic_machine import views
+from tolstat.machines.elastic_machine import parameters, views
 from tolstat.machines.elastic_machine.declarations import Settings, description_of
-from tolstat.machines.elastic_machine.parameters import (
-    build,
-    deflected_at_start_up,
-    exist,
-)
 from tolstat.machines.elastic_machine.trials import (
     FAILURES,
     IMPOSSIBLE,
@@ -44,10 +39,10 @@ class ElasticMachine(Model):
     )
 
     def describe(self, settings: Settings) -> Description:
-        return description_of(settings, deflected_at_start_up(settings))
+        return description_of(settings, parameters.deflected_at_start_up(settings))
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        return {IMPOSSIBLE: ~exist(build(deviations, settings))}
+        return {IMPOSSIBLE: ~parameters.exist(parameters.build(deviations, settings))}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         return outcome_of(simulated(deviations, settings), settings)

@@ -5,19 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from tolstat.arrays import Array, Truths
+from tolstat.machines.rolling_block import parameters, trials
 from tolstat.machines.rolling_block.declarations import DESCRIPTION, Settings
-from tolstat.machines.rolling_block.parameters import (
-    CANNOT_EXIST,
-    FAILURES,
-    drives,
-    exist,
-)
-from tolstat.machines.rolling_block.trials import (
-    followed,
-    load_steps,
-    outcome_of,
-    pulse,
-)
 from tolstat.machines.rolling_block.views import OFFERS, chart_of, shown
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
@@ -30,7 +19,7 @@ class RollingBlock(Model):
     name = "rolling_block"
     title = "drive of a wire-rod rolling block: nine masses, gearbox of 128 ratios"
     settings = Settings
-    failures = FAILURES
+    failures = parameters.FAILURES
     views = OFFERS
     assumptions = (
         "Nine masses on eight springs without mass, reduced to the motor shaft; upper "
@@ -52,19 +41,19 @@ class RollingBlock(Model):
         return DESCRIPTION
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        return {CANNOT_EXIST: ~exist(deviations)}
+        return {parameters.CANNOT_EXIST: ~parameters.exist(deviations)}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
-        drive = drives(deviations, settings)
-        loaded = followed(drive, load_steps(settings), settings)
-        pulsed = followed(drive, pulse(settings), settings)
-        return outcome_of(drive, loaded, pulsed, settings)
+        drive = parameters.drives(deviations, settings)
+        loaded = trials.followed(drive, trials.load_steps(settings), settings)
+        pulsed = trials.followed(drive, trials.pulse(settings), settings)
+        return trials.outcome_of(drive, loaded, pulsed, settings)
 
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
-        drive = drives(deviations[None, :], settings)
+        drive = parameters.drives(deviations[None, :], settings)
         time = sample_times(settings.horizon, step)
-        loaded = followed(drive, load_steps(settings), settings, time)
-        pulsed = followed(drive, pulse(settings), settings, time)
+        loaded = trials.followed(drive, trials.load_steps(settings), settings, time)
+        pulsed = trials.followed(drive, trials.pulse(settings), settings, time)
         n = drive.C.shape[1]
         chart = chart_of(
             time,
@@ -72,7 +61,7 @@ class RollingBlock(Model):
             settings.pulse_moment * drive.C * pulsed.history[0, :, :n],
             settings,
         )
-        return History(chart, outcome_of(drive, loaded, pulsed, settings))
+        return History(chart, trials.outcome_of(drive, loaded, pulsed, settings))
 
     def view(self, name: str, deviations: Array, settings: Settings) -> View:
         return shown(name, deviations, settings)

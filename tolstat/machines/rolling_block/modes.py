@@ -12,12 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.rolling_block.structure import (
-    STANDS,
-    load_vector,
-    stiffness_matrix,
-    twists,
-)
+from tolstat.machines.rolling_block import structure
 
 AT_REST = 1e-12  # of a shape: what rounding leaves of a mass that does not move
 TIE = 1e-6  # parts of a shape that are as large as the largest, but for rounding
@@ -42,10 +37,10 @@ def modes_of(Q: Array, C: Array) -> Modes:
     LAPACK finds them.
     """
     root = np.sqrt(Q)
-    scaled = stiffness_matrix(C) / root[:, :, None] / root[:, None, :]
+    scaled = structure.stiffness_matrix(C) / root[:, :, None] / root[:, None, :]
     squares, vectors = np.linalg.eigh(scaled)
     phi = vectors[:, :, 1:] / root[:, :, None]  # the first is the rigid mode
-    return Modes(np.sqrt(squares[:, 1:]), phi, twists(phi))
+    return Modes(np.sqrt(squares[:, 1:]), phi, structure.twists(phi))
 
 
 def unit_shapes(phi: Array) -> Array:
@@ -125,7 +120,7 @@ def antiphase(phi: Array) -> Truths:
     moving = size > STILL * np.max(size, axis=1, keepdims=True)
     gaps = [
         (phi[:, i] * phi[:, j] < 0) & moving[:, i] & moving[:, j]
-        for i, j in pairwise(STANDS.values())
+        for i, j in pairwise(structure.STANDS.values())
     ]
     return np.stack(gaps, axis=-1)
 
@@ -140,7 +135,7 @@ def contributions(modes: Modes, C: Array, loads: dict[int, float]) -> Array:
     a : float64[trial, link, mode]
         N m.
     """
-    moments = sum(size * load_vector(load) for load, size in loads.items())
+    moments = sum(size * structure.load_vector(load) for load, size in loads.items())
     omega, phi, phi_ij = modes
     # phi^T L, mass by mass: the sum is the same in any block
     work = np.zeros_like(omega)

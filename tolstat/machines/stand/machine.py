@@ -7,23 +7,19 @@ from collections.abc import Mapping
 import numpy as np
 
 from tolstat.arrays import Array, Truths
+from tolstat.machines.stand import trials
 from tolstat.machines.stand.declarations import DESCRIPTION, Settings
 from tolstat.machines.stand.motion import State, motion
 from tolstat.machines.stand.parameters import FAULTS, build, faults
-from tolstat.machines.stand.trials import (
-    END,
-    NO_SHARE,
-    WINDOW,
-    marks_of,
-    outcome_of,
-    simulated,
-)
 from tolstat.machines.stand.views import chart_of
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
 from tolstat.moving import Moment
 
-FAILURES = {**FAULTS, NO_SHARE: "the guides take from 0 to 100 % of the drive's energy"}
+FAILURES = {
+    **FAULTS,
+    trials.NO_SHARE: "the guides take from 0 to 100 % of the drive's energy",
+}
 
 
 class Stand(Model):
@@ -51,15 +47,15 @@ class Stand(Model):
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         p = build(deviations, settings)
-        return outcome_of(simulated(p, settings), p, settings)
+        return trials.outcome_of(trials.simulated(p, settings), p, settings)
 
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
         p = build(deviations[None, :], settings)
-        marks = marks_of(settings)
-        time = sample_times(float(marks[END]), step)
-        solution = simulated(p, settings, time)
+        marks = trials.marks_of(settings)
+        time = sample_times(float(marks[trials.END]), step)
+        solution = trials.simulated(p, settings, time)
         phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
         moved = motion(Moment(time, phase), State(*solution.history[0].T), p)
-        window = (float(marks[WINDOW]), float(marks[END]))
+        window = (float(marks[trials.WINDOW]), float(marks[trials.END]))
         chart = chart_of(time, solution.history[0], moved, window, float(p.delta[0]))
-        return History(chart, outcome_of(solution, p, settings))
+        return History(chart, trials.outcome_of(solution, p, settings))
