@@ -13,9 +13,11 @@ from scipy.optimize import approx_fprime
 import tolstat
 from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError, StudyError
-from tolstat.machines.dimension_chain import DimensionChain, Formula, answers
 from tolstat.machines.dimension_chain.algebras import Slopes, Values
+from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
+from tolstat.machines.dimension_chain.formula import Formula
+from tolstat.machines.dimension_chain.machine import DimensionChain
 from tolstat.model.settings import make
 from tolstat.study.study import load
 

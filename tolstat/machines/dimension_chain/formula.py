@@ -7,41 +7,23 @@ import keyword
 import math
 import sys
 import unicodedata
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 from tolstat.errors import ModelError, allowed_names
-from tolstat.machines.dimension_chain.algebras import Values
+from tolstat.machines.dimension_chain.algebras import OF_ONE, Dimensions, Values
 
 LONGEST, SHOWN = 1000, 80  # characters
 DEEPEST = 500  # nodes below each other
 LARGEST = 10.0  # exponent
 CONSTANTS = {"pi": math.pi}
+Algebra = Values | Dimensions  # what a formula is worked out in
 # each with the number of its arguments, at least and at most
 FUNCTIONS = {
-    "sqrt": (1, 1), "abs": (1, 1), "exp": (1, 1), "log": (1, 1),
-    "sin": (1, 1), "cos": (1, 1), "tan": (1, 1),
-    "asin": (1, 1), "acos": (1, 1), "atan": (1, 1), "atan2": (2, 2),
-    "hypot": (2, 3), "min": (2, 9), "max": (2, 9),
+    **dict.fromkeys(OF_ONE, (1, 1)),
+    "atan2": (2, 2), "hypot": (2, 3), "min": (2, 9), "max": (2, 9),
 }  # fmt: skip
 SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
-
-
-class Algebra(Protocol):
-    """What a formula is worked out in: numbers, slopes, dimensions."""
-
-    def constant(self, value: float) -> Any:
-        """Return a number of the formula."""
-
-    def link(self, name: str) -> Any:
-        """Return a link."""
-
-    def operation(self, sign: str, left: Any, right: Any) -> Any:
-        """Combine two by + - * / or **; an exponent is a plain float."""
-
-    def function(self, name: str, arguments: Sequence[Any]) -> Any:
-        """Apply a function of `FUNCTIONS`."""
 
 
 @dataclass(frozen=True)

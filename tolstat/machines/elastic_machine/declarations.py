@@ -80,11 +80,6 @@ class Settings:
                 "final_speed = 0 and no load torque: nothing moves the machine"
             )
 
-    @property
-    def law(self) -> int:
-        """Number of the start-up law among all."""
-        return list(LAWS).index(self.start_up_law)
-
 
 def spring(s: int) -> str:
     """Return the paper's index of the spring before mass s: 01, 12, ... 9,10."""

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
+from tolstat.machines.elastic_machine.declarations import Settings
 from tolstat.machines.elastic_machine.modes import natural_frequencies
 from tolstat.machines.elastic_machine.start_up import LAWS
-
-if TYPE_CHECKING:
-    from tolstat.machines.elastic_machine.declarations import Settings
 
 BALANCED = 1e-12  # of a deflection: what rounding leaves where torques balance
 
@@ -122,7 +120,7 @@ def rows_of(chains: Chains, events: Events, settings: Settings) -> Array:
     # a start-up beyond the horizon ends as "not finite", after no motion
     one = np.where(chains.t0 < settings.horizon, 1.0, np.nan)
     start_up = (
-        np.full_like(one, settings.law),
+        np.full_like(one, list(LAWS).index(settings.start_up_law)),
         one * settings.final_speed / chains.t0,
         one / chains.t0,
         events.ended,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -93,10 +94,7 @@ class Settings:
     def entries(self) -> tuple[float, ...]:
         """When each stand, 31 first, takes its load, s."""
         delays = self.delay * 3 if len(self.delay) == 1 else self.delay
-        times = [0.0]
-        for delay in delays:
-            times.append(times[-1] + delay)
-        return tuple(times)
+        return tuple(accumulate(delays, initial=0.0))
 
 
 _C = Contributor
