@@ -79,7 +79,7 @@ class Drives:
             (when, contributions(modes, built.C, {stand: 0.25, 1: 0.25}))
             for when, stand in zip(self.settings.entries, STANDS, strict=True)
         ]
-        return moments(TIMES, modes, built.zeta, steps)
+        return moments(TIMES, modes.omega, built.zeta, steps)
 
 
 def tolstat(given: Drives, rtol: float) -> Run:

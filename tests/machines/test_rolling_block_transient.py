@@ -36,14 +36,16 @@ def steps_of(settings, drive, modes):
 def peaks_in_closed_form(modes, zeta, steps, horizon):
     """The greatest moments of one drive: a scan, then the minimiser at each top."""
     time = np.linspace(0.0, horizon, 10_001)
-    scan = abs(moments(time, modes, zeta, steps)[0])
+    scan = abs(moments(time, modes.omega, zeta, steps)[0])
     found = []
     for link, row in enumerate(scan):
         candidates = [row.max()]
         for top in np.argsort(row)[-4:]:
 
             def depth(t, link=link):
-                return -abs(moments(np.array([t]), modes, zeta, steps)[0, link, 0])
+                return -abs(
+                    moments(np.array([t]), modes.omega, zeta, steps)[0, link, 0]
+                )
 
             near = (max(time[top] - 2e-4, 0.0), min(time[top] + 2e-4, horizon))
             best = minimize_scalar(
@@ -59,7 +61,7 @@ def test_the_closed_form_against_the_matrix_exponential():
     drive, modes = scattered(3)
     settings = Settings(motor="free")
     time = np.array([0.0, 0.01, 0.0234, 0.05, 0.1, 0.2])
-    found = moments(time, modes, drive.zeta, steps_of(settings, drive, modes))
+    found = moments(time, modes.omega, drive.zeta, steps_of(settings, drive, modes))
     H = damping_matrix(modes, drive.C, drive.zeta)
     load = np.array([0.0] * 5 + [-0.25] * 4)
     for trial in range(3):
@@ -78,7 +80,7 @@ def test_the_printed_moments_after_a_step():
     drive, modes = solved()
     settings = Settings(motor="free")
     time = np.array([0.01, 0.0234, 0.05, 0.1, 0.2])
-    found = moments(time, modes, drive.zeta, steps_of(settings, drive, modes))[0]
+    found = moments(time, modes.omega, drive.zeta, steps_of(settings, drive, modes))[0]
     M12 = [0.120699554, 1.098091575, -0.092403596, -0.089479818, 0.125628761]
     M47 = [0.236475920, 0.185016909, 0.112744101, 0.158830392, 0.105005871]
     np.testing.assert_allclose(found[0], M12, atol=5.1e-10)
@@ -107,7 +109,7 @@ def test_integrated_against_the_closed_form(given):
     ):
         solution = followed(drive, loading, settings, time)
         found = solution.history[:, :, :8].transpose(0, 2, 1) * drive.C[:, :, None]
-        expected = moments(time, modes, drive.zeta, steps)
+        expected = moments(time, modes.omega, drive.zeta, steps)
         peak = abs(expected).max(axis=2)
         assert (abs(found - expected).max(axis=2) < 1e-7 * peak).all()
 
@@ -208,7 +210,7 @@ def test_a_drive_that_does_not_swing(zeta):
     drive = drive._replace(zeta=np.array([zeta]))
     settings = Settings(motor="matched", horizon=0.3)
     time = np.array([0.0, 1e-3, 0.02, 0.1, 0.3])
-    found = moments(time, modes, drive.zeta, steps_of(settings, drive, modes))[0]
+    found = moments(time, modes.omega, drive.zeta, steps_of(settings, drive, modes))[0]
     H = damping_matrix(modes, drive.C, drive.zeta)[0]
     twisting = np.diag(1.0 / drive.Q[0])
     # twists' = B angles'; angles'' = Q^-1 (load - B^T (C twists + H rates))

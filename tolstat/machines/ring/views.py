@@ -117,8 +117,6 @@ def varied(
         changed: Any = {name: nominal * times}
         shown = np.degrees(nominal * times) if in_degrees else nominal * times
         words = f"{name.replace('_', ' ')} {shown:.6g} {unit}".strip()
-        if words in others:
-            raise ModelError(f"varied_by has {words} twice")
         try:
             others[words] = replace(given, **changed)
         except ModelError:

@@ -171,14 +171,14 @@ def step(time: Array, omega: Array, zeta: Array) -> Array:
 
 
 def moments(
-    time: Array, modes: Modes, zeta: Array, steps: list[tuple[float, Array]]
+    time: Array, omega: Array, zeta: Array, steps: list[tuple[float, Array]]
 ) -> Array:
     """Return the elastic moments of all links after steps of the loads, from rest.
 
     Parameters
     ----------
-    time, zeta : float64[time], float64[trial]
-        s; damping ratio.
+    time, omega, zeta : float64[time], float64[trial, mode], float64[trial]
+        s; natural frequencies, rad/s; damping ratio.
     steps : list of (float, float64[trial, link, mode])
         When, s; and the static modal contributions of what steps then, N m.
 
@@ -187,7 +187,7 @@ def moments(
     float64[trial, link, time]
         M_ij = C_ij (phi_i - phi_j), N m.
     """
-    total = np.zeros((len(zeta), modes.phi_ij.shape[1], len(time)))
+    total = np.zeros((*steps[0][1].shape[:2], len(time)))
     for begin, a in steps:
-        total += a @ step(time - begin, modes.omega, zeta)
+        total += a @ step(time - begin, omega, zeta)
     return total

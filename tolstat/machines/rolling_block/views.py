@@ -12,7 +12,6 @@ from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
 from tolstat.machines.rolling_block.frequency_response import frequency_response, poles
 from tolstat.machines.rolling_block.modes import (
-    Modes,
     contributions,
     moments,
     tracked,
@@ -160,43 +159,39 @@ def shapes(deviations: Array, settings: Settings) -> Chart:
 def pulses(deviations: Array, settings: Settings) -> Chart:
     """Chart the moments of all links after the pulse, and of one link after others."""
     drive = drives(deviations, settings)
-    modes = drive.modes
     shown, length = settings.response_link, settings.pulse_length
-    end = min(settings.horizon, PERIODS * 2 * np.pi / float(modes.omega[0, 0]))
+    lowest = float(drive.modes.omega[0, 0])
+    end = min(settings.horizon, PERIODS * 2 * np.pi / lowest)
     time = np.linspace(0.0, end, POINTS)
     load = {settings.pulse_stand: settings.pulse_moment}
-    a = contributions(modes, drive.C, load)
-    first = Modes(*(each[:1] for each in modes))
+    a = contributions(drive.modes, drive.C, load)
     one = LINK_NAMES.index(shown)
 
-    def followed(*ends: float) -> Array:
-        """Return the moments of the first drive under a load that ends, or never."""
-        steps = [(0.0, a[:1]), *((end, -a[:1]) for end in ends)]
-        found: Array = moments(time, first, drive.zeta[:1], steps)[0]
-        return found
+    def followed(those: slice, links: slice, *ends: float) -> Array:
+        """Return moments of drives in links, under a load that ends, or never."""
+        part = a[those, links]
+        steps = [(0.0, part), *((end, -part) for end in ends)]
+        return moments(time, drive.modes.omega[those], drive.zeta[those], steps)
 
     def curve(name: str, link: str, words: str, moment: Array) -> Curve:
         return Curve(name, "N m", f"M{link}", words, moment, shown="N m")
 
+    first, every = slice(0, 1), slice(None)
     links = [
         curve(f"M{ij}", ij, "after the pulse", moment)
-        for ij, moment in zip(LINK_NAMES, followed(length), strict=True)
+        for ij, moment in zip(
+            LINK_NAMES, followed(first, every, length)[0], strict=True
+        )
     ]
     words = "pulse of this length"
     others = [
-        curve(f"{1e3 * each:g} ms", shown, words, followed(each)[one])
+        curve(f"{1e3 * each:g} ms", shown, words, followed(first, every, each)[0, one])
         for each in LENGTHS
     ]
-    others.append(curve("step", shown, "load that stays", followed()[one]))
-
-    omega, phi, phi_ij = (each[1:] for each in modes)
-    of_others = a[1:, one : one + 1]
-    spread = moments(
-        time,
-        Modes(omega, phi, phi_ij[:, one : one + 1]),
-        drive.zeta[1:],
-        [(0.0, of_others), (length, -of_others)],
+    others.append(
+        curve("step", shown, "load that stays", followed(first, every)[0, one])
     )
+    spread = followed(slice(1, None), slice(one, one + 1), length)
     opened = bands_of(f"M{shown}", "N m", spread[:, 0])
     title = f"{1e3 * length:g} ms on stand {settings.pulse_stand}: gearbox"
     panels = [
