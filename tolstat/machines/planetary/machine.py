@@ -56,10 +56,7 @@ class Planetary(Model):
         return description_of(settings, design_of(settings))
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        design = design_of(settings)
-        return trials.faults(
-            *trials.parted(deviations, design, settings), design, settings
-        )
+        return trials.faults(deviations, design_of(settings), settings)
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         design, k = design_of(settings), settings.satellites

@@ -63,12 +63,9 @@ def free_gaps(lower: Array, upper: Array, within: Range) -> tuple[Array, Array]:
     rank = np.argsort(lower, axis=1)
     starts = np.take_along_axis(lower, rank, axis=1)
     reached = np.maximum.accumulate(np.take_along_axis(upper, rank, axis=1), axis=1)
-    edge = np.full((len(lower), 1), within.lower)
-    begin = np.concatenate([edge, np.maximum(reached, within.lower)], axis=1)
-    end = np.concatenate(
-        [np.minimum(starts, within.upper), np.full_like(edge, within.upper)], axis=1
-    )
-    return begin, end
+    begin = np.insert(np.maximum(reached, within.lower), 0, within.lower, axis=1)
+    n = starts.shape[1]
+    return begin, np.insert(np.minimum(starts, within.upper), n, within.upper, axis=1)
 
 
 def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:

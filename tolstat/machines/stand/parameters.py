@@ -188,30 +188,27 @@ def build(deviations: Array, settings: Settings) -> Parameters:
         Each float64[n].
     """
     d, N = named(deviations), NOMINAL
-    l1, l2, r_1, r_2, k30, k31, k32, k1, k2, I1, I2, m, mu, c2, c3, delta, F0 = (
-        parts_of(d, settings)
-    )
+    parts = parts_of(d, settings)
+    k1, k2, m = parts.k1, parts.k2, parts.m
     psi1, psi2 = (d[f"crank_angle_{i}"] for i in (1, 2))
     E7, E8, E10, E11 = (d[f"runout_{i}"] for i in (7, 8, 10, 11))
     th7, th8, th10, th11 = (d[f"runout_phase_{i}"] for i in (7, 8, 10, 11))
-    phi31_0, _, _ = initial_position(l1, l2, r_1, r_2)
+    phi31_0, _, _ = initial_position(parts.l1, parts.l2, parts.r_1, parts.r_2)
     balanced = settings.drive == "balanced"
-    B = gear_deformations(k30, k31, k32, c2, balanced)
+    B = gear_deformations(parts.k30, parts.k31, parts.k32, parts.c2, balanced)
     one = np.ones_like(m)
+    # the equations take wheels by the reciprocals of their inertias
+    alike = {name: each for name, each in parts._asdict().items() if name[0] != "I"}
 
     return Parameters(
+        **alike,
         # drive law
         omega0=settings.crank_speed * N.r3 / N.r1 * one,
         t1=settings.start_up * one,
         per_t1=one / settings.start_up,
         phi1_0=phi31_0 * N.r3 / N.r1,
         # gears
-        B00=B[:, 0, 0], B01=B[:, 0, 1], B02=B[:, 0, 2],
-        B10=B[:, 1, 0], B11=B[:, 1, 1], B12=B[:, 1, 2],
-        B20=B[:, 2, 0], B21=B[:, 2, 1], B22=B[:, 2, 2],
-        B30=B[:, 3, 0], B31=B[:, 3, 1], B32=B[:, 3, 2],
-        k30=k30, k31=k31, k32=k32,
-        c2=c2,
+        **{f"B{i}{j}": B[:, i, j] for i in range(4) for j in range(3)},
         Hc2=one * (0.0 if balanced else N.Hc2),
         s1=d["tooth_position_1"], s2=d["tooth_position_2"],
         # run-out
@@ -219,20 +216,13 @@ def build(deviations: Array, settings: Settings) -> Parameters:
         E8c=E8 * np.cos(th8), E8s=E8 * np.sin(th8),
         E10c=E10 * np.cos(th10), E10s=E10 * np.sin(th10),
         E11c=E11 * np.cos(th11), E11s=E11 * np.sin(th11),
-        # wheels and shaft 9
-        per_I1=1 / I1, per_I2=1 / I2,
-        c3=c3,
+        # wheels
+        per_I1=1 / parts.I1, per_I2=1 / parts.I2,
         cos_psi1=np.cos(psi1), sin_psi1=np.sin(psi1),
         cos_psi2=np.cos(psi2), sin_psi2=np.sin(psi2),
-        r_1=r_1, r_2=r_2,
         # rods
-        l1=l1, l2=l2,
-        k1=k1, k2=k2,
         H1=N.H * k1 / N.k, H2=N.H * k2 / N.k,
         link=one * (settings.variant == "equalized"),
         # carriage
-        m=m, per_m=1 / m,
-        mu=mu, mu_rot=mu * friction_arm(),
-        delta=delta,
-        F0=F0,
+        per_m=1 / m, mu_rot=parts.mu * friction_arm(),
     )  # fmt: skip
