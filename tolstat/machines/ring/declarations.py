@@ -92,10 +92,7 @@ class Asked:
     def __post_init__(self) -> None:
         """Refuse what does not fit together."""
         if self.radius is not None and self.inner_radius is not None:
-            raise ModelError(
-                "radius and inner_radius are both given: the radius of the middle line "
-                "is either set, or follows from the inner radius and the thickness"
-            )
+            raise ModelError("radius and inner_radius are both given; give one of them")
         if not self.middle_radius > 0.5 * self.thickness:
             raise ModelError(
                 f"thickness = {self.thickness:g} m with radius = "
@@ -103,8 +100,7 @@ class Asked:
             )
         if not self.support_angle < math.pi:
             raise ModelError(
-                f"support_angle = {self.support_angle:.6g} rad: it must be below 180 "
-                "deg; there the supports no longer keep the ring from moving sideways"
+                f"support_angle = {self.support_angle:.6g} rad: it must be below 180 deg"
             )
         lobes = self.out_of_roundness_harmonics
         if len(set(lobes)) < len(lobes):
