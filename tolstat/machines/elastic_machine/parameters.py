@@ -27,8 +27,7 @@ class Chains(NamedTuple):
 def exist(chains: Chains) -> Truths:
     """Tell which machines can be built."""
     J, c, b, t0, _ = chains
-    found: Truths = ((J > 0) & (c > 0) & (b >= 0)).all(axis=1) & (t0 > 0)
-    return found
+    return ((J > 0) & (c > 0) & (b >= 0)).all(axis=1) & (t0 > 0)
 
 
 def build(deviations: Array, settings: Settings) -> Chains:

@@ -85,16 +85,12 @@ def nu_of(E: Array, rho: Array, w: Array, h: Array, r: Array) -> Array:
     """Return nu = E J/(rho F r^4), 1/s2, of rings of section w x h."""
     F = w * h
     J = w * h * h * h / 12.0
-    nu: Array = E * J / (rho * F * (r * r) * (r * r))
-    return nu
+    return E * J / (rho * F * (r * r) * (r * r))
 
 
 def total(terms: Array) -> Array:
     """Add up terms[trial, harmonic], the same way for any number of trials."""
-    found = terms[:, 0]
-    for column in range(1, terms.shape[1]):
-        found = found + terms[:, column]
-    return found
+    return np.cumsum(terms, axis=1)[:, -1]
 
 
 def inverse(s: Array, C: Array) -> Array:

@@ -71,8 +71,7 @@ def static_depth(rings: Rings, hoop: bool) -> Array:
     def excess(t: Array) -> Array:
         P_R = force(rings.c_R, rings.x_R, t)
         P_T = force(rings.c_T, rings.x_T, t)
-        result: Array = t - rings.t_R0 + P_R * both + P_T * c_T
-        return result
+        return t - rings.t_R0 + P_R * both + P_T * c_T
 
     # the first sign change above zero: doubled until it is passed, then halved
     lower, upper = np.zeros_like(rings.t_R0), np.maximum(rings.t_R0, 0.0)

@@ -82,8 +82,7 @@ def build(deviations: Array, settings: Asked) -> Rings:
         """Return a force at a depth of 1 mm, (10): mm, mm a turn, m/min."""
         names = ("coefficient", "feed_exponent", "speed_exponent")
         C, y, n = (float(getattr(settings, f"{which}_{name}")) for name in names)
-        found: Array = 10.0 * of["cutting_force"] * C * of["feed"] ** y * V**n
-        return found
+        return 10.0 * of["cutting_force"] * C * of["feed"] ** y * V**n
 
     on = supported(alpha, settings.harmonics)
     lobes = [
@@ -106,8 +105,7 @@ def build(deviations: Array, settings: Asked) -> Rings:
 
 def force(c: Array, x: Array, t: Array) -> Array:
     """Return a cutting force, N, at depths t, m, (10); none below zero."""
-    found: Array = np.where(t > 0.0, c * np.maximum(1e3 * t, 0.0) ** x, 0.0)
-    return found
+    return np.where(t > 0.0, c * np.maximum(1e3 * t, 0.0) ** x, 0.0)
 
 
 def out_of_roundness(rings: Rings, t: Array | float) -> Array:

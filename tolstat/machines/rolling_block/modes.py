@@ -141,8 +141,7 @@ def contributions(modes: Modes, C: Array, loads: dict[int, float]) -> Array:
     work = np.zeros_like(omega)
     for mass, moment in enumerate(np.broadcast_to(moments, phi.shape[1])):
         work = work + phi[:, mass, :] * moment
-    a: Array = C[:, :, None] * phi_ij * (work / (omega * omega))[:, None, :]
-    return a
+    return C[:, :, None] * phi_ij * (work / (omega * omega))[:, None, :]
 
 
 def step(time: Array, omega: Array, zeta: Array) -> Array:

@@ -81,10 +81,8 @@ def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:
         *forbidden(omega, orders, settings.band), settings.speed_range
     )
     widths = np.maximum(end - begin, 0.0)
-    total = np.zeros(len(omega))
-    for width in widths.T:  # one by one: the sum is the same in any block
-        total = total + width
-    return total, np.max(widths, axis=1)
+    # one by one: the sum is the same in any block
+    return np.cumsum(widths, axis=1)[:, -1], np.max(widths, axis=1)
 
 
 def speed_margin(omega: Array, settings: Settings) -> Array:

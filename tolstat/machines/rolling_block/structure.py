@@ -58,8 +58,7 @@ def stiffness_matrix(C: Array) -> Array:
 def twists(phi: Array) -> Array:
     """Return phi_ij = phi_i - phi_j, [..., link, mode], of phi[..., mass, mode]."""
     near, far = ([link[end] for link in LINKS] for end in (0, 1))
-    difference: Array = phi[..., near, :] - phi[..., far, :]
-    return difference
+    return phi[..., near, :] - phi[..., far, :]
 
 
 def load_vector(load: int) -> Array:

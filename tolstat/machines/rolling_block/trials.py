@@ -92,8 +92,7 @@ def damping_matrix(modes: Modes, C: Array, zeta: Array) -> Array:
     for r in range(omega.shape[1]):  # one by one: the sum is the same in any block
         w, M = omega[:, r, None, None], moments[:, :, r]
         H = H + M[:, :, None] * M[:, None, :] / (w * w * w)
-    damping: Array = 2.0 * zeta[:, None, None] * H
-    return damping
+    return 2.0 * zeta[:, None, None] * H
 
 
 def followed(
