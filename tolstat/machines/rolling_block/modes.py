@@ -135,12 +135,10 @@ def contributions(modes: Modes, C: Array, loads: dict[int, float]) -> Array:
     a : float64[trial, link, mode]
         N m.
     """
-    moments = sum(size * structure.load_vector(load) for load, size in loads.items())
     omega, phi, phi_ij = modes
     # phi^T L, mass by mass: the sum is the same in any block
-    work = np.zeros_like(omega)
-    for mass, moment in enumerate(np.broadcast_to(moments, phi.shape[1])):
-        work = work + phi[:, mass, :] * moment
+    L = structure.load_vector(loads)
+    work = np.cumsum(phi * L[:, None], axis=1)[:, -1]
     return C[:, :, None] * phi_ij * (work / (omega * omega))[:, None, :]
 
 

@@ -15,6 +15,7 @@ wire-rod rolling block (2010, in Russian); Fig. 3 and the equations (1) are the 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import product
 from typing import NamedTuple
 
@@ -61,13 +62,14 @@ def twists(phi: Array) -> Array:
     return phi[..., near, :] - phi[..., far, :]
 
 
-def load_vector(load: int) -> Array:
-    """Return the moments on the masses, N m, where one load of 1 N m acts.
+def load_vector(loads: Mapping[int, float]) -> Array:
+    """Return the moments on the masses under loads, N m, by place.
 
     1 is the motor's M1, which drives; 31 to 34 are stands, which brake.
     """
     moments = np.zeros(len(MASSES))
-    moments[LOADS[load]] = 1.0 if LOADS[load] == MOTOR else -1.0
+    for place, size in loads.items():
+        moments[LOADS[place]] = size if LOADS[place] == MOTOR else -size
     return moments
 
 
