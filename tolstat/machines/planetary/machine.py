@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,27 +16,12 @@ from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import View
 
 
-@dataclass(frozen=True)
-class Existing(Settings):
-    """Settings of a gear that exists.
-
-    Raises
-    ------
-    ModelError
-        If there is no such gear.
-    """
-
-    def __post_init__(self) -> None:
-        """Refuse gears that do not exist."""
-        design_of(self)
-
-
 class Planetary(Model):
     """Planetary gear with helical wheels and balanced axial forces."""
 
     name = "planetary"
     title = "planetary gear AA, II or AI with helical wheels, axial forces balanced"
-    settings = Existing
+    settings = Settings
     failures = trials.FAILURES
     views = OFFERS
     assumptions = (

@@ -107,8 +107,6 @@ def varied(
     nominal = settings.nominal(name)
     if name == "radius":
         given = replace(settings, inner_radius=None)
-    if nominal == 0.0:
-        raise ModelError(f'varied = "{name}": its nominal value is 0, times what is 0')
     [kind] = [each.metadata["kind"] for each in fields(settings) if each.name == name]
     in_degrees = kind.unit == "rad"
     unit = {"rad": "deg", "1": ""}.get(kind.unit, kind.unit)
