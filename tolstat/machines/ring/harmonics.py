@@ -93,10 +93,17 @@ def total(terms: Array) -> Array:
     return np.cumsum(terms, axis=1)[:, -1]
 
 
+def shared(s: Array, C: Array) -> Array:
+    """Return 1/(1 + 2 s C^-1 s), float64[trial], by which (diag C + 2 s s^T) is solved.
+
+    Sherman and Morrison.
+    """
+    return 1.0 / (1.0 + total(2.0 * s * s / C))
+
+
 def inverse(s: Array, C: Array) -> Array:
     """Return (diag C + 2 s s^T)^-1, of masses, float64[trial, harmonic, harmonic]."""
-    per = 1.0 / (1.0 + total(2.0 * s * s / C))
-    scaled = s / C
+    per, scaled = shared(s, C), s / C
     found = -2.0 * per[:, None, None] * scaled[:, :, None] * scaled[:, None, :]
     every = np.arange(len(C))
     found[:, every, every] += 1.0 / C

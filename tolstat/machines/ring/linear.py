@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
-from tolstat.machines.ring.harmonics import harmonics, inverse, total
+from tolstat.machines.ring.harmonics import harmonics, inverse, shared, total
 from tolstat.machines.ring.parameters import Rings, force
 
 FASTEST = 1e6  # rad/s
@@ -91,9 +91,8 @@ def static_depth(rings: Rings, hoop: bool) -> Array:
 
 def _solved(y: Array, s: Array, C: Array) -> Array:
     """Return (diag C + 2 s s^T)^-1 y, [trial, harmonic]: Sherman and Morrison."""
-    per = 1.0 / (1.0 + total(2.0 * s * s / C))
-    shared = total(s * y / C) * per
-    return y / C - 2.0 * s / C * shared[:, None]
+    along = total(s * y / C) * shared(s, C)
+    return y / C - 2.0 * s / C * along[:, None]
 
 
 def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
