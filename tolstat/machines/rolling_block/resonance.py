@@ -132,7 +132,7 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
     title, sure = "Whether the drive resonates", []
     if len(omega) > 1:
         title = f"Share of {machines} machines that resonate"
-        sure = [sure_of(share, machines)]
+        sure = [Band("95 % interval", "1", *ends_of(hits, machines), of=share.name)]
     return Chart(
         Axis("motor speed", "rad/s", "rpm"),
         n,
@@ -151,13 +151,10 @@ def others_or_first(omega: Array) -> slice:
     return slice(min(1, len(omega) - 1), None)
 
 
-def sure_of(share: Curve, machines: int) -> Band:
-    """Return the interval of a share of so many machines, at each point by itself."""
-    counts = np.rint(machines * share.values).astype(int).tolist()
-    ends = {count: proportion(count, machines) for count in set(counts)}
-    lower = np.array([ends[count].lower for count in counts])
-    upper = np.array([ends[count].upper for count in counts])
-    return Band("95 % interval", share.unit, lower, upper, of=share.name)
+def ends_of(counts: Array, machines: int) -> list[Array]:
+    """Return lower and upper ends of the intervals of shares, from counts."""
+    each = [proportion(int(count), machines) for count in counts]
+    return [np.array([getattr(e, end) for e in each]) for end in ("lower", "upper")]
 
 
 def _frequency_panels(
@@ -192,8 +189,7 @@ def resonances(deviations: Array, settings: Settings) -> Listing:
     turns = np.array(list(orders.values()))[order]
     work, drawn = settings.working_speed, others_or_first(omega)
     hit = (lower[drawn][:, place] <= work) & (work <= upper[drawn][:, place])
-    each = [proportion(int(count), len(hit)) for count in hit.sum(axis=0)]
-    sure = [np.array([getattr(e, end) for e in each]) for end in ("lower", "upper")]
+    sure = ends_of(hit.sum(axis=0), len(hit))
     names = ("from, 95 %", "to, 95 %") if len(omega) > 1 else ()
     return Listing.of(
         "what meets within the speeds of the motor, and the speeds to keep away from",
