@@ -151,10 +151,10 @@ def others_or_first(omega: Array) -> slice:
     return slice(min(1, len(omega) - 1), None)
 
 
-def ends_of(counts: Array, machines: int) -> list[Array]:
+def ends_of(counts: Array, machines: int) -> tuple[Array, Array]:
     """Return lower and upper ends of the intervals of shares, from counts."""
     each = [proportion(int(count), machines) for count in counts]
-    return [np.array([getattr(e, end) for e in each]) for end in ("lower", "upper")]
+    return np.array([e.lower for e in each]), np.array([e.upper for e in each])
 
 
 def _frequency_panels(
