@@ -81,19 +81,20 @@ def deflected_at_start_up(settings: Settings) -> tuple[int, ...]:
     return tuple((1 + np.flatnonzero(there)).tolist())
 
 
-class Events(NamedTuple):
-    """When something changes, in the order in which it does in each trial."""
-
-    marks: Array  # [trial, mark], s: start, events, horizon
-    ended: Array  # [trial]: the phase from which the start-up is over
-    begun: Array  # [trial, step of the load]: the phase from which it acts
-
-
-def events_of(chains: Chains, settings: Settings) -> Events:
+def events_of(chains: Chains, settings: Settings) -> tuple[Array, Array, Array]:
     """Sort knots and end of the start-up and the steps of the load, trial by trial.
 
     A start-up that lasts longer may pass the time of a step: so each trial keeps which
     phase (number of the last mark passed) each of its events begins.
+
+    Returns
+    -------
+    marks : float64[trial, mark]
+        Start, events, horizon, s, in the order in which each trial has them.
+    ended : float64[trial]
+        The phase from which the start-up is over.
+    begun : float64[trial, step of the load]
+        The phase from which it acts.
     """
     parts = (*LAWS[settings.start_up_law].knots, 1.0)
     # a start-up that does not end has no answer; its marks end with the horizon
@@ -107,10 +108,10 @@ def events_of(chains: Chains, settings: Settings) -> Events:
     ordered = np.take_along_axis(times, order, axis=1)
     edge = np.zeros((len(own), 1))
     marks = np.hstack([edge, ordered, edge + settings.horizon])
-    return Events(marks, phase[:, len(parts) - 1], phase[:, len(parts) :])
+    return marks, phase[:, len(parts) - 1], phase[:, len(parts) :]
 
 
-def rows_of(chains: Chains, events: Events, settings: Settings) -> Array:
+def rows_of(chains: Chains, ended: Array, begun: Array, settings: Settings) -> Array:
     """Return float64[trial, parameter], as the equations of motion read them.
 
     First what `motion.StartUp` names, then 1/J, c and b of each mass, then of each
@@ -122,12 +123,12 @@ def rows_of(chains: Chains, events: Events, settings: Settings) -> Array:
         np.full_like(one, list(LAWS).index(settings.start_up_law)),
         one * settings.final_speed / chains.t0,
         one / chains.t0,
-        events.ended,
+        ended,
     )
     rows = [np.stack(start_up, axis=1), 1.0 / chains.J, chains.c, chains.b]
     for i, step in enumerate(settings.load_torque):
         deflection = chains.M[:, i : i + 1] * of_unit_torque(chains.c, step["mass"])
-        rows += [events.begun[:, i : i + 1], deflection]
+        rows += [begun[:, i : i + 1], deflection]
     return np.hstack(rows)
 
 

@@ -42,18 +42,18 @@ def simulated(
     from tolstat.machines.elastic_machine.compiled import rates, watch
 
     chains = parameters.build(deviations, settings)
-    events = parameters.events_of(chains, settings)
-    machines = parameters.rows_of(chains, events, settings)
+    marks, ended, begun = parameters.events_of(chains, settings)
+    machines = parameters.rows_of(chains, ended, begun, settings)
     n = len(settings.inertia)
     solution = integrate(
         System(rates, parameters.scale_of(settings), watch, n_extremes=3 * n),
         np.zeros((len(machines), 2 * n)),
         machines,
-        events.marks,
+        marks,
         Accuracy(settings.rtol, settings.max_step),
         samples=samples,
     )
-    return Trials(chains, machines, events.marks, solution)
+    return Trials(chains, machines, marks, solution)
 
 
 def outcome_of(trials: Trials, settings: Settings) -> Outcome:

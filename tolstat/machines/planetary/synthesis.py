@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,13 +40,6 @@ SLICE = 2**18  # sets of teeth that are looked at together: some tens of MB
 MOST_DESIGNS = 2_000_000
 MOST_TRIPLES = 500_000_000  # of z1, z2, z3: some minutes
 KINDS = {"ratio": Number(), **{f.name: f.metadata["kind"] for f in fields(Settings)}}
-
-
-class Found(NamedTuple):
-    """Gears by teeth, and how many sets of teeth each condition left, in words."""
-
-    columns: Columns
-    left: dict[str, int]
 
 
 def designs(
@@ -134,12 +127,12 @@ def designs(
     }  # fmt: skip
     checked = {name: _checked(name, value) for name, value in given.items()}
     i = checked.pop("ratio")
-    found = search(Settings(**checked), i)
-    frame = pd.DataFrame(found.columns)
-    units = {name: UNITS.get(name, "1") for name in found.columns}
+    columns, left = search(Settings(**checked), i)
+    frame = pd.DataFrame(columns)
+    units = {name: UNITS.get(name, "1") for name in columns}
     if module is None:
         units = {name: "1" if unit == "m" else unit for name, unit in units.items()}
-    frame.attrs = {"units": units, "left": found.left}
+    frame.attrs = {"units": units, "left": left}
     return frame
 
 
@@ -158,8 +151,16 @@ def _checked(name: str, value: Any) -> Any:
         raise ModelError(f"{name} = {value!r}: {error}{unit}") from None
 
 
-def search(wanted: Settings, i: float) -> Found:
-    """Find the gears of the ratio i that the settings ask for; see `designs`."""
+def search(wanted: Settings, i: float) -> tuple[Columns, dict[str, int]]:
+    """Find the gears of the ratio i that the settings ask for; see `designs`.
+
+    Returns
+    -------
+    columns : dict of str to array
+        A row is a gear.
+    left : dict of str to int
+        How many sets of teeth each condition left, in words.
+    """
     scheme = SCHEMES[wanted.scheme]
     _check_reach(wanted, scheme, i)
     parts: list[Columns] = []
@@ -176,7 +177,7 @@ def search(wanted: Settings, i: float) -> Found:
                 "helix angles, or the tolerance of the ratio"
             )
     columns = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
-    return Found(_ordered(columns, wanted.order), left)
+    return _ordered(columns, wanted.order), left
 
 
 def _check_reach(wanted: Settings, scheme: Scheme, i: float) -> None:

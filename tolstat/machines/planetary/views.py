@@ -27,15 +27,15 @@ def designs_listing(settings: Settings, own: Design) -> Listing:
         If there are none: with how many sets of teeth each condition left.
     """
     i = own.ratio if settings.wanted_ratio is None else settings.wanted_ratio
-    found = search(settings, i)
-    if not len(found.columns["z1"]):
-        left = "; ".join(f"{n} {words}" for words, n in found.left.items())
+    columns, counts = search(settings, i)
+    if not len(columns["z1"]):
+        left = "; ".join(f"{n} {words}" for words, n in counts.items())
         raise ModelError(
             f"no gear found. Of the sets of teeth {left}. Widen z1 ... z4, helix or "
             "ratio_tolerance, or change wanted_ratio, satellites or module_ratio"
         )
-    heads = [Axis(n, UNITS.get(n, "1"), SHOWN.get(n, "")) for n in found.columns]
-    return Listing(tuple(heads), tuple(found.columns.values()), SENTENCE)
+    heads = [Axis(n, UNITS.get(n, "1"), SHOWN.get(n, "")) for n in columns]
+    return Listing(tuple(heads), tuple(columns.values()), SENTENCE)
 
 
 def existence_chart(settings: Settings, own: Design) -> Chart:
