@@ -27,9 +27,8 @@ class ElasticMachine(Model):
     failures = FAILURES
     views = views.OFFERS
     assumptions = (
-        "Dormand-Prince 5(4), with a step of its own for each machine, restarted "
-        "wherever acceleration or load step; rtol bounds the error of each step on "
-        "each state's scale, max_step its length.",
+        "Dormand-Prince 5(4) with a step of its own for each trial, restarted wherever "
+        "acceleration or load step.",
         "The drive keeps to the programmed motion, whatever it takes; the final speed "
         "is reached exactly.",
         "Springs are linear and have no mass; damping is proportional to their rate of "

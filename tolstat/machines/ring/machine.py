@@ -23,9 +23,8 @@ class Ring(Model):
     failures = FAILURES
     views = views.OFFERS
     assumptions = (
-        "Dormand-Prince 5(4), with a step of its own for each machine, that ends "
-        "wherever the tool leaves or enters the cut; rtol bounds the error of each "
-        "step on each state's scale, max_step its length.",
+        "Dormand-Prince 5(4) with a step of its own for each trial, ended wherever the "
+        "tool leaves or enters the cut.",
         "The middle line of the ring does not stretch; it bends in its plane, in "
         "harmonics 1 to N, and does not leave its two supports.",
         "The ring turns at constant speed; the tool engages suddenly, from rest.",

@@ -30,9 +30,8 @@ class Stand(Model):
     settings = Settings
     failures = FAILURES
     assumptions = (
-        "Dormand-Prince 5(4), the yaw rate linearly damped in it, with a step of its "
-        "own for each machine; rtol bounds the error of each step on each state's "
-        "scale, max_step its length.",
+        "Dormand-Prince 5(4) with a step of its own for each trial, the yaw rate "
+        "linearly damped in it.",
         "Parts are rigid, or springs without mass; peak loads are elastic forces.",
         "Friction and the contact with the guides are smooth functions, as in the "
         "paper; the guides touch at one angle.",
