@@ -40,7 +40,6 @@ from tolstat.model.view import (
     peaks_of,
 )
 
-KINDS = ("moment_peak", "pulse_peak")
 PAIRS = ("Motor side", "To C and D", "Spindles of C", "Spindles of D")
 # drives with deviations, where a study gives tolerances: for shares, for bands
 MANY, SOME = 2000, 300
@@ -57,27 +56,25 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
         Curves have the names of the responses that are their peaks.
     """
     words = {response.name: response for response in RESPONSES}
-    curves = [
-        Curve.of(words[f"{kind}_{ij}"], moment)
-        for kind, moments in zip(KINDS, (loaded, pulsed), strict=True)
-        for ij, moment in zip(LINK_NAMES, moments.T, strict=True)
-    ]
-    ends = settings.entries[-1], min(settings.pulse_length, settings.horizon)
     stands = ", ".join(map(str, STANDS))
-    shaded = (
-        Span(0.0, ends[0], f"loads: stands {stands} enter"),
-        Span(0.0, ends[1], "pulse: while it lasts"),
-    )
-    pairs = tuple(zip(LINK_NAMES[::2], LINK_NAMES[1::2], strict=True))
-    panels = [
-        Panel(
-            f"{pair}, {what}",
-            tuple(f"{kind}_{ij}" for ij in links),
-            spans=(span,) if span.upper else (),
-        )
-        for kind, what, span in zip(KINDS, ("loads", "pulse"), shaded, strict=True)
-        for pair, links in zip(PAIRS, pairs, strict=True)
-    ]
+    entering = Span(0.0, settings.entries[-1], f"loads: stands {stands} enter")
+    lasting = min(settings.pulse_length, settings.horizon)
+    pulsing = Span(0.0, lasting, "pulse: while it lasts")
+    curves: list[Curve] = []
+    panels: list[Panel] = []
+    for kind, what, moments_of, span in (
+        ("moment_peak", "loads", loaded, entering),
+        ("pulse_peak", "pulse", pulsed, pulsing),
+    ):
+        links = [
+            Curve.of(words[f"{kind}_{ij}"], moment)
+            for ij, moment in zip(LINK_NAMES, moments_of.T, strict=True)
+        ]
+        curves += links
+        spans = (span,) if span.upper else ()
+        for i, pair in enumerate(PAIRS):
+            two = links[2 * i : 2 * i + 2]
+            panels.append(Panel.of(f"{pair}, {what}", *two, spans=spans))
     return Chart(
         Axis("time", "s", "s"),
         time,
