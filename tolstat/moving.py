@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tolstat.integrator.integrate import integrate
-    from tolstat.integrator.problem import Accuracy, Solution, System
+    from tolstat.integrator.problem import Accuracy, Moment, Solution, System
     from tolstat.integrator.signatures import rates_signature
     from tolstat.lanes.compiled import compiled
     from tolstat.lanes.rows import named, rows, write
 
 _HOMES = {
     "Accuracy": "tolstat.integrator.problem",
+    "Moment": "tolstat.integrator.problem",
     "Solution": "tolstat.integrator.problem",
     "System": "tolstat.integrator.problem",
     "compiled": "tolstat.lanes.compiled",
@@ -31,6 +32,7 @@ _HOMES = {
 }
 __all__ = [
     "Accuracy",
+    "Moment",
     "Solution",
     "System",
     "compiled",

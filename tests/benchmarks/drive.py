@@ -28,18 +28,21 @@ from tests.benchmarks.engines import REPEATS, seconds
 from tests.conftest import ROOT
 from tolstat.machines.rolling_block import motion as equations
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.frequency_response import contributions
-from tolstat.machines.rolling_block.modes import Modes, modes_of
-from tolstat.machines.rolling_block.motion import Links, Machine, Moment, State
+from tolstat.machines.rolling_block.modes import (
+    Modes,
+    contributions,
+    moments,
+)
+from tolstat.machines.rolling_block.motion import Links, Machine, State
 from tolstat.machines.rolling_block.parameters import Drive, drives
 from tolstat.machines.rolling_block.structure import STANDS
-from tolstat.machines.rolling_block.transient import moments
 from tolstat.machines.rolling_block.trials import (
     Loading,
     damping_matrix,
     followed,
     load_steps,
 )
+from tolstat.moving import Moment
 from tolstat.study.study import load
 
 Array = NDArray[np.float64]
@@ -60,14 +63,14 @@ class Drives:
         settings = study.settings
         assert isinstance(settings, Settings)
         self.settings = settings
-        self.built, _ = drives(study.deviations()[:n], settings)
-        self.modes = modes_of(self.built.Q, self.built.C)
+        self.built = drives(study.deviations()[:n], settings)
+        self.modes = self.built.modes
         self.loading: Loading = load_steps(settings)
 
     def part(self, rows: slice) -> tuple[Drive, Modes]:
         """Return some of them."""
-        built = Drive(*(each[rows] for each in self.built))
-        return built, Modes(*(each[rows] for each in self.modes))
+        modes = Modes(*(each[rows] for each in self.modes))
+        return Drive(*(each[rows] for each in self.built[:3]), modes), modes
 
     def truth(self) -> Array:
         """Return their moments in closed form, float64[drive, link, time], N m."""
@@ -76,7 +79,7 @@ class Drives:
             (when, contributions(modes, built.C, {stand: 0.25, 1: 0.25}))
             for when, stand in zip(self.settings.entries, STANDS, strict=True)
         ]
-        return moments(TIMES, modes, built.zeta, steps)
+        return moments(TIMES, modes.omega, built.zeta, steps)
 
 
 def tolstat(given: Drives, rtol: float) -> Run:
@@ -84,7 +87,7 @@ def tolstat(given: Drives, rtol: float) -> Run:
     settings = replace(given.settings, rtol=rtol)
 
     def run() -> Array:
-        found = followed(given.built, given.modes, given.loading, settings, TIMES)
+        found = followed(given.built, given.loading, settings, TIMES)
         twists = found.history[:, :, :M].transpose(0, 2, 1)
         return given.built.C[:, :, None] * twists
 

@@ -22,9 +22,10 @@ from scipy.integrate import solve_ivp
 
 from tests.benchmarks.accuracy import ENERGIES, Responses
 from tolstat.machines.stand import motion as equations
-from tolstat.machines.stand.motion import SCALE, Moment, State
-from tolstat.machines.stand.parameters import Parameters
-from tolstat.machines.stand.trials import END, WINDOW, machines_of, marks_of, start_of
+from tolstat.machines.stand.motion import SCALE, State
+from tolstat.machines.stand.parameters import Parameters, build
+from tolstat.machines.stand.trials import END, WINDOW, marks_of, start_of
+from tolstat.moving import Moment
 from tolstat.study.study import Study
 
 Array = NDArray[np.float64]
@@ -58,11 +59,11 @@ class Machines:
 
     @property
     def table(self) -> Array:
-        return np.stack(machines_of(self.deviations, self.study.settings), axis=1)
+        return np.stack(build(self.deviations, self.study.settings), axis=1)
 
     @property
     def start(self) -> Array:
-        p = machines_of(self.deviations, self.study.settings)
+        p = build(self.deviations, self.study.settings)
         at_rest = start_of(p, self.study.settings)
         return np.hstack([at_rest, np.zeros((len(self), Q))])
 

@@ -54,21 +54,21 @@ def systems(deviations: Array, settings: object) -> list[tuple[Array, ...]]:
     r = build(deviations, settings)
     n = r.on.s.shape[1]
     C = harmonics(n + 1).C
-    A = np.zeros((len(r.r), 4 * n + 2, 4 * n + 2))
+    A = np.zeros((len(r.nu), 4 * n + 2, 4 * n + 2))
     A[:, : 4 * n, : 4 * n] = ring_matrix(r, r.Omega, settings.hoop)
     A[:, 4 * n, 4 * n + 1] = 1.0
     A[:, 4 * n + 1, 4 * n] = -r.K_C / r.m_c
     A[:, 4 * n + 1, 4 * n + 1] = -r.c_c / r.m_c
-    push = np.zeros((2, len(r.r), 4 * n + 2))
+    push = np.zeros((2, len(r.nu), 4 * n + 2))
     for i, (a, b) in enumerate(((r.at.u_a, r.at.u_b), (r.at.v_a, r.at.v_b))):
         push[i, :, 2 * n : 3 * n] = _solved(a, r.on.s, C) / r.pi_chi[:, None]
         push[i, :, 3 * n : 4 * n] = _solved(b, r.on.t, C) / r.pi_chi[:, None]
     push[0, :, 4 * n + 1] = 1.0 / r.m_c
-    sees = np.zeros((len(r.r), 4 * n + 2))
+    sees = np.zeros((len(r.nu), 4 * n + 2))
     sees[:, : 2 * n] = np.hstack([r.at.u_a, r.at.u_b])
     sees[:, 4 * n] = 1.0
     found = []
-    for i in range(len(r.r)):
+    for i in range(len(r.nu)):
         force = np.array([r.c_R[i], r.x_R[i], r.c_T[i], r.x_T[i], r.t_R0[i]])
         lobes = [
             (k * r.Omega[i], r.e_cos[i, j], r.e_sin[i, j])

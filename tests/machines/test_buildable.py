@@ -8,11 +8,28 @@ from click.testing import CliRunner
 
 import tolstat
 from tests.conftest import ROOT, Toy
-from tolstat import Outcome, catalogue
+from tolstat import (
+    Axis,
+    Chart,
+    Curve,
+    History,
+    Listing,
+    Mark,
+    Offer,
+    Outcome,
+    catalogue,
+)
 from tolstat.cli.main import main
 from tolstat.errors import ModelError, StudyError
 from tolstat.execution.execute import Progress
-from tolstat.model.checked import check_model, described, impossible, simulate
+from tolstat.model.checked import (
+    check_model,
+    described,
+    history_of,
+    impossible,
+    shown,
+    simulate,
+)
 from tolstat.model.settings import make
 from tolstat.status import words_of
 
@@ -80,9 +97,9 @@ def test_what_can_be_built_is_not_ruled_out(name, deviations):
 def test_every_machine_says_what_it_can_be_built_from(name):
     machine = catalogue.find(name)
     assert machine.failures
-    shown = CliRunner().invoke(main, ["show", name]).output.replace("\n", " ")
+    page = CliRunner().invoke(main, ["show", name]).output.replace("\n", " ")
     for word in machine.failures:
-        assert f"a trial may end as: {word} (required: " in shown
+        assert f"a trial may end as: {word} (required: " in page
 
 
 def test_a_chain_that_does_not_close():
@@ -188,6 +205,42 @@ def test_what_cannot_be_built_is_never_evaluated():
     rows = tolstat.evaluate(Nominal(), {"part_1": [0.0, 1e-3, 0.0], "part_2": 1e-5})
     assert list(rows["status"]) == ["too short", "done", "too short"]
     assert rows["gap"].tolist()[1] == 1e-3 and rows["gap"].isna().tolist()[0]
+
+
+class Shown(Nominal):
+    """A machine that moves and shows what it is given."""
+
+    views = (Offer("rows", "deviations of the first part", 4),)
+
+    def impossible(self, deviations, settings):
+        return {"too short": deviations[:, 0] < -1e-4}
+
+    def view(self, name, deviations, settings):
+        return Listing.of("a machine", ("part_1", "m", "", deviations[:, 0]))
+
+    def history(self, deviations, settings, step):
+        curve = Curve("gap", "m", "", "", np.full(3, deviations[0]))
+        marks = (Mark("gap", 0.0, 0.0),)
+        chart = Chart(Axis("time", "s"), np.arange(3.0), (curve,), marks=marks)
+        return History(chart, self.evaluate(deviations[None], settings))
+
+
+def test_what_cannot_be_built_reaches_no_view():
+    rows = np.zeros((4, 2))
+    rows[:, 0] = 1e-3, -2e-3, 3e-3, -4e-3
+    (found,) = shown(Shown(), "rows", rows, None).values
+    assert found.tolist() == [1e-3, 3e-3]
+    with pytest.raises(ModelError, match="cannot be built: too short"):
+        shown(Shown(), "rows", rows[1:], None)
+
+
+def test_the_history_of_what_cannot_be_built_is_empty():
+    chart, answers = history_of(Shown(), np.array([-2e-3, 0.0]), None, 0.1)
+    assert np.isnan(chart.curves[0].values).all() and not chart.marks
+    assert words_of(Shown.failures)[int(answers.status[0])] == "too short"
+    chart, answers = history_of(Shown(), np.array([2e-3, 0.0]), None, 0.1)
+    assert chart.curves[0].values.tolist() == 3 * [2e-3] and chart.marks
+    assert answers.responses[0, 0] == 2e-3
 
 
 @pytest.mark.parametrize("failures", [{"too long": ""}, {"too long": None}, ("x",)])

@@ -13,9 +13,11 @@ from scipy.optimize import approx_fprime
 import tolstat
 from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError, StudyError
-from tolstat.machines.dimension_chain import DimensionChain, Formula, answers
 from tolstat.machines.dimension_chain.algebras import Slopes, Values
+from tolstat.machines.dimension_chain.chain import answers
 from tolstat.machines.dimension_chain.declarations import Settings
+from tolstat.machines.dimension_chain.formula import Formula
+from tolstat.machines.dimension_chain.machine import DimensionChain
 from tolstat.model.settings import make
 from tolstat.study.study import load
 
@@ -220,7 +222,7 @@ REFUSED = {
     "min(e, key=d)": "min takes 2 to 9 values",
     "hypot": "hypot is a function",
     "sqrt(e - d)": "the root of less than nothing",
-    "R_out - ": "cannot be read at character 8",
+    "R_out - ": "cannot be read at character 7",
     "": "is empty",
     "2 + 3": "names no link",
     "R_out # - e": "character 7: no remark",

@@ -13,8 +13,8 @@ import tolstat
 from tests.machines.test_planetary_synthesis import CATALOGUE
 from tolstat.errors import ModelError
 from tolstat.machines.planetary import designs
+from tolstat.machines.planetary.declarations import Settings
 from tolstat.machines.planetary.design import design_of
-from tolstat.machines.planetary.machine import Existing as Settings
 from tolstat.machines.planetary.machine import Planetary
 from tolstat.machines.planetary.scheme import EXAMPLES
 from tolstat.machines.planetary.trials import felt_in_mesh, shared

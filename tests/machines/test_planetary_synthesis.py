@@ -12,7 +12,9 @@ import pytest
 
 from tolstat.errors import ModelError
 from tolstat.machines.planetary import designs, synthesis
-from tolstat.machines.planetary.wanted import Wanted, checked
+from tolstat.machines.planetary.declarations import Settings
+from tolstat.machines.planetary.scheme import SCHEMES
+from tolstat.units.grammar import Range
 
 EIGHT_TO_THIRTY = math.radians(8), math.radians(30)
 CATALOGUE = {
@@ -154,9 +156,10 @@ def test_slices_do_not_show(monkeypatch):
 
 
 def test_wide_ranges_are_worked_through_in_slices():
-    asked = Wanted("AI", 7.0, 0.5, 3, *[(17, 200)] * 4, (0.1, 0.6))
+    wide = dict.fromkeys(("z1", "z2", "z3", "z4"), Range(17, 200))
+    asked = Settings(**wide, ratio_tolerance=0.5)
     sizes = []
-    for teeth in synthesis._candidates(asked, checked(asked)):
+    for teeth in synthesis._candidates(asked, SCHEMES["AI"], 7.0):
         sizes.append(len(teeth[0]))
         if len(sizes) == 40:
             break
@@ -224,9 +227,9 @@ def test_nothing_found_is_an_empty_table_with_all_columns():
         ({"ratio": math.nan}, "ratio = nan"),
         ({"ratio": 300}, "ratio 300: .* from 1.6.* to 27.*; widen them"),
         ({"ratio_tolerance": -0.1}, "ratio_tolerance = -0.1: it must be at least 0"),
-        ({"z1": (26, 17)}, r"z1 = \(26, 17\): fewest and most teeth"),
+        ({"z1": (26, 17)}, r"z1 = \(26, 17\): the lower end comes first"),
         ({"z2": (17.5, 20)}, "z2 = "),
-        ({"z3": 20}, "z3 = 20: fewest and most"),
+        ({"z3": 20}, "z3 = 20: 1 numbers; 2 are expected"),
         ({"z4": (0, 20)}, "z4 = "),
         ({"z4": (17, math.inf)}, "z4 = "),
         ({"helix": (8, 30)}, r"helix = \(8, 30\): .* in rad"),

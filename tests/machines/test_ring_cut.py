@@ -15,6 +15,7 @@ from tolstat.lanes.vector import WIDTH
 from tolstat.machines.ring.declarations import RELATIVE, Settings, description_of
 from tolstat.machines.ring.machine import Ring
 from tolstat.machines.ring.trials import depth_of_cut, simulated
+from tolstat.model.checked import simulate
 from tolstat.model.settings import make
 
 TIGHT = {"rtol": 1e-10}
@@ -260,7 +261,7 @@ def test_bit_for_bit_the_same_in_any_block():
     deviations[4, names.index("youngs_modulus")] = -1.5  # cannot exist
     deviations[5:9, names.index("out_of_roundness_3")] = 0.0
     machine = Ring()
-    whole = machine.evaluate(deviations, settings)
+    whole = simulate(machine, deviations, settings)
     impossible = machine.impossible(deviations, settings)["cannot exist"]
     assert np.flatnonzero(impossible).tolist() == [4]
     for rows in (
@@ -270,7 +271,7 @@ def test_bit_for_bit_the_same_in_any_block():
         slice(17, None),
         slice(None, None, -1),
     ):
-        part = machine.evaluate(deviations[rows], settings)
+        part = simulate(machine, deviations[rows], settings)
         np.testing.assert_array_equal(part.responses, whole.responses[rows])
         np.testing.assert_array_equal(part.status, whole.status[rows])
         np.testing.assert_array_equal(part.steps, whole.steps[rows])

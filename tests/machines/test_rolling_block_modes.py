@@ -15,18 +15,18 @@ from tolstat.errors import ModelError
 from tolstat.machines.rolling_block import structure as gearbox
 from tolstat.machines.rolling_block.declarations import Settings
 from tolstat.machines.rolling_block.frequency_response import (
-    contributions,
     poles_and_zeros,
     response,
 )
 from tolstat.machines.rolling_block.modes import (
     antiphase,
+    contributions,
     mac,
     modes_of,
     tracked,
     unit_shapes,
 )
-from tolstat.machines.rolling_block.parameters import drives, nominal
+from tolstat.machines.rolling_block.parameters import drives, exist, nominal
 from tolstat.machines.rolling_block.resonance import (
     forbidden,
     free_gaps,
@@ -44,16 +44,16 @@ for row, (i, j) in enumerate(known.LINKS):
 
 def solved(settings=None):
     drive = nominal(settings or Settings())
-    return drive, modes_of(drive.Q, drive.C)
+    return drive, drive.modes
 
 
 def scattered(trials, seed=3, settings=None):
     """Drives with stiffnesses 5 %, inertias 2 % off (one standard deviation)."""
     spread = np.array([0.02] * 9 + [0.05] * 8 + [0.1])
     deviations = spread * np.random.default_rng(seed).standard_normal((trials, 18))
-    drive, exist = drives(deviations, settings or Settings())
-    assert exist.all()
-    return drive, modes_of(drive.Q, drive.C)
+    drive = drives(deviations, settings or Settings())
+    assert exist(deviations).all()
+    return drive, drive.modes
 
 
 def test_table_1_to_every_printed_digit():
@@ -121,8 +121,8 @@ def test_sensitivities_are_shares_of_energy():
     for column in range(17):
         deviations[2 * column, column] = step
         deviations[2 * column + 1, column] = -step
-    drive, _ = drives(deviations, Settings())
-    logs = np.log(modes_of(drive.Q, drive.C).omega)
+    drive = drives(deviations, Settings())
+    logs = np.log(drive.modes.omega)
     found = (logs[0::2] - logs[1::2]) / (2 * step)
     np.testing.assert_allclose(found[:9, 0], Q, atol=6e-7)
     np.testing.assert_allclose(found[9:, 0], C, atol=6e-7)
@@ -148,8 +148,8 @@ def test_modes_are_tracked_where_they_veer():
     reference = unit_shapes(solved()[1].phi[0])
     deviations = np.zeros((2, 18))
     deviations[1, [7, 8]] = 0.45  # inertias of stands 33 and 34
-    drive, _ = drives(deviations, Settings())
-    modes = modes_of(drive.Q, drive.C)
+    drive = drives(deviations, Settings())
+    modes = drive.modes
     order, shapes = tracked(modes.phi, reference)
     assert order[0].tolist() == list(range(8))
     np.testing.assert_allclose(shapes[0], reference, atol=1e-12)
@@ -274,8 +274,8 @@ def test_manufacturing_lets_the_local_modes_leak():
         "rolling_block", {"stiffness_58": [0.0, 0.05], "stiffness_59": [0.0, -0.05]},
         {"horizon": 0.01, "rtol": 1e-6},
     )  # fmt: skip
-    drive, _ = drives(np.eye(18)[[15]] * 0.05 - np.eye(18)[[16]] * 0.05, Settings())
-    modes = modes_of(drive.Q, drive.C)
+    drive = drives(np.eye(18)[[15]] * 0.05 - np.eye(18)[[16]] * 0.05, Settings())
+    modes = drive.modes
     a = contributions(modes, drive.C, {32: 1.0, 33: 1.0})[0, 0]
     expected = [1.091808663, 0.046250141, 0.029732243, 0, -0.300566342, 0.000269347,
                 0.015921509, -0.001062621]  # fmt: skip
@@ -324,8 +324,8 @@ def test_deviations_act_on_what_is_reduced():
     """A ratio reduces what deviates: the same relative deviation afterwards."""
     deviations = np.random.default_rng(1).uniform(-0.1, 0.1, (3, 18))
     settings = Settings(combination=(1, 0, 2, 3))
-    then, _ = drives(deviations, Settings())
-    now, _ = drives(deviations, settings)
+    then = drives(deviations, Settings())
+    now = drives(deviations, settings)
     inertias, stiffnesses = gearbox.reduction(settings.combination)
     np.testing.assert_allclose(now.Q, then.Q * inertias, rtol=1e-14)
     np.testing.assert_allclose(now.C, then.C * stiffnesses, rtol=1e-14)

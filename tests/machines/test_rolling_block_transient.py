@@ -11,10 +11,8 @@ import tolstat
 from tests.machines import rolling_block_reference as known
 from tests.machines.test_rolling_block_modes import B, scattered, solved
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.frequency_response import contributions
-from tolstat.machines.rolling_block.modes import modes_of
+from tolstat.machines.rolling_block.modes import contributions, modes_of, moments
 from tolstat.machines.rolling_block.parameters import drives, nominal
-from tolstat.machines.rolling_block.transient import moments
 from tolstat.machines.rolling_block.trials import (
     damping_matrix,
     followed,
@@ -38,14 +36,16 @@ def steps_of(settings, drive, modes):
 def peaks_in_closed_form(modes, zeta, steps, horizon):
     """The greatest moments of one drive: a scan, then the minimiser at each top."""
     time = np.linspace(0.0, horizon, 10_001)
-    scan = abs(moments(time, modes, zeta, steps)[0])
+    scan = abs(moments(time, modes.omega, zeta, steps)[0])
     found = []
     for link, row in enumerate(scan):
         candidates = [row.max()]
         for top in np.argsort(row)[-4:]:
 
             def depth(t, link=link):
-                return -abs(moments(np.array([t]), modes, zeta, steps)[0, link, 0])
+                return -abs(
+                    moments(np.array([t]), modes.omega, zeta, steps)[0, link, 0]
+                )
 
             near = (max(time[top] - 2e-4, 0.0), min(time[top] + 2e-4, horizon))
             best = minimize_scalar(
@@ -61,7 +61,7 @@ def test_the_closed_form_against_the_matrix_exponential():
     drive, modes = scattered(3)
     settings = Settings(motor="free")
     time = np.array([0.0, 0.01, 0.0234, 0.05, 0.1, 0.2])
-    found = moments(time, modes, drive.zeta, steps_of(settings, drive, modes))
+    found = moments(time, modes.omega, drive.zeta, steps_of(settings, drive, modes))
     H = damping_matrix(modes, drive.C, drive.zeta)
     load = np.array([0.0] * 5 + [-0.25] * 4)
     for trial in range(3):
@@ -80,7 +80,7 @@ def test_the_printed_moments_after_a_step():
     drive, modes = solved()
     settings = Settings(motor="free")
     time = np.array([0.01, 0.0234, 0.05, 0.1, 0.2])
-    found = moments(time, modes, drive.zeta, steps_of(settings, drive, modes))[0]
+    found = moments(time, modes.omega, drive.zeta, steps_of(settings, drive, modes))[0]
     M12 = [0.120699554, 1.098091575, -0.092403596, -0.089479818, 0.125628761]
     M47 = [0.236475920, 0.185016909, 0.112744101, 0.158830392, 0.105005871]
     np.testing.assert_allclose(found[0], M12, atol=5.1e-10)
@@ -107,9 +107,9 @@ def test_integrated_against_the_closed_form(given):
         (load_steps(settings), steps_of(settings, drive, modes)),
         (pulse(settings), pulsed(drive, modes, 31, settings.pulse_length)),
     ):
-        solution = followed(drive, modes, loading, settings, time)
+        solution = followed(drive, loading, settings, time)
         found = solution.history[:, :, :8].transpose(0, 2, 1) * drive.C[:, :, None]
-        expected = moments(time, modes, drive.zeta, steps)
+        expected = moments(time, modes.omega, drive.zeta, steps)
         peak = abs(expected).max(axis=2)
         assert (abs(found - expected).max(axis=2) < 1e-7 * peak).all()
 
@@ -143,12 +143,12 @@ def test_pulses_as_printed(length, expected):
 @pytest.mark.parametrize("stand", STANDS)
 def test_a_pulse_on_any_stand_of_any_drive(stand):
     settings = Settings(pulse_stand=stand, horizon=0.15)
-    drive, modes = scattered(3)
-    solution = followed(drive, modes, pulse(settings), settings)
+    drive, _ = scattered(3)
+    solution = followed(drive, pulse(settings), settings)
     for trial in range(3):
-        one = tuple(each[trial : trial + 1] for each in drive)
+        one = tuple(each[trial : trial + 1] for each in drive[:3])
         of_one = modes_of(*one[:2])
-        steps = pulsed(type(drive)(*one), of_one, stand, settings.pulse_length)
+        steps = pulsed(type(drive)(*one, of_one), of_one, stand, settings.pulse_length)
         expected = peaks_in_closed_form(of_one, one[2], steps, 0.15)
         found = np.maximum(solution.greatest, -solution.least)[trial]
         np.testing.assert_allclose(found, expected, rtol=2e-8)
@@ -182,9 +182,8 @@ def test_the_spread_of_the_amplifications():
     settings = Settings(horizon=0.2, rtol=1e-6)
     spread = np.array([0.02] * 9 + [0.05] * 8 + [0.0])
     normal = np.random.default_rng(8).standard_normal((trials, 18))
-    drive, _ = drives(spread * normal, settings)
-    modes = modes_of(drive.Q, drive.C)
-    solution = followed(drive, modes, load_steps(settings), settings)
+    drive = drives(spread * normal, settings)
+    solution = followed(drive, load_steps(settings), settings)
     K = np.maximum(solution.greatest, -solution.least) / STATIC
     sigma = np.array(known.LOADED_SIGMA)
     off = abs(K.mean(axis=0) - known.LOADED_MEAN) / sigma
@@ -211,7 +210,7 @@ def test_a_drive_that_does_not_swing(zeta):
     drive = drive._replace(zeta=np.array([zeta]))
     settings = Settings(motor="matched", horizon=0.3)
     time = np.array([0.0, 1e-3, 0.02, 0.1, 0.3])
-    found = moments(time, modes, drive.zeta, steps_of(settings, drive, modes))[0]
+    found = moments(time, modes.omega, drive.zeta, steps_of(settings, drive, modes))[0]
     H = damping_matrix(modes, drive.C, drive.zeta)[0]
     twisting = np.diag(1.0 / drive.Q[0])
     # twists' = B angles'; angles'' = Q^-1 (load - B^T (C twists + H rates))
@@ -224,7 +223,7 @@ def test_a_drive_that_does_not_swing(zeta):
     for t, moment in zip(time, found.T, strict=True):
         twists = scipy.linalg.expm(whole * t)[:8, 17]
         assert moment == pytest.approx(drive.C[0] * twists, abs=1e-7)
-    solution = followed(drive, modes, load_steps(settings), settings, time)
+    solution = followed(drive, load_steps(settings), settings, time)
     for link in range(8):
         moment = drive.C[0, link] * solution.history[0, :, link]
         assert moment == pytest.approx(found[link], abs=1e-7)

@@ -36,6 +36,13 @@ MARK_REACHED = 1.0
 FAILED = 2.0
 
 
+class Moment(NamedTuple):
+    """When: the time and the phase of the trial."""
+
+    t: Array  # s
+    phase: Array
+
+
 @dataclass(frozen=True)
 class System:
     """Equations of motion, compiled.

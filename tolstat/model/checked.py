@@ -6,6 +6,7 @@ import math
 import traceback
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -353,12 +354,17 @@ def history_of(
     """
     if not 0 < step < np.inf:
         raise ModelError(f"step = {step:g}: a time above 0 s is expected")
+    possible = not impossible(model, deviations[None, :], settings).any()
     with _asking(model, "history"):
-        chart, outcome = model.history(deviations, settings, step)
+        # of a trial that cannot be built the curves are those of the nominal one, empty
+        shown = deviations if possible else np.zeros_like(deviations)
+        chart, outcome = model.history(shown, settings, step)
     _check_view(model, chart)
-    if impossible(model, deviations[None, :], settings).any():
-        return chart, simulate(model, deviations[None, :], settings)
-    return chart, complete(model, outcome, 1, settings)
+    if possible:
+        return chart, complete(model, outcome, 1, settings)
+    curves = [c._replace(values=np.full_like(c.values, np.nan)) for c in chart.curves]
+    empty = replace(chart, curves=tuple(curves), bands=(), marks=(), regions=())
+    return empty, simulate(model, deviations[None, :], settings)
 
 
 def offers(model: Model) -> dict[str, Offer]:
@@ -372,17 +378,20 @@ def offers(model: Model) -> dict[str, Offer]:
 def shown(model: Model, name: str, deviations: Array, settings: Any) -> View:
     """Show a view other than the history, and check what it holds; see `Model.view`.
 
+    Rows of `deviations` that cannot be built are left out.
+
     Raises
     ------
     ModelError
         If the first row of `deviations` cannot be built: there is nothing to show.
     """
-    if status := int(impossible(model, deviations[:1], settings)[0]):
-        word = words_of(model.failures)[status]
+    status = impossible(model, deviations, settings)
+    if status[0]:
+        word = words_of(model.failures)[int(status[0])]
         required = model.failures[word]
         raise _wrong(model, f"this machine cannot be built: {word} ({required})")
     with _asking(model, f"view {name}"):
-        view = model.view(name, deviations, settings)
+        view = model.view(name, deviations[status == 0], settings)
     _check_view(model, view)
     return view
 

@@ -97,7 +97,8 @@ class Model(ABC):
     def impossible(self, deviations: Array, settings: Any) -> Mapping[str, Truths]:
         """Tell which trials of deviations[trial, contributor] cannot be built, SI.
 
-        They are not evaluated: a trial ends with the first word that holds for it.
+        They reach neither `evaluate` nor `history` nor `view`: a trial ends with the
+        first word that holds for it.
 
         Returns
         -------
@@ -136,7 +137,7 @@ class Model(ABC):
         """Show one of `views`, by its name.
 
         deviations[trial, contributor], SI, are those of the unit that is shown, then of
-        as many others as its offer wants.
+        as many others as its offer wants, less those that cannot be built.
         """
         raise ModelError(f"model '{self.name}' has no views")
 

@@ -7,6 +7,7 @@ plain number, so that the length of an arc is radius times angle.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -16,6 +17,10 @@ import numpy as np
 
 from tolstat.units.conversion import dimension, si_unit
 
+OPERATIONS = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul,
+    "/": operator.truediv, "**": operator.pow,
+}  # fmt: skip
 OF_ONE = {
     "sqrt": np.sqrt, "abs": np.abs, "exp": np.exp, "log": np.log,
     "sin": np.sin, "cos": np.cos, "tan": np.tan,
@@ -48,16 +53,10 @@ class Values:
 
     def operation(self, sign: str, left: Any, right: Any) -> Any:
         with np.errstate(all="ignore"):
-            if sign == "+":
-                return left + right
-            if sign == "-":
-                return left - right
-            if sign == "*":
-                return self._known(left * right, "too large")
-            if sign == "/":
-                reason = "division by zero" if np.any(right == 0) else "too large"
-                return self._known(left / right, reason)
-            return self._known(left**right, "the power has no value")
+            found = OPERATIONS[sign](left, right)
+        reason = "the power has no value" if sign == "**" else "too large"
+        by_zero = sign == "/" and np.any(right == 0)
+        return self._known(found, "division by zero" if by_zero else reason)
 
     def function(self, name: str, arguments: Sequence[Any]) -> Any:
         with np.errstate(all="ignore"):

@@ -50,7 +50,7 @@ class Settings:
             )
         self.formula.worked_out(Values(self.nominal, strict=True))
         try:
-            si_unit(self._dimension)
+            _ = self.unit
         except UnitError as error:
             raise ModelError(f"gap = {self.gap!r}: {error}") from None
 
@@ -65,15 +65,7 @@ class Settings:
         return {n: np.float64(each["nominal"].value) for n, each in self.links.items()}
 
     @property
-    def units(self) -> dict[str, str]:
-        """SI unit of every link."""
-        return {n: each["nominal"].unit for n, each in self.links.items()}
-
-    @property
     def unit(self) -> str:
         """SI unit of the closing link."""
-        return si_unit(self._dimension)
-
-    @property
-    def _dimension(self) -> Any:
-        return self.formula.worked_out(Dimensions(self.units))
+        units = {name: each["nominal"].unit for name, each in self.links.items()}
+        return si_unit(self.formula.worked_out(Dimensions(units)))

@@ -5,42 +5,25 @@ from __future__ import annotations
 import ast
 import keyword
 import math
+import sys
 import unicodedata
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 from tolstat.errors import ModelError, allowed_names
-from tolstat.machines.dimension_chain.algebras import Values
+from tolstat.machines.dimension_chain.algebras import OF_ONE, Dimensions, Values
 
 LONGEST, SHOWN = 1000, 80  # characters
 DEEPEST = 500  # nodes below each other
 LARGEST = 10.0  # exponent
 CONSTANTS = {"pi": math.pi}
+Algebra = Values | Dimensions  # what a formula is worked out in
 # each with the number of its arguments, at least and at most
 FUNCTIONS = {
-    "sqrt": (1, 1), "abs": (1, 1), "exp": (1, 1), "log": (1, 1),
-    "sin": (1, 1), "cos": (1, 1), "tan": (1, 1),
-    "asin": (1, 1), "acos": (1, 1), "atan": (1, 1), "atan2": (2, 2),
-    "hypot": (2, 3), "min": (2, 9), "max": (2, 9),
+    **dict.fromkeys(OF_ONE, (1, 1)),
+    "atan2": (2, 2), "hypot": (2, 3), "min": (2, 9), "max": (2, 9),
 }  # fmt: skip
 SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
-
-
-class Algebra(Protocol):
-    """What a formula is worked out in: numbers, slopes, dimensions."""
-
-    def constant(self, value: float) -> Any:
-        """Return a number of the formula."""
-
-    def link(self, name: str) -> Any:
-        """Return a link."""
-
-    def operation(self, sign: str, left: Any, right: Any) -> Any:
-        """Combine two by + - * / or **; an exponent is a plain float."""
-
-    def function(self, name: str, arguments: Sequence[Any]) -> Any:
-        """Apply a function of `FUNCTIONS`."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +42,8 @@ class Formula:
         ModelError
             If it holds anything else: the place, what stands there, what is allowed.
         """
+        # lines may be broken for the eye
+        object.__setattr__(self, "text", " ".join(self.text.split()))
         object.__setattr__(self, "_tree", self._parsed())
         self.worked_out(Values(dict.fromkeys(self.names, math.nan)))  # as it is walked
         if not self.used:
@@ -94,7 +79,7 @@ class Formula:
             case ast.Constant(value=bool() | str() | bytes() | complex() | None):
                 raise self._refused(node, f"{node.value!r} is no number")
             case ast.Constant(value=int() | float() as value):
-                if not _finite(value):
+                if not abs(value) <= sys.float_info.max:
                     raise self._refused(node, "the number is too large")
                 return algebra.constant(float(value))
             case ast.Name(id=name) if name in self.names:
@@ -111,7 +96,7 @@ class Formula:
                 return self._value(operand, algebra, below)
             case ast.BinOp(left=left, op=ast.Pow(), right=right):
                 base, exponent = self._value(left, algebra, below), _exponent(right)
-                if exponent is None or not abs(exponent) <= LARGEST:
+                if exponent is None:
                     reason = f"a plain number from -{LARGEST:g} to {LARGEST:g}"
                     raise self._refused(right, f"an exponent is {reason}")
                 return self._step(right, algebra.operation, "**", base, exponent)
@@ -150,31 +135,23 @@ class Formula:
                     f"a link cannot be called '{name}': letters, digits and _ are "
                     "allowed, a letter first, and no word of a program"
                 )
-        if not self.text.strip():
+        if not self.text:
             raise ModelError("gap is empty: a formula is expected, such as 'A - 2*B'")
         if "#" in self.text:  # what follows it would be left out
             place = self.text.index("#") + 1
             raise ModelError(
                 f"gap = {self._shown}, character {place}: no remark stands in a formula"
             )
-        # lines that were broken for the eye; places stay where they are
-        text = "".join(" " if c in "\r\n\t" else c for c in self.text)
-        lead = len(text) - len(text.lstrip(" "))
         try:
-            tree = ast.parse(text[lead:], mode="eval").body
+            return ast.parse(self.text, mode="eval").body
         except SyntaxError as error:
-            place = lead + error.offset if error.offset else len(text)
+            place = error.offset or len(self.text)
             raise ModelError(
                 f"gap = {self._shown} cannot be read at character {place}; a formula "
                 "such as 'A - 2*B' is expected"
             ) from None
         except (RecursionError, MemoryError, ValueError):
             raise ModelError("the formula cannot be read: it is too deep") from None
-        for node in ast.walk(tree):
-            if isinstance(node, ast.expr):
-                node.col_offset += lead
-                node.end_col_offset = (node.end_col_offset or 0) + lead
-        return tree
 
     def _unknown(self, node: ast.expr, name: str) -> ModelError:
         if name in FUNCTIONS:
@@ -205,21 +182,11 @@ class Formula:
         return ModelError(f"{where}: {reason}")
 
 
-def _exponent(node: ast.expr) -> Any:
-    """Return a plain number with its sign; None for anything else."""
-    match node:
-        case ast.UnaryOp(op=ast.USub(), operand=ast.Constant() as inner):
-            inside = _exponent(inner)
-            return None if inside is None else -inside
-        case ast.Constant(value=bool()):
-            return None
-        case ast.Constant(value=int() | float() as value) if _finite(value):
-            return float(value)
-    return None
-
-
-def _finite(value: float) -> bool:
+def _exponent(node: ast.expr) -> float | None:
+    """Return a plain number that is not too large; None for anything else."""
     try:
-        return math.isfinite(float(value))
-    except OverflowError:
-        return False
+        value = ast.literal_eval(node)
+    except ValueError:
+        return None
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    return float(value) if plain and abs(value) <= LARGEST else None

@@ -45,9 +45,7 @@ class DimensionChain(Model):
                 )
             )
         plain = "1" if settings.unit == "1" else ""
-        gap = Response(
-            GAP, settings.unit, sentence=" ".join(settings.gap.split()), shown=plain
-        )
+        gap = Response(GAP, settings.unit, sentence=settings.formula.text, shown=plain)
         return Description(tuple(links), (gap,))
 
     def impossible(self, deviations: Array, settings: Settings) -> dict[str, Truths]:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.machines.elastic_machine import motion, start_up
-from tolstat.machines.elastic_machine.motion import HEAD, Chain, Moment, StartUp
-from tolstat.moving import compiled, named, rates_signature, rows
+from tolstat.machines.elastic_machine.motion import HEAD, Chain, StartUp
+from tolstat.moving import Moment, compiled, named, rates_signature, rows
 
 static_deflection = compiled(within=True)(motion.static_deflection)
 acceleration = compiled(within=True)(motion.acceleration)

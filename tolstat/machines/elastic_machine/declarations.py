@@ -51,10 +51,8 @@ class Settings:
         for name in ("stiffness", "damping"):
             if (found := len(getattr(self, name))) != n:
                 raise ModelError(
-                    f"{name} has {found} numbers, inertia has {n}: every mass has an "
-                    "inertia, a spring towards the programmed shaft, and its damping "
-                    "(0 for none); what a study leaves out is of the four masses of "
-                    "the default"
+                    f"{name} has {found} numbers, inertia has {n}: every mass has one "
+                    "of each (damping: 0 for none). The defaults have four masses"
                 )
         for i, step in enumerate(self.load_torque, start=1):
             where = f"load_torque, row {i}"
@@ -67,23 +65,17 @@ class Settings:
             if not step["time"] < self.horizon:
                 raise ModelError(
                     f"{where}: time = {step['time']:g} s is not before the horizon of "
-                    f"{self.horizon:g} s: it would do nothing; look longer"
+                    f"{self.horizon:g} s; enlarge the horizon"
                 )
         if not self.start_up_time < self.horizon:
             raise ModelError(
                 f"start_up_time = {self.start_up_time:g} s does not end before the "
-                f"horizon of {self.horizon:g} s: nothing would be left for the "
-                "residual vibration; look longer"
+                f"horizon of {self.horizon:g} s; enlarge the horizon"
             )
         if self.final_speed == 0 and not any(s["torque"] for s in self.load_torque):
             raise ModelError(
                 "final_speed = 0 and no load torque: nothing moves the machine"
             )
-
-    @property
-    def law(self) -> int:
-        """Number of the start-up law among all."""
-        return list(LAWS).index(self.start_up_law)
 
 
 def spring(s: int) -> str:

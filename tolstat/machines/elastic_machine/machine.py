@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.elastic_machine import views
+from tolstat.machines.elastic_machine import parameters, views
 from tolstat.machines.elastic_machine.declarations import Settings, description_of
-from tolstat.machines.elastic_machine.parameters import build, deflected_at_start_up
 from tolstat.machines.elastic_machine.trials import (
     FAILURES,
     IMPOSSIBLE,
@@ -28,9 +27,8 @@ class ElasticMachine(Model):
     failures = FAILURES
     views = views.OFFERS
     assumptions = (
-        "Dormand-Prince 5(4), with a step of its own for each machine, restarted "
-        "wherever acceleration or load step; rtol bounds the error of each step on "
-        "each state's scale, max_step its length.",
+        "Dormand-Prince 5(4) with a step of its own for each trial, restarted wherever "
+        "acceleration or load step.",
         "The drive keeps to the programmed motion, whatever it takes; the final speed "
         "is reached exactly.",
         "Springs are linear and have no mass; damping is proportional to their rate of "
@@ -40,10 +38,10 @@ class ElasticMachine(Model):
     )
 
     def describe(self, settings: Settings) -> Description:
-        return description_of(settings, deflected_at_start_up(settings))
+        return description_of(settings, parameters.deflected_at_start_up(settings))
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        return {IMPOSSIBLE: ~build(deviations, settings).exists}
+        return {IMPOSSIBLE: ~parameters.exist(parameters.build(deviations, settings))}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         return outcome_of(simulated(deviations, settings), settings)

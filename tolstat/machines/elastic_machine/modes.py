@@ -95,5 +95,4 @@ def left_by_start_up(modes: Modes, law: Law, omega0: float, t0: Array) -> Array:
     """
     periods = np.multiply.outer(t0, modes.k) / (2.0 * np.pi)
     share = abs(omega0) * law.spectrum(periods) * modes.k
-    found: Array = share[:, :, None] * np.abs(modes.rho)
-    return found
+    return share[:, :, None] * np.abs(modes.rho)

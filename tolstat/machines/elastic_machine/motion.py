@@ -24,13 +24,6 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 
 
-class Moment(NamedTuple):
-    """When: the time and the phase of the trial."""
-
-    t: Array  # s
-    phase: Array
-
-
 class StartUp(NamedTuple):
     """The start-up of each machine, each float64[lanes]."""
 

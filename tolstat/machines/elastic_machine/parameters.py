@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
+from tolstat.machines.elastic_machine.declarations import Settings
 from tolstat.machines.elastic_machine.modes import natural_frequencies
 from tolstat.machines.elastic_machine.start_up import LAWS
-
-if TYPE_CHECKING:
-    from tolstat.machines.elastic_machine.declarations import Settings
 
 BALANCED = 1e-12  # of a deflection: what rounding leaves where torques balance
 
@@ -24,8 +22,12 @@ class Chains(NamedTuple):
     b: Array  # [trial, mass], of the same spring
     t0: Array  # [trial]
     M: Array  # [trial, step of the load]
-    exists: Truths  # [trial]; the rows of others hold the nominal machine
-    ends: Truths  # [trial]: its start-up, within the horizon
+
+
+def exist(chains: Chains) -> Truths:
+    """Tell which machines can be built."""
+    J, c, b, t0, _ = chains
+    return ((J > 0) & (c > 0) & (b >= 0)).all(axis=1) & (t0 > 0)
 
 
 def build(deviations: Array, settings: Settings) -> Chains:
@@ -36,21 +38,7 @@ def build(deviations: Array, settings: Settings) -> Chains:
     b = np.array(settings.damping) * (1.0 + deviations[:, 2 * n : 3 * n])
     t0 = settings.start_up_time + deviations[:, 3 * n]
     torque = [step["torque"] for step in settings.load_torque]
-    M = np.array(torque, float) + deviations[:, 3 * n + 1 :]
-
-    exists = ((J > 0) & (c > 0) & (b >= 0)).all(axis=1) & (t0 > 0)
-    ends = t0 < settings.horizon
-    # an eigenvalue problem and marks are made of every row
-    kept = exists[:, None]
-    return Chains(
-        np.where(kept, J, settings.inertia),
-        np.where(kept, c, settings.stiffness),
-        np.where(kept, b, settings.damping),
-        np.where(exists, t0, settings.start_up_time),
-        M,
-        exists,
-        ends,
-    )
+    return Chains(J, c, b, t0, np.array(torque, float) + deviations[:, 3 * n + 1 :])
 
 
 def static_deflection(c: Array, M: Array) -> Array:
@@ -93,19 +81,20 @@ def deflected_at_start_up(settings: Settings) -> tuple[int, ...]:
     return tuple((1 + np.flatnonzero(there)).tolist())
 
 
-class Events(NamedTuple):
-    """When something changes, in the order in which it does in each trial."""
-
-    marks: Array  # [trial, mark], s: start, events, horizon
-    ended: Array  # [trial]: the phase from which the start-up is over
-    begun: Array  # [trial, step of the load]: the phase from which it acts
-
-
-def events_of(chains: Chains, settings: Settings) -> Events:
+def events_of(chains: Chains, settings: Settings) -> tuple[Array, Array, Array]:
     """Sort knots and end of the start-up and the steps of the load, trial by trial.
 
     A start-up that lasts longer may pass the time of a step: so each trial keeps which
     phase (number of the last mark passed) each of its events begins.
+
+    Returns
+    -------
+    marks : float64[trial, mark]
+        Start, events, horizon, s, in the order in which each trial has them.
+    ended : float64[trial]
+        The phase from which the start-up is over.
+    begun : float64[trial, step of the load]
+        The phase from which it acts.
     """
     parts = (*LAWS[settings.start_up_law].knots, 1.0)
     # a start-up that does not end has no answer; its marks end with the horizon
@@ -119,27 +108,27 @@ def events_of(chains: Chains, settings: Settings) -> Events:
     ordered = np.take_along_axis(times, order, axis=1)
     edge = np.zeros((len(own), 1))
     marks = np.hstack([edge, ordered, edge + settings.horizon])
-    return Events(marks, phase[:, len(parts) - 1], phase[:, len(parts) :])
+    return marks, phase[:, len(parts) - 1], phase[:, len(parts) :]
 
 
-def rows_of(chains: Chains, events: Events, settings: Settings) -> Array:
+def rows_of(chains: Chains, ended: Array, begun: Array, settings: Settings) -> Array:
     """Return float64[trial, parameter], as the equations of motion read them.
 
     First what `motion.StartUp` names, then 1/J, c and b of each mass, then of each
     step of the load its phase and the static deflection of each mass.
     """
-    # no machine: it ends as "not finite", after no motion
-    one = np.where(chains.exists & chains.ends, 1.0, np.nan)
+    # a start-up beyond the horizon ends as "not finite", after no motion
+    one = np.where(chains.t0 < settings.horizon, 1.0, np.nan)
     start_up = (
-        np.full_like(one, settings.law),
+        np.full_like(one, list(LAWS).index(settings.start_up_law)),
         one * settings.final_speed / chains.t0,
         one / chains.t0,
-        events.ended,
+        ended,
     )
     rows = [np.stack(start_up, axis=1), 1.0 / chains.J, chains.c, chains.b]
     for i, step in enumerate(settings.load_torque):
         deflection = chains.M[:, i : i + 1] * of_unit_torque(chains.c, step["mass"])
-        rows += [events.begun[:, i : i + 1], deflection]
+        rows += [begun[:, i : i + 1], deflection]
     return np.hstack(rows)
 
 

@@ -49,8 +49,7 @@ def trapezoidal(s: Array) -> Array:
 
 def cycloid(s: Array) -> Array:
     """Acceleration of a speed that grows along a cycloid, s - sin(2 pi s)/(2 pi)."""
-    f: Array = 1.0 - np.cos(2.0 * np.pi * s)
-    return f
+    return 1.0 - np.cos(2.0 * np.pi * s)
 
 
 def spectrum_of_constant(rho: Array) -> Array:
@@ -72,8 +71,7 @@ def spectrum_of_polynomial(rho: Array) -> Array:
     ja = 2j * np.pi * np.maximum(np.abs(rho), 1.0)
     end = np.exp(-ja)
     by_parts = 12.0 / ja**2 - (48.0 + 24.0 * end) / ja**3 + 72.0 * (1.0 - end) / ja**4
-    found: Array = np.abs(np.where(np.abs(rho) < 1.0, few_turns, by_parts))
-    return found
+    return np.abs(np.where(np.abs(rho) < 1.0, few_turns, by_parts))
 
 
 def spectrum_of_trapezoidal(rho: Array) -> Array:

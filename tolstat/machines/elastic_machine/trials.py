@@ -7,17 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array
+from tolstat.machines.elastic_machine import parameters
 from tolstat.machines.elastic_machine.declarations import Settings
 from tolstat.machines.elastic_machine.modes import natural_frequencies
-from tolstat.machines.elastic_machine.parameters import (
-    Chains,
-    build,
-    deflected_at_start_up,
-    deflection_at_start_up,
-    events_of,
-    rows_of,
-    scale_of,
-)
 from tolstat.model.contract import Outcome
 from tolstat.moving import Accuracy, Solution, System, integrate
 from tolstat.status import Status
@@ -36,7 +28,7 @@ FAILURES = {
 class Trials(NamedTuple):
     """A block of machines, and how they moved."""
 
-    chains: Chains
+    chains: parameters.Chains
     machines: Array  # [trial, parameter], as the equations of motion read them
     marks: Array  # [trial, mark], s: start, events, horizon
     solution: Solution
@@ -49,32 +41,34 @@ def simulated(
     # only a machine that is simulated needs the compiler
     from tolstat.machines.elastic_machine.compiled import rates, watch
 
-    chains = build(deviations, settings)
-    events = events_of(chains, settings)
-    machines = rows_of(chains, events, settings)
+    chains = parameters.build(deviations, settings)
+    marks, ended, begun = parameters.events_of(chains, settings)
+    machines = parameters.rows_of(chains, ended, begun, settings)
     n = len(settings.inertia)
     solution = integrate(
-        System(rates, scale_of(settings), watch, n_extremes=3 * n),
+        System(rates, parameters.scale_of(settings), watch, n_extremes=3 * n),
         np.zeros((len(machines), 2 * n)),
         machines,
-        events.marks,
+        marks,
         Accuracy(settings.rtol, settings.max_step),
         samples=samples,
     )
-    return Trials(chains, machines, events.marks, solution)
+    return Trials(chains, machines, marks, solution)
 
 
 def outcome_of(trials: Trials, settings: Settings) -> Outcome:
     """Arrange the responses as `description_of` lists them, and say which failed."""
     chains, solution = trials.chains, trials.solution
     peak = solution.peak  # error, residual, torque
-    deflected = [s - 1 for s in deflected_at_start_up(settings)]
-    reference = np.abs(deflection_at_start_up(chains, settings)[:, deflected])
+    deflected = [s - 1 for s in parameters.deflected_at_start_up(settings)]
+    reference = np.abs(
+        parameters.deflection_at_start_up(chains, settings)[:, deflected]
+    )
     with np.errstate(divide="ignore", invalid="ignore"):
         factor = peak[:, deflected] / reference
     frequency = natural_frequencies(chains.J, chains.c) / (2.0 * np.pi)
     responses = np.hstack([peak, factor, frequency])
     done = solution.status == Status.DONE
     no_reference = done & (reference == 0.0).any(axis=1)
-    failed = {NO_REFERENCE: no_reference, TOO_LONG: ~chains.ends}
+    failed = {NO_REFERENCE: no_reference, TOO_LONG: chains.t0 >= settings.horizon}
     return Outcome(responses, solution.status, solution.steps, failed)

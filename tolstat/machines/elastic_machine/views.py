@@ -172,7 +172,7 @@ def residual(deviations: Array, settings: Settings) -> Chart:
     if t0[0] <= (own := chains.t0[0]) <= t0[-1]:
         here = float(left(0, np.array([own]))[0])
         marks = (Mark("undamped", float(own), here, "as set"),)
-    others = [left(i, t0) for i in np.flatnonzero(chains.exists)[1:]]
+    others = [left(i, t0) for i in range(1, len(chains.J))]
     bands = bands_of("undamped", "rad", np.array(others))
     of_many = f"{len(others)} machines" if others else ""
     above_zero: list[Curve | Band] = [*curves[:2], *bands]

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from math import radians
 
 from tolstat.machines.planetary.scheme import EXAMPLES, MOST_SATELLITES, SCHEMES, Design
-from tolstat.machines.planetary.synthesis import ORDERS
-from tolstat.machines.planetary.wanted import MOST_TEETH, STEEPEST
 from tolstat.model.description import Contributor, Description, Gear, Response
 from tolstat.model.settings import setting
 from tolstat.units.grammar import Range
 
 BALANCED = {"balanced": None}
+MOST_TEETH = 10_000
+STEEPEST = 1.5  # helix angle, rad
+ORDERS = ("teeth", "ratio_error", "size", "balance")
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Settings:
     mesh_stiffness: float = setting(4e8, "stiffness of one satellite, as mesh 1-2 feels it", unit="N/m", above=0.0)
     position_at: str = setting("mesh", "where position errors are told: along mesh 1-2, or at pins of the carrier, which the mesh feels |1 - D| times (AA, II) or 1 + D times (AI)", choices=("mesh", "pin"))
     wanted_ratio: float | None = setting(None, "view designs: wanted ratio; own: that of the teeth", presets={"own": None})
-    ratio_tolerance: float = setting(0.01, "view designs: how far the ratio may be off", unit="1", at_least=0.0, at_most=1.0)
+    ratio_tolerance: float = setting(0.01, "view designs: how far the ratio may be off", unit="1", at_least=0.0)
     z1: Range = setting(Range(17, 90), "view designs: teeth of wheel 1", at_least=5, at_most=MOST_TEETH)
     z2: Range = setting(Range(17, 60), "view designs: teeth of wheel 2", at_least=5, at_most=MOST_TEETH)
     z3: Range = setting(Range(17, 60), "view designs: teeth of wheel 3", at_least=5, at_most=MOST_TEETH)

@@ -157,8 +157,7 @@ def _check_satellites(settings: Settings, design: Design) -> None:
         raise _refused(
             settings,
             f"{k} satellites touch: they are {1e3 * apart(k):.5g} mm apart and "
-            f"{1e3 * widest:.5g} mm wide over teeth {settings.addendum:g} modules high "
-            f"(addendum); {most} room",
+            f"{1e3 * widest:.5g} mm wide with their addendum; {most} room",
         )
     whole, step = assembly(design.scheme, k, *settings.teeth)
     if whole % step:

@@ -3,40 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
+from tolstat.machines.planetary import trials
 from tolstat.machines.planetary.declarations import Settings, description_of
 from tolstat.machines.planetary.design import design_of
-from tolstat.machines.planetary.trials import (
-    FAILURES,
-    backlash,
-    faults,
-    parted,
-    residual_axial_force,
-    shared,
-)
 from tolstat.machines.planetary.views import OFFERS, designs_listing, existence_chart
 from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import View
-
-
-@dataclass(frozen=True)
-class Existing(Settings):
-    """Settings of a gear that exists.
-
-    Raises
-    ------
-    ModelError
-        If there is no such gear.
-    """
-
-    def __post_init__(self) -> None:
-        """Refuse gears that do not exist."""
-        design_of(self)
 
 
 class Planetary(Model):
@@ -44,8 +21,8 @@ class Planetary(Model):
 
     name = "planetary"
     title = "planetary gear AA, II or AI with helical wheels, axial forces balanced"
-    settings = Existing
-    failures = FAILURES
+    settings = Settings
+    failures = trials.FAILURES
     views = OFFERS
     assumptions = (
         "Satellites are equal springs that push and cannot pull; all other members are "
@@ -63,20 +40,19 @@ class Planetary(Model):
         return description_of(settings, design_of(settings))
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        design = design_of(settings)
-        return faults(*parted(deviations, design, settings), design, settings)
+        return trials.faults(deviations, design_of(settings), settings)
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         design, k = design_of(settings), settings.satellites
-        (db2, db3), e, da, E = parted(deviations, design, settings)
+        (db2, db3), e, da, E = trials.parted(deviations, design, settings)
         F = design.F
-        K, forces = shared(e, F, settings.mesh_stiffness)
+        K, forces = trials.shared(e, F, settings.mesh_stiffness)
         responses = (
-            residual_axial_force(F / k, db2, db3, design),
+            trials.residual_axial_force(F / k, db2, db3, design),
             K,
             K * (F / k),
             np.count_nonzero(forces == 0, axis=1),
-            backlash(E, da, design),
+            trials.backlash(E, da, design),
         )
         return Outcome(np.stack(responses, axis=1))
 

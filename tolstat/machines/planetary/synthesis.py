@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.errors import ModelError, allowed_names
+from tolstat.errors import ModelError
+from tolstat.machines.planetary.declarations import Settings
 from tolstat.machines.planetary.scheme import (
+    SCHEMES,
     Scheme,
     assembly,
     balanced,
@@ -18,7 +21,8 @@ from tolstat.machines.planetary.scheme import (
     fourth,
     ratio,
 )
-from tolstat.machines.planetary.wanted import WHEELS, Wanted, checked
+from tolstat.model.setting_kinds import Interval, Number, Numbers
+from tolstat.units.grammar import Range
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,7 +30,7 @@ if TYPE_CHECKING:
 Column = NDArray[Any]
 Columns = dict[str, Column]
 
-ORDERS = ("teeth", "ratio_error", "size", "balance")
+WHEELS = ("z1", "z2", "z3", "z4")
 UNITS = {
     "helix_2": "rad", "helix_3": "rad",
     "size": "m", "neighbouring": "m", "tip_gap": "m", "balance": "1/rad",
@@ -34,13 +38,8 @@ UNITS = {
 ROUNDING = 1e-12  # so much apart is alike: at the ends of ranges, where wheels touch
 SLICE = 2**18  # sets of teeth that are looked at together: some tens of MB
 MOST_DESIGNS = 2_000_000
-
-
-class Found(NamedTuple):
-    """Gears by teeth, and how many sets of teeth each condition left, in words."""
-
-    columns: Columns
-    left: dict[str, int]
+MOST_TRIPLES = 500_000_000  # of z1, z2, z3: some minutes
+KINDS = {"ratio": Number(), **{f.name: f.metadata["kind"] for f in fields(Settings)}}
 
 
 def designs(
@@ -120,29 +119,55 @@ def designs(
     """
     import pandas as pd
 
-    if order not in ORDERS:
-        raise ModelError(f"order = {order!r}: {allowed_names(str(order), ORDERS)}")
-    wanted = Wanted(
-        scheme, ratio, ratio_tolerance, satellites, z1, z2, z3, z4, helix,
-        1.0 if module is None else module, module_ratio, addendum,
-    )  # fmt: skip
-    found = search(wanted)
-    frame = pd.DataFrame(ordered(found.columns, order))
-    units = {name: UNITS.get(name, "1") for name in found.columns}
+    given = {
+        "scheme": scheme, "ratio": ratio, "ratio_tolerance": ratio_tolerance,
+        "satellites": satellites, "z1": z1, "z2": z2, "z3": z3, "z4": z4,
+        "helix": helix, "module": 1.0 if module is None else module,
+        "module_ratio": module_ratio, "addendum": addendum, "order": order,
+    }  # fmt: skip
+    checked = {name: _checked(name, value) for name, value in given.items()}
+    i = checked.pop("ratio")
+    columns, left = search(Settings(**checked), i)
+    frame = pd.DataFrame(columns)
+    units = {name: UNITS.get(name, "1") for name in columns}
     if module is None:
         units = {name: "1" if unit == "m" else unit for name, unit in units.items()}
-    frame.attrs = {"units": units, "left": found.left}
+    frame.attrs = {"units": units, "left": left}
     return frame
 
 
-def search(wanted: Wanted) -> Found:
-    """Find the gears that are wanted, by teeth; see `designs`."""
-    scheme = checked(wanted)
+def _checked(name: str, value: Any) -> Any:
+    """Return what is given in Python, if it is as declared; ends may be the same."""
+    kind = KINDS[name]
+    try:
+        if not isinstance(kind, Interval):
+            return kind.checked(value)
+        low, high = Numbers(kind.each, 2, 2).checked(value)
+        if low > high:
+            raise ModelError("the lower end comes first")
+        return Range(low, high)
+    except ModelError as error:
+        unit = ", in rad" if name == "helix" else ""
+        raise ModelError(f"{name} = {value!r}: {error}{unit}") from None
+
+
+def search(wanted: Settings, i: float) -> tuple[Columns, dict[str, int]]:
+    """Find the gears of the ratio i that the settings ask for; see `designs`.
+
+    Returns
+    -------
+    columns : dict of str to array
+        A row is a gear.
+    left : dict of str to int
+        How many sets of teeth each condition left, in words.
+    """
+    scheme = SCHEMES[wanted.scheme]
+    _check_reach(wanted, scheme, i)
     parts: list[Columns] = []
     left: dict[str, int] = {}
     n_found = 0
-    for teeth in _candidates(wanted, scheme):
-        part, counts = _conditions(wanted, scheme, teeth)
+    for teeth in _candidates(wanted, scheme, i):
+        part, counts = _conditions(wanted, scheme, i, teeth)
         parts.append(part)
         left = {words: left.get(words, 0) + n for words, n in counts.items()}
         n_found += len(part["z1"])
@@ -152,10 +177,44 @@ def search(wanted: Wanted) -> Found:
                 "helix angles, or the tolerance of the ratio"
             )
     columns = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
-    return Found(columns, left)
+    return _ordered(columns, wanted.order), left
 
 
-def ordered(columns: Columns, order: str) -> Columns:
+def _check_reach(wanted: Settings, scheme: Scheme, i: float) -> None:
+    """Refuse ranges that are too wide, and a ratio that no teeth in them have."""
+    (low1, high1), (low2, high2), (low3, high3), (low4, high4) = _teeth(wanted)
+    triples = (high1 - low1 + 1) * (high2 - low2 + 1) * (high3 - low3 + 1)
+    if triples > MOST_TRIPLES:
+        raise ModelError(
+            f"{triples} sets of z1, z2, z3 are too many to be looked at, at most "
+            f"{MOST_TRIPLES} would do: narrow their ranges"
+        )
+    if scheme.s12 == scheme.s34:
+        possible, words = i < 1 and i != 0, "below 1 and not 0"
+    else:
+        possible, words = i > 1, "above 1"
+    if not possible:
+        raise ModelError(f"ratio {i:g}: the scheme {wanted.scheme} has ratios {words}")
+    ends = (
+        ratio(scheme, low1, high2, low3, high4),
+        ratio(scheme, high1, low2, high3, low4),
+    )
+    # a hair more: an end belongs to its range
+    slack = (wanted.ratio_tolerance + 1e-9) * abs(i)
+    if max(ends) < i - slack or i + slack < min(ends):
+        raise ModelError(
+            f"ratio {i:g}: with these ranges of teeth the scheme {wanted.scheme} has "
+            f"ratios from {min(ends):.6g} to {max(ends):.6g}; widen them"
+        )
+
+
+def _teeth(wanted: Settings) -> list[tuple[int, int]]:
+    """Return fewest and most teeth of each wheel."""
+    ranges = (wanted.z1, wanted.z2, wanted.z3, wanted.z4)
+    return [(int(low), int(high)) for low, high in ranges]
+
+
+def _ordered(columns: Columns, order: str) -> Columns:
     """Sort gears; those alike by ratio error, or size, and in the end by teeth."""
     if order == "teeth":
         return columns
@@ -166,17 +225,19 @@ def ordered(columns: Columns, order: str) -> Columns:
     return {name: values[rank] for name, values in columns.items()}
 
 
-def _candidates(wanted: Wanted, scheme: Scheme) -> Iterator[tuple[Column, ...]]:
+def _candidates(
+    wanted: Settings, scheme: Scheme, i: float
+) -> Iterator[tuple[Column, ...]]:
     """Yield z1, z2, z3, z4 by teeth, slice by slice: the z4 that the ratio allows."""
-    (low1, high1), (low2, high2), (low3, high3), (low4, high4) = wanted.teeth
+    (low1, high1), (low2, high2), (low3, high3), (low4, high4) = _teeth(wanted)
     n2, n3 = high2 - low2 + 1, high3 - low3 + 1
     pairs, at_once = (high1 - low1 + 1) * n2, max(1, SLICE // n3)
-    slack = wanted.ratio_tolerance * abs(wanted.ratio)
+    slack = wanted.ratio_tolerance * abs(i)
     for start in range(0, pairs, at_once):
         pair = np.arange(start, min(start + at_once, pairs))
         z1, z2 = np.repeat(low1 + pair // n2, n3), np.repeat(low2 + pair % n2, n3)
         z3 = np.tile(np.arange(low3, high3 + 1), len(pair))
-        ends = [fourth(scheme, wanted.ratio + d, z1, z2, z3) for d in (-slack, slack)]
+        ends = [fourth(scheme, i + d, z1, z2, z3) for d in (-slack, slack)]
         # rounding must not lose one: the ratio itself decides later
         first = np.ceil(np.clip(np.minimum(*ends) - 0.5, low4, high4 + 1))
         last = np.floor(np.clip(np.maximum(*ends) + 0.5, low4 - 1, high4))
@@ -191,13 +252,13 @@ def _candidates(wanted: Wanted, scheme: Scheme) -> Iterator[tuple[Column, ...]]:
 
 
 def _conditions(
-    wanted: Wanted, scheme: Scheme, teeth: tuple[Column, ...]
+    wanted: Settings, scheme: Scheme, wanted_i: float, teeth: tuple[Column, ...]
 ) -> tuple[Columns, dict[str, int]]:
     """Return the gears among sets of teeth, and how many each condition left."""
     left = {}
     z1, z2, z3, z4 = teeth
     i = ratio(scheme, *teeth)
-    near = np.abs(i / wanted.ratio - 1) <= wanted.ratio_tolerance + ROUNDING
+    near = np.abs(i / wanted_i - 1) <= wanted.ratio_tolerance + ROUNDING
     rings = (z1 + scheme.s12 * z2 > 0) & (z4 + scheme.s34 * z3 > 0)
     teeth = _those(teeth, near & rings & (i != 0))  # with 0 wheel 1 never turns
     left["have the ratio"] = len(teeth[0])
@@ -212,7 +273,7 @@ def _conditions(
     teeth = _those(teeth, whole % step == 0)
     left["can be assembled"] = len(teeth[0])
 
-    columns = _columns(wanted, scheme, teeth)
+    columns = _columns(wanted, scheme, wanted_i, teeth)
     free = columns["neighbouring"] > ROUNDING * columns["size"]  # 0 is a touch
     left["have room for the satellites"] = int(np.count_nonzero(free))
     return {name: values[free] for name, values in columns.items()}, left
@@ -222,7 +283,9 @@ def _those(teeth: tuple[Column, ...], which: Column) -> tuple[Column, ...]:
     return tuple(z[which] for z in teeth)
 
 
-def _columns(wanted: Wanted, scheme: Scheme, teeth: tuple[Column, ...]) -> Columns:
+def _columns(
+    wanted: Settings, scheme: Scheme, wanted_i: float, teeth: tuple[Column, ...]
+) -> Columns:
     """Tell all there is to tell of gears."""
     z1, z2, z3, _ = teeth
     m2, m3 = wanted.module, wanted.module / wanted.module_ratio
@@ -239,7 +302,7 @@ def _columns(wanted: Wanted, scheme: Scheme, teeth: tuple[Column, ...]) -> Colum
         "D": D,
         "helix_2": b2,
         "helix_3": b3,
-        "ratio_error": (i - wanted.ratio) / abs(wanted.ratio),
+        "ratio_error": (i - wanted_i) / abs(wanted_i),
         "size": centres + np.maximum(dw2, dw3),
         "neighbouring": apart - np.maximum(dw2, dw3),
         "tip_gap": apart - np.maximum(dw2 + tips * m2, dw3 + tips * m3),

@@ -122,15 +122,9 @@ def parted(
     return (deviations[:, 0], deviations[:, 1]), e, da, tuple(E)
 
 
-def faults(
-    db: tuple[Array, Array],
-    e: Array,
-    da: Array,
-    E: tuple[Array, ...],
-    design: Design,
-    settings: Settings,
-) -> dict[str, Truths]:
+def faults(deviations: Array, design: Design, settings: Settings) -> dict[str, Truths]:
     """Tell which gears cannot be built, by the words of `FAILURES`."""
+    db, e, da, E = parted(deviations, design, settings)
     of = design
     steep = np.maximum(np.abs(of.b2 + db[0]), np.abs(of.b3 + db[1]))
     diameters = of.dw1, of.dw2, of.dw3, of.dw4

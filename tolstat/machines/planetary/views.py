@@ -7,8 +7,7 @@ import numpy as np
 from tolstat.errors import ModelError
 from tolstat.machines.planetary.declarations import Settings
 from tolstat.machines.planetary.scheme import Design, existence
-from tolstat.machines.planetary.synthesis import UNITS, ordered, search
-from tolstat.machines.planetary.wanted import Wanted
+from tolstat.machines.planetary.synthesis import UNITS, search
 from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Offer, Panel, Region
 
 OFFERS = (
@@ -27,20 +26,14 @@ def designs_listing(settings: Settings, own: Design) -> Listing:
     ModelError
         If there are none: with how many sets of teeth each condition left.
     """
-    s = settings
-    i = own.ratio if s.wanted_ratio is None else s.wanted_ratio
-    wanted = Wanted(
-        s.scheme, i, s.ratio_tolerance, s.satellites, s.z1, s.z2, s.z3, s.z4, s.helix,
-        s.module, s.module_ratio, s.addendum,
-    )  # fmt: skip
-    found = search(wanted)
-    if not len(found.columns["z1"]):
-        left = "; ".join(f"{n} {words}" for words, n in found.left.items())
+    i = own.ratio if settings.wanted_ratio is None else settings.wanted_ratio
+    columns, counts = search(settings, i)
+    if not len(columns["z1"]):
+        left = "; ".join(f"{n} {words}" for words, n in counts.items())
         raise ModelError(
             f"no gear found. Of the sets of teeth {left}. Widen z1 ... z4, helix or "
             "ratio_tolerance, or change wanted_ratio, satellites or module_ratio"
         )
-    columns = ordered(found.columns, s.order)
     heads = [Axis(n, UNITS.get(n, "1"), SHOWN.get(n, "")) for n in columns]
     return Listing(tuple(heads), tuple(columns.values()), SENTENCE)
 

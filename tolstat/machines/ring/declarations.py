@@ -92,10 +92,7 @@ class Asked:
     def __post_init__(self) -> None:
         """Refuse what does not fit together."""
         if self.radius is not None and self.inner_radius is not None:
-            raise ModelError(
-                "radius and inner_radius are both given: the radius of the middle line "
-                "is either set, or follows from the inner radius and the thickness"
-            )
+            raise ModelError("radius and inner_radius are both given; give one of them")
         if not self.middle_radius > 0.5 * self.thickness:
             raise ModelError(
                 f"thickness = {self.thickness:g} m with radius = "
@@ -103,8 +100,7 @@ class Asked:
             )
         if not self.support_angle < math.pi:
             raise ModelError(
-                f"support_angle = {self.support_angle:.6g} rad: it must be below 180 "
-                "deg; there the supports no longer keep the ring from moving sideways"
+                f"support_angle = {self.support_angle:.6g} rad: it must be below 180 deg"
             )
         lobes = self.out_of_roundness_harmonics
         if len(set(lobes)) < len(lobes):
@@ -124,9 +120,7 @@ class Asked:
         """Return the nominal value of a contributor; 0 of lobes without a setting."""
         if name == "radius":
             return self.middle_radius
-        if name not in vars(self) and name.startswith("out_of_roundness_"):
-            return 0.0
-        return float(getattr(self, name))
+        return float(getattr(self, name, 0.0))
 
     @property
     def rests(self) -> bool:
@@ -199,28 +193,24 @@ RELATIVE = {
     each.name for each in _PARTS if each.unit == "1" and each.name != "force_exponent"
 }
 
-_CUTTING = (
+_RESPONSES = (
     Response("depth_min", "m", "min t_R", "smallest depth of cut", "(10)"),
     Response("depth_max", "m", "max t_R", "greatest depth of cut", "(10)"),
     Response("depth_end", "m", "t_R(T)", "depth of cut at the end", "(10)"),
+    Response("static_depth", "m", "t_s", "depth of cut at which ring and tool rest", "(10)"),
+    Response("static_error", "m", "t_R0 - t_s", "machining error at rest", "(10)"),
     Response("peak_error", "m", "t_R0 - min t_R", "greatest machining error", "(10)"),
     Response("out_of_cut_share", "1", "tau", "share of the time out of the cut", "(10)", range=SHARE),
     Response("tool_travel", "m", "max |X_P|", "greatest displacement of the tool", "tool equation", range=POSITIVE),
     Response("radial_force_peak", "N", "max P_R", "peak radial cutting force", "(10)", range=POSITIVE),
     Response("tangential_force_peak", "N", "max P_T", "peak tangential cutting force", "(10)", range=POSITIVE),
-)  # fmt: skip
-_RESTING = (
-    Response("static_depth", "m", "t_s", "depth of cut at which ring and tool rest", "(10)"),
-    Response("static_error", "m", "t_R0 - t_s", "machining error at rest", "(10)"),
-)  # fmt: skip
-# of the first-order model alone: with the tension counted there are none
-_CRITICAL = (
     Response("zero_speed", "rad/s", "2 sqrt nu", "speed at which the lowest frequency is zero, without hoop tension", "M_2", shown="rad/s", range=POSITIVE),
     Response("flutter_speed", "rad/s", "Omega_f", "speed from which the frictionless ring flutters, without hoop tension", "M_j", shown="rad/s", range=POSITIVE),
-)  # fmt: skip
-_GROWTH = (
     Response("growth_rate", "1/s", "tau_1", "growth of ring and tool about the static depth; chatter where it is clearly above 0, as 0.01 1/s", "all equations", shown="1/s"),
 )  # fmt: skip
+OF_REST = ("static_depth", "static_error", "growth_rate")
+# of the first-order model alone: with the tension counted there are none
+CRITICAL = ("zero_speed", "flutter_speed")
 
 
 def description_of(settings: Asked) -> Description:
@@ -237,9 +227,9 @@ def description_of(settings: Asked) -> Description:
             Contributor(phase(k), "rad", f"psi_{k}", f"phase of the {k} lobes", "t_R", shown="deg", part="blank"),
         )
     ]  # fmt: skip
-    critical = () if settings.hoop else _CRITICAL
-    resting, growth = (_RESTING, _GROWTH) if settings.rests else ((), ())
-    return Description(
-        (*_PARTS, *lobes),
-        (*_CUTTING[:3], *resting, *_CUTTING[3:], *critical, *growth),
+    left_out = (
+        *(CRITICAL if settings.hoop else ()),
+        *(() if settings.rests else OF_REST),
     )
+    responses = tuple(each for each in _RESPONSES if each.name not in left_out)
+    return Description((*_PARTS, *lobes), responses)

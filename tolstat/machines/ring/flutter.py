@@ -15,7 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.ring.harmonics import Supported, harmonics, supported, total
+from tolstat.machines.ring.harmonics import (
+    Supported,
+    harmonics,
+    inverse,
+    supported,
+    total,
+)
 
 FREE = float(np.sqrt(20.0))  # of the free ring, and the highest there is
 NOTICED = 1e-6  # of sqrt nu: a growth
@@ -45,13 +51,7 @@ def squares(Omega: Array, on: Supported) -> NDArray[np.complex128]:
     every = np.arange(n)
     M = k.n * k.n - k.l * k.l * (Omega * Omega)[:, None]
     gyro = 2.0 * Omega[:, None] * k.l
-    sides = []
-    for s in (on.s, on.t):
-        per = 2.0 / (1.0 + total(2.0 * s * s / k.C))
-        inverse = -per[:, None, None] * (s / k.C)[:, :, None] * (s / k.C)[:, None, :]
-        inverse[:, every, every] += 1.0 / k.C
-        sides.append(inverse)
-    per_a, per_b = sides
+    per_a, per_b = inverse(on.s, k.C), inverse(on.t, k.C)
     H = np.zeros((len(Omega), 2 * n, 2 * n))
     H[:, :n, :n] = per_a * M[:, None, :]
     H[:, :n, n:] = per_a * gyro[:, None, :]

@@ -85,13 +85,26 @@ def nu_of(E: Array, rho: Array, w: Array, h: Array, r: Array) -> Array:
     """Return nu = E J/(rho F r^4), 1/s2, of rings of section w x h."""
     F = w * h
     J = w * h * h * h / 12.0
-    nu: Array = E * J / (rho * F * (r * r) * (r * r))
-    return nu
+    return E * J / (rho * F * (r * r) * (r * r))
 
 
 def total(terms: Array) -> Array:
     """Add up terms[trial, harmonic], the same way for any number of trials."""
-    found = terms[:, 0]
-    for column in range(1, terms.shape[1]):
-        found = found + terms[:, column]
+    return np.cumsum(terms, axis=1)[:, -1]
+
+
+def shared(s: Array, C: Array) -> Array:
+    """Return 1/(1 + 2 s C^-1 s), float64[trial], by which (diag C + 2 s s^T) is solved.
+
+    Sherman and Morrison.
+    """
+    return 1.0 / (1.0 + total(2.0 * s * s / C))
+
+
+def inverse(s: Array, C: Array) -> Array:
+    """Return (diag C + 2 s s^T)^-1, of masses, float64[trial, harmonic, harmonic]."""
+    per, scaled = shared(s, C), s / C
+    found = -2.0 * per[:, None, None] * scaled[:, :, None] * scaled[:, None, :]
+    every = np.arange(len(C))
+    found[:, every, every] += 1.0 / C
     return found

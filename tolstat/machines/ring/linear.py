@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
-from tolstat.machines.ring.harmonics import harmonics, total
+from tolstat.machines.ring.harmonics import harmonics, inverse, shared, total
 from tolstat.machines.ring.parameters import Rings, force
 
 FASTEST = 1e6  # rad/s
@@ -71,11 +71,10 @@ def static_depth(rings: Rings, hoop: bool) -> Array:
     def excess(t: Array) -> Array:
         P_R = force(rings.c_R, rings.x_R, t)
         P_T = force(rings.c_T, rings.x_T, t)
-        result: Array = t - rings.t_R0 + P_R * both + P_T * c_T
-        return result
+        return t - rings.t_R0 + P_R * both + P_T * c_T
 
     # the first sign change above zero: doubled until it is passed, then halved
-    lower, upper = np.zeros_like(rings.r), np.maximum(rings.t_R0, 0.0)
+    lower, upper = np.zeros_like(rings.t_R0), np.maximum(rings.t_R0, 0.0)
     for _ in range(DOUBLED):
         short = excess(upper) < 0.0
         lower = np.where(short, upper, lower)
@@ -92,19 +91,8 @@ def static_depth(rings: Rings, hoop: bool) -> Array:
 
 def _solved(y: Array, s: Array, C: Array) -> Array:
     """Return (diag C + 2 s s^T)^-1 y, [trial, harmonic]: Sherman and Morrison."""
-    per = 1.0 / (1.0 + total(2.0 * s * s / C))
-    shared = total(s * y / C) * per
-    return y / C - 2.0 * s / C * shared[:, None]
-
-
-def _inverse(s: Array, C: Array) -> Array:
-    """Return (diag C + 2 s s^T)^-1, float64[trial, harmonic, harmonic]."""
-    per = 1.0 / (1.0 + total(2.0 * s * s / C))
-    scaled = s / C
-    found = -2.0 * per[:, None, None] * scaled[:, :, None] * scaled[:, None, :]
-    every = np.arange(len(C))
-    found[:, every, every] += 1.0 / C
-    return found
+    along = total(s * y / C) * shared(s, C)
+    return y / C - 2.0 * s / C * along[:, None]
 
 
 def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
@@ -119,8 +107,8 @@ def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
     C = harmonics(rings.on.s.shape[1] + 1).C
     n = len(C)
     a, b, a_, b_ = (slice(i * n, (i + 1) * n) for i in range(4))
-    per_a, per_b = _inverse(rings.on.s, C), _inverse(rings.on.t, C)
-    A = np.zeros((len(rings.r), 4 * n, 4 * n))
+    per_a, per_b = inverse(rings.on.s, C), inverse(rings.on.t, C)
+    A = np.zeros((len(rings.nu), 4 * n, 4 * n))
     every = np.arange(2 * n)
     A[:, every, 2 * n + every] = 1.0
     d, gyro, M, g = (each[:, None, :] for each in x)
@@ -138,7 +126,7 @@ def cutting_matrix(rings: Rings, depth: Array, hoop: bool) -> Array:
     """
     C, at = harmonics(rings.on.s.shape[1] + 1).C, rings.at
     n = len(C)
-    A = np.zeros((len(rings.r), 4 * n + 2, 4 * n + 2))
+    A = np.zeros((len(rings.nu), 4 * n + 2, 4 * n + 2))
     A[:, : 4 * n, : 4 * n] = ring_matrix(rings, rings.Omega, hoop)
     # dP/dt = x P/t
     t = np.where(depth > 0.0, depth, 1.0)

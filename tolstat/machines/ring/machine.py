@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from tolstat.arrays import Array, Truths
 from tolstat.machines.ring import views
 from tolstat.machines.ring.declarations import Asked, Settings, description_of
-from tolstat.machines.ring.parameters import build
+from tolstat.machines.ring.parameters import exist
 from tolstat.machines.ring.trials import FAILURES, IMPOSSIBLE, outcome_of, simulated
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
@@ -23,9 +23,8 @@ class Ring(Model):
     failures = FAILURES
     views = views.OFFERS
     assumptions = (
-        "Dormand-Prince 5(4), with a step of its own for each machine, that ends "
-        "wherever the tool leaves or enters the cut; rtol bounds the error of each "
-        "step on each state's scale, max_step its length.",
+        "Dormand-Prince 5(4) with a step of its own for each trial, ended wherever the "
+        "tool leaves or enters the cut.",
         "The middle line of the ring does not stretch; it bends in its plane, in "
         "harmonics 1 to N, and does not leave its two supports.",
         "The ring turns at constant speed; the tool engages suddenly, from rest.",
@@ -42,7 +41,7 @@ class Ring(Model):
         return description_of(settings)
 
     def impossible(self, deviations: Array, settings: Asked) -> Mapping[str, Truths]:
-        return {IMPOSSIBLE: ~build(deviations, settings).exists}
+        return {IMPOSSIBLE: ~exist(deviations, settings)}
 
     def evaluate(self, deviations: Array, settings: Asked) -> Outcome:
         return outcome_of(simulated(deviations, settings), settings)

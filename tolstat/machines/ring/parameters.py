@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.errors import ModelError
 from tolstat.machines.ring.declarations import (
     RELATIVE,
     Asked,
@@ -17,12 +16,16 @@ from tolstat.machines.ring.declarations import (
 )
 from tolstat.machines.ring.harmonics import Place, Supported, nu_of, place, supported
 
+POSITIVE = (
+    "thickness", "width", "youngs_modulus", "density", "support_angle", "tool_mass",
+    "tool_stiffness", "feed", "speed", "force_exponent",
+)  # fmt: skip
+NOT_NEGATIVE = ("ring_damping", "tool_damping", "cutting_force")
+
 
 class Rings(NamedTuple):
     """Machines by the paper's letters, SI, each float64[trial] but where said."""
 
-    r: Array  # m, middle line
-    h: Array  # m
     nu: Array  # 1/s2, E J/(rho F r^4)
     pi_chi: Array  # kg, pi r rho F
     K_T: Array  # s
@@ -41,77 +44,68 @@ class Rings(NamedTuple):
     lobes: tuple[int, ...]  # harmonics k that the blank may be out of round
     e_cos: Array  # [trial, lobe], m: e_k cos(k theta_R + psi_k)
     e_sin: Array  # [trial, lobe], m: e_k sin(k theta_R + psi_k)
-    exists: Truths  # the rows of others hold the nominal machine
+
+
+def values_of(deviations: Array, settings: Asked) -> dict[str, Array]:
+    """Return nominal values with their deviations, by contributor."""
+    found = {}
+    contributors = description_of(settings).contributors
+    for each, d in zip(contributors, deviations.T, strict=True):
+        nominal = settings.nominal(each.name)
+        found[each.name] = nominal * (1.0 + d) if each.name in RELATIVE else nominal + d
+    if settings.radius is None:
+        found["radius"] = (
+            settings.inner_radius_given + 0.5 * found["thickness"] + deviations[:, 0]
+        )
+    return found
+
+
+def exist(deviations: Array, settings: Asked) -> Truths:
+    """Tell which machines can be built."""
+    of = values_of(deviations, settings)
+    positive = np.all([of[name] > 0.0 for name in POSITIVE], axis=0)
+    not_negative = np.all([of[name] >= 0.0 for name in NOT_NEGATIVE], axis=0)
+    hole = of["radius"] > 0.5 * of["thickness"]
+    found: Truths = positive & not_negative & hole & (of["support_angle"] < np.pi)
+    return found
 
 
 def build(deviations: Array, settings: Asked) -> Rings:
     """Build machines from the deviations of their parts."""
-    names = [each.name for each in description_of(settings).contributors]
-    given = dict(zip(names, deviations.T, strict=True))
-
-    def built(name: str) -> Array:
-        """Return a nominal value with its deviation."""
-        nominal, deviation = settings.nominal(name), given[name]
-        relative: Array = nominal * (1.0 + deviation)
-        absolute: Array = nominal + deviation
-        return relative if name in RELATIVE else absolute
-
-    h = built("thickness")
-    if settings.radius is None:
-        r = settings.inner_radius_given + 0.5 * h + given["radius"]
-    else:
-        r = built("radius")
-    E, rho, w = built("youngs_modulus"), built("density"), built("width")
-    m_c, c_c, K_C = built("tool_mass"), built("tool_damping"), built("tool_stiffness")
-    K_T, S, Omega = built("ring_damping"), built("feed"), built("speed")
-    alpha, theta_R = 0.5 * built("support_angle"), built("tool_angle")
-    scale, x_R = built("cutting_force"), built("force_exponent")
-
-    positive = np.minimum.reduce(
-        [r - 0.5 * h, h, E, rho, w, m_c, K_C, S, Omega, x_R, alpha, 0.5 * np.pi - alpha]
-    )
-    exists = (positive > 0.0) & (np.minimum.reduce([c_c, K_T, scale]) >= 0.0)
-    if not exists.all():
-        if not deviations[~exists].any():
-            raise ModelError("the nominal ring cannot exist: a size leaves the doubles")
-        # an eigenvalue problem is made of every row
-        kept = np.where(exists[:, None], deviations, 0.0)
-        return build(kept, settings)._replace(exists=exists)
-
-    F = w * h
+    of = values_of(deviations, settings)
+    r, h, w, Omega = of["radius"], of["thickness"], of["width"], of["speed"]
+    E, rho = of["youngs_modulus"], of["density"]
+    alpha, theta_R = 0.5 * of["support_angle"], of["tool_angle"]
     V = 60.0 * Omega * (r + 0.5 * h)
 
     def at_1_mm(which: str) -> Array:
         """Return a force at a depth of 1 mm, (10): mm, mm a turn, m/min."""
         names = ("coefficient", "feed_exponent", "speed_exponent")
         C, y, n = (float(getattr(settings, f"{which}_{name}")) for name in names)
-        found: Array = 10.0 * scale * C * S**y * V**n
-        return found
+        return 10.0 * of["cutting_force"] * C * of["feed"] ** y * V**n
 
     on = supported(alpha, settings.harmonics)
     lobes = [
-        (built(amplitude(k)), k * theta_R + built(phase(k)))
+        (of[amplitude(k)], k * theta_R + of[phase(k)])
         for k in settings.out_of_roundness_harmonics
     ]
     return Rings(
-        r=r, h=h, nu=nu_of(E, rho, w, h, r), pi_chi=np.pi * r * rho * F, K_T=K_T,
-        alpha=alpha, Omega=Omega, t_R0=built("depth"),
-        c_R=at_1_mm("radial"), x_R=x_R,
+        nu=nu_of(E, rho, w, h, r), pi_chi=np.pi * r * rho * (w * h),
+        K_T=of["ring_damping"], alpha=alpha, Omega=Omega, t_R0=of["depth"],
+        c_R=at_1_mm("radial"), x_R=of["force_exponent"],
         c_T=at_1_mm("tangential"),
         x_T=np.full_like(r, settings.tangential_depth_exponent),
-        m_c=m_c, c_c=c_c, K_C=K_C,
+        m_c=of["tool_mass"], c_c=of["tool_damping"], K_C=of["tool_stiffness"],
         on=on, at=place(theta_R, on),
         lobes=settings.out_of_roundness_harmonics,
         e_cos=np.stack([e * np.cos(psi) for e, psi in lobes], axis=1),
         e_sin=np.stack([e * np.sin(psi) for e, psi in lobes], axis=1),
-        exists=exists,
     )  # fmt: skip
 
 
 def force(c: Array, x: Array, t: Array) -> Array:
     """Return a cutting force, N, at depths t, m, (10); none below zero."""
-    found: Array = np.where(t > 0.0, c * np.maximum(1e3 * t, 0.0) ** x, 0.0)
-    return found
+    return np.where(t > 0.0, c * np.maximum(1e3 * t, 0.0) ** x, 0.0)
 
 
 def out_of_roundness(rings: Rings, t: Array | float) -> Array:
@@ -119,7 +113,7 @@ def out_of_roundness(rings: Rings, t: Array | float) -> Array:
 
     float64[trial]; of a machine alone at several times, float64[time].
     """
-    found = 0.0 * rings.r
+    found = 0.0 * rings.Omega
     for i, k in enumerate(rings.lobes):
         turn = k * rings.Omega * t
         found = found + rings.e_cos[:, i] * np.cos(turn)

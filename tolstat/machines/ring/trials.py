@@ -9,7 +9,7 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.machines.ring.declarations import Asked, description_of
 from tolstat.machines.ring.flutter import flutter_speed
-from tolstat.machines.ring.harmonics import harmonics, total
+from tolstat.machines.ring.harmonics import harmonics, shared, total
 from tolstat.machines.ring.linear import growth_rate, static_depth, terms_of
 from tolstat.machines.ring.parameters import Rings, build, force, out_of_roundness
 from tolstat.model.contract import Outcome
@@ -65,13 +65,11 @@ def rows_of(rings: Rings, settings: Asked) -> Array:
     """
     k, on, at = harmonics(settings.harmonics), rings.on, rings.at
     x = terms_of(rings, rings.Omega, settings.hoop)
-    # no machine: it ends as "not finite", after no motion
-    one = np.where(rings.exists, 1.0, np.nan)
+    one = np.ones_like(rings.Omega)
     tool = (
-        1.0 / rings.m_c, rings.c_c, rings.K_C, one * rings.t_R0,
+        1.0 / rings.m_c, rings.c_c, rings.K_C, rings.t_R0,
         rings.c_R, rings.x_R, rings.c_T, rings.x_T, rings.Omega, 1.0 / rings.pi_chi,
-        1.0 / (1.0 + total(2.0 * on.s * on.s / k.C)),
-        1.0 / (1.0 + total(2.0 * on.t * on.t / k.C)),
+        shared(on.s, k.C), shared(on.t, k.C),
     )  # fmt: skip
     per_C = np.broadcast_to(1.0 / k.C, on.s.shape)
     blank = [

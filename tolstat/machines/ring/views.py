@@ -88,14 +88,10 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
 def own_and_others(
     deviations: Array, settings: Asked, speeds: Array, found: Found
 ) -> tuple[Array, Array]:
-    """Return float64[speed, quantity] of the first machine, [machine, ...] of others.
-
-    Others that cannot exist are left out.
-    """
-    exists = build(deviations, settings).exists
+    """Return float64[speed, quantity] of the first, [machine, ...] of the others."""
     own, *others = (
         found(build(np.repeat(row[None], len(speeds), axis=0), settings), speeds)
-        for row in deviations[exists]
+        for row in deviations
     )
     return own, np.array(others).reshape(-1, *own.shape)
 
@@ -108,25 +104,20 @@ def varied(
     By words for the value; and a title, which names values that no ring can have.
     """
     name, given = settings.varied, settings
-    nominal = settings.nominal(name)
     if name == "radius":
         given = replace(settings, inner_radius=None)
-    if nominal == 0.0:
-        raise ModelError(f'varied = "{name}": its nominal value is 0, times what is 0')
     [kind] = [each.metadata["kind"] for each in fields(settings) if each.name == name]
-    in_degrees = kind.unit == "rad"
     unit = {"rad": "deg", "1": ""}.get(kind.unit, kind.unit)
     others, cannot = {}, []
     for times in settings.varied_by:
-        changed: Any = {name: nominal * times}
-        shown = np.degrees(nominal * times) if in_degrees else nominal * times
-        words = f"{name.replace('_', ' ')} {shown:.6g} {unit}".strip()
-        if words in others:
-            raise ModelError(f"varied_by has {words} twice")
+        value = settings.nominal(name) * times
+        size = np.degrees(value) if unit == "deg" else value
+        words = f"{size:.6g} {unit}".strip()
+        changed: Any = {name: value}
         try:
-            others[words] = replace(given, **changed)
+            others[f"{name.replace('_', ' ')} {words}"] = replace(given, **changed)
         except ModelError:
-            cannot.append(f"{shown:.6g} {unit}".strip())
+            cannot.append(words)
     values = {
         words: own_and_others(deviations[:1], other, speeds, found)[0]
         for words, other in others.items()

@@ -5,8 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.machines.rolling_block import motion as equations
-from tolstat.machines.rolling_block.motion import Links, Machine, Moment, State
-from tolstat.moving import System, compiled, named, rates_signature, rows, write
+from tolstat.machines.rolling_block.motion import Links, Machine, State
+from tolstat.moving import (
+    Moment,
+    System,
+    compiled,
+    named,
+    rates_signature,
+    rows,
+    write,
+)
 
 motion = compiled(within=True)(equations.motion)
 

@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
 
 from tolstat.errors import ModelError
-from tolstat.machines.rolling_block.structure import (
-    LINK_NAMES,
-    LINKS,
-    LOADS,
-    MASSES,
-    POSITIONS,
-    STANDS,
-    TABLE_1,
-    Combination,
-)
+from tolstat.machines.rolling_block import structure
 from tolstat.model.description import (
     POSITIVE,
     SHARE,
@@ -47,7 +39,7 @@ class Settings:
     """Settings of the rolling block, SI; what each means stands in its sentence."""
 
     # fmt: off
-    combination: Combination = setting(TABLE_1, "positions (a, b, c, d) of the gearbox stages: a 0 or 1, the others 0 to 3; that of Table 1 if not given", at_least=0, at_most=3, count=(4, 4))
+    combination: structure.Combination = setting(structure.TABLE_1, "positions (a, b, c, d) of the gearbox stages: a 0 or 1, the others 0 to 3; that of Table 1 if not given", at_least=0, at_most=3, count=(4, 4))
     inertias: tuple[float, ...] = setting(INERTIAS, "Q1 ... Q9 at the combination of Table 1, reduced to the motor shaft", unit="kg m^2", above=0.0, count=(9, 9))
     stiffnesses: tuple[float, ...] = setting(STIFFNESSES, "C12, C23, C34, C35, C46, C47, C58, C59 there, reduced to that shaft", unit="N m/rad", above=0.0, count=(8, 8))
     scale: float = setting(1.0, "factor on all inertias and stiffnesses, which Table 1 does not determine", above=0.0)
@@ -66,14 +58,14 @@ class Settings:
     working_speed: float = setting(1200 * RPM, "of the motor", unit="rad/s", above=0.0)
     band: float = setting(0.05, "a speed resonates where an excitation is nearer to a natural frequency than this share of it", unit="1", at_least=0.0)
     response_loads: tuple[int, ...] = setting((32, 33), "of the view response, each and all at once: 31 to 34, or 1 for the motor", at_least=1, count=(1, 5))
-    response_link: str = setting("12", "of the views response and pulses", choices=LINK_NAMES)
+    response_link: str = setting("12", "of the views response and pulses", choices=structure.LINK_NAMES)
     rtol: float = setting(1e-9, "integration tolerance, relative to the twists of the static load", above=0.0)
     # fmt: on
 
     def __post_init__(self) -> None:
         """Refuse what does not fit together."""
         for name, position, positions in zip(
-            "abcd", self.combination, POSITIONS, strict=True
+            "abcd", self.combination, structure.POSITIONS, strict=True
         ):
             if position >= positions:
                 raise ModelError(
@@ -90,10 +82,10 @@ class Settings:
                 f"is {self.horizon:g} s; enlarge the horizon"
             )
         for load in self.response_loads:
-            if load not in LOADS:
+            if load not in structure.LOADS:
                 raise ModelError(
                     f"response_loads: there is no {load}; 1 is the motor, "
-                    f"{', '.join(map(str, STANDS))} are the stands"
+                    f"{', '.join(map(str, structure.STANDS))} are the stands"
                 )
         if len(set(self.response_loads)) < len(self.response_loads):
             raise ModelError("response_loads: something stands there twice")
@@ -102,29 +94,28 @@ class Settings:
     def entries(self) -> tuple[float, ...]:
         """When each stand, 31 first, takes its load, s."""
         delays = self.delay * 3 if len(self.delay) == 1 else self.delay
-        times = [0.0]
-        for delay in delays:
-            times.append(times[-1] + delay)
-        return tuple(times)
+        return tuple(accumulate(delays, initial=0.0))
 
 
 _C = Contributor
 _R = Response
 
-JOINED = tuple(f"{MASSES[i]} to {MASSES[j]}" for i, j in LINKS)
-N_MODES = len(LINKS)
+JOINED = tuple(
+    f"{structure.MASSES[i]} to {structure.MASSES[j]}" for i, j in structure.LINKS
+)
+N_MODES = len(structure.LINKS)
 
 CONTRIBUTORS = (
-    *(_C(f"inertia_{i}", "1", f"Q{i}", f"moment of inertia: {mass}", "(1)", part="inertias") for i, mass in enumerate(MASSES, start=1)),
-    *(_C(f"stiffness_{ij}", "1", f"C{ij}", f"torsional stiffness: {joined}", "(1)", part="stiffnesses") for ij, joined in zip(LINK_NAMES, JOINED, strict=True)),
+    *(_C(f"inertia_{i}", "1", f"Q{i}", f"moment of inertia: {mass}", "(1)", part="inertias") for i, mass in enumerate(structure.MASSES, start=1)),
+    *(_C(f"stiffness_{ij}", "1", f"C{ij}", f"torsional stiffness: {joined}", "(1)", part="stiffnesses") for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
     _C("damping", "1", "zeta", "damping ratio of every elastic mode", "modal damping", part="damping"),
 )  # fmt: skip
 
 RESPONSES = (
     *(_R(f"frequency_{r}", "Hz", f"f{r}", f"natural frequency {r}, ascending, without the rigid mode", "(1)", shown="Hz", range=POSITIVE) for r in range(1, N_MODES + 1)),
-    *(_R(f"amplification_{ij}", "1", f"K{ij}", f"peak moment over the static one: {joined}", "max |M_ij| / M_ij,static", shown="1", range=POSITIVE) for ij, joined in zip(LINK_NAMES, JOINED, strict=True)),
-    *(_R(f"moment_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, loads stepping: {joined}", "(2)", range=POSITIVE) for ij, joined in zip(LINK_NAMES, JOINED, strict=True)),
-    *(_R(f"pulse_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, pulse on a stand: {joined}", "(2)", shown="N m", range=POSITIVE) for ij, joined in zip(LINK_NAMES, JOINED, strict=True)),
+    *(_R(f"amplification_{ij}", "1", f"K{ij}", f"peak moment over the static one: {joined}", "max |M_ij| / M_ij,static", shown="1", range=POSITIVE) for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
+    *(_R(f"moment_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, loads stepping: {joined}", "(2)", range=POSITIVE) for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
+    *(_R(f"pulse_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, pulse on a stand: {joined}", "(2)", shown="N m", range=POSITIVE) for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
     _R("cancellation", "1", "|a2/a1|", "what mode 2 adds to M12, over mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
     _R("leakage", "1", "|a3,4/a1|", "what the local modes 3, 4 add to M12, the greater over mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
     _R("antiphase_pattern", "1", "", "1 if stands swing in antiphase where they do in the nominal drive, else 0", "Table 1", shown="count", range=SHARE),

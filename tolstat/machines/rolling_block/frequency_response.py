@@ -16,34 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
-from tolstat.machines.rolling_block.modes import Modes
-from tolstat.machines.rolling_block.parameters import Seen
-from tolstat.machines.rolling_block.structure import LINK_NAMES, load_vector
+from tolstat.machines.rolling_block.declarations import Settings
+from tolstat.machines.rolling_block.modes import Modes, contributions
+from tolstat.machines.rolling_block.parameters import Drive, drives
+from tolstat.machines.rolling_block.structure import LINK_NAMES
 from tolstat.model.view import Axis, Chart, Curve, Listing, Panel, bands_of
 
 POINTS = 1200
 BELOW, BEYOND = 0.2, 1.3  # of the lowest and the highest natural frequency: the axis
 NO_PART = 1e-9  # of all modes' contributions: a mode that has no part in a response
-
-
-def contributions(modes: Modes, C: Array, loads: dict[int, float]) -> Array:
-    """Return the static modal contributions a_r to the moments of all links.
-
-    Loads are N m by place: 1 is the motor's M1, which drives; 31 to 34, which brake.
-
-    Returns
-    -------
-    a : float64[trial, link, mode]
-        N m.
-    """
-    moments = sum(size * load_vector(load) for load, size in loads.items())
-    omega, phi, phi_ij = modes
-    # phi^T L, mass by mass: the sum is the same in any block
-    work = np.zeros_like(omega)
-    for mass, moment in enumerate(np.broadcast_to(moments, phi.shape[1])):
-        work = work + phi[:, mass, :] * moment
-    a: Array = C[:, :, None] * phi_ij * (work / (omega * omega))[:, None, :]
-    return a
 
 
 def response(
@@ -104,40 +85,41 @@ def poles_and_zeros(omega: Array, a: Array) -> PolesAndZeros:
     )
 
 
-def _channels(seen: Seen) -> dict[str, Array]:
+def _channels(drive: Drive, settings: Settings) -> dict[str, Array]:
     """Return contributions [trial, mode] to the link, by words for what loads it.
 
     Each load by itself, then all of them at once, 1 N m each.
     """
-    link = LINK_NAMES.index(seen.settings.response_link)
-    loads = seen.settings.response_loads
+    link = LINK_NAMES.index(settings.response_link)
+    loads = settings.response_loads
     asked = [(load,) for load in loads] + ([loads] if len(loads) > 1 else [])
     words = {1: "motor"}
     return {
         " + ".join(words.get(load, str(load)) for load in those): contributions(
-            seen.modes, seen.drive.C, dict.fromkeys(those, 1.0)
+            drive.modes, drive.C, dict.fromkeys(those, 1.0)
         )[:, link]
         for those in asked
     }
 
 
-def frequency_response(seen: Seen) -> Chart:
+def frequency_response(deviations: Array, settings: Settings) -> Chart:
     """Chart amplitude and phase of the moment in the link per moment of the load."""
-    omega = seen.modes.omega[0] / (2 * np.pi)
+    drive = drives(deviations, settings)
+    omega = drive.modes.omega[0] / (2 * np.pi)
     even = np.geomspace(BELOW * omega[0], BEYOND * omega[-1], POINTS)
     # the peaks themselves among the points, where they are finite
-    damped = seen.drive.zeta[0] > 0
+    damped = drive.zeta[0] > 0
     frequency = np.unique(np.concatenate([even, omega])) if damped else even
-    link = seen.settings.response_link
+    link = settings.response_link
     amplitudes, phases = [], []
-    for words, a in _channels(seen).items():
-        G = response(frequency, seen.modes, a, seen.drive.zeta)
+    for words, a in _channels(drive, settings).items():
+        G = response(frequency, drive.modes, a, drive.zeta)
         size, angle = np.abs(G), np.angle(G[0])
         over = f"M{link} over the load"
         amplitudes.append(Curve(words, "1", "|G|", over, size[0], shown="1"))
         phases.append(Curve(f"phase, {words}", "rad", "arg G", "", angle, shown="deg"))
-    spreads = bands_of(words, "1", size[seen.others])  # of the last: all at once
-    loads = "motor" if seen.settings.response_loads == (1,) else "loads"
+    spreads = bands_of(words, "1", size[1:])  # of the last: all at once
+    loads = "motor" if settings.response_loads == (1,) else "loads"
     title = f"M{link} over {loads}: amplitude"
     return Chart(
         Axis("frequency", "Hz", "Hz", logarithmic=True),
@@ -151,11 +133,12 @@ def frequency_response(seen: Seen) -> Chart:
     )
 
 
-def poles(seen: Seen) -> Listing:
+def poles(deviations: Array, settings: Settings) -> Listing:
     """List poles, zeros and modes that do not reach the link, without damping."""
-    omega = seen.modes.omega[0]
+    drive = drives(deviations[:1], settings)
+    omega = drive.modes.omega[0]
     rows: list[tuple[str, str, float, float]] = []
-    for words, a in _channels(seen).items():
+    for words, a in _channels(drive, settings).items():
         found = poles_and_zeros(omega, a[0])
         parts = dict(zip((omega / (2 * np.pi)).tolist(), a[0].tolist(), strict=True))
         of_load = [(f, "pole", parts[f]) for f in found.poles.tolist()]
@@ -164,7 +147,7 @@ def poles(seen: Seen) -> Listing:
         rows += [(words, kind, f, part) for f, kind, part in sorted(of_load)]
     load, kind, frequency, part = map(np.array, zip(*rows, strict=True))
     return Listing.of(
-        f"where M{seen.settings.response_link} is infinite or zero, or is not reached",
+        f"where M{settings.response_link} is infinite or zero, or is not reached",
         ("load", "1", "", load),
         ("what", "1", "", kind),
         ("frequency", "Hz", "Hz", frequency),

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from tolstat.arrays import Array, Truths
+from tolstat.machines.rolling_block import parameters, trials
 from tolstat.machines.rolling_block.declarations import DESCRIPTION, Settings
-from tolstat.machines.rolling_block.modes import modes_of
-from tolstat.machines.rolling_block.parameters import CANNOT_EXIST, FAILURES, drives
-from tolstat.machines.rolling_block.trials import both_moved, outcome_of
 from tolstat.machines.rolling_block.views import OFFERS, chart_of, shown
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
@@ -23,7 +19,7 @@ class RollingBlock(Model):
     name = "rolling_block"
     title = "drive of a wire-rod rolling block: nine masses, gearbox of 128 ratios"
     settings = Settings
-    failures = FAILURES
+    failures = parameters.FAILURES
     views = OFFERS
     assumptions = (
         "Nine masses on eight springs without mass, reduced to the motor shaft; upper "
@@ -36,36 +32,35 @@ class RollingBlock(Model):
         "printed number of combinations; teeth and stage ratios are not printed.",
         "Amplification is the greatest elastic moment over the static one from the "
         "first load to the horizon, the loads stepping, a quarter on each stand.",
-        "Dormand-Prince 5(4) with a step of its own for each drive; rtol bounds the "
-        "error of each step on the twists of the static load; a link a million times "
-        "stiffer, or damped so, takes minutes.",
+        "Dormand-Prince 5(4) with a step of its own for each trial; a link a million "
+        "times stiffer, or damped so, takes minutes.",
     )
 
     def describe(self, settings: Settings) -> Description:
         return DESCRIPTION
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        return {CANNOT_EXIST: ~drives(deviations, settings)[1]}
+        return {parameters.CANNOT_EXIST: ~parameters.exist(deviations)}
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
-        drive, _ = drives(deviations, settings)
-        modes = modes_of(drive.Q, drive.C)
-        moved = both_moved(drive, modes, settings)
-        return outcome_of(drive, modes, moved, settings)
+        drive = parameters.drives(deviations, settings)
+        loaded = trials.followed(drive, trials.load_steps(settings), settings)
+        pulsed = trials.followed(drive, trials.pulse(settings), settings)
+        return trials.outcome_of(drive, loaded, pulsed, settings)
 
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
-        drive, exist = drives(deviations[None, :], settings)
-        modes = modes_of(drive.Q, drive.C)
+        drive = parameters.drives(deviations[None, :], settings)
         time = sample_times(settings.horizon, step)
-        moved = both_moved(drive, modes, settings, time)
-        C = np.where(exist, drive.C, np.nan)  # one that cannot exist has no moments
+        loaded = trials.followed(drive, trials.load_steps(settings), settings, time)
+        pulsed = trials.followed(drive, trials.pulse(settings), settings, time)
+        n = drive.C.shape[1]
         chart = chart_of(
             time,
-            settings.total_load * C * moved.loaded.history[0, :, : C.shape[1]],
-            settings.pulse_moment * C * moved.pulsed.history[0, :, : C.shape[1]],
+            settings.total_load * drive.C * loaded.history[0, :, :n],
+            settings.pulse_moment * drive.C * pulsed.history[0, :, :n],
             settings,
         )
-        return History(chart, outcome_of(drive, modes, moved, settings))
+        return History(chart, trials.outcome_of(drive, loaded, pulsed, settings))
 
     def view(self, name: str, deviations: Array, settings: Settings) -> View:
         return shown(name, deviations, settings)

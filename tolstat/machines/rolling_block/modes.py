@@ -1,4 +1,4 @@
-"""Natural frequencies and mode shapes of a whole block of drives at once.
+"""Natural frequencies and mode shapes, and what loads do to each mode, in closed form.
 
 LAPACK takes the matrices one by one: a drive's answer is the same in any block.
 """
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.rolling_block.structure import STANDS, stiffness_matrix, twists
+from tolstat.machines.rolling_block import structure
 
 AT_REST = 1e-12  # of a shape: what rounding leaves of a mass that does not move
 TIE = 1e-6  # parts of a shape that are as large as the largest, but for rounding
@@ -37,10 +37,10 @@ def modes_of(Q: Array, C: Array) -> Modes:
     LAPACK finds them.
     """
     root = np.sqrt(Q)
-    scaled = stiffness_matrix(C) / root[:, :, None] / root[:, None, :]
+    scaled = structure.stiffness_matrix(C) / root[:, :, None] / root[:, None, :]
     squares, vectors = np.linalg.eigh(scaled)
     phi = vectors[:, :, 1:] / root[:, :, None]  # the first is the rigid mode
-    return Modes(np.sqrt(squares[:, 1:]), phi, twists(phi))
+    return Modes(np.sqrt(squares[:, 1:]), phi, structure.twists(phi))
 
 
 def unit_shapes(phi: Array) -> Array:
@@ -120,6 +120,71 @@ def antiphase(phi: Array) -> Truths:
     moving = size > STILL * np.max(size, axis=1, keepdims=True)
     gaps = [
         (phi[:, i] * phi[:, j] < 0) & moving[:, i] & moving[:, j]
-        for i, j in pairwise(STANDS.values())
+        for i, j in pairwise(structure.STANDS.values())
     ]
     return np.stack(gaps, axis=-1)
+
+
+def contributions(modes: Modes, C: Array, loads: dict[int, float]) -> Array:
+    """Return the static modal contributions a_r to the moments of all links.
+
+    Loads are N m by place: 1 is the motor's M1, which drives; 31 to 34, which brake.
+
+    Returns
+    -------
+    a : float64[trial, link, mode]
+        N m.
+    """
+    omega, phi, phi_ij = modes
+    # phi^T L, mass by mass: the sum is the same in any block
+    L = structure.load_vector(loads)
+    work = np.cumsum(phi * L[:, None], axis=1)[:, -1]
+    return C[:, :, None] * phi_ij * (work / (omega * omega))[:, None, :]
+
+
+def step(time: Array, omega: Array, zeta: Array) -> Array:
+    """Return how a mode follows a unit step of its load at time 0, from rest.
+
+    s(t) = 1 - exp(-zeta omega t) (cos omega_d t + zeta omega/omega_d sin omega_d t),
+    with omega_d = omega sqrt(1 - zeta^2); written by its two roots, so that damping may
+    be critical or more.
+
+    Returns
+    -------
+    float64[trial, mode, time]
+        Of time[time], s, before 0 nothing moves; omega[trial, mode], rad/s; damping
+        ratio zeta[trial].
+    """
+    z = zeta[:, None, None]
+    w = omega[:, :, None]
+    t = np.maximum(time, 0.0)
+    j_omega_d = w * np.sqrt(z * z - 1.0 + 0j)
+    slow = j_omega_d - z * w  # of two roots that are real
+    # (exp(slow t) - exp(fast t))/(slow - fast), which is t exp(slow t) where they meet
+    apart = np.where(j_omega_d == 0.0, 1.0, 2.0 * j_omega_d)
+    parted = np.where(j_omega_d == 0.0, t, -np.expm1(-2.0 * j_omega_d * t) / apart)
+    followed: Array = (1.0 - np.exp(slow * t) * (1.0 - slow * parted)).real
+    return followed
+
+
+def moments(
+    time: Array, omega: Array, zeta: Array, steps: list[tuple[float, Array]]
+) -> Array:
+    """Return the elastic moments of all links after steps of the loads, from rest.
+
+    Parameters
+    ----------
+    time, omega, zeta : float64[time], float64[trial, mode], float64[trial]
+        s; natural frequencies, rad/s; damping ratio.
+    steps : list of (float, float64[trial, link, mode])
+        When, s; and the static modal contributions of what steps then, N m.
+
+    Returns
+    -------
+    float64[trial, link, time]
+        M_ij = C_ij (phi_i - phi_j), N m.
+    """
+    total = np.zeros((*steps[0][1].shape[:2], len(time)))
+    for begin, a in steps:
+        total += a @ step(time - begin, omega, zeta)
+    return total

@@ -17,15 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolstat.arrays import Array
-
-
-class Moment(NamedTuple):
-    """When: the time and the phase of the trial."""
-
-    t: Array  # s
-    phase: Array
-
+from tolstat.moving import Moment
 
 # twists of the links, rad, and their rates, rad/s
 State = namedtuple(

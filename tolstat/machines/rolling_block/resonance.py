@@ -6,8 +6,8 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import Settings
-from tolstat.machines.rolling_block.parameters import Seen
-from tolstat.machines.rolling_block.structure import excitation_orders
+from tolstat.machines.rolling_block.parameters import drives
+from tolstat.machines.rolling_block.structure import ratios
 from tolstat.model.view import Axis, Band, Chart, Curve, Listing, Panel, Span, bands_of
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.units.grammar import Range
@@ -18,8 +18,10 @@ NEAR = 0.85  # modes that an excitation misses by less are drawn with it
 
 def named_orders(settings: Settings) -> dict[str, float]:
     """Return what excites the drive, in words, and how often per turn of the motor."""
-    turns = excitation_orders(settings.combination)
-    found = {f"order {_written(order)}": order for order in settings.orders}
+    _, _, i31, i34 = ratios(settings.combination)
+    turns = {"motor": 1.0, "rolls_31": 1.0 / i31, "rolls_34": 1.0 / i34}
+    orders = settings.orders
+    found = {f"order {str(each).removesuffix('.0')}": each for each in orders}
     if settings.rolls:
         found["rolls 31, 32"] = turns["rolls_31"]
         found["rolls 33, 34"] = turns["rolls_34"]
@@ -27,12 +29,6 @@ def named_orders(settings: Settings) -> dict[str, float]:
         name = f"{mesh['teeth']} teeth, {mesh['shaft'].replace('_', ' ')}"
         found[name] = mesh["teeth"] * turns[mesh["shaft"]]
     return found
-
-
-def _written(order: float) -> str:
-    """Write an order so that no two are alike."""
-    short = f"{order:g}"
-    return short if float(short) == order else repr(order)
 
 
 def forbidden(omega: Array, orders: list[float], band: float) -> tuple[Array, Array]:
@@ -67,12 +63,9 @@ def free_gaps(lower: Array, upper: Array, within: Range) -> tuple[Array, Array]:
     rank = np.argsort(lower, axis=1)
     starts = np.take_along_axis(lower, rank, axis=1)
     reached = np.maximum.accumulate(np.take_along_axis(upper, rank, axis=1), axis=1)
-    edge = np.full((len(lower), 1), within.lower)
-    begin = np.concatenate([edge, np.maximum(reached, within.lower)], axis=1)
-    end = np.concatenate(
-        [np.minimum(starts, within.upper), np.full_like(edge, within.upper)], axis=1
-    )
-    return begin, end
+    begin = np.insert(np.maximum(reached, within.lower), 0, within.lower, axis=1)
+    n = starts.shape[1]
+    return begin, np.insert(np.minimum(starts, within.upper), n, within.upper, axis=1)
 
 
 def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:
@@ -88,10 +81,8 @@ def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:
         *forbidden(omega, orders, settings.band), settings.speed_range
     )
     widths = np.maximum(end - begin, 0.0)
-    total = np.zeros(len(omega))
-    for width in widths.T:  # one by one: the sum is the same in any block
-        total = total + width
-    return total, np.max(widths, axis=1)
+    # one by one: the sum is the same in any block
+    return np.cumsum(widths, axis=1)[:, -1], np.max(widths, axis=1)
 
 
 def speed_margin(omega: Array, settings: Settings) -> Array:
@@ -109,22 +100,21 @@ def speed_margin(omega: Array, settings: Settings) -> Array:
     return nearest
 
 
-def campbell(seen: Seen) -> Chart:
+def campbell(deviations: Array, settings: Settings) -> Chart:
     """Chart frequencies, excitations and the share of machines that resonate."""
-    settings, omega = seen.settings, seen.modes.omega
+    omega = drives(deviations, settings).modes.omega
     n = np.linspace(*settings.speed_range, POINTS)
     orders = named_orders(settings)
-    hz = omega / (2 * np.pi)
 
     def curve(name: str, symbol: str, words: str, values: Array) -> Curve:
         return Curve(name, "Hz", symbol, words, values, shown="Hz")
 
     modes: list[Curve] = []
     spreads: list[Band] = []
-    for r, f in enumerate(hz.T, start=1):
+    for r, f in enumerate(omega.T / (2 * np.pi), start=1):
         even = np.repeat(f[:, None], POINTS, axis=1)
         modes.append(curve(f"mode {r}", f"f{r}", f"natural frequency {r}", even[0]))
-        spreads += bands_of(f"mode {r}", "Hz", even[seen.others])
+        spreads += bands_of(f"mode {r}", "Hz", even[1:])
     excitations = [
         curve(name, "", "excitation", order * n / (2 * np.pi))
         for name, order in orders.items()
@@ -132,18 +122,17 @@ def campbell(seen: Seen) -> Chart:
     lower, upper = forbidden(omega, list(orders.values()), settings.band)
     begin, end = free_gaps(lower[:1], upper[:1], settings.speed_range)
     free = [(b, e) for b, e in zip(begin[0], end[0], strict=True) if e > b]
-    drawn = seen.others if len(seen.others) else [0]
-    resonates = np.zeros(POINTS)
-    for machine in drawn:
-        hit = (n >= lower[machine, :, None]) & (n <= upper[machine, :, None])
-        resonates += np.any(hit, axis=0)
-    resonates /= len(drawn)
+    drawn = others_or_first(omega)
+    hits = np.zeros(POINTS)
+    for low, high in zip(lower[drawn], upper[drawn], strict=True):
+        hits += np.any((n >= low[:, None]) & (n <= high[:, None]), axis=0)
+    machines = len(lower[drawn])
     words = "share of machines that resonate"
-    share = Curve("resonating", "1", "P", words, resonates, shown="%")
+    share = Curve("resonating", "1", "P", words, hits / machines, shown="%")
     title, sure = "Whether the drive resonates", []
-    if len(seen.others):
-        title = f"Share of {len(drawn)} machines that resonate"
-        sure = [sure_of(share, len(seen.others))]
+    if len(omega) > 1:
+        title = f"Share of {machines} machines that resonate"
+        sure = [Band("95 % interval", "1", *ends_of(hits, machines), of=share.name)]
     return Chart(
         Axis("motor speed", "rad/s", "rpm"),
         n,
@@ -157,13 +146,15 @@ def campbell(seen: Seen) -> Chart:
     )
 
 
-def sure_of(share: Curve, machines: int) -> Band:
-    """Return the interval of a share of so many machines, at each point by itself."""
-    counts = np.rint(machines * share.values).astype(int).tolist()
-    ends = {count: proportion(count, machines) for count in set(counts)}
-    lower = np.array([ends[count].lower for count in counts])
-    upper = np.array([ends[count].upper for count in counts])
-    return Band("95 % interval", share.unit, lower, upper, of=share.name)
+def others_or_first(omega: Array) -> slice:
+    """Return the drives that a share is taken of: the first where it is alone."""
+    return slice(min(1, len(omega) - 1), None)
+
+
+def ends_of(counts: Array, machines: int) -> tuple[Array, Array]:
+    """Return lower and upper ends of the intervals of shares, from counts."""
+    each = [proportion(int(count), machines) for count in counts]
+    return np.array([e.lower for e in each]), np.array([e.upper for e in each])
 
 
 def _frequency_panels(
@@ -182,32 +173,27 @@ def _frequency_panels(
     return panels or [apart]
 
 
-def resonances(seen: Seen) -> Listing:
+def resonances(deviations: Array, settings: Settings) -> Listing:
     """List where excitations meet natural frequencies, within the speeds of the motor.
 
     The last column is the share of the others, or whether the drive alone does.
     """
-    settings, omega = seen.settings, seen.modes.omega
+    omega = drives(deviations, settings).modes.omega
     orders = named_orders(settings)
     lower, upper = forbidden(omega, list(orders.values()), settings.band)
-    n_modes = omega.shape[1]
-    machines = seen.others if len(seen.others) else np.array([0])
-    work = settings.working_speed
-    place = np.arange(len(orders) * n_modes)  # order by order, mode by mode
-    meets = (upper[0] >= settings.speed_range.lower) & (
-        lower[0] <= settings.speed_range.upper
-    )
-    place = place[meets][np.argsort(lower[0, meets])]
-    mode = place % n_modes
-    turns = np.array(list(orders.values()))[place // n_modes]
-    hit = (lower[machines][:, place] <= work) & (work <= upper[machines][:, place])
-    many = len(seen.others) > 0
-    each = [proportion(int(count), len(machines)) for count in hit.sum(axis=0)]
-    sure = [np.array([getattr(e, end) for e in each]) for end in ("lower", "upper")]
-    names = ("from, 95 %", "to, 95 %") if many else ()
+    n_modes, within = omega.shape[1], settings.speed_range
+    meets = (upper[0] >= within.lower) & (lower[0] <= within.upper)
+    # order by order, mode by mode
+    place = np.flatnonzero(meets)[np.argsort(lower[0, meets])]
+    order, mode = np.divmod(place, n_modes)
+    turns = np.array(list(orders.values()))[order]
+    work, drawn = settings.working_speed, others_or_first(omega)
+    hit = (lower[drawn][:, place] <= work) & (work <= upper[drawn][:, place])
+    sure = ends_of(hit.sum(axis=0), len(hit))
+    names = ("from, 95 %", "to, 95 %") if len(omega) > 1 else ()
     return Listing.of(
         "what meets within the speeds of the motor, and the speeds to keep away from",
-        ("excitation", "1", "", np.array(list(orders))[place // n_modes]),
+        ("excitation", "1", "", np.array(list(orders))[order]),
         ("mode", "1", "count", mode + 1),
         ("frequency", "Hz", "Hz", omega[0, mode] / (2 * np.pi)),
         ("critical speed", "rad/s", "rpm", omega[0, mode] / turns),

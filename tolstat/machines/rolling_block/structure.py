@@ -15,6 +15,7 @@ wire-rod rolling block (2010, in Russian); Fig. 3 and the equations (1) are the 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import product
 from typing import NamedTuple
 
@@ -34,20 +35,8 @@ STANDS = {31: 5, 32: 6, 33: 7, 34: 8}  # mass of each stand
 LOADS = {1: MOTOR, **STANDS}  # where a moment acts: the motor's M1, and the stands
 
 
-def _beyond(link: int) -> set[int]:
-    """Return the masses on the far side of a link, seen from the motor."""
-    found = {LINKS[link][1]}
-    for near, far in LINKS:
-        if near in found:
-            found.add(far)
-    return found
-
-
-# M_ij,static of one newton metre in all, a quarter on each stand: 1, 1, 1/2, 1/2, 1/4
-STATIC_SHARES = tuple(
-    len(_beyond(link) & set(STANDS.values())) / len(STANDS)
-    for link in range(len(LINKS))
-)
+# M_ij,static of one newton metre in all, a quarter on each stand
+STATIC_SHARES = (1.0, 1.0, 0.5, 0.5, 0.25, 0.25, 0.25, 0.25)
 
 
 def stiffness_matrix(C: Array) -> Array:
@@ -70,17 +59,17 @@ def stiffness_matrix(C: Array) -> Array:
 def twists(phi: Array) -> Array:
     """Return phi_ij = phi_i - phi_j, [..., link, mode], of phi[..., mass, mode]."""
     near, far = ([link[end] for link in LINKS] for end in (0, 1))
-    difference: Array = phi[..., near, :] - phi[..., far, :]
-    return difference
+    return phi[..., near, :] - phi[..., far, :]
 
 
-def load_vector(load: int) -> Array:
-    """Return the moments on the masses, N m, where one load of 1 N m acts.
+def load_vector(loads: Mapping[int, float]) -> Array:
+    """Return the moments on the masses under loads, N m, by place.
 
     1 is the motor's M1, which drives; 31 to 34 are stands, which brake.
     """
     moments = np.zeros(len(MASSES))
-    moments[LOADS[load]] = 1.0 if LOADS[load] == MOTOR else -1.0
+    for place, size in loads.items():
+        moments[LOADS[place]] = size if LOADS[place] == MOTOR else -size
     return moments
 
 
@@ -137,9 +126,3 @@ def reduction(combination: Combination) -> tuple[Array, Array]:
         np.array([1.0, A, AB, i31, i34, i31, i31, i34, i34]),
         np.array([1.0, A, AB, AB, i31, i31, i34, i34]),
     )
-
-
-def excitation_orders(combination: Combination) -> dict[str, float]:
-    """Return turns per turn of the motor: of the motor, of the rolls."""
-    now = ratios(combination)
-    return {"motor": 1.0, "rolls_31": 1.0 / now.i31, "rolls_34": 1.0 / now.i34}

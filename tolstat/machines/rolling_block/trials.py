@@ -13,8 +13,12 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
-from tolstat.machines.rolling_block.frequency_response import NO_PART, contributions
-from tolstat.machines.rolling_block.modes import Modes, antiphase, modes_of
+from tolstat.machines.rolling_block.frequency_response import NO_PART
+from tolstat.machines.rolling_block.modes import (
+    Modes,
+    antiphase,
+    contributions,
+)
 from tolstat.machines.rolling_block.parameters import Drive, nominal
 from tolstat.machines.rolling_block.resonance import free_speeds, speed_margin
 from tolstat.machines.rolling_block.structure import LINK_NAMES, STANDS, STATIC_SHARES
@@ -88,13 +92,11 @@ def damping_matrix(modes: Modes, C: Array, zeta: Array) -> Array:
     for r in range(omega.shape[1]):  # one by one: the sum is the same in any block
         w, M = omega[:, r, None, None], moments[:, :, r]
         H = H + M[:, :, None] * M[:, None, :] / (w * w * w)
-    damping: Array = 2.0 * zeta[:, None, None] * H
-    return damping
+    return 2.0 * zeta[:, None, None] * H
 
 
 def followed(
     drive: Drive,
-    modes: Modes,
     loading: Loading,
     settings: Settings,
     samples: Array | None = None,
@@ -116,9 +118,9 @@ def followed(
         *(one * each for each in (*loading.moments, *loading.on, *loading.off)),
         one * loading.matched,
     )
-    H = damping_matrix(modes, drive.C, drive.zeta).reshape(n, -1)
+    H = damping_matrix(drive.modes, drive.C, drive.zeta).reshape(n, -1)
     typical = nominal(settings)
-    omega = modes_of(typical.Q, typical.C).omega[0]
+    omega = typical.modes.omega[0]
     twist = 1.0 / typical.C[0]  # of 1 N m
     return integrate(
         replace(SYSTEM, scale=np.concatenate([twist, omega[0] * twist])),
@@ -130,13 +132,13 @@ def followed(
     )
 
 
-def modal_answers(drive: Drive, modes: Modes, settings: Settings) -> dict[str, Array]:
+def modal_answers(drive: Drive, settings: Settings) -> dict[str, Array]:
     """Return what follows from frequencies and shapes, by name."""
+    modes = drive.modes
     a = contributions(modes, drive.C, {32: 1.0, 33: 1.0})[:, 0]
     main = np.abs(a[:, 0])
     local = np.maximum(np.abs(a[:, 2]), np.abs(a[:, 3]))
-    typical = nominal(settings)
-    pattern = antiphase(modes_of(typical.Q, typical.C).phi)
+    pattern = antiphase(nominal(settings).modes.phi)
     total, widest = free_speeds(modes.omega, settings)
     frequencies = modes.omega.T / (2 * np.pi)
     return {
@@ -152,35 +154,20 @@ def modal_answers(drive: Drive, modes: Modes, settings: Settings) -> dict[str, A
     }
 
 
-class Moved(NamedTuple):
-    """What was integrated."""
+def outcome_of(
+    drive: Drive, loaded: Solution, pulsed: Solution, settings: Settings
+) -> Outcome:
+    """Arrange the responses as `describe` lists them.
 
-    loaded: Solution  # the loads of the stands stepping
-    pulsed: Solution  # a pulse on one stand
-
-
-def both_moved(
-    drive: Drive, modes: Modes, settings: Settings, samples: Array | None = None
-) -> Moved:
-    """Integrate drives under both loadings, with their twists at the sample times."""
-    return Moved(
-        followed(drive, modes, load_steps(settings), settings, samples),
-        followed(drive, modes, pulse(settings), settings, samples),
-    )
-
-
-def outcome_of(drive: Drive, modes: Modes, moved: Moved, settings: Settings) -> Outcome:
-    """Arrange the responses as `describe` lists them."""
-    found = modal_answers(drive, modes, settings)
-    loaded, pulsed = moved.loaded.peak.T, moved.pulsed.peak.T
+    Of drives integrated while the loads of the stands step, and after a pulse.
+    """
+    found = modal_answers(drive, settings)
     for ij, share, peak, after in zip(
-        LINK_NAMES, STATIC_SHARES, loaded, pulsed, strict=True
+        LINK_NAMES, STATIC_SHARES, loaded.peak.T, pulsed.peak.T, strict=True
     ):
         found[f"amplification_{ij}"] = peak / share
         found[f"moment_peak_{ij}"] = peak * settings.total_load
         found[f"pulse_peak_{ij}"] = after * settings.pulse_moment
     table = np.stack([found[response.name] for response in RESPONSES], axis=1)
-    status = np.where(
-        moved.loaded.status == Status.DONE, moved.pulsed.status, moved.loaded.status
-    )
-    return Outcome(table, status, moved.loaded.steps + moved.pulsed.steps)
+    status = np.where(loaded.status == Status.DONE, pulsed.status, loaded.status)
+    return Outcome(table, status, loaded.steps + pulsed.steps)

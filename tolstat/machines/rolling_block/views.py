@@ -1,4 +1,4 @@
-"""What the rolling block can show, by name: histories, combinations, shapes."""
+"""What the rolling block can show: histories, combinations, shapes, pulses."""
 
 from __future__ import annotations
 
@@ -11,8 +11,13 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
 from tolstat.machines.rolling_block.frequency_response import frequency_response, poles
-from tolstat.machines.rolling_block.modes import modes_of, tracked, unit_shapes
-from tolstat.machines.rolling_block.parameters import Seen, drives, nominal
+from tolstat.machines.rolling_block.modes import (
+    contributions,
+    moments,
+    tracked,
+    unit_shapes,
+)
+from tolstat.machines.rolling_block.parameters import drives, nominal
 from tolstat.machines.rolling_block.resonance import campbell, free_speeds, resonances
 from tolstat.machines.rolling_block.structure import (
     COMBINATIONS,
@@ -20,7 +25,6 @@ from tolstat.machines.rolling_block.structure import (
     STANDS,
     ratios,
 )
-from tolstat.machines.rolling_block.transient import pulses
 from tolstat.model.view import (
     Axis,
     Band,
@@ -36,10 +40,11 @@ from tolstat.model.view import (
     peaks_of,
 )
 
-KINDS = ("moment_peak", "pulse_peak")
 PAIRS = ("Motor side", "To C and D", "Spindles of C", "Spindles of D")
 # drives with deviations, where a study gives tolerances: for shares, for bands
 MANY, SOME = 2000, 300
+POINTS, PERIODS = 2001, 6  # of pulses: the lowest mode's, where the horizon permits
+LENGTHS = (1e-3, 5e-3, 10e-3)  # s, the paper's range; and a step, which never ends
 
 
 def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> Chart:
@@ -51,27 +56,25 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
         Curves have the names of the responses that are their peaks.
     """
     words = {response.name: response for response in RESPONSES}
-    curves = [
-        Curve.of(words[f"{kind}_{ij}"], moment)
-        for kind, moments in zip(KINDS, (loaded, pulsed), strict=True)
-        for ij, moment in zip(LINK_NAMES, moments.T, strict=True)
-    ]
-    ends = settings.entries[-1], min(settings.pulse_length, settings.horizon)
     stands = ", ".join(map(str, STANDS))
-    shaded = (
-        Span(0.0, ends[0], f"loads: stands {stands} enter"),
-        Span(0.0, ends[1], "pulse: while it lasts"),
-    )
-    pairs = tuple(zip(LINK_NAMES[::2], LINK_NAMES[1::2], strict=True))
-    panels = [
-        Panel(
-            f"{pair}, {what}",
-            tuple(f"{kind}_{ij}" for ij in links),
-            spans=(span,) if span.upper else (),
-        )
-        for kind, what, span in zip(KINDS, ("loads", "pulse"), shaded, strict=True)
-        for pair, links in zip(PAIRS, pairs, strict=True)
-    ]
+    entering = Span(0.0, settings.entries[-1], f"loads: stands {stands} enter")
+    lasting = min(settings.pulse_length, settings.horizon)
+    pulsing = Span(0.0, lasting, "pulse: while it lasts")
+    curves: list[Curve] = []
+    panels: list[Panel] = []
+    for kind, what, moments_of, span in (
+        ("moment_peak", "loads", loaded, entering),
+        ("pulse_peak", "pulse", pulsed, pulsing),
+    ):
+        links = [
+            Curve.of(words[f"{kind}_{ij}"], moment)
+            for ij, moment in zip(LINK_NAMES, moments_of.T, strict=True)
+        ]
+        curves += links
+        spans = (span,) if span.upper else ()
+        for i, pair in enumerate(PAIRS):
+            two = links[2 * i : 2 * i + 2]
+            panels.append(Panel.of(f"{pair}, {what}", *two, spans=spans))
     return Chart(
         Axis("time", "s", "s"),
         time,
@@ -81,10 +84,10 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
     )
 
 
-def combinations(seen: Seen) -> Listing:
+def combinations(_: Array, settings: Settings) -> Listing:
     """List natural frequencies and free speeds of the nominal drives."""
-    each = [replace(seen.settings, combination=those) for those in COMBINATIONS]
-    omega = np.stack([modes_of(*nominal(one)[:2]).omega[0] for one in each])
+    each = [replace(settings, combination=those) for those in COMBINATIONS]
+    omega = np.concatenate([nominal(one).modes.omega for one in each])
     free = [free_speeds(w[None], one) for w, one in zip(omega, each, strict=True)]
     total, widest = np.array(free)[:, :, 0].T
     return Listing.of(
@@ -96,11 +99,9 @@ def combinations(seen: Seen) -> Listing:
     )
 
 
-def gearbox(seen: Seen) -> Listing:
+def gearbox(_: Array, settings: Settings) -> Listing:
     """List ratios, and inertias and stiffnesses of the nominal drives."""
-    each = [
-        nominal(replace(seen.settings, combination=those)) for those in COMBINATIONS
-    ]
+    each = [nominal(replace(settings, combination=those)) for those in COMBINATIONS]
     Q, C = (np.concatenate([one[i] for one in each]) for i in range(2))
     return Listing.of(
         "positions of the stages A, B, C, D; all reduced to the motor shaft",
@@ -125,15 +126,16 @@ def _named() -> tuple[tuple[str, str, str, NDArray[np.generic]], ...]:
     )
 
 
-def shapes(seen: Seen) -> Chart:
+def shapes(deviations: Array, settings: Settings) -> Chart:
     """Chart the shapes over the number of the mass, as points: the drive branches."""
-    first = unit_shapes(seen.modes.phi[0])
-    others = np.empty((0, *first.shape))
-    if len(seen.others):
-        _, others = tracked(seen.modes.phi[seen.others], first)
+    modes = drives(deviations, settings).modes
+    first = unit_shapes(modes.phi[0])
+    others = modes.phi[1:]
+    if len(others):
+        _, others = tracked(others, first)
     curves, panels = [], []
     spreads: list[Band] = []
-    for r, hz in enumerate(seen.modes.omega[0] / (2 * np.pi)):
+    for r, hz in enumerate(modes.omega[0] / (2 * np.pi)):
         name, words = f"mode {r + 1}", f"{hz:.3f} Hz"
         curve = Curve(name, "1", f"phi{r + 1}", words, first[:, r], points=True)
         opened = bands_of(name, "1", others[:, :, r])
@@ -151,6 +153,61 @@ def shapes(seen: Seen) -> Chart:
     )
 
 
+def pulses(deviations: Array, settings: Settings) -> Chart:
+    """Chart the moments of all links after the pulse, and of one link after others."""
+    drive = drives(deviations, settings)
+    shown, length = settings.response_link, settings.pulse_length
+    lowest = float(drive.modes.omega[0, 0])
+    end = min(settings.horizon, PERIODS * 2 * np.pi / lowest)
+    time = np.linspace(0.0, end, POINTS)
+    load = {settings.pulse_stand: settings.pulse_moment}
+    a = contributions(drive.modes, drive.C, load)
+    one = LINK_NAMES.index(shown)
+
+    def followed(those: slice, links: slice, *ends: float) -> Array:
+        """Return moments of drives in links, under a load that ends, or never."""
+        part = a[those, links]
+        steps = [(0.0, part), *((end, -part) for end in ends)]
+        return moments(time, drive.modes.omega[those], drive.zeta[those], steps)
+
+    def curve(name: str, link: str, words: str, moment: Array) -> Curve:
+        return Curve(name, "N m", f"M{link}", words, moment, shown="N m")
+
+    first, every = slice(0, 1), slice(None)
+    links = [
+        curve(f"M{ij}", ij, "after the pulse", moment)
+        for ij, moment in zip(
+            LINK_NAMES, followed(first, every, length)[0], strict=True
+        )
+    ]
+    words = "pulse of this length"
+    others = [
+        curve(f"{1e3 * each:g} ms", shown, words, followed(first, every, each)[0, one])
+        for each in LENGTHS
+    ]
+    others.append(
+        curve("step", shown, "load that stays", followed(first, every)[0, one])
+    )
+    spread = followed(slice(1, None), slice(one, one + 1), length)
+    opened = bands_of(f"M{shown}", "N m", spread[:, 0])
+    title = f"{1e3 * length:g} ms on stand {settings.pulse_stand}: gearbox"
+    panels = [
+        Panel.of(title, *links[:4]),
+        Panel.of("Spindles", *links[4:]),
+        Panel.of(f"M{shown} after other pulses", *others),
+    ]
+    if opened:
+        panels.insert(2, Panel.of(f"M{shown}, tolerances", links[one], *opened))
+    return Chart(
+        Axis("time", "s", "s"),
+        time,
+        (*links, *others),
+        bands=opened,
+        spans=(Span(0.0, min(length, end), "the pulse"),),
+        panels=tuple(panels),
+    )
+
+
 OFFERS = (
     Offer("campbell", "frequencies and excitations over the motor's speed", MANY),
     Offer("resonances", "speeds at which excitations meet frequencies", MANY),
@@ -162,16 +219,13 @@ OFFERS = (
     Offer("pulses", "moments after the pulse, and after others", SOME),
 )
 # in the order of the offers
-SHOWN: tuple[Callable[[Seen], View], ...] = (
+SHOWN: tuple[Callable[[Array, Settings], View], ...] = (
     campbell, resonances, combinations, gearbox,
     frequency_response, poles, shapes, pulses,
 )  # fmt: skip
 
 
-def shown(name: str, deviations: NDArray[np.float64], settings: Settings) -> View:
-    """Show a view of the first drive, bands of the others that can exist."""
-    drive, exist = drives(deviations, settings)
-    modes = modes_of(drive.Q, drive.C)
-    others = np.flatnonzero(exist[1:]) + 1
+def shown(name: str, deviations: Array, settings: Settings) -> View:
+    """Show a view of the first drive, bands of the others."""
     show = SHOWN[[offer.name for offer in OFFERS].index(name)]
-    return show(Seen(drive, modes, others, settings))
+    return show(deviations, settings)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.machines.stand import motion as equations
-from tolstat.machines.stand.motion import SCALE, Loads, Moment, Powers, State
+from tolstat.machines.stand.motion import SCALE, Loads, Powers, State
 from tolstat.machines.stand.parameters import Parameters
-from tolstat.moving import System, compiled, named, rates_signature, write
+from tolstat.moving import Moment, System, compiled, named, rates_signature, write
 
 motion = compiled(within=True)(equations.motion)
 

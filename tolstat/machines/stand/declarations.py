@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from tolstat.machines.stand.nominal import NOMINAL
 from tolstat.model.description import SHARE, Contributor, Description, Gear, Response
@@ -33,48 +33,39 @@ _C = Contributor
 _R = Response
 _WHEEL, _PINION = 2 * NOMINAL.r3, 2 * NOMINAL.r2
 
-PARTS = {
-    "rod": "rods", "crank": "cranks", "tooth": "gears", "runout": "gears",
-    "mesh": "gears", "wheel": "gears", "shaft": "shafts",
-}  # fmt: skip
-
-_EACH = (
-    _C("rod_length_1", "m", "dl1", "length of rod 3", "l_1 in (4)", NOMINAL.l),
-    _C("rod_length_2", "m", "dl2", "length of rod 4", "l_2 in (5)", NOMINAL.l),
-    _C("rod_difference", "m", "dl", "half the difference of the rods: +dl, -dl", "(4), (5)"),
-    _C("rod_stiffness_1", "1", "k1", "axial stiffness and damping of rod 3", "(2)"),
-    _C("rod_stiffness_2", "1", "k2", "axial stiffness and damping of rod 4", "(2)"),
-    _C("crank_radius_1", "m", "dr1", "radius of the crank on wheel 7", "r_1 in (4)", NOMINAL.r),
-    _C("crank_radius_2", "m", "dr2", "radius of the crank on wheel 8", "r_2 in (5)", NOMINAL.r),
-    _C("crank_difference", "m", "dr", "difference of the cranks: -dr/2, +dr/2", "(4), (5)"),
-    _C("crank_angle_1", "rad", "psi1", "angular position of the crank on wheel 7", "f_1 in (4)"),
-    _C("crank_angle_2", "rad", "psi2", "angular position of the crank on wheel 8", "f_2 in (5)"),
-    _C("tooth_position_1", "m", "s1", "constant tooth-position error of mesh 10-7", "mesh1 in (2)", gear=Gear(_WHEEL, "pitch")),
-    _C("tooth_position_2", "m", "s2", "constant tooth-position error of mesh 11-8", "mesh2 in (2)", gear=Gear(_WHEEL, "pitch")),
-    _C("runout_7", "m", "E7", "run-out of wheel 7", "mesh1 in (2)", gear=Gear(_WHEEL, "run-out")),
-    _C("runout_8", "m", "E8", "run-out of wheel 8", "mesh2 in (2)", gear=Gear(_WHEEL, "run-out")),
-    _C("runout_10", "m", "E10", "run-out of pinion 10", "mesh1 in (2)", gear=Gear(_PINION, "run-out")),
-    _C("runout_11", "m", "E11", "run-out of pinion 11", "mesh2 in (2)", gear=Gear(_PINION, "run-out")),
-    _C("runout_phase_7", "rad", "th7", "phase of the run-out of wheel 7", "mesh1 in (2)"),
-    _C("runout_phase_8", "rad", "th8", "phase of the run-out of wheel 8", "mesh2 in (2)"),
-    _C("runout_phase_10", "rad", "th10", "phase of the run-out of pinion 10", "mesh1 in (2)"),
-    _C("runout_phase_11", "rad", "th11", "phase of the run-out of pinion 11", "mesh2 in (2)"),
-    _C("mesh_stiffness_0", "1", "k30", "stiffness of mesh 13-10", "mesh0 in (2)"),
-    _C("mesh_stiffness_1", "1", "k31", "stiffness of mesh 10-7", "mesh1 in (2)"),
-    _C("mesh_stiffness_2", "1", "k32", "stiffness of mesh 11-8", "mesh2 in (2)"),
-    _C("shaft_9_stiffness", "1", "c3", "torsional stiffness of shaft 9", "(2)"),
-    _C("shaft_12_stiffness", "1", "c2", "torsional stiffness of shaft 12", "(2)"),
-    _C("wheel_inertia_1", "1", "I1", "moment of inertia of wheel 7", "(2)"),
-    _C("wheel_inertia_2", "1", "I2", "moment of inertia of wheel 8", "(2)"),
+CONTRIBUTORS = (
+    _C("rod_length_1", "m", "dl1", "length of rod 3", "l_1 in (4)", NOMINAL.l, part="rods"),
+    _C("rod_length_2", "m", "dl2", "length of rod 4", "l_2 in (5)", NOMINAL.l, part="rods"),
+    _C("rod_difference", "m", "dl", "half the difference of the rods: +dl, -dl", "(4), (5)", part="rods"),
+    _C("rod_stiffness_1", "1", "k1", "axial stiffness and damping of rod 3", "(2)", part="rods"),
+    _C("rod_stiffness_2", "1", "k2", "axial stiffness and damping of rod 4", "(2)", part="rods"),
+    _C("crank_radius_1", "m", "dr1", "radius of the crank on wheel 7", "r_1 in (4)", NOMINAL.r, part="cranks"),
+    _C("crank_radius_2", "m", "dr2", "radius of the crank on wheel 8", "r_2 in (5)", NOMINAL.r, part="cranks"),
+    _C("crank_difference", "m", "dr", "difference of the cranks: -dr/2, +dr/2", "(4), (5)", part="cranks"),
+    _C("crank_angle_1", "rad", "psi1", "angular position of the crank on wheel 7", "f_1 in (4)", part="cranks"),
+    _C("crank_angle_2", "rad", "psi2", "angular position of the crank on wheel 8", "f_2 in (5)", part="cranks"),
+    _C("tooth_position_1", "m", "s1", "constant tooth-position error of mesh 10-7", "mesh1 in (2)", gear=Gear(_WHEEL, "pitch"), part="gears"),
+    _C("tooth_position_2", "m", "s2", "constant tooth-position error of mesh 11-8", "mesh2 in (2)", gear=Gear(_WHEEL, "pitch"), part="gears"),
+    _C("runout_7", "m", "E7", "run-out of wheel 7", "mesh1 in (2)", gear=Gear(_WHEEL, "run-out"), part="gears"),
+    _C("runout_8", "m", "E8", "run-out of wheel 8", "mesh2 in (2)", gear=Gear(_WHEEL, "run-out"), part="gears"),
+    _C("runout_10", "m", "E10", "run-out of pinion 10", "mesh1 in (2)", gear=Gear(_PINION, "run-out"), part="gears"),
+    _C("runout_11", "m", "E11", "run-out of pinion 11", "mesh2 in (2)", gear=Gear(_PINION, "run-out"), part="gears"),
+    _C("runout_phase_7", "rad", "th7", "phase of the run-out of wheel 7", "mesh1 in (2)", part="gears"),
+    _C("runout_phase_8", "rad", "th8", "phase of the run-out of wheel 8", "mesh2 in (2)", part="gears"),
+    _C("runout_phase_10", "rad", "th10", "phase of the run-out of pinion 10", "mesh1 in (2)", part="gears"),
+    _C("runout_phase_11", "rad", "th11", "phase of the run-out of pinion 11", "mesh2 in (2)", part="gears"),
+    _C("mesh_stiffness_0", "1", "k30", "stiffness of mesh 13-10", "mesh0 in (2)", part="gears"),
+    _C("mesh_stiffness_1", "1", "k31", "stiffness of mesh 10-7", "mesh1 in (2)", part="gears"),
+    _C("mesh_stiffness_2", "1", "k32", "stiffness of mesh 11-8", "mesh2 in (2)", part="gears"),
+    _C("shaft_9_stiffness", "1", "c3", "torsional stiffness of shaft 9", "(2)", part="shafts"),
+    _C("shaft_12_stiffness", "1", "c2", "torsional stiffness of shaft 12", "(2)", part="shafts"),
+    _C("wheel_inertia_1", "1", "I1", "moment of inertia of wheel 7", "(2)", part="gears"),
+    _C("wheel_inertia_2", "1", "I2", "moment of inertia of wheel 8", "(2)", part="gears"),
     _C("carriage_mass", "1", "m", "mass of the carriage", "(2), (7), (9)"),
     _C("friction", "1", "mu", "sliding friction of the carriage", "(7), (8)"),
     _C("rolling_force", "1", "F0", "rolling force", "(3)"),
     _C("guide_clearance", "m", "dL", "side clearance between carriage and guides", "delta in (6)"),
 )  # fmt: skip
-CONTRIBUTORS = tuple(
-    replace(each, part=PARTS.get(each.name.partition("_")[0], "")) for each in _EACH
-)
-
 RESPONSES = (
     _R("extra_loss", "1", "Delta E", "share of the drive energy lost to guide friction", "Fig. 4", range=SHARE),
     _R("extra_loss_run", "1", "Delta E", "the same from standstill to the end", "Fig. 4", range=SHARE),

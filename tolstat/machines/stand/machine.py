@@ -7,24 +7,19 @@ from collections.abc import Mapping
 import numpy as np
 
 from tolstat.arrays import Array, Truths
+from tolstat.machines.stand import trials
 from tolstat.machines.stand.declarations import DESCRIPTION, Settings
-from tolstat.machines.stand.motion import Moment, State, motion
-from tolstat.machines.stand.parts import FAULTS, faults, parts_of
-from tolstat.machines.stand.trials import (
-    END,
-    NO_SHARE,
-    WINDOW,
-    machines_of,
-    marks_of,
-    named,
-    outcome_of,
-    simulated,
-)
+from tolstat.machines.stand.motion import State, motion
+from tolstat.machines.stand.parameters import FAULTS, build, faults
 from tolstat.machines.stand.views import chart_of
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
+from tolstat.moving import Moment
 
-FAILURES = {**FAULTS, NO_SHARE: "the guides take from 0 to 100 % of the drive's energy"}
+FAILURES = {
+    **FAULTS,
+    trials.NO_SHARE: "the guides take from 0 to 100 % of the drive's energy",
+}
 
 
 class Stand(Model):
@@ -35,9 +30,8 @@ class Stand(Model):
     settings = Settings
     failures = FAILURES
     assumptions = (
-        "Dormand-Prince 5(4), the yaw rate linearly damped in it, with a step of its "
-        "own for each machine; rtol bounds the error of each step on each state's "
-        "scale, max_step its length.",
+        "Dormand-Prince 5(4) with a step of its own for each trial, the yaw rate "
+        "linearly damped in it.",
         "Parts are rigid, or springs without mass; peak loads are elastic forces.",
         "Friction and the contact with the guides are smooth functions, as in the "
         "paper; the guides touch at one angle.",
@@ -48,20 +42,19 @@ class Stand(Model):
         return DESCRIPTION
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
-        by_name = named(deviations)
-        return faults(parts_of(by_name, settings), by_name)
+        return faults(deviations, settings)
 
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
-        p = machines_of(deviations, settings)
-        return outcome_of(simulated(p, settings), p, settings)
+        p = build(deviations, settings)
+        return trials.outcome_of(trials.simulated(p, settings), p, settings)
 
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
-        p = machines_of(deviations[None, :], settings)
-        marks = marks_of(settings)
-        time = sample_times(float(marks[END]), step)
-        solution = simulated(p, settings, time)
+        p = build(deviations[None, :], settings)
+        marks = trials.marks_of(settings)
+        time = sample_times(float(marks[trials.END]), step)
+        solution = trials.simulated(p, settings, time)
         phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
         moved = motion(Moment(time, phase), State(*solution.history[0].T), p)
-        window = (float(marks[WINDOW]), float(marks[END]))
+        window = (float(marks[trials.WINDOW]), float(marks[trials.END]))
         chart = chart_of(time, solution.history[0], moved, window, float(p.delta[0]))
-        return History(chart, outcome_of(solution, p, settings))
+        return History(chart, trials.outcome_of(solution, p, settings))

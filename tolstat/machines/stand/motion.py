@@ -23,6 +23,7 @@ import numpy as np
 from tolstat.arrays import Array
 from tolstat.machines.stand.nominal import NOMINAL
 from tolstat.machines.stand.parameters import Parameters
+from tolstat.moving import Moment
 
 I_s, dl_s, dh = NOMINAL.I_s, NOMINAL.dl_s, NOMINAL.dh
 h, r2, r3, g = NOMINAL.h, NOMINAL.r2, NOMINAL.r3, NOMINAL.g
@@ -33,21 +34,16 @@ beta4, beta5 = NOMINAL.beta4, NOMINAL.beta5
 two_over_pi = 2.0 / np.pi
 
 
-class Moment(NamedTuple):
-    """When: the time and the phase of the trial."""
-
-    t: Array  # s
-    phase: Array
-
-
 # angles of wheels 7 and 8, rad, position of the carriage, m, its yaw, rad; their rates
 State = namedtuple("State", "phi31 phi32 x alpha phi31_ phi32_ x_ alpha_")
 # rates of the energies, W
 Powers = namedtuple("Powers", "drive slide guide roll spin damping contact")
-# elastic forces, N (tension of a rod is positive), moments, N m (that of the drive with
-# dissipation), and the yaw, rad
+# named as the responses that are their peaks: elastic forces, N (tension of a rod is
+# positive), moments, N m (that of the drive with dissipation), and the yaw, rad
 Loads = namedtuple(
-    "Loads", "rod_1 rod_2 shaft_9 shaft_12 mesh_0 mesh_1 mesh_2 drive_moment yaw"
+    "Loads",
+    "rod_force_1 rod_force_2 shaft_9_moment shaft_12_moment "
+    "mesh_force_0 mesh_force_1 mesh_force_2 drive_moment yaw",
 )
 
 # What the integrator measures each state's error by. The yaw is the sharpest: the gate
@@ -199,8 +195,10 @@ def motion(moment: Moment, y: State, p: Parameters) -> Motion:
             contact=M_guide * alpha_,
         ),
         loads=Loads(
-            rod_1=rod1, rod_2=rod2, shaft_9=p.c3 * turn, shaft_12=shaft12,
-            mesh_0=mesh0, mesh_1=mesh1, mesh_2=mesh2, drive_moment=M_drive, yaw=alpha,
+            rod_force_1=rod1, rod_force_2=rod2,
+            shaft_9_moment=p.c3 * turn, shaft_12_moment=shaft12,
+            mesh_force_0=mesh0, mesh_force_1=mesh1, mesh_force_2=mesh2,
+            drive_moment=M_drive, yaw=alpha,
         ),
         jam=(jam,),
         relaxation=(relaxation,),

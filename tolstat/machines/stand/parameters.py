@@ -1,4 +1,10 @@
-"""The machine as built: what the equations take, from the deviations of its parts."""
+"""The machine as built from deviations: its parts, and what the equations take.
+
+References
+----------
+E. Ya. Antonyuk, A. G. Zabuga, On the dynamic loading of machines with parallel
+statically indeterminate kinematic chains (2012); equation numbers are the paper's.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +14,107 @@ from math import asinh, hypot
 
 import numpy as np
 
-from tolstat.arrays import Array
-from tolstat.machines.stand.declarations import Settings
+from tolstat.arrays import Array, Truths
+from tolstat.machines.stand.declarations import CONTRIBUTORS, Settings
 from tolstat.machines.stand.nominal import NOMINAL
-from tolstat.machines.stand.parts import faults, initial_position, parts_of
+
+NOTHING = "no part left"
+NO_REACH = "rod too short"
+NO_FIT = "does not fit"
+OFF_CENTRE = "off its axis"
+FAULTS = {
+    NOTHING: "rods, cranks, clearance, stiffnesses, inertias and masses are above 0, "
+    "shaft 12, friction and rolling force not below",
+    NO_REACH: f"each rod is longer than its crank by more than {NOMINAL.h:g} m, the "
+    "height of the hinges",
+    NO_FIT: "the rods put the ends of the carriage less than its length of "
+    f"{NOMINAL.dl_s:g} m apart",
+    OFF_CENTRE: "run-outs and tooth positions are smaller than the wheel",
+}
+
+# what deviations make of the parts, float64[n] each, SI
+Parts = namedtuple("Parts", "l1 l2 r_1 r_2 k30 k31 k32 k1 k2 I1 I2 m mu c2 c3 delta F0")
+
+
+def named(deviations: Array) -> dict[str, Array]:
+    """Return deviations[trial, contributor] by name."""
+    return {c.name: deviations[:, i] for i, c in enumerate(CONTRIBUTORS)}
+
+
+def parts_of(d: Mapping[str, Array], settings: Settings) -> Parts:
+    """Return the parts of machines, of deviations d by name."""
+    N = NOMINAL
+    dl, dr = d["rod_difference"], d["crank_difference"]
+    k30, k31, k32 = (N.k3 * (1 + d[f"mesh_stiffness_{i}"]) for i in range(3))
+    k1, k2 = (N.k * (1 + d[f"rod_stiffness_{i}"]) for i in (1, 2))
+    I1, I2 = (N.I * (1 + d[f"wheel_inertia_{i}"]) for i in (1, 2))
+    m = N.m * (1 + d["carriage_mass"])
+    balanced = settings.drive == "balanced"
+    delta = (N.dL + d["guide_clearance"]) / N.dh
+    if settings.contact_yaw is not None:
+        delta = np.full_like(m, settings.contact_yaw)
+    return Parts(
+        l1=N.l + dl + d["rod_length_1"],
+        l2=N.l - dl + d["rod_length_2"],
+        r_1=N.r - dr / 2 + d["crank_radius_1"],
+        r_2=N.r + dr / 2 + d["crank_radius_2"],
+        k30=k30, k31=k31, k32=k32,
+        k1=k1, k2=k2,
+        I1=I1, I2=I2,
+        m=m,
+        mu=N.mu * (1 + d["friction"]),
+        c2=0 * m if balanced else N.c2 * (1 + d["shaft_12_stiffness"]),
+        c3=N.c3 * (1 + d["shaft_9_stiffness"]),
+        delta=delta,
+        F0=N.F0 * (1 + d["rolling_force"]),
+    )  # fmt: skip
+
+
+def initial_position(
+    l1: Array, l2: Array, r_1: Array, r_2: Array
+) -> tuple[Array, Array, Array]:
+    """Place the carriage in its leftmost position, (10), (11).
+
+    Parameters
+    ----------
+    l1, l2, r_1, r_2 : float64[n]
+        Rods and cranks, m.
+
+    Returns
+    -------
+    tuple of float64[n]
+        phi31 = phi32 (rad), x (m), sin alpha; NaN where the parts cannot be mounted.
+    """
+    h, dl_s = NOMINAL.h, NOMINAL.dl_s
+    with np.errstate(invalid="ignore", divide="ignore"):
+        phi = -(np.arcsin(h / (l1 - r_1)) + np.arcsin(h / (l2 - r_2))) / 2
+        xa = np.sqrt((l1 - r_1) ** 2 - h**2)
+        xb = np.sqrt((l2 - r_2) ** 2 - h**2)
+    return phi, (xa + xb) / 2, (xa - xb) / dl_s
+
+
+def faults(deviations: Array, settings: Settings) -> dict[str, Truths]:
+    """Tell which machines cannot be built, by the words of `FAULTS`."""
+    d, N = named(deviations), NOMINAL
+    p = parts_of(d, settings)
+    # c2 may be zero by a sum of deviations or by the balanced drive, never negative
+    positive = np.minimum.reduce(
+        [p.l1, p.l2, p.r_1, p.r_2, p.k30, p.k31, p.k32, p.k1, p.k2, p.I1, p.I2, p.m,
+         p.c3, p.delta]
+    )  # fmt: skip
+    not_negative = np.minimum.reduce([p.c2, p.mu, p.F0])
+    reach = np.minimum(p.l1 - p.r_1, p.l2 - p.r_2)
+    _, _, sin_alpha = initial_position(p.l1, p.l2, p.r_1, p.r_2)
+    radii = {7: N.r3, 8: N.r3, 10: N.r2, 11: N.r2}
+    off = [np.abs(d[f"runout_{i}"]) / r for i, r in radii.items()]
+    off += [np.abs(d[f"tooth_position_{i}"]) / N.r3 for i in (1, 2)]
+    return {
+        NOTHING: ~((positive > 0) & (not_negative >= 0)),
+        NO_REACH: ~(reach > N.h),
+        NO_FIT: ~(np.abs(sin_alpha) < 1),
+        OFF_CENTRE: ~(np.maximum.reduce(off) < 1),
+    }
+
 
 # numbers of one machine, SI, as the equations name them, each float64[n]. Reciprocals
 # are hoisted out of the equations: a division costs as much as ten multiplications
@@ -76,60 +179,50 @@ def friction_arm() -> float:
     return 4 * quarter / S
 
 
-def build(deviations: Mapping[str, Array], settings: Settings) -> Parameters:
-    """Build machines from the deviations of their parts.
+def build(deviations: Array, settings: Settings) -> Parameters:
+    """Build machines from deviations[trial, contributor].
 
     Returns
     -------
     p : Parameters
-        Each float64[n]; the drive law is NaN for a machine that cannot be built.
+        Each float64[n].
     """
-    d, N = deviations, NOMINAL
+    d, N = named(deviations), NOMINAL
     parts = parts_of(d, settings)
-    l1, l2, r_1, r_2, k30, k31, k32, k1, k2, I1, I2, m, mu, c2, c3, delta, F0 = parts
+    k1, k2, m = parts.k1, parts.k2, parts.m
     psi1, psi2 = (d[f"crank_angle_{i}"] for i in (1, 2))
     E7, E8, E10, E11 = (d[f"runout_{i}"] for i in (7, 8, 10, 11))
     th7, th8, th10, th11 = (d[f"runout_phase_{i}"] for i in (7, 8, 10, 11))
-    omega0 = settings.crank_speed * N.r3 / N.r1
-    phi31_0, _, _ = initial_position(l1, l2, r_1, r_2)
+    phi31_0, _, _ = initial_position(parts.l1, parts.l2, parts.r_1, parts.r_2)
     balanced = settings.drive == "balanced"
-    B = gear_deformations(k30, k31, k32, c2, balanced)
-    one = np.where(np.any([*faults(parts, d).values()], axis=0), np.nan, 1.0)
+    B = gear_deformations(parts.k30, parts.k31, parts.k32, parts.c2, balanced)
+    one = np.ones_like(m)
+    # the equations take wheels by the reciprocals of their inertias
+    alike = {name: each for name, each in parts._asdict().items() if name[0] != "I"}
 
     return Parameters(
+        **alike,
         # drive law
-        omega0=omega0 * one,
+        omega0=settings.crank_speed * N.r3 / N.r1 * one,
         t1=settings.start_up * one,
         per_t1=one / settings.start_up,
-        phi1_0=phi31_0 * N.r3 / N.r1 * one,
+        phi1_0=phi31_0 * N.r3 / N.r1,
         # gears
-        B00=B[:, 0, 0], B01=B[:, 0, 1], B02=B[:, 0, 2],
-        B10=B[:, 1, 0], B11=B[:, 1, 1], B12=B[:, 1, 2],
-        B20=B[:, 2, 0], B21=B[:, 2, 1], B22=B[:, 2, 2],
-        B30=B[:, 3, 0], B31=B[:, 3, 1], B32=B[:, 3, 2],
-        k30=k30, k31=k31, k32=k32,
-        c2=c2,
-        Hc2=np.full_like(m, 0.0 if balanced else N.Hc2),
+        **{f"B{i}{j}": B[:, i, j] for i in range(4) for j in range(3)},
+        Hc2=one * (0.0 if balanced else N.Hc2),
         s1=d["tooth_position_1"], s2=d["tooth_position_2"],
         # run-out
         E7c=E7 * np.cos(th7), E7s=E7 * np.sin(th7),
         E8c=E8 * np.cos(th8), E8s=E8 * np.sin(th8),
         E10c=E10 * np.cos(th10), E10s=E10 * np.sin(th10),
         E11c=E11 * np.cos(th11), E11s=E11 * np.sin(th11),
-        # wheels and shaft 9
-        per_I1=1 / I1, per_I2=1 / I2,
-        c3=c3,
+        # wheels
+        per_I1=1 / parts.I1, per_I2=1 / parts.I2,
         cos_psi1=np.cos(psi1), sin_psi1=np.sin(psi1),
         cos_psi2=np.cos(psi2), sin_psi2=np.sin(psi2),
-        r_1=r_1, r_2=r_2,
         # rods
-        l1=l1, l2=l2,
-        k1=k1, k2=k2,
         H1=N.H * k1 / N.k, H2=N.H * k2 / N.k,
-        link=np.full_like(m, 1.0 if settings.variant == "equalized" else 0.0),
+        link=one * (settings.variant == "equalized"),
         # carriage
-        m=m, per_m=1 / m,
-        mu=mu, mu_rot=mu * friction_arm(),
-        delta=delta,
-        F0=F0,
+        per_m=1 / m, mu_rot=parts.mu * friction_arm(),
     )  # fmt: skip

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.machines.stand.declarations import CONTRIBUTORS, RESPONSES, Settings
-from tolstat.machines.stand.motion import Loads, Moment, Powers, State, motion
-from tolstat.machines.stand.parameters import Parameters, build
-from tolstat.machines.stand.parts import initial_position
-from tolstat.machines.stand.views import LOADS
+from tolstat.machines.stand.declarations import RESPONSES, Settings
+from tolstat.machines.stand.motion import Loads, Powers, State, motion
+from tolstat.machines.stand.parameters import Parameters, initial_position
 from tolstat.model.contract import Outcome
 from tolstat.model.description import SHARE
-from tolstat.moving import Accuracy, Solution, integrate
+from tolstat.moving import Accuracy, Moment, Solution, integrate
 from tolstat.status import Status
 
 # marks of a trial
@@ -20,16 +18,6 @@ START, STEADY, WINDOW, END = range(4)
 
 # parts so far off that the start-up releases more than the drive puts in
 NO_SHARE = "loses too much"
-
-
-def machines_of(deviations: Array, settings: Settings) -> Parameters:
-    """Build machines from deviations[trial, contributor]."""
-    return build(named(deviations), settings)
-
-
-def named(deviations: Array) -> dict[str, Array]:
-    """Return deviations[trial, contributor] by name."""
-    return {c.name: deviations[:, i] for i, c in enumerate(CONTRIBUTORS)}
 
 
 def simulated(
@@ -94,7 +82,6 @@ def responses_of(
     run = Powers(*solution.quadratures[:, END].T)
     energy = Powers(*(solution.quadratures[:, END] - solution.quadratures[:, WINDOW]).T)
     greatest, least = Loads(*solution.greatest.T), Loads(*solution.least.T)
-    peak = Loads(*solution.peak.T)
     lost = sum(energy[1:])
     residual = energy.drive - (stored(END) - stored(WINDOW)) - lost
     # a time that is summed step by step may pass the window by some ulps
@@ -102,12 +89,12 @@ def responses_of(
     return {
         "extra_loss": energy.guide / energy.drive,
         "extra_loss_run": run.guide / run.drive,
-        **{f"{name}_energy": getattr(energy, name) for name in Powers._fields},
+        **{f"{name}_energy": values for name, values in energy._asdict().items()},
         "energy_residual": residual / energy.drive,
-        **{name: getattr(peak, load) for name, load in LOADS.items()},
-        "rod_tension_1": np.maximum(greatest.rod_1, 0.0),
-        "rod_tension_2": np.maximum(greatest.rod_2, 0.0),
-        "rod_compression_1": np.maximum(-least.rod_1, 0.0),
-        "rod_compression_2": np.maximum(-least.rod_2, 0.0),
+        **Loads(*solution.peak.T)._asdict(),
+        "rod_tension_1": np.maximum(greatest.rod_force_1, 0.0),
+        "rod_tension_2": np.maximum(greatest.rod_force_2, 0.0),
+        "rod_compression_1": np.maximum(-least.rod_force_1, 0.0),
+        "rod_compression_2": np.maximum(-least.rod_force_2, 0.0),
         "jam_share": jammed,
     }

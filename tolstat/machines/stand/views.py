@@ -7,18 +7,6 @@ from tolstat.machines.stand.declarations import RESPONSES
 from tolstat.machines.stand.motion import Motion, State
 from tolstat.model.view import Axis, Chart, Curve, Level, Panel, Span, peaks_of
 
-# the load by the response that is its peak
-LOADS = {
-    "rod_force_1": "rod_1",
-    "rod_force_2": "rod_2",
-    "shaft_9_moment": "shaft_9",
-    "shaft_12_moment": "shaft_12",
-    "mesh_force_0": "mesh_0",
-    "mesh_force_1": "mesh_1",
-    "mesh_force_2": "mesh_2",
-    "drive_moment": "drive_moment",
-    "yaw": "yaw",
-}
 POWERS = {
     "drive": "power of the drive on gear 13",
     "slide": "lost to friction under the weight",
@@ -39,10 +27,7 @@ def chart_of(
     """
     y = State(*states.T)
     words = {response.name: response for response in RESPONSES}
-    loads = [
-        Curve.of(words[name], getattr(moved.loads, load))
-        for name, load in LOADS.items()
-    ]
+    loads = [Curve.of(words[n], load) for n, load in moved.loads._asdict().items()]
     powers = [
         Curve(f"{power}_power", "W", "P", sentence, getattr(moved.powers, power))
         for power, sentence in POWERS.items()
