@@ -199,7 +199,7 @@ def test_a_fresh_run_has_trials_that_are_likely_to_decide(tmp_path):
     for trials, expected in ((300, 13_000), (4000, 4000)):
         run = chain_of(tmp_path, trials=trials, limit="-2.22..0 mm", demanded="90 %")
         gap = tolstat.what_if(run, asked).responses["gap"].scenario
-        assert 0.06 < gap.limited.yields.out_of_limit.value < 0.08
+        assert 0.06 < gap.limited.yields.fraction_out_of_limit.value < 0.08
         fresh = fresh_run(run, asked)
         assert fresh.trials == expected
         judged = tolstat.summary(fresh).responses["gap"].limited.yields

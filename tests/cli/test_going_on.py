@@ -70,7 +70,7 @@ def test_a_damaged_run_is_refused_named_and_repaired(small_run):
 def test_more_trials(small_study, small_run, tmp_path):
     run, other = small_run, tmp_path / "other.h5"
     done = call("extend", run, "--trials", 40)
-    assert done.exit_code == 0 and "40 trials of stand" in done.stdout
+    assert done.exit_code == 0 and "40 trials done" in done.stdout
     call("run", small_study, "--trials", 40, "-o", other)
     assert tolstat.open(run).frame().equals(tolstat.open(other).frame())
     done = call("extend", run, "--trials", 40)
