@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError, TolstatError, UnitError
-from tolstat.model.contract import Answers, Model, Outcome, Spreads
+from tolstat.model.contract import STEP, Answers, Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.model.view import Chart, Listing, Offer, View
 from tolstat.status import FIRST_OWN, Status, words_of
@@ -67,7 +67,11 @@ def check_model(model: object) -> Model:
     ):
         raise _wrong(model, f"assumptions is a tuple of texts, not {assumptions!r}")
     for offer in model.views:
-        if not isinstance(offer, Offer) or not _printable(offer.name):
+        if not (
+            isinstance(offer, Offer)
+            and _printable(offer.name)
+            and callable(offer.function)
+        ):
             raise _wrong(model, f"views is a tuple of Offer, not {offer!r}")
     return model
 
@@ -363,14 +367,17 @@ def history_of(
 
 def offers(model: Model) -> dict[str, Offer]:
     """Return what a model can show, by name."""
-    moving = (
-        [Offer("history", "how the machine moves, over time")] if model.moves else []
-    )
-    return {offer.name: offer for offer in (*moving, *model.views)}
+
+    def history(deviations: Array, settings: Any) -> Chart:
+        return history_of(model, deviations[0], settings, STEP)[0]
+
+    own = Offer("history", "how the machine moves, over time", history)
+    found = (own, *model.views) if model.moves else model.views
+    return {offer.name: offer for offer in found}
 
 
-def shown(model: Model, name: str, deviations: Array, settings: Any) -> View:
-    """Show a view other than the history, and check what it holds; see `Model.view`.
+def shown(model: Model, offer: Offer, deviations: Array, settings: Any) -> View:
+    """Show one of the model's views, and check what it holds; see `Offer`.
 
     Raises
     ------
@@ -381,8 +388,8 @@ def shown(model: Model, name: str, deviations: Array, settings: Any) -> View:
         word = words_of(model.failures)[status]
         required = model.failures[word]
         raise _wrong(model, f"this machine cannot be built: {word} ({required})")
-    with _asking(model, f"view {name}"):
-        view = model.view(name, deviations, settings)
+    with _asking(model, f"view {offer.name}"):
+        view = offer.function(deviations, settings)
     _check_view(model, view)
     return view
 

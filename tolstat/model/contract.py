@@ -18,9 +18,9 @@ from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError
 from tolstat.lanes.digest import Place, digest
 from tolstat.model.description import Description, StudyNumber
-from tolstat.model.view import Chart, Offer, View
+from tolstat.model.view import Chart, Offer
 
-MOST_SAMPLES = 2_000_000  # of a history
+STEP, MOST_SAMPLES = 1e-4, 2_000_000  # s, of a history
 TIGHTER, LEAST_RTOL = 1000.0, 1e-12  # of an audit: below, rounding decides
 Spreads = Mapping[str, Spread]  # by contributor that deviates
 NOTHING_FAILED: Mapping[str, Truths] = {}
@@ -131,14 +131,6 @@ class Model(ABC):
             If it does not move.
         """
         raise ModelError(f"model '{self.name}' does not move: it has no histories")
-
-    def view(self, name: str, deviations: Array, settings: Any) -> View:
-        """Show one of `views`, by its name.
-
-        deviations[trial, contributor], SI, are those of the unit that is shown, then of
-        as many others as its offer wants.
-        """
-        raise ModelError(f"model '{self.name}' has no views")
 
     @property
     def source_digest(self) -> str:

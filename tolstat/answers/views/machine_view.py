@@ -13,15 +13,13 @@ from tolstat.answers.views.evaluate import deviations_table
 from tolstat.errors import ModelError, allowed_names
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, history_of, offers, shown
-from tolstat.model.contract import Model
+from tolstat.model.contract import STEP, Model
 from tolstat.model.view import View
 from tolstat.status import words_of
 from tolstat.study.study import Source, Study, load
 
 if TYPE_CHECKING:
     import pandas as pd
-
-STEP = 1e-4  # s
 
 
 def view(
@@ -150,10 +148,7 @@ def view_of(
         raise ModelError(
             f"model '{model.name}' has no view {name}; {allowed_names(name, known)}"
         )
-    if name == "history" and model.moves:
-        chart, _ = history_of(model, first[0], settings, STEP)
-        return chart
-    rows = first
-    if study is not None and known[name].machines:
-        rows = np.concatenate([first, study.machines(known[name].machines)])
-    return shown(model, name, rows, settings)
+    offer, rows = known[name], first
+    if study is not None and offer.n_others:
+        rows = np.concatenate([first, study.machines(offer.n_others)])
+    return shown(model, offer, rows, settings)

@@ -13,12 +13,11 @@ import numpy as np
 from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
-from tolstat.answers.views.machine_view import STEP
 from tolstat.document.blocks import Block, Column, Document, Figure, paragraph, table
 from tolstat.document.inline import Name, Number, Parts, Typed, listed
 from tolstat.errors import ModelError, RunFileError
 from tolstat.model.checked import history_of, simulate
-from tolstat.model.contract import Answers, Model
+from tolstat.model.contract import STEP, Answers, Model
 from tolstat.model.description import Response
 from tolstat.model.settings import as_typed, read, setting_of
 from tolstat.model.view import Chart

@@ -18,10 +18,9 @@ from tolstat.machines.planetary.trials import (
     residual_axial_force,
     shared,
 )
-from tolstat.machines.planetary.views import OFFERS, designs_listing, existence_chart
+from tolstat.machines.planetary.views import OFFERS
 from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Description, StudyNumber
-from tolstat.model.view import View
 
 
 @dataclass(frozen=True)
@@ -93,9 +92,3 @@ class Planetary(Model):
             StudyNumber("centre_distance", "m", design.a, "of both pairs of wheels"),
             StudyNumber("satellite_force", "N", F, "of each where all share equally"),
         )
-
-    def view(self, name: str, deviations: Array, settings: Settings) -> View:
-        own = design_of(settings)  # as designed, whatever deviates
-        if name == "designs":
-            return designs_listing(settings, own)
-        return existence_chart(settings, own)

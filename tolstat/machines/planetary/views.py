@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
+from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.machines.planetary.declarations import Settings
-from tolstat.machines.planetary.scheme import Design, existence
+from tolstat.machines.planetary.design import design_of
+from tolstat.machines.planetary.scheme import existence
 from tolstat.machines.planetary.synthesis import UNITS, ordered, search
 from tolstat.machines.planetary.wanted import Wanted
 from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Offer, Panel, Region
 
-OFFERS = (
-    Offer("designs", "gears of the wanted ratio, balanced, that can be assembled"),
-    Offer("existence", "ratios that gears of the scheme can have, over dw2 / dw3"),
-)
 SENTENCE = "a gear; where tip_gap is below 0 tips touch at that addendum"
 SHOWN = {"helix_2": "deg", "helix_3": "deg", "ratio_error": "%"}
 
 
-def designs_listing(settings: Settings, own: Design) -> Listing:
+def designs_listing(_: Array, settings: Settings) -> Listing:
     """List the gears that the settings ask for.
 
     Raises
@@ -28,7 +26,7 @@ def designs_listing(settings: Settings, own: Design) -> Listing:
         If there are none: with how many sets of teeth each condition left.
     """
     s = settings
-    i = own.ratio if s.wanted_ratio is None else s.wanted_ratio
+    i = design_of(s).ratio if s.wanted_ratio is None else s.wanted_ratio
     wanted = Wanted(
         s.scheme, i, s.ratio_tolerance, s.satellites, s.z1, s.z2, s.z3, s.z4, s.helix,
         s.module, s.module_ratio, s.addendum,
@@ -45,11 +43,12 @@ def designs_listing(settings: Settings, own: Design) -> Listing:
     return Listing(tuple(heads), tuple(columns.values()), SENTENCE)
 
 
-def existence_chart(settings: Settings, own: Design) -> Chart:
+def existence_chart(_: Array, settings: Settings) -> Chart:
     """Draw the ratios that gears can have over D, and the gear of the settings.
 
     No addenda: satellites may come so near that their pitch circles touch.
     """
+    own = design_of(settings)
     widest = max(2.0, 1.25 * own.D)
     D = np.unique([*np.linspace(0.01, widest, 400), 1.0])
     lower, upper = existence(settings.scheme, D, settings.satellites)
@@ -78,3 +77,17 @@ def existence_chart(settings: Settings, own: Design) -> Chart:
             ),
         ),
     )
+
+
+OFFERS = (
+    Offer(
+        "designs",
+        "gears of the wanted ratio, balanced, that can be assembled",
+        designs_listing,
+    ),
+    Offer(
+        "existence",
+        "ratios that gears of the scheme can have, over dw2 / dw3",
+        existence_chart,
+    ),
+)

@@ -11,10 +11,9 @@ from tolstat.machines.rolling_block.declarations import DESCRIPTION, Settings
 from tolstat.machines.rolling_block.modes import modes_of
 from tolstat.machines.rolling_block.parameters import CANNOT_EXIST, FAILURES, drives
 from tolstat.machines.rolling_block.trials import both_moved, outcome_of
-from tolstat.machines.rolling_block.views import OFFERS, chart_of, shown
+from tolstat.machines.rolling_block.views import OFFERS, chart_of
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
-from tolstat.model.view import View
 
 
 class RollingBlock(Model):
@@ -66,6 +65,3 @@ class RollingBlock(Model):
             settings,
         )
         return History(chart, outcome_of(drive, modes, moved, settings))
-
-    def view(self, name: str, deviations: Array, settings: Settings) -> View:
-        return shown(name, deviations, settings)

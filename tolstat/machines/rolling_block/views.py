@@ -151,27 +151,54 @@ def shapes(seen: Seen) -> Chart:
     )
 
 
+def _of_drives(show: Callable[[Seen], View]) -> Callable[[Array, Settings], View]:
+    """Return what shows the first drive, with bands of the others that can exist."""
+
+    def view(deviations: Array, settings: Settings) -> View:
+        drive, exist = drives(deviations, settings)
+        modes = modes_of(drive.Q, drive.C)
+        others = np.flatnonzero(exist[1:]) + 1
+        return show(Seen(drive, modes, others, settings))
+
+    return view
+
+
 OFFERS = (
-    Offer("campbell", "frequencies and excitations over the motor's speed", MANY),
-    Offer("resonances", "speeds at which excitations meet frequencies", MANY),
-    Offer("combinations", "frequencies and free speeds of the 128 combinations"),
-    Offer("gearbox", "ratios, reduced inertias, stiffnesses of the 128 combinations"),
-    Offer("response", "frequency response, response_link to response_loads", SOME),
-    Offer("poles", "poles and zeros of these, modes that do not reach the link"),
-    Offer("shapes", "mode shapes", SOME),
-    Offer("pulses", "moments after the pulse, and after others", SOME),
+    Offer(
+        "campbell",
+        "frequencies and excitations over the motor's speed",
+        _of_drives(campbell),
+        MANY,
+    ),
+    Offer(
+        "resonances",
+        "speeds at which excitations meet frequencies",
+        _of_drives(resonances),
+        MANY,
+    ),
+    Offer(
+        "combinations",
+        "frequencies and free speeds of the 128 combinations",
+        _of_drives(combinations),
+    ),
+    Offer(
+        "gearbox",
+        "ratios, reduced inertias, stiffnesses of the 128 combinations",
+        _of_drives(gearbox),
+    ),
+    Offer(
+        "response",
+        "frequency response, response_link to response_loads",
+        _of_drives(frequency_response),
+        SOME,
+    ),
+    Offer(
+        "poles",
+        "poles and zeros of these, modes that do not reach the link",
+        _of_drives(poles),
+    ),
+    Offer("shapes", "mode shapes", _of_drives(shapes), SOME),
+    Offer(
+        "pulses", "moments after the pulse, and after others", _of_drives(pulses), SOME
+    ),
 )
-# in the order of the offers
-SHOWN: tuple[Callable[[Seen], View], ...] = (
-    campbell, resonances, combinations, gearbox,
-    frequency_response, poles, shapes, pulses,
-)  # fmt: skip
-
-
-def shown(name: str, deviations: NDArray[np.float64], settings: Settings) -> View:
-    """Show a view of the first drive, bands of the others that can exist."""
-    drive, exist = drives(deviations, settings)
-    modes = modes_of(drive.Q, drive.C)
-    others = np.flatnonzero(exist[1:]) + 1
-    show = SHOWN[[offer.name for offer in OFFERS].index(name)]
-    return show(Seen(drive, modes, others, settings))
