@@ -15,12 +15,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import betaincinv, ndtr, ndtri
 
+from tolstat.arrays import Array
 from tolstat.errors import DistributionError
-
-Array = NDArray[np.float64]
 
 # share of a centred normal distribution below mean + 3 sigma: where the far end of a
 # tolerance lies at Cp = 1

@@ -6,14 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from tolstat.arrays import Array
 from tolstat.errors import DistributionError
 
-Array = NDArray[np.float64]
-
-FITS = ("normal", "lognormal")
 DOUBTFUL = 0.05  # p-value below which a fit is doubtful
 RESAMPLES = 999
 # parts of a simulated sample, at most: A^2 of more has the same distribution

@@ -7,8 +7,8 @@ from collections.abc import Generator, Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.deviations.mixture import Mixture, centred, fitted, log_normal
 from tolstat.deviations.rare_stage import (
     DISTANCE,
@@ -18,12 +18,9 @@ from tolstat.deviations.rare_stage import (
     RareStage,
     normal_scores,
     stage_of,
-    unit_samples,
 )
-from tolstat.deviations.sampler import Sampler
+from tolstat.deviations.samplers import Sampler, uniform
 from tolstat.deviations.subset_simulation import STEPS, subset_simulation
-
-Array = NDArray[np.float64]
 
 LEAST_TRIALS, PLENTY = 5000, 20_000  # to be sought with, and to tell the share
 SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
@@ -191,7 +188,7 @@ class _Seeking:
     ) -> Generator[RareStage, Array, None]:
         """Draw a stage, and keep what is answered."""
         purpose = f"rare {len(self.counts)}"
-        which = unit_samples(self.seed, "parts", trials, f"of {purpose}")
+        which = uniform(self.seed, "parts", trials, f"of {purpose}")
         scores = normal_scores(self.seed, self.streams, trials, purpose)
         points = mixture.points(which, scores)
         squares = np.einsum("ni,ni->n", points, points)

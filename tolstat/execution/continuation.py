@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
+from tolstat.deviations.draw import SAMPLERS
 from tolstat.errors import Advice, RunFileError, StoppedError, StudyError
 from tolstat.execution.compatibility import check_same, study_differs
 from tolstat.execution.planning import cannot_be_built, plan_of
@@ -21,7 +22,6 @@ from tolstat.store.open_run import open as open_run
 from tolstat.store.provenance import now
 from tolstat.store.run_writer import RunWriter
 from tolstat.store.stored_run import Run
-from tolstat.study.sampling import sampler_of
 from tolstat.study.study import Study, load
 
 
@@ -222,7 +222,7 @@ def _check_wanted(run: Run, trials: int) -> None:
         raise RunFileError(
             f"{run.path} has {run.trials} trials; more than that are expected"
         )
-    if not sampler_of(run.sampling).extensible:
+    if not SAMPLERS[run.sampling].extensible:
         raise StudyError(
             f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
             f"with {trials} every one would differ",

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tolstat.catalogue import place_of
+from tolstat.deviations.draw import SAMPLERS
 from tolstat.errors import Advice, RunFileError, StoppedError
 from tolstat.execution.compatibility import check_same, study_differs
 from tolstat.execution.continuation import go_on, plan_again, study_of
@@ -16,7 +17,6 @@ from tolstat.execution.trial_table import drawn_again
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
-from tolstat.study.sampling import sampler_of
 from tolstat.study.study import Study, load
 
 FINISHED, RESUMED, FINISHED_BEFORE = "finished", "resumed", "finished before"
@@ -64,7 +64,7 @@ def _check_asked(run: Run, study: Study) -> None:
         )
     elif run.sampled and not run.rules and run.trials < study.trials:
         more = f"trials: the run has {run.trials}, the study {study.trials}"
-        if not said and sampler_of(run.sampling).extensible:
+        if not said and SAMPLERS[run.sampling].extensible:
             advice.append(Advice("extend", run.path, machine, study.trials))
         said.append(more)
     if said:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -189,15 +190,15 @@ def read(model: Model, given: Mapping[str, Any]) -> Any:
     return make(model, {n: setting_of(model, n).kind.read(v) for n, v in given.items()})
 
 
-def as_typed(value: Any) -> str:
-    """Write a value as it stands in a study file, a text without its quotes."""
+def as_typed(value: Any, *, quoted: bool = False) -> str:
+    """Write a value as it stands in a study file; texts without quotes by default."""
     if isinstance(value, str):
-        return value
+        return json.dumps(value, ensure_ascii=False) if quoted else value
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, Mapping):
-        cells = (f"{key} = {as_typed(each)}" for key, each in value.items())
+        cells = (f"{k} = {as_typed(v, quoted=quoted)}" for k, v in value.items())
         return "{ " + ", ".join(cells) + " }"
     if isinstance(value, Sequence):
-        return "[" + ", ".join(as_typed(each) for each in value) + "]"
+        return "[" + ", ".join(as_typed(each, quoted=quoted) for each in value) + "]"
     return f"{value}"

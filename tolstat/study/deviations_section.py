@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
+from itertools import combinations, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -160,19 +161,15 @@ def _add_pairs(
             "; parts that are all alike are given by common = true"
         )
     of_one_name = firsts == seconds and len(firsts) > 1
-    for first in firsts:
-        for second in seconds:
-            if first == second and of_one_name:
-                continue
-            if first == second:
-                raise DependenceError(f"{first} is correlated with itself")
-            if of_one_name and (second, first) in pairs:
-                continue
-            if (first, second) in pairs or (second, first) in pairs:
-                raise DependenceError(
-                    f"{first} with {second} stands there already; give it once"
-                )
-            pairs[first, second] = rank
+    found = combinations(firsts, 2) if of_one_name else product(firsts, seconds)
+    for first, second in found:
+        if first == second:
+            raise DependenceError(f"{first} is correlated with itself")
+        if (first, second) in pairs or (second, first) in pairs:
+            raise DependenceError(
+                f"{first} with {second} stands there already; give it once"
+            )
+        pairs[first, second] = rank
 
 
 def _check_deviates(

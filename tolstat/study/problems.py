@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from json import dumps
 from typing import Any, TypeVar
 
 from tolstat.errors import Advice, StudyError, TolstatError
+from tolstat.model.settings import as_typed
 
 Found = TypeVar("Found")
 LONGEST = 300  # characters of what a message repeats
@@ -73,13 +73,4 @@ def shortened(text: str, longest: int = LONGEST) -> str:
 
 def toml_of(value: Any) -> str:
     """Write a value as it stands behind a key, in one line."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return dumps(value, ensure_ascii=False)
-    if isinstance(value, dict):
-        keys = ", ".join(f"{key} = {toml_of(v)}" for key, v in value.items())
-        return f"{{ {keys} }}"
-    if isinstance(value, list):
-        return "[" + ", ".join(toml_of(each) for each in value) + "]"
-    return str(value)
+    return as_typed(value, quoted=True)

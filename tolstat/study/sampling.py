@@ -6,10 +6,8 @@ from collections.abc import Collection
 from typing import Any
 
 from tolstat.deviations.distributions import Constant
-from tolstat.deviations.draw import factors
+from tolstat.deviations.draw import SAMPLERS, factors
 from tolstat.deviations.names import expand
-from tolstat.deviations.sampler import Sampler
-from tolstat.deviations.samplers import SAMPLERS
 from tolstat.errors import ModelError, StudyError, allowed_names
 from tolstat.statistics.sensitivity.sobol_indices import LEAST
 from tolstat.study.deviations_section import Deviations
@@ -19,11 +17,6 @@ from tolstat.study.study_schema import MISSING, Document, RareEntry, read_entry
 
 GIVEN = ("grid", "table")  # samplings that draw nothing
 EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
-
-
-def sampler_of(sampling: str) -> Sampler:
-    """Return the sampler of a name."""
-    return SAMPLERS[sampling]()
 
 
 def read_sampling(given: str | dict[str, Any], problems: Problems) -> tuple[str, str]:
@@ -83,7 +76,7 @@ def check_sampling(
     if sampling in GIVEN:
         _check_given(document, sampling, deviating, points, problems)
         return
-    sampler, varying = sampler_of(sampling), varying_in(deviating)
+    sampler, varying = SAMPLERS[sampling], varying_in(deviating)
     usual = sampler.usual_trials(varying)
     if document.trials is None:
         said = f"missing; such as trials = {usual}" if usual else MISSING["trials"]
@@ -127,11 +120,6 @@ def _check_given(
             problems.add(f"[deviations] {name}", None, "stands in [grid] already")
 
 
-def check_trials(trials: int, sampling: str, deviating: Deviations) -> str:
-    """Return what is wrong with a number of trials; empty if nothing is."""
-    return sampler_of(sampling).unfit(trials, varying_in(deviating))
-
-
 def varying_in(deviating: Deviations) -> int:
     """Count what varies independently."""
     return len(factors(deviating.distributions, deviating.dependence))
@@ -144,7 +132,7 @@ def warnings_of(sampling: str, trials: int, varying: int) -> tuple[str, ...]:
             f"nothing deviates: all {trials} trials are one and the same machine, "
             "nothing spreads and no interval means anything; give [deviations]",
         )
-    sampler = sampler_of(sampling)
+    sampler = SAMPLERS[sampling]
     group = sampler.group(varying)
     if group > 1 and trials < LEAST * group:
         return (

@@ -13,8 +13,8 @@ import numpy as np
 
 from tolstat import catalogue
 from tolstat.arrays import Array
-from tolstat.deviations.draw import Course, draw_in_stages, streams_of
-from tolstat.deviations.sampler import Sampler, Stage
+from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
+from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import ModelError, StudyError, TolstatError
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, impossible
@@ -37,9 +37,8 @@ from tolstat.study.problems import Problems
 from tolstat.study.sampling import (
     aim_of,
     check_sampling,
-    check_trials,
     read_sampling,
-    sampler_of,
+    varying_in,
     warnings_of,
 )
 from tolstat.study.stopping_rule import Until, read_until
@@ -86,9 +85,7 @@ class Study:
     @property
     def sampler(self) -> Sampler | None:
         """How the unit samples are chosen; None if nothing is drawn."""
-        if self.points:
-            return None
-        return sampler_of(self.sampling)
+        return None if self.points else SAMPLERS[self.sampling]
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -220,7 +217,7 @@ def load(
         trials = until.at_most if until else cast(int, document.trials)
     wrong = too_large(trials, description)
     if not points and not wrong:
-        wrong = check_trials(trials, sampling, deviating)
+        wrong = SAMPLERS[sampling].unfit(trials, varying_in(deviating))
     if wrong:
         raise StudyError(f"{problems.source}: trials = {trials}: {wrong}")
     return Study(
