@@ -63,14 +63,10 @@ def fit(values: Array, kind: str) -> Fitted:
         If the parts are too few or equal, or not above zero for a lognormal one.
     """
     if len(values) < 8:
-        raise DistributionError(
-            f"{len(values)} parts are too few to fit a distribution; measure 8 or more"
-        )
+        raise DistributionError(f"{len(values)} parts are too few to fit; 8 are needed")
     if kind == "lognormal":
         if values.min() <= 0:
-            raise DistributionError(
-                "a lognormal distribution is above zero, and some parts are not"
-            )
+            raise DistributionError("not all parts are above zero; fit normal ones")
         values = np.log(values)
     if np.ptp(values) == 0:
         raise DistributionError("all parts are equal; nothing can be fitted to them")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import traceback
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from tolstat.errors import ModelError, TolstatError, UnitError
 from tolstat.model.contract import STEP, Answers, Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.model.view import Chart, Listing, Offer, View
-from tolstat.status import FIRST_OWN, Status, words_of
+from tolstat.status import Status, words_of
 from tolstat.units.conversion import check_si, to_si
 
 # what a run file and a frame call by these names
@@ -25,7 +25,8 @@ RESERVED = (
     "trial", "status", "steps", "nominal", "reference", "audit", "rerun", "settings",
     "numbers", "diagnostics", "checks", "provenance",
 )  # fmt: skip
-MOST_FAILURES = 256 - FIRST_OWN
+DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "number"}
+TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat"
 
 
 def check_model(model: object) -> Model:
@@ -60,8 +61,6 @@ def check_model(model: object) -> Model:
     for word in failures:
         if word in words_of().values():
             raise _wrong(model, f"the failure {word!r} is no new word")
-    if len(failures) > MOST_FAILURES:
-        raise _wrong(model, f"at most {MOST_FAILURES} failures")
     if not isinstance(assumptions, tuple | list) or not all(
         map(_printable, assumptions)
     ):
@@ -123,53 +122,27 @@ def described(model: Model, settings: Any) -> Description:
         found = Description(tuple(contributors), tuple(responses))
     if not found.responses:
         raise _wrong(model, "there is no response")
-    names: set[str] = set()
-    for what in (*found.contributors, *found.responses):
-        if not isinstance(what, Contributor | Response):
-            raise _wrong(model, f"{what!r} is neither contributor nor response")
-        kind = "contributor" if isinstance(what, Contributor) else "response"
-        for text in (what.symbol, what.sentence, what.source, what.unit, what.shown):
-            if text != "" and not _printable(text):
-                raise _wrong(model, f"{what.name}: {text!r} is no text to print")
-        if not isinstance(what.name, str) or not what.name.isidentifier():
+    every: list[Contributor | Response] = [*found.contributors, *found.responses]
+    _check_declared(model, every)
+    for name in RESERVED:
+        if any(each.name == name for each in every):
             raise _wrong(
                 model,
-                f"the {kind} {what.name!r} cannot be typed; letters, digits and _ are "
-                "allowed, a letter first",
-            )
-        if what.name in RESERVED:
-            raise _wrong(
-                model,
-                f"no {kind} can be called {what.name}; that is a column of every run "
+                f"nothing can be called {name}; that is a column of every run "
                 f"({', '.join(RESERVED)})",
             )
-        if what.name in names:
-            raise _wrong(model, f"{what.name} is given twice")
-        names.add(what.name)
-        _check_units(model, kind, what)
-        if isinstance(what, Response) and what.range is not None:
-            try:
-                lower, upper = map(float, what.range)
-            except (TypeError, ValueError):
-                lower = upper = math.nan
-            if not lower < upper:
-                raise _wrong(
-                    model,
-                    f"{what.name}: its range {what.range!r} is none; two numbers, the "
-                    "lower first",
-                )
+    for each in found.responses:
+        try:
+            lower, upper = map(float, (0, 1) if each.range is None else each.range)
+        except (TypeError, ValueError):
+            lower = upper = math.nan
+        if not lower < upper:
+            raise _wrong(
+                model,
+                f"{each.name}: its range {each.range!r} is none; two numbers, the "
+                "lower first",
+            )
     return found
-
-
-def _check_units(
-    model: Model, kind: str, what: Contributor | Response | StudyNumber
-) -> None:
-    """Refuse units that are not known, or of another kind than what is shown."""
-    try:
-        check_si(what.unit)
-        to_si(1.0, what.shown or what.unit, what.unit)
-    except UnitError as error:
-        raise _wrong(model, f"{kind} {what.name}: {error}") from None
 
 
 def numbers_of(
@@ -179,22 +152,44 @@ def numbers_of(
     units = {each.name: each.unit for each in described(model, settings).responses}
     with _asking(model, "numbers"):
         found = tuple(model.numbers(settings, spreads, independent=independent))
-        names = [number.name for number in found]
-    for number in found:
-        name = f"number {number.name}"
-        if not str(number.name).isidentifier() or names.count(number.name) > 1:
-            raise _wrong(model, f"number {number.name!r} has no name of its own")
-        texts = (number.sentence, number.shown, number.of, number.caveat)
-        if not all(text == "" or _printable(text) for text in texts):
-            raise _wrong(model, f"{name}: {texts!r} are no texts")
-        if isinstance(number.value, bool) or not isinstance(number.value, int | float):
-            raise _wrong(model, f"{name}: {number.value!r} is no number")
-        _check_units(model, "number", number)
-        if number.of and units.get(number.of) != number.unit:
+    _check_declared(model, found)
+    for each in found:
+        if isinstance(each.value, bool) or not isinstance(each.value, int | float):
+            raise _wrong(model, f"number {each.name}: {each.value!r} is no number")
+        if each.of and units.get(each.of) != each.unit:
             raise _wrong(
-                model, f"{name}: no response {number.of} has its unit, {number.unit}"
+                model,
+                f"number {each.name}: no response {each.of} has its unit, {each.unit}",
             )
     return found
+
+
+def _check_declared(
+    model: Model, declared: Iterable[Contributor | Response | StudyNumber]
+) -> None:
+    """Refuse names that cannot be typed, texts that cannot be printed, wrong units."""
+    names: set[str] = set()
+    for each in declared:
+        kind = DECLARED.get(type(each))
+        if kind is None:
+            raise _wrong(model, f"{each!r} is no {', '.join(DECLARED.values())}")
+        if not isinstance(each.name, str) or not each.name.isidentifier():
+            raise _wrong(
+                model,
+                f"the {kind} {each.name!r} cannot be typed; letters, digits and _ are "
+                "allowed, a letter first",
+            )
+        if each.name in names:
+            raise _wrong(model, f"{each.name} is given twice")
+        names.add(each.name)
+        for text in (getattr(each, name, "") for name in TEXTS):
+            if text != "" and not _printable(text):
+                raise _wrong(model, f"{kind} {each.name}: {text!r} is no text to print")
+        try:
+            check_si(each.unit)
+            to_si(1.0, each.shown or each.unit, each.unit)
+        except UnitError as error:
+            raise _wrong(model, f"{kind} {each.name}: {error}") from None
 
 
 def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
@@ -247,6 +242,14 @@ def impossible(model: Model, deviations: Array, settings: Any) -> NDArray[np.int
     for code, those in _failing(model, "impossible", told, len(deviations)):
         status[those & (status == 0)] = code
     return status
+
+
+def check_possible(model: Model, trial: Array, settings: Any, called: str) -> None:
+    """Refuse one trial, float64[1, contributor], that cannot be built."""
+    if status := int(impossible(model, trial, settings)[0]):
+        word = words_of(model.failures)[status]
+        required = model.failures[word]
+        raise ModelError(f"{called} cannot be built: {word} ({required})")
 
 
 def _failing(
@@ -384,10 +387,7 @@ def shown(model: Model, offer: Offer, deviations: Array, settings: Any) -> View:
     ModelError
         If the first row of `deviations` cannot be built: there is nothing to show.
     """
-    if status := int(impossible(model, deviations[:1], settings)[0]):
-        word = words_of(model.failures)[status]
-        required = model.failures[word]
-        raise _wrong(model, f"this machine cannot be built: {word} ({required})")
+    check_possible(model, deviations[:1], settings, "this machine")
     with _asking(model, f"view {offer.name}"):
         view = offer.function(deviations, settings)
     _check_view(model, view)
@@ -405,10 +405,9 @@ def _check_view(model: Model, view: object) -> None:
     names = [name for name, _, _ in parts]
     for name, at, values in parts:
         for each in (at, values):
-            if not isinstance(each, np.ndarray) or each.ndim != 1:
-                raise _wrong(model, f"{name} is no array of one dimension")
-            if each.dtype.kind not in "iufU":
-                raise _wrong(model, f"{name} holds neither numbers nor texts")
+            array = isinstance(each, np.ndarray) and each.ndim == 1
+            if not array or each.dtype.kind not in "iufU":
+                raise _wrong(model, f"{name} is no array of numbers or texts")
         if len(at) != len(values):
             raise _wrong(
                 model, f"{name} has {len(values)} values over {len(at)} points"
@@ -417,8 +416,6 @@ def _check_view(model: Model, view: object) -> None:
             raise _wrong(model, f"a view has {name} twice")
     if isinstance(view, Chart):
         _check_panels(model, view)
-    if not parts:
-        raise _wrong(model, "a view shows nothing")
 
 
 def _check_panels(model: Model, chart: Chart) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -24,6 +25,20 @@ from tolstat.units.grammar import (
 MOST_WHOLE = 2**53  # up to which every whole number is a float too
 
 
+def as_typed(value: Any, *, quoted: bool = False) -> str:
+    """Write a value as it stands in a study file; texts without quotes by default."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False) if quoted else value
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Mapping):
+        cells = (f"{k} = {as_typed(v, quoted=quoted)}" for k, v in value.items())
+        return "{ " + ", ".join(cells) + " }"
+    if isinstance(value, Sequence):
+        return "[" + ", ".join(as_typed(each, quoted=quoted) for each in value) + "]"
+    return f"{value}"
+
+
 class Kind(ABC):
     """How a setting is read, checked and written."""
 
@@ -42,7 +57,7 @@ class Kind(ABC):
 
     def words(self, value: Any) -> str:
         """Write a value as a study would."""
-        return str(value)
+        return as_typed(value)
 
 
 @dataclass(frozen=True)
@@ -166,9 +181,6 @@ class Boolean(Kind):
             raise ModelError("true or false is expected, without quotes")
         return value
 
-    def words(self, value: Any) -> str:
-        return str(value).lower()
-
 
 @dataclass(frozen=True)
 class Text(Kind):
@@ -237,7 +249,7 @@ class Numbers(Kind):
         return tuple(found)
 
     def words(self, value: tuple[Any, ...]) -> str:
-        return "[" + ", ".join(self.each.words(item) for item in value) + "]"
+        return as_typed([self.each.words(item) for item in value])
 
     @property
     def allowed(self) -> str:
@@ -291,13 +303,12 @@ class Rows(Kind):
     def words(self, value: Any) -> str:
         def one(row: Mapping[str, Any]) -> str:
             cells = {k: c.kind.words(row[k]) for k, c in self.columns.items()}
-            if self.named and len(cells) == 1:
-                return str(*cells.values())
-            return "{ " + ", ".join(f"{k} = {cell}" for k, cell in cells.items()) + " }"
+            (first, *others) = cells.values()
+            return as_typed(cells) if others or not self.named else first
 
         if self.named:
-            return "{ " + ", ".join(f"{n} = {one(r)}" for n, r in value.items()) + " }"
-        return "[" + ", ".join(one(row) for row in value) + "]"
+            return as_typed({name: one(row) for name, row in value.items()})
+        return as_typed([one(row) for row in value])
 
     @property
     def _example(self) -> str:

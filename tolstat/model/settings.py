@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -188,17 +187,3 @@ def read(model: Model, given: Mapping[str, Any]) -> Any:
         If a name or a value is wrong.
     """
     return make(model, {n: setting_of(model, n).kind.read(v) for n, v in given.items()})
-
-
-def as_typed(value: Any, *, quoted: bool = False) -> str:
-    """Write a value as it stands in a study file; texts without quotes by default."""
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False) if quoted else value
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, Mapping):
-        cells = (f"{k} = {as_typed(v, quoted=quoted)}" for k, v in value.items())
-        return "{ " + ", ".join(cells) + " }"
-    if isinstance(value, Sequence):
-        return "[" + ", ".join(as_typed(each, quoted=quoted) for each in value) + "]"
-    return f"{value}"

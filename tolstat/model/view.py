@@ -173,9 +173,9 @@ class Chart:
     @property
     def units(self) -> dict[str, str]:
         """SI unit of each curve, band and region."""
-        found = {curve.name: curve.unit for curve in self.curves}
-        found |= {band.name: band.unit for band in self.bands}
-        return found | {region.name: region.unit for region in self.regions}
+        drawn: list[Curve | Band | Region]
+        drawn = [*self.curves, *self.bands, *self.regions]
+        return {each.name: each.unit for each in drawn}
 
     def columns(self) -> Iterator[tuple[Axis, Array]]:
         """Yield the axis, then curves and bands over its points, each with its unit."""

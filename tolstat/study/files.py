@@ -28,21 +28,19 @@ NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
 
 
-def check_bounds(table: Mapping[str, Any], problems: Problems) -> None:
-    """Refuse what no key of a study can hold."""
-    left: list[tuple[tuple[Any, ...], Any]] = [((), table)]
-    while left:
-        path, value = left.pop()
-        if path and (wrong := _unusable(value, path)):
+def check_bounds(
+    table: Mapping[Any, Any], problems: Problems, place: tuple[Any, ...] = ()
+) -> None:
+    """Refuse what no key of a study can hold; `place` is where the table stands."""
+    for key, value in table.items():
+        path = (*place, key)
+        if wrong := _unusable(value, path):
             number = isinstance(value, int | float)
             problems.add(_key(path), value if number else None, wrong)
-        if len(path) > DEEPEST:
-            continue
-        if isinstance(value, Mapping):
-            left += reversed([((*path, key), each) for key, each in value.items()])
-        elif isinstance(value, list):
-            numbered = enumerate(value, start=1)
-            left += reversed([((*path, f"value {i}"), each) for i, each in numbered])
+        if isinstance(value, list):
+            value = {f"value {i}": each for i, each in enumerate(value, start=1)}
+        if isinstance(value, Mapping) and len(path) <= DEEPEST:
+            check_bounds(value, problems, path)
 
 
 def _unusable(value: Any, path: tuple[Any, ...]) -> str:

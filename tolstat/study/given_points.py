@@ -18,8 +18,8 @@ from tolstat.errors import DataError, ModelError, allowed_names
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
 from tolstat.model.description import Description
-from tolstat.model.setting_kinds import Number
-from tolstat.model.settings import as_typed, setting_of, settings_of
+from tolstat.model.setting_kinds import Number, as_typed
+from tolstat.model.settings import setting_of, settings_of
 from tolstat.study.csv_table import read_csv
 from tolstat.study.memory_needed import too_large
 from tolstat.study.problems import Problems
@@ -102,7 +102,7 @@ def read_grid(
             axes.append(_axis(name, values, deviation, model, description))
             taken = [m for axis in axes[:-1] for m in axis.members]
             if double := [m for m in axes[-1].members if m in taken]:
-                raise ModelError(f"{double[0]} stands there already; give it once")
+                raise ModelError(f"{double[0]} is given twice")
             swept = axes[-1].name
             if not axes[-1].members and setting_name(swept) in document.settings:
                 problems.add(f"[grid] {swept}", None, "stands in [settings] already")
@@ -122,9 +122,7 @@ def _product(
     trials = math.prod(len(axis.values) for axis in axes)
     number = math.prod(len(axis.values) for axis in chosen)
     if number > MOST_CASES:
-        raise ModelError(
-            f"{number} combinations of settings are more than {MOST_CASES}"
-        )
+        raise ModelError(f"{number} combinations of settings exceed {MOST_CASES}")
     if trials > MOST_TRIALS:
         raise ModelError(f"{trials} points are more than {MOST_TRIALS}")
     if wrong := too_large(trials, description):
@@ -245,7 +243,7 @@ def read_table(
     units = {each.name: each.unit for each in description.contributors}
     deviations = np.zeros((len(table.lines), len(units)))
     names, shown = list(units), {}
-    for head, written in zip(table.heads, table.units, strict=True):
+    for head, written in table.units.items():
         try:
             members = expand(head, names)
         except ModelError as error:
@@ -253,7 +251,7 @@ def read_table(
         column = table.values(head, units[members[0]])
         for member in members:
             if member in shown:
-                raise DataError(f"{path}: {member} stands there twice")
+                raise DataError(f"{path}: {member} is given twice")
             shown[member] = written
             deviations[:, names.index(member)] = column
     note = f"{len(deviations)} machines of {path.name} (SHA-256 {table.digest[:12]})"
@@ -274,14 +272,14 @@ def read_reference(
     entry = read_entry(ReferenceEntry, given, "there is")
     table = read_csv(folder, entry.data)
     units = {axis.name: axis.unit for axis in swept if axis.words is None}
-    if (first := table.heads[0]) not in units:
+    if (first := next(iter(table.units))) not in units:
         raise DataError(
             f"{table.path}: the first column, '{first}', is to be swept by [grid]; "
             f"{allowed_names(first, units)}"
         )
     units |= {each.name: each.unit for each in description.responses}
-    if wrong := [head for head in table.heads if head not in units]:
+    if wrong := [head for head in table.units if head not in units]:
         known = allowed_names(wrong[0], units)
         raise DataError(f"{table.path}, column {wrong[0]}: {known}")
-    columns = {head: table.values(head, units[head]) for head in table.heads}
+    columns = {head: table.values(head, units[head]) for head in table.units}
     return entry.label, columns

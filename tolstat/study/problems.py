@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from tolstat.errors import Advice, StudyError, TolstatError
-from tolstat.model.settings import as_typed
+from tolstat.model.setting_kinds import as_typed
 
 Found = TypeVar("Found")
 LONGEST = 300  # characters of what a message repeats

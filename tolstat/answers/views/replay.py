@@ -19,7 +19,8 @@ from tolstat.errors import ModelError, RunFileError
 from tolstat.model.checked import history_of, simulate
 from tolstat.model.contract import STEP, Answers, Model
 from tolstat.model.description import Response
-from tolstat.model.settings import as_typed, read, setting_of
+from tolstat.model.setting_kinds import as_typed
+from tolstat.model.settings import read, setting_of
 from tolstat.model.view import Chart
 from tolstat.render.tables import Row
 from tolstat.statistics.limits.limit import Limit
