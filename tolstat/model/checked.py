@@ -53,31 +53,25 @@ def check_model(model: object) -> Model:
     if not isinstance(failures, Mapping) or not all(
         map(_printable, (*failures, *failures.values()))
     ):
-        raise _wrong(
-            model,
+        raise model.fault(
             "failures is a mapping of a word to the sentence that has to hold, such as "
             f'{{"cuts air": "the tool stays in the cut"}}, not {failures!r}',
         )
     for word in failures:
         if word in words_of().values():
-            raise _wrong(model, f"the failure {word!r} is no new word")
+            raise model.fault(f"the failure {word!r} is no new word")
     if not isinstance(assumptions, tuple | list) or not all(
         map(_printable, assumptions)
     ):
-        raise _wrong(model, f"assumptions is a tuple of texts, not {assumptions!r}")
+        raise model.fault(f"assumptions is a tuple of texts, not {assumptions!r}")
     for offer in model.views:
         if not (
             isinstance(offer, Offer)
             and _printable(offer.name)
             and callable(offer.function)
         ):
-            raise _wrong(model, f"views is a tuple of Offer, not {offer!r}")
+            raise model.fault(f"views is a tuple of Offer, not {offer!r}")
     return model
-
-
-def _wrong(model: Model, what: str) -> ModelError:
-    """Name the model, and what is wrong with it."""
-    return ModelError(f"model '{model.name}': {what}")
 
 
 def _printable(text: object) -> bool:
@@ -94,8 +88,7 @@ def _asking(model: Model, what: str) -> Iterator[None]:
         raise
     except Exception as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
-        raise _wrong(
-            model,
+        raise model.fault(
             f"{what} fails: {type(error).__name__}: {error} "
             f"({Path(last.filename).name}, line {last.lineno})",
         ) from error
@@ -121,13 +114,12 @@ def described(model: Model, settings: Any) -> Description:
         contributors, responses = model.describe(settings)
         found = Description(tuple(contributors), tuple(responses))
     if not found.responses:
-        raise _wrong(model, "there is no response")
+        raise model.fault("there is no response")
     every: list[Contributor | Response] = [*found.contributors, *found.responses]
     _check_declared(model, every)
     for name in RESERVED:
         if any(each.name == name for each in every):
-            raise _wrong(
-                model,
+            raise model.fault(
                 f"nothing can be called {name}; that is a column of every run "
                 f"({', '.join(RESERVED)})",
             )
@@ -137,8 +129,7 @@ def described(model: Model, settings: Any) -> Description:
         except (TypeError, ValueError):
             lower = upper = math.nan
         if not lower < upper:
-            raise _wrong(
-                model,
+            raise model.fault(
                 f"{each.name}: its range {each.range!r} is none; two numbers, the "
                 "lower first",
             )
@@ -155,10 +146,9 @@ def numbers_of(
     _check_declared(model, found)
     for each in found:
         if isinstance(each.value, bool) or not isinstance(each.value, int | float):
-            raise _wrong(model, f"number {each.name}: {each.value!r} is no number")
+            raise model.fault(f"number {each.name}: {each.value!r} is no number")
         if each.of and units.get(each.of) != each.unit:
-            raise _wrong(
-                model,
+            raise model.fault(
                 f"number {each.name}: no response {each.of} has its unit, {each.unit}",
             )
     return found
@@ -172,24 +162,23 @@ def _check_declared(
     for each in declared:
         kind = DECLARED.get(type(each))
         if kind is None:
-            raise _wrong(model, f"{each!r} is no {', '.join(DECLARED.values())}")
+            raise model.fault(f"{each!r} is no {', '.join(DECLARED.values())}")
         if not isinstance(each.name, str) or not each.name.isidentifier():
-            raise _wrong(
-                model,
+            raise model.fault(
                 f"the {kind} {each.name!r} cannot be typed; letters, digits and _ are "
                 "allowed, a letter first",
             )
         if each.name in names:
-            raise _wrong(model, f"{each.name} is given twice")
+            raise model.fault(f"{each.name} is given twice")
         names.add(each.name)
         for text in (getattr(each, name, "") for name in TEXTS):
             if text != "" and not _printable(text):
-                raise _wrong(model, f"{kind} {each.name}: {text!r} is no text to print")
+                raise model.fault(f"{kind} {each.name}: {text!r} is no text to print")
         try:
             check_si(each.unit)
             to_si(1.0, each.shown or each.unit, each.unit)
         except UnitError as error:
-            raise _wrong(model, f"{kind} {each.name}: {error}") from None
+            raise model.fault(f"{kind} {each.name}: {error}") from None
 
 
 def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
@@ -260,7 +249,7 @@ def _failing(
     for word, those in told.items():
         if word not in model.failures:
             words = ", ".join(model.failures) or "there are none"
-            raise _wrong(model, f"'{word}' is none of its failures ({words})")
+            raise model.fault(f"'{word}' is none of its failures ({words})")
         yield codes[word], _shaped(model, f"{where} '{word}'", those, (trials,)) != 0
 
 
@@ -270,7 +259,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
         _, described_now = model.describe(settings)
         names = [each.name for each in described_now]
     if not isinstance(outcome, Outcome):
-        raise _wrong(model, f"evaluate returns {type(outcome).__name__}, no Outcome")
+        raise model.fault(f"evaluate returns {type(outcome).__name__}, no Outcome")
     responses = _shaped(model, "responses", outcome.responses, (trials, len(names)))
     finite = np.isfinite(responses)
     status = np.where(finite.all(axis=1), Status.DONE, Status.NOT_FINITE)
@@ -279,19 +268,18 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
     steps = np.zeros(trials, np.int64) if model.integrates else None
     if outcome.steps is not None:
         if steps is None:
-            raise _wrong(model, "counts steps; one that integrates has a setting rtol")
+            raise model.fault("counts steps; one that integrates has a setting rtol")
         steps = _whole(model, "steps", outcome.steps, trials)
     for code, failing in _failing(model, "failed", outcome.failed, trials):
         status = np.where(failing & (status != Status.NOT_RUN), code, status)
     unknown = set(np.unique(status).tolist()) - set(words_of(model.failures))
     if unknown or np.any(status == Status.NOT_RUN):
         wrong = sorted(unknown) or "0, not run"
-        raise _wrong(model, f"status {wrong} is none that a trial ends with")
+        raise model.fault(f"status {wrong} is none that a trial ends with")
     done = status == Status.DONE
     if not finite[done].all():
         trial, response = np.argwhere(done[:, None] & ~finite)[0]
-        raise _wrong(
-            model,
+        raise model.fault(
             f"{names[response]} is {responses[trial, response]} in a trial whose "
             f"status is done ({trial} of the block of {trials})",
         )
@@ -300,8 +288,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
         values = responses[done, column]
         beyond = values[(values < lower) | (values > upper)]
         if len(beyond):
-            raise _wrong(
-                model,
+            raise model.fault(
                 f"{each.name} is {beyond[0]:.17g} in {len(beyond)} of {trials} trials "
                 f"of a block, and its range is declared as {lower:g} .. {upper:g}; "
                 "where rounding does that, clip it where it is made",
@@ -314,7 +301,7 @@ def _whole(
 ) -> NDArray[np.int64]:
     found = _shaped(model, what, values, (trials,))
     if not (np.isfinite(found) & (found >= 0) & (found == np.round(found))).all():
-        raise _wrong(model, f"{what} are whole numbers from 0")
+        raise model.fault(f"{what} are whole numbers from 0")
     return found.astype(np.int64)
 
 
@@ -327,12 +314,11 @@ def _shaped(
             raise TypeError
         found = given.astype(np.float64)
     except (TypeError, ValueError):
-        raise _wrong(model, f"{what} are no real numbers") from None
+        raise model.fault(f"{what} are no real numbers") from None
     if found.shape != shape:
         hint = "; write y[:, None]" if found.shape == shape[:1] else ""
         wanted, there = (" x ".join(map(str, s)) or "one" for s in (shape, found.shape))
-        raise _wrong(
-            model,
+        raise model.fault(
             f"{what} of {wanted} numbers are expected, a row for each trial; these are "
             f"{there}{hint}",
         )
@@ -344,7 +330,7 @@ def tightened(model: Model, settings: Any) -> Any | None:
     with _asking(model, "tightened"):
         tight = model.tightened(settings)
     if tight is not None and (type(tight) is not type(settings) or tight == settings):
-        raise _wrong(model, "tightened returns other settings of its own kind")
+        raise model.fault("tightened returns other settings of its own kind")
     return tight
 
 
@@ -397,23 +383,21 @@ def shown(model: Model, offer: Offer, deviations: Array, settings: Any) -> View:
 def _check_view(model: Model, view: object) -> None:
     if not isinstance(view, Chart | Listing):
         kind = type(view).__name__
-        raise _wrong(model, f"a view is a Chart or a Listing, not {kind}")
+        raise model.fault(f"a view is a Chart or a Listing, not {kind}")
     try:
         parts = list(view.parts())
     except ValueError as error:
-        raise _wrong(model, f"heads and columns of a view: {error}") from None
+        raise model.fault(f"heads and columns of a view: {error}") from None
     names = [name for name, _, _ in parts]
     for name, at, values in parts:
         for each in (at, values):
             array = isinstance(each, np.ndarray) and each.ndim == 1
             if not array or each.dtype.kind not in "iufU":
-                raise _wrong(model, f"{name} is no array of numbers or texts")
+                raise model.fault(f"{name} is no array of numbers or texts")
         if len(at) != len(values):
-            raise _wrong(
-                model, f"{name} has {len(values)} values over {len(at)} points"
-            )
+            raise model.fault(f"{name} has {len(values)} values over {len(at)} points")
         if names.count(name) > 1:
-            raise _wrong(model, f"a view has {name} twice")
+            raise model.fault(f"a view has {name} twice")
     if isinstance(view, Chart):
         _check_panels(model, view)
 
@@ -425,12 +409,11 @@ def _check_panels(model: Model, chart: Chart) -> None:
     shown += [("a mark", mark.curve) for mark in chart.marks]
     for what, name in shown:
         if name not in (curves if what == "a mark" else units):
-            raise _wrong(model, f"{what} shows {name}, which the view does not have")
+            raise model.fault(f"{what} shows {name}, which the view does not have")
     for panel in chart.panels:
         for side in (panel.names, panel.right):
             if len({units[name] for name in side}) > 1:
-                raise _wrong(
-                    model,
+                raise model.fault(
                     f"panel '{panel.title}' mixes units on one axis: "
                     f"{', '.join(side)}; put one of them to the right",
                 )

@@ -20,7 +20,8 @@ from tolstat.lanes.digest import Place, digest
 from tolstat.model.description import Description, StudyNumber
 from tolstat.model.view import Chart, Offer
 
-STEP, MOST_SAMPLES = 1e-4, 2_000_000  # s, of a history
+STEP = 1e-4  # s, between two points of a history
+MOST_SAMPLES = 2_000_000  # of a history
 TIGHTER, LEAST_RTOL = 1000.0, 1e-12  # of an audit: below, rounding decides
 Spreads = Mapping[str, Spread]  # by contributor that deviates
 NOTHING_FAILED: Mapping[str, Truths] = {}
@@ -130,7 +131,7 @@ class Model(ABC):
         ModelError
             If it does not move.
         """
-        raise ModelError(f"model '{self.name}' does not move: it has no histories")
+        raise self.fault("it does not move and has no histories")
 
     @property
     def source_digest(self) -> str:
@@ -144,6 +145,10 @@ class Model(ABC):
                     name, _, _ = kind.__qualname__.partition(".")
                     roots.append(Place(Path(found), name))
         return digest(*roots, f"statuses: {[*self.failures]}")
+
+    def fault(self, what: str) -> ModelError:
+        """Return the error that names the model, and what is wrong with it."""
+        return ModelError(f"model '{self.name}': {what}")
 
     @property
     def moves(self) -> bool:

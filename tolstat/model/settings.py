@@ -123,25 +123,20 @@ def settings_of(model: Model) -> dict[str, Setting]:
     """Return the declared settings of a model, by name."""
     found = {}
     if not dataclasses.is_dataclass(model.settings):
-        raise ModelError(
-            f"model '{model.name}': its settings are a frozen dataclass, not "
-            f"{model.settings!r}"
-        )
+        raise model.fault(f"settings is a frozen dataclass, not {model.settings!r}")
     for field in dataclasses.fields(model.settings):
         made = field.default_factory
         default = field.default if made is dataclasses.MISSING else made()
         declared = field.metadata
         if "kind" not in declared:
-            raise ModelError(
-                f"model '{model.name}': the setting {field.name} is not declared; "
-                f'write {field.name}: ... = tolstat.setting(default, "what it is")'
+            raise model.fault(
+                f"the setting {field.name} is not declared; write {field.name}: ... = "
+                'tolstat.setting(default, "what it is")'
             )
         try:
             default = declared["kind"].checked(default)
         except ModelError as error:
-            raise ModelError(
-                f"model '{model.name}': the default of {field.name}: {error}"
-            ) from None
+            raise model.fault(f"the default of {field.name}: {error}") from None
         found[field.name] = Setting(
             field.name, default, declared["sentence"], declared["kind"]
         )
@@ -152,9 +147,7 @@ def setting_of(model: Model, name: str) -> Setting:
     """Return one declared setting, by its name as typed; refuse an unknown one."""
     known = settings_of(model)
     if name not in known:
-        raise ModelError(
-            f"model '{model.name}' has no such setting; {allowed_names(name, known)}"
-        )
+        raise model.fault(f"no such setting; {allowed_names(name, known)}")
     return known[name]
 
 

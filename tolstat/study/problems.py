@@ -49,21 +49,20 @@ class Problems:
         """Return what is asked for; where that is refused, nothing can go on."""
         with self.noting(key, value):
             return asked()
-        self.raise_if_any()
-        raise AssertionError("a problem was noted")
+        raise self.refusal
 
     def raise_if_any(self) -> None:
         """Refuse the study if any problem was noted, with one line for each."""
         if self.found:
-            raise StudyError(self.words, *self.advice)
+            raise self.refusal
 
     @property
-    def words(self) -> str:
-        """What was noted, with one line for each problem."""
+    def refusal(self) -> StudyError:
+        """The error that says what was noted, with one line for each problem."""
         said = self.found[:MOST_SAID]
         said += ["there are more"] * (len(self.found) > MOST_SAID)
         lines = "\n".join(f"  {problem}" for problem in said)
-        return f"{self.source} {self.verdict}:\n{lines}"
+        return StudyError(f"{self.source} {self.verdict}:\n{lines}", *self.advice)
 
 
 def shortened(text: str, longest: int = LONGEST) -> str:

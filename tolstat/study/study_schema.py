@@ -215,8 +215,7 @@ def _checked(table: dict[str, Any], problems: Problems) -> Document:
         else:
             expected = Document.model_fields[section].description
             problems.add(place, value, f"expected {expected}")
-    problems.raise_if_any()
-    raise AssertionError("a problem was noted")
+    raise problems.refusal
 
 
 def _place(where: tuple[Any, ...], table: Mapping[str, Any]) -> tuple[Any, ...]:

@@ -145,9 +145,7 @@ def view_of(
     """
     known = offers(model)
     if name not in known:
-        raise ModelError(
-            f"model '{model.name}' has no view {name}; {allowed_names(name, known)}"
-        )
+        raise model.fault(f"it has no view {name}; {allowed_names(name, known)}")
     offer, rows = known[name], first
     if study is not None and offer.n_others:
         rows = np.concatenate([first, study.machines(offer.n_others)])

@@ -95,7 +95,7 @@ def what_if(
     found = _covered(scenario, study, drawn, problems)
     kinds = [*changed_kinds(deviations, scenario, study, run)]
     if not found:
-        raise StudyError("\n  ".join([problems.words, *kinds]))
+        raise StudyError("\n  ".join([str(problems.refusal), *kinds]))
     weights = found.weights
     weighted = drawn._replace(sample=drawn.sample._replace(weights=weights))
     before, after = summaries_of(drawn), summaries_of(weighted)
