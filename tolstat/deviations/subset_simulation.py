@@ -9,12 +9,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.deviations.mixture import Mixture, fitted
-from tolstat.deviations.rare_stage import (
-    RareStage,
-    joined,
-    normal_scores,
-    stage_of,
-)
+from tolstat.deviations.rare_stage import RareStage, joined, normal_scores, stage_of
 from tolstat.deviations.samplers import uniform
 
 GOES = 2  # side by side: what one loses the other may keep

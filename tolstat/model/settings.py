@@ -7,19 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tolstat.errors import ModelError, allowed_names
+from tolstat.model import setting_kinds as kinds
 from tolstat.model.contract import Model
-from tolstat.model.setting_kinds import (
-    Boolean,
-    Column,
-    Interval,
-    Kind,
-    Number,
-    Numbers,
-    Quantity,
-    Rows,
-    Text,
-    Word,
-)
 from tolstat.units.conversion import check_si
 from tolstat.units.grammar import Measure, Range
 
@@ -31,7 +20,7 @@ class Setting:
     name: str
     default: Any  # SI, where the study says nothing
     sentence: str
-    kind: Kind
+    kind: kinds.Kind
 
 
 def setting(
@@ -45,7 +34,7 @@ def setting(
     choices: Sequence[str] = (),
     presets: Mapping[str, float | None] | None = None,
     count: tuple[int, int] = (1, 10_000),
-    columns: Mapping[str, Column] | None = None,
+    columns: Mapping[str, kinds.Column] | None = None,
 ) -> Any:
     """Declare one setting of a model, as a field of its settings dataclass.
 
@@ -72,36 +61,38 @@ def setting(
     columns : dict of str to Column, optional
         Of a table or a list of rows; see `column`.
     """
-    kind: Kind
+    kind: kinds.Kind
     check_si(unit or "1")
     if columns is not None:
-        kind = Rows(dict(columns), named=isinstance(default, Mapping))
+        kind = kinds.Rows(dict(columns), named=isinstance(default, Mapping))
     elif isinstance(default, bool):
-        kind = Boolean()
+        kind = kinds.Boolean()
     elif choices:
-        kind = Word(tuple(choices))
+        kind = kinds.Word(tuple(choices))
     elif isinstance(default, str):
-        kind = Text()
+        kind = kinds.Text()
     elif isinstance(default, Measure):
-        kind = Quantity()
+        kind = kinds.Quantity()
     elif isinstance(default, Range):
         whole = isinstance(default.lower, int) and isinstance(default.upper, int)
-        kind = Interval(Number(unit or "1", above, at_least, at_most, whole=whole))
-    else:
-        first = (*default, 0.0)[0] if isinstance(default, tuple) else default
-        whole = isinstance(first, int)
-        number = Number(unit, above, at_least, at_most, dict(presets or {}), whole)
-        least = 0 if default == () else count[0]
-        kind = (
-            Numbers(number, least, count[1]) if isinstance(default, tuple) else number
+        kind = kinds.Interval(
+            kinds.Number(unit or "1", above, at_least, at_most, whole=whole)
         )
+    else:
+        several = isinstance(default, tuple)
+        whole = isinstance((*default, 0.0)[0] if several else default, int)
+        number = kinds.Number(unit, above, at_least, at_most, presets or {}, whole)
+        least = 0 if default == () else count[0]
+        kind = kinds.Numbers(number, least, count[1]) if several else number
     metadata = {"sentence": sentence, "kind": kind}
     if isinstance(default, dict):
         return dataclasses.field(default_factory=lambda: default, metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def column(sentence: str, *, unit: str = "", like: Any = 0.0, **bounds: Any) -> Column:
+def column(
+    sentence: str, *, unit: str = "", like: Any = 0.0, **bounds: Any
+) -> kinds.Column:
     """Declare one column of a table or of rows.
 
     Parameters
@@ -116,7 +107,7 @@ def column(sentence: str, *, unit: str = "", like: Any = 0.0, **bounds: Any) -> 
         `above`, `at_least`, `at_most`, `choices`, as of a `setting`.
     """
     declared = setting(like, sentence, unit=unit, **bounds)
-    return Column(sentence, declared.metadata["kind"])
+    return kinds.Column(sentence, declared.metadata["kind"])
 
 
 def settings_of(model: Model) -> dict[str, Setting]:

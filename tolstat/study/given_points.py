@@ -20,17 +20,10 @@ from tolstat.model.contract import Model
 from tolstat.model.description import Description
 from tolstat.model.setting_kinds import Number, as_typed
 from tolstat.model.settings import setting_of, settings_of
+from tolstat.study import study_schema as schema
 from tolstat.study.csv_table import read_csv
 from tolstat.study.memory_needed import too_large
 from tolstat.study.problems import Problems
-from tolstat.study.study_schema import (
-    AXIS,
-    MOST_TRIALS,
-    AxisEntry,
-    Document,
-    ReferenceEntry,
-    read_entry,
-)
 from tolstat.units.grammar import quantity, unit_of
 
 MOST_CASES = 10_000  # of a grid: other settings
@@ -84,7 +77,7 @@ class Points:
 
 
 def read_grid(
-    document: Document,
+    document: schema.Document,
     model: Model,
     settings: Any,
     description: Description,
@@ -123,8 +116,8 @@ def _product(
     number = math.prod(len(axis.values) for axis in chosen)
     if number > MOST_CASES:
         raise ModelError(f"{number} combinations of settings exceed {MOST_CASES}")
-    if trials > MOST_TRIALS:
-        raise ModelError(f"{trials} points are more than {MOST_TRIALS}")
+    if trials > schema.MOST_TRIALS:
+        raise ModelError(f"{trials} points are more than {schema.MOST_TRIALS}")
     if wrong := too_large(trials, description):
         raise ModelError(wrong)
     names = [contributor.name for contributor in description.contributors]
@@ -200,7 +193,9 @@ def _setting_axis(name: str, given: Any, model: Model, *, taken: bool) -> Swept:
     unit = (kind.unit if isinstance(kind, Number) else "") or "1"
     if isinstance(given, dict):
         if not isinstance(kind, Number):
-            raise ModelError(f"a list of values is expected; it is no number: {AXIS}")
+            raise ModelError(
+                f"a list of values is expected; it is no number: {schema.AXIS}"
+            )
         values = [kind.checked(value) for value in _steps(given, unit)]
         return Swept(column, (), values, None, unit, _written(given))
     values = [kind.read(value) for value in _listed(given)]
@@ -212,7 +207,7 @@ def _setting_axis(name: str, given: Any, model: Model, *, taken: bool) -> Swept:
 
 def _listed(given: Any) -> list[Any]:
     if not isinstance(given, list) or not given:
-        raise ModelError(f"values are expected, such as {AXIS}")
+        raise ModelError(f"values are expected, such as {schema.AXIS}")
     return given
 
 
@@ -222,7 +217,7 @@ def _written(given: Mapping[str, Any]) -> str:
 
 def _steps(given: dict[str, Any], unit: str) -> list[float]:
     """Read from, to and points."""
-    entry = read_entry(AxisEntry, given, "there is")
+    entry = schema.read_entry(schema.AxisEntry, given, "there is")
     first, last = (quantity(str(end), unit) for end in (entry.first, entry.last))
     if first == last:
         raise ModelError("from and to are the same")
@@ -269,7 +264,7 @@ def read_reference(
     The first column is swept, the others are responses, or swept too where the grid has
     several axes, each with its unit in the head.
     """
-    entry = read_entry(ReferenceEntry, given, "there is")
+    entry = schema.read_entry(schema.ReferenceEntry, given, "there is")
     table = read_csv(folder, entry.data)
     units = {axis.name: axis.unit for axis in swept if axis.words is None}
     if (first := next(iter(table.units))) not in units:
