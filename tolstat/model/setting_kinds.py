@@ -12,15 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tolstat.errors import ModelError, allowed_names
+from tolstat.units import grammar
 from tolstat.units.conversion import check_si
-from tolstat.units.grammar import (
-    MOST,
-    Measure,
-    Range,
-    measure,
-    quantity,
-    quantity_range,
-)
 
 MOST_WHOLE = 2**53  # up to which every whole number is a float too
 
@@ -89,13 +82,13 @@ class Number(Kind):
                 f'a quantity with its unit is expected, "{value} {self.unit}"'
             )
         if typed and self.unit and isinstance(value, str):
-            value = quantity(value, self.unit)
+            value = grammar.quantity(value, self.unit)
         if isinstance(value, bool) or not isinstance(value, int | float):
             words = f", or one of {', '.join(presets)}" if presets else ""
             raise ModelError(f"a number is expected{words}")
         if isinstance(value, float) and not math.isfinite(value):
             raise ModelError("a finite number is expected")
-        if abs(value) > (most := MOST_WHOLE if self.whole else MOST):
+        if abs(value) > (most := MOST_WHOLE if self.whole else grammar.MOST):
             raise ModelError(f"it must be at most {most:g}")
         if self.whole and value != int(value):
             raise ModelError("a whole number is expected")
@@ -136,9 +129,9 @@ class Quantity(Kind):
 
     allowed = "quantity with its unit"
 
-    def checked(self, value: Any, *, typed: bool = False) -> Measure:
+    def checked(self, value: Any, *, typed: bool = False) -> grammar.Measure:
         if typed and isinstance(value, str):
-            return measure(value)
+            return grammar.measure(value)
         if typed:
             value = (value, "1") if isinstance(value, int | float) else ()
         if isinstance(value, str) or not isinstance(value, Sequence):
@@ -148,9 +141,9 @@ class Quantity(Kind):
             raise ModelError(f"a quantity is expected, such as {example}")
         number, unit, *shown = value
         check_si(unit)
-        return Measure(Number().checked(number), unit, *shown)
+        return grammar.Measure(Number().checked(number), unit, *shown)
 
-    def words(self, value: Measure) -> str:
+    def words(self, value: grammar.Measure) -> str:
         return Number(value.unit).words(value.value)
 
 
@@ -200,20 +193,20 @@ class Interval(Kind):
 
     each: Number
 
-    def checked(self, value: Any, *, typed: bool = False) -> Range:
+    def checked(self, value: Any, *, typed: bool = False) -> grammar.Range:
         unit = self.each.unit
         if typed and not isinstance(value, str):
             example = f"1..2 {unit if unit != '1' else ''}".strip()
             raise ModelError(f'a range is expected, such as "{example}"')
         if typed:
-            value = quantity_range(value, unit)
+            value = grammar.quantity_range(value, unit)
         ends = tuple(value) if isinstance(value, Sequence) else ()
         if len(ends) != 2:
             raise ModelError("two numbers are expected: lower and upper end")
         lower, upper = (self.each.checked(end) for end in ends)
         if not lower < upper:
             raise ModelError("the lower end comes first")
-        return Range(lower, upper)
+        return grammar.Range(lower, upper)
 
     def words(self, value: Any) -> str:
         unit = "" if self.each.unit == "1" else f" {self.each.unit}"

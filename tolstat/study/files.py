@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import math
 import re
-import stat
 import tomllib
 from collections.abc import Mapping
 from difflib import get_close_matches
@@ -87,7 +86,7 @@ def beside(folder: Path | None, name: str) -> Path:
     path = Path(name) if folder is None else folder / name
     try:
         inside = not folder or path.resolve().is_relative_to(folder.resolve())
-        kind = path.stat().st_mode if inside and path.exists() else stat.S_IFREG
+        other = inside and path.exists() and not path.is_file()
     except (OSError, ValueError, RuntimeError) as error:
         raise DataError(f"{path} cannot be read: {error}") from None
     if folder and not inside:
@@ -95,7 +94,7 @@ def beside(folder: Path | None, name: str) -> Path:
             f"{path} lies outside the folder of the study, and a study reads nothing "
             f"there; put the file into {folder.resolve()}"
         )
-    if not stat.S_ISREG(kind):
+    if other:
         raise DataError(f"{path} is no file, but a folder or a device")
     return path
 

@@ -220,7 +220,11 @@ def load(
         with problems.noting("trials", document.trials):
             until = read_until(document.trials, description, limits)
     problems.raise_if_any()
-    _check_nominal(machine, settings, description, problems)
+    nominal = np.zeros((1, len(description.contributors)))
+    what = "the machine without deviations"
+    problems.required(
+        "[settings]", None, lambda: check_possible(machine, nominal, settings, what)
+    )
     if points:
         trials = len(points.deviations)
     else:
@@ -262,20 +266,6 @@ def _shown(description: Description, written: dict[str, str]) -> dict[str, str]:
     """Leave out bare numbers of what is declared as a count or a plain ratio."""
     own = {each.name for some in description for each in some if each.shown}
     return {n: unit for n, unit in written.items() if not (unit == "1" and n in own)}
-
-
-def _check_nominal(
-    model: Model, settings: Any, description: Description, problems: Problems
-) -> None:
-    """Refuse settings whose machine without deviations cannot be built."""
-    nominal = np.zeros((1, len(description.contributors)))
-    problems.required(
-        "[settings]",
-        None,
-        lambda: check_possible(
-            model, nominal, settings, "the machine without deviations"
-        ),
-    )
 
 
 def _machine(document: Document, model: Model | None, problems: Problems) -> Model:
