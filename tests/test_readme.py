@@ -15,7 +15,7 @@ from tests.model.rich import Rich
 from tests.model.test_settings import WRITTEN
 from tolstat.cli.main import main
 from tolstat.deviations.distributions import DISTRIBUTIONS
-from tolstat.deviations.samplers import SAMPLERS
+from tolstat.deviations.draw import SAMPLERS
 from tolstat.model.settings import read
 from tolstat.study.sampling import GIVEN
 from tolstat.study.stopping_rule import KINDS

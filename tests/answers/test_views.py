@@ -19,7 +19,16 @@ from tolstat.cli.main import main
 from tolstat.document.digits import in_cell, plain
 from tolstat.document.inline import Number
 from tolstat.errors import ModelError, PictureError
-from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Panel, Region
+from tolstat.model.view import (
+    Axis,
+    Chart,
+    Curve,
+    Listing,
+    Mark,
+    Offer,
+    Panel,
+    Region,
+)
 from tolstat.render.figures import draw as draw_view
 from tolstat.render.page import page as html
 from tolstat.render.shown_view import as_csv, view_rows
@@ -165,27 +174,25 @@ def test_the_history_is_a_view_like_any_other(toy):
         tolstat.view(Rich(), "spectrum", {"A1": [0.0, 1.0]})
     with pytest.raises(ModelError, match="a study has its own settings"):
         tolstat.view(STUDY, "spectrum", settings={"hoop": False}, model=Rich())
+    with pytest.raises(ModelError, match="this machine cannot be built: cannot exist"):
+        tolstat.view("rolling_block", "history", {"inertia_1": -2.0})
 
 
-class Lying(Rich):
-    """Shows what it does not have."""
-
-    what = "nothing"
-
-    def view(self, name, deviations, settings):
-        at = np.zeros(3)
-        line = Curve("a", "m", "", "", at)
-        return {
-            "nothing": None,
-            "short": Chart(Axis("t", "s"), at, (Curve("a", "m", "", "", np.zeros(2)),)),
-            "panel": Chart(Axis("t", "s"), at, panels=(Panel("one", ("b",)),)),
-            "own": Chart(
-                Axis("t", "s"), at, (Curve("a", "m", "", "", at[:2], np.zeros(4)),)
-            ),
-            "mark": Chart(Axis("t", "s"), at, (line,), marks=(Mark("b", 0.0, 0.0),)),
-            "twice": Chart(Axis("t", "s"), at, (line, line)),
-            "listing": Listing((Axis("n", "1"), Axis("m", "1")), (at,)),
-        }[self.what]
+def lying(what):
+    """Return what is not a view, or shows what it does not have."""
+    at = np.zeros(3)
+    line = Curve("a", "m", "", "", at)
+    return {
+        "nothing": None,
+        "short": Chart(Axis("t", "s"), at, (Curve("a", "m", "", "", np.zeros(2)),)),
+        "panel": Chart(Axis("t", "s"), at, panels=(Panel("one", ("b",)),)),
+        "own": Chart(
+            Axis("t", "s"), at, (Curve("a", "m", "", "", at[:2], np.zeros(4)),)
+        ),
+        "mark": Chart(Axis("t", "s"), at, (line,), marks=(Mark("b", 0.0, 0.0),)),
+        "twice": Chart(Axis("t", "s"), at, (line, line)),
+        "listing": Listing((Axis("n", "1"), Axis("m", "1")), (at,)),
+    }[what]
 
 
 @pytest.mark.parametrize(
@@ -201,8 +208,8 @@ class Lying(Rich):
     ],
 )
 def test_a_view_that_lies_is_refused(what, words):
-    machine = Lying()
-    machine.what = what
+    machine = Rich()
+    machine.views = (Offer("designs", "", lambda deviations, settings: lying(what)),)
     settings = machine.settings()
     with pytest.raises(ModelError, match=words):
         view_of(machine, settings, "designs")

@@ -100,10 +100,13 @@ def test_what_is_not_covered_is_refused_with_the_reason(run, toy, asked, said):
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
-        ({"part": 5}, r"\[deviations\] part = 5: a (tolerance|limit) such as"),
-        ({"part": None}, r"\[deviations\] part: a (tolerance|limit) such as"),
+        ({"part": 5}, r"\[deviations\] part = 5: expected a (tolerance|limit) such as"),
+        ({"part": None}, r"\[deviations\] part: expected a (tolerance|limit) such as"),
         ({1: "+-1 mm"}, r"\[deviations\] 1: a name is expected"),
-        ([("part", "+-1 mm")], r"deviations = .*: a (tolerance|limit) such as"),
+        (
+            [("part", "+-1 mm")],
+            r"deviations = .*: expected a (tolerance|limit)",
+        ),
     ],
 )
 def test_what_python_gives_otherwise_is_refused_in_words(run, toy, lines, said):

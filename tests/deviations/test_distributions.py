@@ -172,7 +172,7 @@ def test_what_cannot_be_fitted_is_refused(values, kind, words):
         (lambda: Normal(ZONE, cp=0.0), "above zero"),
         (lambda: Normal(ZONE, cp=-1.0), "above zero"),
         (lambda: Normal(ZONE, cp=1.0, cpk=1.33), "at most cp"),
-        (lambda: Normal(ZONE, cp=1.0, cpk=0.9, shift=1e-5), "one thing too many"),
+        (lambda: Normal(ZONE, cp=1.0, cpk=0.9, shift=1e-5), "not all three"),
         (lambda: Normal(ZONE, shift=3e-4), "outside the tolerance"),
         (lambda: TruncatedNormal(ZONE, cp=0.0, outside="clipped"), "above zero"),
         (lambda: Triangular(ZONE, mode=4e-4), "outside the tolerance"),

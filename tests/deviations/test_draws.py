@@ -10,8 +10,8 @@ from scipy.stats import qmc
 from tests.deviations.drawing import draw
 from tolstat.deviations.dependence import Batch, Dependence
 from tolstat.deviations.distributions import Constant, Normal, Tolerance, Uniform
-from tolstat.deviations.draw import factors
-from tolstat.deviations.samplers import SAMPLERS, Latin, Random, Sobol
+from tolstat.deviations.draw import SAMPLERS, factors
+from tolstat.deviations.samplers import Latin, Random, Sobol
 
 NAMES = ["rod_length_1", "rod_length_2", "crank_angle_1", "friction"]
 ROD = Normal(Tolerance(-1.2e-3, 1.2e-3))
@@ -67,7 +67,7 @@ def test_more_trials_leave_the_first_as_they_were(sampling):
 @pytest.mark.parametrize("sampling", SAMPLINGS)
 def test_seeds_and_names_give_independent_draws(sampling):
     streams = {f"part_{i}": i for i in range(40)}
-    sampler = SAMPLERS[sampling]()
+    sampler = SAMPLERS[sampling]
     one, other = (sampler.unit_samples(seed, streams, 4096) for seed in (1, 2))
     # two scrambles of one Sobol' dimension share its order, as they should
     table = one if sampling == "sobol" else np.hstack([one, other])
@@ -79,7 +79,7 @@ def test_seeds_and_names_give_independent_draws(sampling):
 @pytest.mark.parametrize("sampling", SAMPLINGS)
 @pytest.mark.parametrize("trials", [1, 2, 3, 1000, 65_536])
 def test_unit_samples_exclude_both_ends(sampling, trials):
-    u = SAMPLERS[sampling]().unit_samples(3, {"a": 0, "b": 5}, trials)
+    u = SAMPLERS[sampling].unit_samples(3, {"a": 0, "b": 5}, trials)
     assert u.shape == (trials, 2) and u.min() > 0 and u.max() < 1
 
 
@@ -146,7 +146,7 @@ def test_the_same_draws_for_all_time():
     """Stored runs must stay repeatable: these numbers may never change."""
     for sampling, known in FIRST.items():
         streams = {"rod_length_1": 0, "friction": 28}
-        u = SAMPLERS[sampling]().unit_samples(75, streams, 3)
+        u = SAMPLERS[sampling].unit_samples(75, streams, 3)
         assert u.ravel().tolist() == known, sampling
 
 

@@ -74,6 +74,48 @@ class RichSettings:
             raise ModelError("the chain has no link A1")
 
 
+def designs(deviations, settings):
+    z2 = np.arange(17, 22)
+    return Listing(
+        (
+            Axis("z1", "1"),
+            Axis("ratio", "1", "1"),
+            Axis("size", "m"),
+            Axis("hand", "1"),
+        ),
+        (np.full(5, 17), z2 / 17, 2e-3 * z2, np.array(["left"] * 5)),
+        "a pair of wheels",
+    )
+
+
+def spectrum(deviations, settings):
+    f = np.geomspace(1.0, 100.0, 200)
+    nominal, *others = (1e-3 / (1 + (f / (10 + 1e4 * d[0])) ** 2) for d in deviations)
+    bands = ()
+    if others:
+        lower, upper = np.min(others, axis=0), np.max(others, axis=0)
+        bands = (Band("tolerances", "m", lower, upper),)
+    limits = Level(6e-4, "permitted"), Level(-6e-4, "")
+    shown = ("amplitude", *(band.name for band in bands), "safe")
+    return Chart(
+        Axis("frequency", "Hz", logarithmic=True),
+        f,
+        (
+            Curve("amplitude", "m", "a", "amplitude", nominal),
+            Curve("phase", "rad", "p", "phase", -np.arctan(f / 10), shown="deg"),
+            Curve("measured", "m", "a", "points", np.array([8e-4, 2e-4]), np.array([5.0, 20.0])),
+        ),
+        bands,
+        (Mark("amplitude", 1.0, float(nominal[0]), "peak"),),
+        (Region("safe", "m", np.array([1.0, 5.0, 5.0, 1.0]), np.array([0.0, 0.0, 1e-4, 1e-4])),),
+        (Span(8.0, 12.0, "working speed"),),
+        (
+            Panel("Amplitude", (*shown, "measured"), levels=limits),
+            Panel("Phase", ("phase",)),
+        ),
+    )  # fmt: skip
+
+
 class Rich(Model):
     name = "rich"
     title = "everything [bold] at once"
@@ -83,8 +125,8 @@ class Rich(Model):
         "cuts air": "the links are not too long together",
     }
     views = (
-        Offer("spectrum", "amplitude over frequency", machines=20),
-        Offer("designs", "wheels that fit"),
+        Offer("spectrum", "amplitude over frequency", spectrum, n_others=20),
+        Offer("designs", "wheels that fit", designs),
     )
 
     def describe(self, settings):
@@ -129,44 +171,3 @@ class Rich(Model):
             StudyNumber("reach", "m", sum(s.upper for s in spreads.values())),
             StudyNumber("wheels", "1", len(settings.teeth), "how many", "count"),
         )
-
-    def view(self, name, deviations, settings):
-        if name == "designs":
-            z2 = np.arange(17, 22)
-            return Listing(
-                (
-                    Axis("z1", "1"),
-                    Axis("ratio", "1", "1"),
-                    Axis("size", "m"),
-                    Axis("hand", "1"),
-                ),
-                (np.full(5, 17), z2 / 17, 2e-3 * z2, np.array(["left"] * 5)),
-                "a pair of wheels",
-            )
-        f = np.geomspace(1.0, 100.0, 200)
-        nominal, *others = (
-            1e-3 / (1 + (f / (10 + 1e4 * d[0])) ** 2) for d in deviations
-        )
-        bands = ()
-        if others:
-            lower, upper = np.min(others, axis=0), np.max(others, axis=0)
-            bands = (Band("tolerances", "m", lower, upper),)
-        limits = Level(6e-4, "permitted"), Level(-6e-4, "")
-        shown = ("amplitude", *(band.name for band in bands), "safe")
-        return Chart(
-            Axis("frequency", "Hz", logarithmic=True),
-            f,
-            (
-                Curve("amplitude", "m", "a", "amplitude", nominal),
-                Curve("phase", "rad", "p", "phase", -np.arctan(f / 10), shown="deg"),
-                Curve("measured", "m", "a", "points", np.array([8e-4, 2e-4]), np.array([5.0, 20.0])),
-            ),
-            bands,
-            (Mark("amplitude", 1.0, float(nominal[0]), "peak"),),
-            (Region("safe", "m", np.array([1.0, 5.0, 5.0, 1.0]), np.array([0.0, 0.0, 1e-4, 1e-4])),),
-            (Span(8.0, 12.0, "working speed"),),
-            (
-                Panel("Amplitude", (*shown, "measured"), levels=limits),
-                Panel("Phase", ("phase",)),
-            ),
-        )  # fmt: skip

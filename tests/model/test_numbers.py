@@ -73,13 +73,13 @@ def test_a_grid_has_none_of_its_own(tmp_path):
     [
         ([StudyNumber("a", "mm", 1.0)], "number a: 'mm' is no SI unit"),
         ([StudyNumber("a", "m", 1.0, shown="kN")], "number a: 'kN' is of another kind"),
-        ([StudyNumber("a", "m", 1.0)] * 2, "has no name of its own"),
-        ([StudyNumber("", "m", 1.0)], "has no name of its own"),
+        ([StudyNumber("a", "m", 1.0)] * 2, "a is given twice"),
+        ([StudyNumber("", "m", 1.0)], "the number '' cannot be typed"),
         ([StudyNumber("a", "m", 1.0, of="stress")], "no response stress has its unit"),
-        ([StudyNumber("a/b", "m", 1.0)], "has no name of its own"),
+        ([StudyNumber("a/b", "m", 1.0)], "the number 'a/b' cannot be typed"),
         ([StudyNumber("a", "m", np.ones(3))], "is no number"),
-        ([StudyNumber("a", "m", 1.0, None)], "are no texts"),
-        ([3.0], "numbers fails"),
+        ([StudyNumber("a", "m", 1.0, None)], "number a: None is no text to print"),
+        ([3.0], "3.0 is no contributor, response, number"),
     ],
 )
 def test_wrong_ones_are_refused_by_name(numbers, words):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tolstat.deviations.samplers import SAMPLERS
+from tolstat.deviations.draw import SAMPLERS
 from tolstat.statistics.intervals.moments import Reach, mean_of
 from tolstat.statistics.intervals.replicates import (
     mean_of_replicates,
@@ -22,7 +22,7 @@ from tolstat.statistics.summary import summarize
 def responses(sampling, seed, trials=512):
     """A product of two normal numbers and a sum of squares: mean 4."""
     streams = {f"part_{i}": i for i in range(4)}
-    sampler = SAMPLERS[sampling]()
+    sampler = SAMPLERS[sampling]
     z = stats.norm.ppf(sampler.unit_samples(seed, streams, trials))
     return np.sum(z**2, axis=1) + z[:, 0] * z[:, 1], sampler.replicates
 

@@ -31,17 +31,17 @@ def test_what_is_demanded(given, demanded):
         ({"limit": "<= 3 %", "ppk": 1, "ppm": 5}, "ppk and ppm say the same twice"),
         (
             {"limit": "<= 3 %", "ppk": "1.33"},
-            "a number is expected, such as ppk = 1.33",
+            "expected a number such as ppk = 1.33",
         ),
         ({"limit": "<= 3 %", "ppk": -1}, "ppk = -1: between 0 and 2.7"),
         ({"limit": "<= 3 %", "ppk": 9}, "ppk = 9"),
         ({"limit": "<= 3 %", "ppm": 2_000_000}, "between 0 and 1 000 000"),
-        ({"limit": "<= 3 %", "ppm": True}, "a number is expected"),
+        ({"limit": "<= 3 %", "ppm": True}, "expected a number"),
         ({"limit": "<= 3 %", "ppm": float("nan")}, "ppm = nan"),
         ({"limit": "<= 3 %", "yield": 99}, 'such as "99 %"'),
         ({"limit": "<= 3 %", "yield": "101 %"}, "between 0 and 100 %"),
         ({"limit": "<= 3 %", "cpk": 1}, "did you mean 'ppk'"),
-        ({"ppk": 1}, 'limit is missing; a text is expected, such as "<= 3 %"'),
+        ({"ppk": 1}, 'limit is missing; expected a text such as "<= 3 %"'),
     ],
 )
 def test_what_is_refused(given, words):

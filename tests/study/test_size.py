@@ -66,8 +66,8 @@ def test_files_are_read_as_far_as_they_may_be(tmp_path, monkeypatch):
     below = tmp_path / "parts"
     below.mkdir()
     path.rename(below / "short.csv")
-    assert read_csv(tmp_path, "parts/short.csv").heads == ["a"]
-    assert read_csv(None, str(below / "short.csv")).heads == ["a"]
+    assert [*read_csv(tmp_path, "parts/short.csv").units] == ["a"]
+    assert read_csv(None, str(below / "short.csv")).units == {"a": "mm"}
     with pytest.raises(DataError, match="outside the folder"):
         read_csv(tmp_path / "parts", str(tmp_path / "other.csv"))
     with pytest.raises(DataError, match=r"no such file; did you mean 'short\.csv'"):

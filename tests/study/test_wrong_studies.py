@@ -80,7 +80,7 @@ WRONG = {
         ["trials = ", "made for a number of trials; give one, such as trials = 20000, or"],
     ),
     "until of nothing": (
-        'model = "stand"\nseed = 1\ntrials = { at_most = 100 }\n', ["until is missing; a rule or a list"],
+        'model = "stand"\nseed = 1\ntrials = { at_most = 100 }\n', ["until is missing; expected a rule or a list"],
     ),
     "unknown key of until": (UNTIL.format('extra_loss p95 +-2 %", most = "1'), ["no key most", "'at_most'"]),
     "until of an unknown response": (UNTIL.format("extra_los p95 +-2 %"), ["extra_los", "did you mean 'extra_loss'"]),
@@ -182,7 +182,7 @@ WRONG = {
     ),
     "given twice": (
         HEAD + '[deviations]\nrod_length = "+-1 mm"\nrod_length_1 = "+-2 mm"\n',
-        ["rod_length_1", "give it once"],
+        ["rod_length_1", "is given twice"],
     ),
     "unknown response": (
         HEAD + '[limits]\nextra_los = "<= 3 %"\n', ["[limits] extra_los", "'extra_loss'"],
@@ -308,7 +308,7 @@ WRONG = {
     "correlation in words": (
         HEAD + '[deviations]\nrod_length = "+-1 mm"\n'
         '[correlation]\nrod_length_1 = { rod_length_2 = "strong" }\n',
-        ["[correlation] rod_length_1", "rank correlations is expected"],
+        ["[correlation] rod_length_1", "expected a table of rank correlations"],
     ),
     "correlation with itself": (
         HEAD + '[deviations]\nrod_length = "+-1 mm"\n'
@@ -329,7 +329,7 @@ WRONG = {
         HEAD + '[deviations]\nrod_length = "+-1 mm"\n'
         "[correlation]\nrod_length_1 = { rod_length_2 = 0.2 }\n"
         "rod_length_2 = { rod_length_1 = 0.3 }\n",
-        ["[correlation] rod_length_2", "give it once"],
+        ["[correlation] rod_length_2", "is given twice"],
     ),
     "not positive definite": (
         HEAD + '[deviations]\nrod_length = "+-1 mm"\nfriction = "+-5 %"\n'
@@ -403,7 +403,7 @@ WRONG = {
     "grid of nothing": (GRID, ["[grid]: missing"]),
     "grid of zero points": (
         GRID + '[grid]\ncrank_difference = { from = "0 mm", to = "3 mm", points = 0 }\n',
-        ["[grid] crank_difference", "points = 0: a whole number from 2"],
+        ["[grid] crank_difference", "points = 0: expected a whole number from 2"],
     ),
     "grid of no list": (
         GRID + "[grid]\ncrank_difference = []\n",
@@ -437,7 +437,7 @@ WRONG = {
     ),
     "grid of one part twice": (
         GRID + '[grid]\nrod_length = ["0 mm"]\nrod_length_1 = ["1 mm"]\n',
-        ["[grid] rod_length_1", "give it once"],
+        ["[grid] rod_length_1", "is given twice"],
     ),
     "grid too fine": (
         GRID + '[grid]\nrod_length_1 = { from = "0 mm", to = "1 mm", points = 9999 }\n'

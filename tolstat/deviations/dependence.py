@@ -9,12 +9,11 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from tolstat.arrays import Array
 from tolstat.errors import DependenceError
 
-Array = NDArray[np.float64]
 Pair = tuple[str, str]
 
 # a correlation matrix below this least eigenvalue counts as not positive definite

@@ -15,12 +15,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import betaincinv, ndtr, ndtri
 
+from tolstat.arrays import Array
 from tolstat.errors import DistributionError
-
-Array = NDArray[np.float64]
 
 # share of a centred normal distribution below mean + 3 sigma: where the far end of a
 # tolerance lies at Cp = 1
@@ -282,15 +280,10 @@ class Normal(_Toleranced):
         """Refuse keys that contradict each other or the tolerance."""
         self._above_zero("cp", "cpk")
         if self.shift is not None and abs(self.shift) >= self.tolerance.half:
-            raise DistributionError(
-                "the shift puts the mean outside the tolerance; give one below half "
-                "its width"
-            )
+            raise DistributionError("mean outside the tolerance; give a smaller shift")
         if self.cp is not None and self.cpk is not None:
             if self.shift is not None:
-                raise DistributionError(
-                    "cp, cpk and shift say one thing too many; give two of them"
-                )
+                raise DistributionError("give two of cp, cpk and shift, not all three")
             if self.cpk > self.cp:
                 raise DistributionError(
                     f"cpk = {self.cpk:g} is above cp = {self.cp:g}; it is at most cp"

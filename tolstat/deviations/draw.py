@@ -1,4 +1,4 @@
-"""The deviations of a study, drawn by its sampler."""
+"""The samplers, by their names in study files, and the deviations that they draw."""
 
 from __future__ import annotations
 
@@ -6,16 +6,24 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.deviations.dependence import Dependence, joined
 from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.names import known_or_general
-from tolstat.deviations.sampler import Stage
-from tolstat.deviations.samplers import SAMPLERS
+from tolstat.deviations.rare import Rare
+from tolstat.deviations.samplers import Latin, Random, Saltelli, Sampler, Sobol, Stage
+
+SAMPLERS: dict[str, Sampler] = {
+    "latin": Latin(),
+    "random": Random(),
+    "rare": Rare(),
+    "saltelli": Saltelli(),
+    "sobol": Sobol(),
+}
 
 # stages and their deviations; each is sent what its trials answered
-Course = Generator[tuple[Stage, NDArray[np.float64]], NDArray[np.float64], None]
+Course = Generator[tuple[Stage, Array], Array, None]
 
 
 def draw_in_stages(
@@ -38,7 +46,7 @@ def draw_in_stages(
         `Sampler.stages` wants.
     """
     streams = streams_of(contributors, distributions, dependence)
-    stages = SAMPLERS[sampling]().stages(seed, streams, trials)
+    stages = SAMPLERS[sampling].stages(seed, streams, trials)
     with suppress(StopIteration):
         stage = next(stages)
         while True:
@@ -57,11 +65,11 @@ def streams_of(
 
 
 def _deviations(
-    table: NDArray[np.float64],
+    table: Array,
     contributors: Sequence[str],
     distributions: Mapping[str, Distribution],
     dependence: Dependence,
-) -> NDArray[np.float64]:
+) -> Array:
     """Turn float64[trial, stream] unit samples into float64[trial, contributor], SI."""
     number = _numbers(contributors)
     streams = streams_of(contributors, distributions, dependence)

@@ -6,14 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from tolstat.arrays import Array
 from tolstat.errors import DistributionError
 
-Array = NDArray[np.float64]
-
-FITS = ("normal", "lognormal")
 DOUBTFUL = 0.05  # p-value below which a fit is doubtful
 RESAMPLES = 999
 # parts of a simulated sample, at most: A^2 of more has the same distribution
@@ -73,14 +70,10 @@ def fit(values: Array, kind: str) -> Fitted:
         If the parts are too few or equal, or not above zero for a lognormal one.
     """
     if len(values) < 8:
-        raise DistributionError(
-            f"{len(values)} parts are too few to fit a distribution; measure 8 or more"
-        )
+        raise DistributionError(f"{len(values)} parts are too few to fit; 8 are needed")
     if kind == "lognormal":
         if values.min() <= 0:
-            raise DistributionError(
-                "a lognormal distribution is above zero, and some parts are not"
-            )
+            raise DistributionError("not all parts are above zero; fit normal ones")
         values = np.log(values)
     if np.ptp(values) == 0:
         raise DistributionError("all parts are equal; nothing can be fitted to them")

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from tolstat.arrays import Array
 
 MOST = 8  # parts of a fit
 ROUNDS = 15  # of a fit: each part takes the points that are likelier in it

@@ -32,8 +32,10 @@ def known_or_general(known: Iterable[str]) -> list[str]:
     """List names, each numbered family also without its number."""
     names: dict[str, None] = {}
     for each in known:
-        general = re.sub(r"_[0-9]+$", "", each)
-        if general != each:
-            names[general] = None
-        names[each] = None
+        names |= {general(each): None, each: None}
     return list(names)
+
+
+def general(name: str) -> str:
+    """Return a name without its number."""
+    return re.sub(r"_[0-9]+$", "", name)

@@ -7,23 +7,12 @@ from collections.abc import Generator, Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
+from tolstat.deviations import rare_stage
 from tolstat.deviations.mixture import Mixture, centred, fitted, log_normal
-from tolstat.deviations.rare_stage import (
-    DISTANCE,
-    SPREAD,
-    STAGE,
-    WEIGHT,
-    RareStage,
-    normal_scores,
-    stage_of,
-    unit_samples,
-)
-from tolstat.deviations.sampler import Sampler
+from tolstat.deviations.samplers import Sampler, uniform
 from tolstat.deviations.subset_simulation import STEPS, subset_simulation
-
-Array = NDArray[np.float64]
 
 LEAST_TRIALS, PLENTY = 5000, 20_000  # to be sought with, and to tell the share
 SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
@@ -74,10 +63,11 @@ class Rare(Sampler):
     aims = True
     columns = MappingProxyType(
         {
-            STAGE: "stage that the trial belongs to; NaN before it is drawn",
-            SPREAD: "times the spread of the study that the stage aimed at",
-            DISTANCE: "distance from the middle trial, in normal scores",
-            WEIGHT: "density in the study over that in the stage; NaN where sought",
+            rare_stage.STAGE: "stage that the trial belongs to; NaN before it is drawn",
+            rare_stage.SPREAD: "times the spread of the study that the stage aimed at",
+            rare_stage.DISTANCE: "distance from the middle trial, in normal scores",
+            rare_stage.WEIGHT: "density in the study over that in the stage; NaN where "
+            "sought",
         }
     )
     promise = (
@@ -116,7 +106,7 @@ class Rare(Sampler):
 
     def stages(
         self, seed: int, streams: Mapping[str, int], trials: int
-    ) -> Generator[RareStage, Array, None]:
+    ) -> Generator[rare_stage.RareStage, Array, None]:
         """Draw stage by stage."""
         seeking = _Seeking(seed, streams)
         mixture = centred(SPREADS, len(streams))
@@ -188,11 +178,11 @@ class _Seeking:
 
     def stage(
         self, mixture: Mixture, trials: int, spread: float, *, last: bool = False
-    ) -> Generator[RareStage, Array, None]:
+    ) -> Generator[rare_stage.RareStage, Array, None]:
         """Draw a stage, and keep what is answered."""
         purpose = f"rare {len(self.counts)}"
-        which = unit_samples(self.seed, "parts", trials, f"of {purpose}")
-        scores = normal_scores(self.seed, self.streams, trials, purpose)
+        which = uniform(self.seed, "parts", trials, f"of {purpose}")
+        scores = rare_stage.normal_scores(self.seed, self.streams, trials, purpose)
         points = mixture.points(which, scores)
         squares = np.einsum("ni,ni->n", points, points)
         weight: Array | float = np.nan
@@ -200,7 +190,7 @@ class _Seeking:
             weight = np.exp(log_normal(squares, 1.0, points.shape[1])
                             - mixture.log_density(points))  # fmt: skip
         spreads = spread if self.counts else SPREADS[mixture.parts(which)]
-        margins = yield stage_of(points, spreads, weight)
+        margins = yield rare_stage.stage_of(points, spreads, weight)
         if last:
             return  # nothing is fitted any more
         self.logs = [

@@ -6,16 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from tolstat.deviations.sampler import Stage, random_bits, unit_samples_of
-
-Array = NDArray[np.float64]
+from tolstat.arrays import Array
+from tolstat.deviations.samplers import Stage, uniform
 
 LEAST_UNIT = 2.0**-53
-
-
 # how each trial of a rare run was drawn; no response can be called so
 STAGE, SPREAD, DISTANCE, WEIGHT = (
     "rare-stage", "rare-spread", "rare-distance", "rare-weight",
@@ -68,16 +64,11 @@ def joined(stages: Sequence[RareStage]) -> RareStage:
     return RareStage(*map(np.concatenate, zip(*rows, strict=True)))
 
 
-def unit_samples(seed: int, name: str, trials: int, purpose: str) -> Array:
-    """Draw numbers between 0 and 1 that belong to a name, and to a purpose of it."""
-    return unit_samples_of(random_bits(seed, name, trials, purpose))
-
-
 def normal_scores(
     seed: int, streams: Mapping[str, int], trials: int, purpose: str
 ) -> Array:
     """Draw float64[trial, stream], independent and standard normal."""
     scores = np.empty((trials, len(streams)))
     for column, name in enumerate(streams):
-        scores[:, column] = ndtri(unit_samples(seed, name, trials, purpose))
+        scores[:, column] = ndtri(uniform(seed, name, trials, purpose))
     return scores

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from tolstat.arrays import Array
 from tolstat.deviations.distributions import THREE_SIGMA, Distribution, Tolerance
 from tolstat.errors import DistributionError
 
@@ -63,7 +63,7 @@ class Nearer:
     distribution: Distribution
     centre: float
 
-    def deviations(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
+    def deviations(self, u: Array) -> Array:
         """Turn unit samples (0 < u < 1) into deviations, SI."""
         return self.centre + 0.5 * (self.distribution.deviations(u) - self.centre)
 

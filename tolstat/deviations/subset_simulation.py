@@ -6,18 +6,11 @@ from collections.abc import Generator, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.deviations.mixture import Mixture, fitted
-from tolstat.deviations.rare_stage import (
-    RareStage,
-    joined,
-    normal_scores,
-    stage_of,
-    unit_samples,
-)
-
-Array = NDArray[np.float64]
+from tolstat.deviations.rare_stage import RareStage, joined, normal_scores, stage_of
+from tolstat.deviations.samplers import uniform
 
 GOES = 2  # side by side: what one loses the other may keep
 KEPT = 0.25  # of the trials at a step: those nearest to the limit
@@ -100,7 +93,7 @@ def _go(
             break  # the response is flat, and leads nowhere
         chosen = order[np.arange(trials) * kept // trials]
         purpose = f"{name} {step}"
-        which = unit_samples(seed, "moves", trials, f"of {purpose}") * len(MOVES)
+        which = uniform(seed, "moves", trials, f"of {purpose}") * len(MOVES)
         far = MOVES[which.astype(np.int64)][:, None]
         # so moved, trials as the study has them remain such
         moved = np.sqrt(1 - far**2) * points[chosen]

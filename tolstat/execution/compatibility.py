@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.catalogue import place_of
+from tolstat.deviations.draw import SAMPLERS
 from tolstat.errors import Advice, RunFileError, StudyError
 from tolstat.model.contract import Model
 from tolstat.status import Status
 from tolstat.store.checksums import ranges_of
 from tolstat.store.stored_run import Run
-from tolstat.study.sampling import sampler_of
 from tolstat.study.study import Study, load
 
 
@@ -144,7 +144,7 @@ def check_extensible(run: Run, trials: int) -> None:
         raise RunFileError(
             f"{run.path} has {run.trials} trials; more than that are expected"
         )
-    if not sampler_of(run.sampling).extensible:
+    if not SAMPLERS[run.sampling].extensible:
         raise StudyError(
             f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
             f"with {trials} every one would differ",
@@ -165,7 +165,7 @@ def check_asked(run: Run, study: Study) -> None:
         )
     elif run.sampled and not run.rules and run.trials < study.trials:
         more = f"trials: the run has {run.trials}, the study {study.trials}"
-        if not said and sampler_of(run.sampling).extensible:
+        if not said and SAMPLERS[run.sampling].extensible:
             advice.append(Advice("extend", run.path, machine, study.trials))
         said.append(more)
     if said:

@@ -36,7 +36,7 @@ LABELS = {"symbol", "sentence", "source", "shown", "part", "caveat"}
 # members of a model, a class with both of these, that no trial needs
 MODEL = {"describe", "evaluate"}
 SHOWN = {
-    "name", "title", "assumptions", "failures", "views", "view",
+    "name", "title", "assumptions", "failures", "views",
     "history", "numbers", "moves", "source_digest",
 }  # fmt: skip
 # annotations, messages, and what is not alike in all versions of Python

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import traceback
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError, TolstatError, UnitError
-from tolstat.model.contract import Answers, Model, Outcome, Spreads
+from tolstat.model.contract import STEP, Answers, Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.model.view import Chart, Listing, Offer, View
-from tolstat.status import FIRST_OWN, Status, words_of
+from tolstat.status import Status, words_of
 from tolstat.units.conversion import check_si, to_si
 
 # what a run file and a frame call by these names
@@ -26,7 +26,8 @@ RESERVED = (
     "trial", "status", "steps", "nominal", "reference", "audit", "rerun", "settings",
     "numbers", "diagnostics", "checks", "provenance",
 )  # fmt: skip
-MOST_FAILURES = 256 - FIRST_OWN
+DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "number"}
+TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat"
 
 
 def check_model(model: object) -> Model:
@@ -53,29 +54,25 @@ def check_model(model: object) -> Model:
     if not isinstance(failures, Mapping) or not all(
         map(_printable, (*failures, *failures.values()))
     ):
-        raise _wrong(
-            model,
+        raise model.fault(
             "failures is a mapping of a word to the sentence that has to hold, such as "
             f'{{"cuts air": "the tool stays in the cut"}}, not {failures!r}',
         )
     for word in failures:
         if word in words_of().values():
-            raise _wrong(model, f"the failure {word!r} is no new word")
-    if len(failures) > MOST_FAILURES:
-        raise _wrong(model, f"at most {MOST_FAILURES} failures")
+            raise model.fault(f"the failure {word!r} is no new word")
     if not isinstance(assumptions, tuple | list) or not all(
         map(_printable, assumptions)
     ):
-        raise _wrong(model, f"assumptions is a tuple of texts, not {assumptions!r}")
+        raise model.fault(f"assumptions is a tuple of texts, not {assumptions!r}")
     for offer in model.views:
-        if not isinstance(offer, Offer) or not _printable(offer.name):
-            raise _wrong(model, f"views is a tuple of Offer, not {offer!r}")
+        if not (
+            isinstance(offer, Offer)
+            and _printable(offer.name)
+            and callable(offer.function)
+        ):
+            raise model.fault(f"views is a tuple of Offer, not {offer!r}")
     return model
-
-
-def _wrong(model: Model, what: str) -> ModelError:
-    """Name the model, and what is wrong with it."""
-    return ModelError(f"model '{model.name}': {what}")
 
 
 def _printable(text: object) -> bool:
@@ -92,8 +89,7 @@ def _asking(model: Model, what: str) -> Iterator[None]:
         raise
     except Exception as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
-        raise _wrong(
-            model,
+        raise model.fault(
             f"{what} fails: {type(error).__name__}: {error} "
             f"({Path(last.filename).name}, line {last.lineno})",
         ) from error
@@ -119,54 +115,26 @@ def described(model: Model, settings: Any) -> Description:
         contributors, responses = model.describe(settings)
         found = Description(tuple(contributors), tuple(responses))
     if not found.responses:
-        raise _wrong(model, "there is no response")
-    names: set[str] = set()
-    for what in (*found.contributors, *found.responses):
-        if not isinstance(what, Contributor | Response):
-            raise _wrong(model, f"{what!r} is neither contributor nor response")
-        kind = "contributor" if isinstance(what, Contributor) else "response"
-        for text in (what.symbol, what.sentence, what.source, what.unit, what.shown):
-            if text != "" and not _printable(text):
-                raise _wrong(model, f"{what.name}: {text!r} is no text to print")
-        if not isinstance(what.name, str) or not what.name.isidentifier():
-            raise _wrong(
-                model,
-                f"the {kind} {what.name!r} cannot be typed; letters, digits and _ are "
-                "allowed, a letter first",
-            )
-        if what.name in RESERVED:
-            raise _wrong(
-                model,
-                f"no {kind} can be called {what.name}; that is a column of every run "
+        raise model.fault("there is no response")
+    every: list[Contributor | Response] = [*found.contributors, *found.responses]
+    _check_declared(model, every)
+    for name in RESERVED:
+        if any(each.name == name for each in every):
+            raise model.fault(
+                f"nothing can be called {name}; that is a column of every run "
                 f"({', '.join(RESERVED)})",
             )
-        if what.name in names:
-            raise _wrong(model, f"{what.name} is given twice")
-        names.add(what.name)
-        _check_units(model, kind, what)
-        if isinstance(what, Response) and what.range is not None:
-            try:
-                lower, upper = map(float, what.range)
-            except (TypeError, ValueError):
-                lower = upper = math.nan
-            if not lower < upper:
-                raise _wrong(
-                    model,
-                    f"{what.name}: its range {what.range!r} is none; two numbers, the "
-                    "lower first",
-                )
+    for each in found.responses:
+        try:
+            lower, upper = map(float, (0, 1) if each.range is None else each.range)
+        except (TypeError, ValueError):
+            lower = upper = math.nan
+        if not lower < upper:
+            raise model.fault(
+                f"{each.name}: its range {each.range!r} is none; two numbers, the "
+                "lower first",
+            )
     return found
-
-
-def _check_units(
-    model: Model, kind: str, what: Contributor | Response | StudyNumber
-) -> None:
-    """Refuse units that are not known, or of another kind than what is shown."""
-    try:
-        check_si(what.unit)
-        to_si(1.0, what.shown or what.unit, what.unit)
-    except UnitError as error:
-        raise _wrong(model, f"{kind} {what.name}: {error}") from None
 
 
 def numbers_of(
@@ -176,22 +144,42 @@ def numbers_of(
     units = {each.name: each.unit for each in described(model, settings).responses}
     with _asking(model, "numbers"):
         found = tuple(model.numbers(settings, spreads, independent=independent))
-        names = [number.name for number in found]
-    for number in found:
-        name = f"number {number.name}"
-        if not str(number.name).isidentifier() or names.count(number.name) > 1:
-            raise _wrong(model, f"number {number.name!r} has no name of its own")
-        texts = (number.sentence, number.shown, number.of, number.caveat)
-        if not all(text == "" or _printable(text) for text in texts):
-            raise _wrong(model, f"{name}: {texts!r} are no texts")
-        if isinstance(number.value, bool) or not isinstance(number.value, int | float):
-            raise _wrong(model, f"{name}: {number.value!r} is no number")
-        _check_units(model, "number", number)
-        if number.of and units.get(number.of) != number.unit:
-            raise _wrong(
-                model, f"{name}: no response {number.of} has its unit, {number.unit}"
+    _check_declared(model, found)
+    for each in found:
+        if isinstance(each.value, bool) or not isinstance(each.value, int | float):
+            raise model.fault(f"number {each.name}: {each.value!r} is no number")
+        if each.of and units.get(each.of) != each.unit:
+            raise model.fault(
+                f"number {each.name}: no response {each.of} has its unit, {each.unit}",
             )
     return found
+
+
+def _check_declared(
+    model: Model, declared: Iterable[Contributor | Response | StudyNumber]
+) -> None:
+    """Refuse names that cannot be typed, texts that cannot be printed, wrong units."""
+    names: set[str] = set()
+    for each in declared:
+        kind = DECLARED.get(type(each))
+        if kind is None:
+            raise model.fault(f"{each!r} is no {', '.join(DECLARED.values())}")
+        if not isinstance(each.name, str) or not each.name.isidentifier():
+            raise model.fault(
+                f"the {kind} {each.name!r} cannot be typed; letters, digits and _ are "
+                "allowed, a letter first",
+            )
+        if each.name in names:
+            raise model.fault(f"{each.name} is given twice")
+        names.add(each.name)
+        for text in (getattr(each, name, "") for name in TEXTS):
+            if text != "" and not _printable(text):
+                raise model.fault(f"{kind} {each.name}: {text!r} is no text to print")
+        try:
+            check_si(each.unit)
+            to_si(1.0, each.shown or each.unit, each.unit)
+        except UnitError as error:
+            raise model.fault(f"{kind} {each.name}: {error}") from None
 
 
 def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
@@ -246,6 +234,14 @@ def impossible(model: Model, deviations: Array, settings: Any) -> NDArray[np.int
     return status
 
 
+def check_possible(model: Model, trial: Array, settings: Any, called: str) -> None:
+    """Refuse one trial, float64[1, contributor], that cannot be built."""
+    if status := int(impossible(model, trial, settings)[0]):
+        word = words_of(model.failures)[status]
+        required = model.failures[word]
+        raise ModelError(f"{called} cannot be built: {word} ({required})")
+
+
 def _failing(
     model: Model, where: str, told: Mapping[str, ArrayLike], trials: int
 ) -> Iterator[tuple[int, NDArray[np.bool_]]]:
@@ -254,7 +250,7 @@ def _failing(
     for word, those in told.items():
         if word not in model.failures:
             words = ", ".join(model.failures) or "there are none"
-            raise _wrong(model, f"'{word}' is none of its failures ({words})")
+            raise model.fault(f"'{word}' is none of its failures ({words})")
         yield codes[word], _shaped(model, f"{where} '{word}'", those, (trials,)) != 0
 
 
@@ -264,7 +260,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
         _, described_now = model.describe(settings)
         names = [each.name for each in described_now]
     if not isinstance(outcome, Outcome):
-        raise _wrong(model, f"evaluate returns {type(outcome).__name__}, no Outcome")
+        raise model.fault(f"evaluate returns {type(outcome).__name__}, no Outcome")
     responses = _shaped(model, "responses", outcome.responses, (trials, len(names)))
     finite = np.isfinite(responses)
     status = np.where(finite.all(axis=1), Status.DONE, Status.NOT_FINITE)
@@ -273,19 +269,18 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
     steps = np.zeros(trials, np.int64) if model.integrates else None
     if outcome.steps is not None:
         if steps is None:
-            raise _wrong(model, "counts steps; one that integrates has a setting rtol")
+            raise model.fault("counts steps; one that integrates has a setting rtol")
         steps = _whole(model, "steps", outcome.steps, trials)
     for code, failing in _failing(model, "failed", outcome.failed, trials):
         status = np.where(failing & (status != Status.NOT_RUN), code, status)
     unknown = set(np.unique(status).tolist()) - set(words_of(model.failures))
     if unknown or np.any(status == Status.NOT_RUN):
         wrong = sorted(unknown) or "0, not run"
-        raise _wrong(model, f"status {wrong} is none that a trial ends with")
+        raise model.fault(f"status {wrong} is none that a trial ends with")
     done = status == Status.DONE
     if not finite[done].all():
         trial, response = np.argwhere(done[:, None] & ~finite)[0]
-        raise _wrong(
-            model,
+        raise model.fault(
             f"{names[response]} is {responses[trial, response]} in a trial whose "
             f"status is done ({trial} of the block of {trials})",
         )
@@ -294,8 +289,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
         values = responses[done, column]
         beyond = values[(values < lower) | (values > upper)]
         if len(beyond):
-            raise _wrong(
-                model,
+            raise model.fault(
                 f"{each.name} is {beyond[0]:.17g} in {len(beyond)} of {trials} trials "
                 f"of a block, and its range is declared as {lower:g} .. {upper:g}; "
                 "where rounding does that, clip it where it is made",
@@ -308,7 +302,7 @@ def _whole(
 ) -> NDArray[np.int64]:
     found = _shaped(model, what, values, (trials,))
     if not (np.isfinite(found) & (found >= 0) & (found == np.round(found))).all():
-        raise _wrong(model, f"{what} are whole numbers from 0")
+        raise model.fault(f"{what} are whole numbers from 0")
     return found.astype(np.int64)
 
 
@@ -321,12 +315,11 @@ def _shaped(
             raise TypeError
         found = given.astype(np.float64)
     except (TypeError, ValueError):
-        raise _wrong(model, f"{what} are no real numbers") from None
+        raise model.fault(f"{what} are no real numbers") from None
     if found.shape != shape:
         hint = "; write y[:, None]" if found.shape == shape[:1] else ""
         wanted, there = (" x ".join(map(str, s)) or "one" for s in (shape, found.shape))
-        raise _wrong(
-            model,
+        raise model.fault(
             f"{what} of {wanted} numbers are expected, a row for each trial; these are "
             f"{there}{hint}",
         )
@@ -338,7 +331,7 @@ def tightened(model: Model, settings: Any) -> Any | None:
     with _asking(model, "tightened"):
         tight = model.tightened(settings)
     if tight is not None and (type(tight) is not type(settings) or tight == settings):
-        raise _wrong(model, "tightened returns other settings of its own kind")
+        raise model.fault("tightened returns other settings of its own kind")
     return tight
 
 
@@ -369,14 +362,17 @@ def history_of(
 
 def offers(model: Model) -> dict[str, Offer]:
     """Return what a model can show, by name."""
-    moving = (
-        [Offer("history", "how the machine moves, over time")] if model.moves else []
-    )
-    return {offer.name: offer for offer in (*moving, *model.views)}
+
+    def history(deviations: Array, settings: Any) -> Chart:
+        return history_of(model, deviations[0], settings, STEP)[0]
+
+    own = Offer("history", "how the machine moves, over time", history)
+    found = (own, *model.views) if model.moves else model.views
+    return {offer.name: offer for offer in found}
 
 
-def shown(model: Model, name: str, deviations: Array, settings: Any) -> View:
-    """Show a view other than the history, and check what it holds; see `Model.view`.
+def shown(model: Model, offer: Offer, deviations: Array, settings: Any) -> View:
+    """Show one of the model's views, and check what it holds; see `Offer`.
 
     Rows of `deviations` that cannot be built are left out.
 
@@ -385,13 +381,10 @@ def shown(model: Model, name: str, deviations: Array, settings: Any) -> View:
     ModelError
         If the first row of `deviations` cannot be built: there is nothing to show.
     """
-    status = impossible(model, deviations, settings)
-    if status[0]:
-        word = words_of(model.failures)[int(status[0])]
-        required = model.failures[word]
-        raise _wrong(model, f"this machine cannot be built: {word} ({required})")
-    with _asking(model, f"view {name}"):
-        view = model.view(name, deviations[status == 0], settings)
+    check_possible(model, deviations[:1], settings, "this machine")
+    possible = impossible(model, deviations, settings) == 0
+    with _asking(model, f"view {offer.name}"):
+        view = offer.function(deviations[possible], settings)
     _check_view(model, view)
     return view
 
@@ -399,28 +392,23 @@ def shown(model: Model, name: str, deviations: Array, settings: Any) -> View:
 def _check_view(model: Model, view: object) -> None:
     if not isinstance(view, Chart | Listing):
         kind = type(view).__name__
-        raise _wrong(model, f"a view is a Chart or a Listing, not {kind}")
+        raise model.fault(f"a view is a Chart or a Listing, not {kind}")
     try:
         parts = list(view.parts())
     except ValueError as error:
-        raise _wrong(model, f"heads and columns of a view: {error}") from None
+        raise model.fault(f"heads and columns of a view: {error}") from None
     names = [name for name, _, _ in parts]
     for name, at, values in parts:
         for each in (at, values):
-            if not isinstance(each, np.ndarray) or each.ndim != 1:
-                raise _wrong(model, f"{name} is no array of one dimension")
-            if each.dtype.kind not in "iufU":
-                raise _wrong(model, f"{name} holds neither numbers nor texts")
+            array = isinstance(each, np.ndarray) and each.ndim == 1
+            if not array or each.dtype.kind not in "iufU":
+                raise model.fault(f"{name} is no array of numbers or texts")
         if len(at) != len(values):
-            raise _wrong(
-                model, f"{name} has {len(values)} values over {len(at)} points"
-            )
+            raise model.fault(f"{name} has {len(values)} values over {len(at)} points")
         if names.count(name) > 1:
-            raise _wrong(model, f"a view has {name} twice")
+            raise model.fault(f"a view has {name} twice")
     if isinstance(view, Chart):
         _check_panels(model, view)
-    if not parts:
-        raise _wrong(model, "a view shows nothing")
 
 
 def _check_panels(model: Model, chart: Chart) -> None:
@@ -430,12 +418,11 @@ def _check_panels(model: Model, chart: Chart) -> None:
     shown += [("a mark", mark.curve) for mark in chart.marks]
     for what, name in shown:
         if name not in (curves if what == "a mark" else units):
-            raise _wrong(model, f"{what} shows {name}, which the view does not have")
+            raise model.fault(f"{what} shows {name}, which the view does not have")
     for panel in chart.panels:
         for side in (panel.names, panel.right):
             if len({units[name] for name in side}) > 1:
-                raise _wrong(
-                    model,
+                raise model.fault(
                     f"panel '{panel.title}' mixes units on one axis: "
                     f"{', '.join(side)}; put one of them to the right",
                 )

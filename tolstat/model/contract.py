@@ -18,8 +18,9 @@ from tolstat.deviations.spread import Spread
 from tolstat.errors import ModelError
 from tolstat.lanes.digest import Place, digest
 from tolstat.model.description import Description, StudyNumber
-from tolstat.model.view import Chart, Offer, View
+from tolstat.model.view import Chart, Offer
 
+STEP = 1e-4  # s, between two points of a history
 MOST_SAMPLES = 2_000_000  # of a history
 TIGHTER, LEAST_RTOL = 1000.0, 1e-12  # of an audit: below, rounding decides
 Spreads = Mapping[str, Spread]  # by contributor that deviates
@@ -131,15 +132,7 @@ class Model(ABC):
         ModelError
             If it does not move.
         """
-        raise ModelError(f"model '{self.name}' does not move: it has no histories")
-
-    def view(self, name: str, deviations: Array, settings: Any) -> View:
-        """Show one of `views`, by its name.
-
-        deviations[trial, contributor], SI, are those of the unit that is shown, then of
-        as many others as its offer wants, less those that cannot be built.
-        """
-        raise ModelError(f"model '{self.name}' has no views")
+        raise self.fault("it does not move and has no histories")
 
     @property
     def source_digest(self) -> str:
@@ -153,6 +146,10 @@ class Model(ABC):
                     name, _, _ = kind.__qualname__.partition(".")
                     roots.append(Place(Path(found), name))
         return digest(*roots, f"statuses: {[*self.failures]}")
+
+    def fault(self, what: str) -> ModelError:
+        """Return the error that names the model, and what is wrong with it."""
+        return ModelError(f"model '{self.name}': {what}")
 
     @property
     def moves(self) -> bool:

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from tolstat.deviations.names import general
+
 # ranges of responses
 POSITIVE = (0.0, math.inf)
 SHARE = (0.0, 1.0)
@@ -85,7 +87,5 @@ def kinds_of_part(
     parts = {each.name: each.part for each in contributors}
     found: dict[str, list[str]] = {}
     for name in names:
-        stem, _, number = name.rpartition("_")
-        kind = parts[name] or (stem if number.isdigit() else name)
-        found.setdefault(kind, []).append(name)
+        found.setdefault(parts[name] or general(name), []).append(name)
     return {kind: members for kind, members in found.items() if len(members) > 1}

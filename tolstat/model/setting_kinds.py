@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -11,17 +12,24 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tolstat.errors import ModelError, allowed_names
+from tolstat.units import grammar
 from tolstat.units.conversion import check_si
-from tolstat.units.grammar import (
-    MOST,
-    Measure,
-    Range,
-    measure,
-    quantity,
-    quantity_range,
-)
 
 MOST_WHOLE = 2**53  # up to which every whole number is a float too
+
+
+def as_typed(value: Any, *, quoted: bool = False) -> str:
+    """Write a value as it stands in a study file; texts without quotes by default."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False) if quoted else value
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Mapping):
+        cells = (f"{k} = {as_typed(v, quoted=quoted)}" for k, v in value.items())
+        return "{ " + ", ".join(cells) + " }"
+    if isinstance(value, Sequence):
+        return "[" + ", ".join(as_typed(each, quoted=quoted) for each in value) + "]"
+    return f"{value}"
 
 
 class Kind(ABC):
@@ -33,16 +41,16 @@ class Kind(ABC):
         """What may be given."""
 
     @abstractmethod
-    def checked(self, value: Any) -> Any:
-        """Return what Python gives, SI, if it is allowed; else raise ModelError."""
+    def checked(self, value: Any, *, typed: bool = False) -> Any:
+        """Return a value of Python, SI, or as typed in a study; refuse a wrong one."""
 
     def read(self, given: Any) -> Any:
         """Read what a study file holds."""
-        return self.checked(given)
+        return self.checked(given, typed=True)
 
     def words(self, value: Any) -> str:
         """Write a value as a study would."""
-        return str(value)
+        return as_typed(value)
 
 
 @dataclass(frozen=True)
@@ -63,30 +71,24 @@ class Number(Kind):
     def _has_unit(self) -> bool:
         return self.unit not in ("", "1")
 
-    def read(self, given: Any) -> Any:
-        """Read "7.5 rad/s", a bare number, or a preset."""
-        if isinstance(given, str) and given in self.presets:
-            return self.presets[given]
-        if self._has_unit and not isinstance(given, str):
-            raise ModelError(
-                f'a quantity with its unit is expected, "{given} {self.unit}"'
-            )
-        if self.unit and isinstance(given, str):
-            given = quantity(given, self.unit)
-        return self.checked(given)
-
-    def checked(self, value: Any) -> Any:
+    def checked(self, value: Any, *, typed: bool = False) -> Any:
         presets = self.presets
         if isinstance(value, str) and value in presets:
             return presets[value]
         if value is None and None in presets.values():
             return None
+        if typed and self._has_unit and not isinstance(value, str):
+            raise ModelError(
+                f'a quantity with its unit is expected, "{value} {self.unit}"'
+            )
+        if typed and self.unit and isinstance(value, str):
+            value = grammar.quantity(value, self.unit)
         if isinstance(value, bool) or not isinstance(value, int | float):
             words = f", or one of {', '.join(presets)}" if presets else ""
             raise ModelError(f"a number is expected{words}")
         if isinstance(value, float) and not math.isfinite(value):
             raise ModelError("a finite number is expected")
-        if abs(value) > (most := MOST_WHOLE if self.whole else MOST):
+        if abs(value) > (most := MOST_WHOLE if self.whole else grammar.MOST):
             raise ModelError(f"it must be at most {most:g}")
         if self.whole and value != int(value):
             raise ModelError("a whole number is expected")
@@ -127,24 +129,21 @@ class Quantity(Kind):
 
     allowed = "quantity with its unit"
 
-    def read(self, given: Any) -> Measure:
-        """Read "60 mm", or a bare number."""
-        if isinstance(given, str):
-            return measure(given)
-        if isinstance(given, bool) or not isinstance(given, int | float):
-            raise ModelError('a quantity is expected, such as "60 mm"')
-        return self.checked(Measure(float(given), "1"))
-
-    def checked(self, value: Any) -> Measure:
+    def checked(self, value: Any, *, typed: bool = False) -> grammar.Measure:
+        if typed and isinstance(value, str):
+            return grammar.measure(value)
+        if typed:
+            value = (value, "1") if isinstance(value, int | float) else ()
         if isinstance(value, str) or not isinstance(value, Sequence):
             value = ()
         if len(value) not in (2, 3):
-            raise ModelError('a number and its SI unit are expected, (0.06, "m")')
+            example = '"60 mm"' if typed else '(0.06, "m")'
+            raise ModelError(f"a quantity is expected, such as {example}")
         number, unit, *shown = value
         check_si(unit)
-        return Measure(Number().checked(number), unit, *shown)
+        return grammar.Measure(Number().checked(number), unit, *shown)
 
-    def words(self, value: Measure) -> str:
+    def words(self, value: grammar.Measure) -> str:
         return Number(value.unit).words(value.value)
 
 
@@ -154,7 +153,7 @@ class Word(Kind):
 
     choices: tuple[str, ...]
 
-    def checked(self, value: Any) -> str:
+    def checked(self, value: Any, *, typed: bool = False) -> str:
         if value not in self.choices:
             raise ModelError(allowed_names(str(value), self.choices))
         return str(value)
@@ -170,13 +169,10 @@ class Boolean(Kind):
 
     allowed = "true, false"
 
-    def checked(self, value: Any) -> bool:
+    def checked(self, value: Any, *, typed: bool = False) -> bool:
         if not isinstance(value, bool):
             raise ModelError("true or false is expected, without quotes")
         return value
-
-    def words(self, value: Any) -> str:
-        return str(value).lower()
 
 
 @dataclass(frozen=True)
@@ -185,7 +181,7 @@ class Text(Kind):
 
     allowed = "text"
 
-    def checked(self, value: Any) -> str:
+    def checked(self, value: Any, *, typed: bool = False) -> str:
         if not isinstance(value, str):
             raise ModelError("a text is expected, in quotes")
         return value
@@ -197,20 +193,20 @@ class Interval(Kind):
 
     each: Number
 
-    def read(self, given: Any) -> Range:
-        if not isinstance(given, str):
-            example = f"1..2 {self.each.unit if self.each.unit != '1' else ''}".strip()
+    def checked(self, value: Any, *, typed: bool = False) -> grammar.Range:
+        unit = self.each.unit
+        if typed and not isinstance(value, str):
+            example = f"1..2 {unit if unit != '1' else ''}".strip()
             raise ModelError(f'a range is expected, such as "{example}"')
-        return self.checked(quantity_range(given, self.each.unit))
-
-    def checked(self, value: Any) -> Range:
+        if typed:
+            value = grammar.quantity_range(value, unit)
         ends = tuple(value) if isinstance(value, Sequence) else ()
         if len(ends) != 2:
             raise ModelError("two numbers are expected: lower and upper end")
         lower, upper = (self.each.checked(end) for end in ends)
         if not lower < upper:
             raise ModelError("the lower end comes first")
-        return Range(lower, upper)
+        return grammar.Range(lower, upper)
 
     def words(self, value: Any) -> str:
         unit = "" if self.each.unit == "1" else f" {self.each.unit}"
@@ -229,10 +225,7 @@ class Numbers(Kind):
     least: int = 1
     most: int = 10_000
 
-    def read(self, given: Any) -> tuple[Any, ...]:
-        return self.checked(given, self.each.read)
-
-    def checked(self, value: Any, one: Any = None) -> tuple[Any, ...]:
+    def checked(self, value: Any, *, typed: bool = False) -> tuple[Any, ...]:
         given = value.tolist() if isinstance(value, np.ndarray) else value
         several = isinstance(given, Sequence) and not isinstance(given, str)
         items = list(given) if several else [given]
@@ -243,13 +236,13 @@ class Numbers(Kind):
         found = []
         for place, item in enumerate(items, start=1):
             try:
-                found.append((one or self.each.checked)(item))
+                found.append(self.each.checked(item, typed=typed))
             except ValueError as error:
                 raise ModelError(f"number {place}: {error}") from None
         return tuple(found)
 
     def words(self, value: tuple[Any, ...]) -> str:
-        return "[" + ", ".join(self.each.words(item) for item in value) + "]"
+        return as_typed([self.each.words(item) for item in value])
 
     @property
     def allowed(self) -> str:
@@ -270,20 +263,17 @@ class Rows(Kind):
     columns: Mapping[str, Column]  # every row has all of them
     named: bool  # then a table, else a list
 
-    def read(self, given: Any) -> Any:
-        return self.checked(given, "read")
-
-    def checked(self, value: Any, how: str = "checked") -> Any:
+    def checked(self, value: Any, *, typed: bool = False) -> Any:
         if self.named:
             if not isinstance(value, Mapping):
                 words = "a table by name is expected, such as"
                 raise ModelError(f"{words} {self._example}")
-            return {str(n): self._row(str(n), row, how) for n, row in value.items()}
+            return {str(n): self._row(str(n), row, typed) for n, row in value.items()}
         if isinstance(value, str | Mapping) or not isinstance(value, Sequence):
             raise ModelError(f"a list of rows is expected, such as {self._example}")
-        return tuple(self._row(f"row {i}", r, how) for i, r in enumerate(value, 1))
+        return tuple(self._row(f"row {i}", r, typed) for i, r in enumerate(value, 1))
 
-    def _row(self, name: str, row: Any, how: str) -> dict[str, Any]:
+    def _row(self, name: str, row: Any, typed: bool) -> dict[str, Any]:
         if not isinstance(row, Mapping):  # a table of one column needs no second level
             if len(self.columns) > 1:
                 raise ModelError(f"{name}: {', '.join(self.columns)} are expected")
@@ -298,7 +288,7 @@ class Rows(Kind):
             if key not in row:
                 raise ModelError(f"{name}: the key {key} is missing: {column.sentence}")
             try:
-                found[key] = getattr(column.kind, how)(row[key])
+                found[key] = column.kind.checked(row[key], typed=typed)
             except ValueError as error:
                 raise ModelError(f"{name}: {key} = {row[key]!r}: {error}") from None
         return found
@@ -306,13 +296,12 @@ class Rows(Kind):
     def words(self, value: Any) -> str:
         def one(row: Mapping[str, Any]) -> str:
             cells = {k: c.kind.words(row[k]) for k, c in self.columns.items()}
-            if self.named and len(cells) == 1:
-                return str(*cells.values())
-            return "{ " + ", ".join(f"{k} = {cell}" for k, cell in cells.items()) + " }"
+            (first, *others) = cells.values()
+            return as_typed(cells) if others or not self.named else first
 
         if self.named:
-            return "{ " + ", ".join(f"{n} = {one(r)}" for n, r in value.items()) + " }"
-        return "[" + ", ".join(one(row) for row in value) + "]"
+            return as_typed({name: one(row) for name, row in value.items()})
+        return as_typed([one(row) for row in value])
 
     @property
     def _example(self) -> str:

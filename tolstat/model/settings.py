@@ -7,19 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tolstat.errors import ModelError, allowed_names
+from tolstat.model import setting_kinds as kinds
 from tolstat.model.contract import Model
-from tolstat.model.setting_kinds import (
-    Boolean,
-    Column,
-    Interval,
-    Kind,
-    Number,
-    Numbers,
-    Quantity,
-    Rows,
-    Text,
-    Word,
-)
 from tolstat.units.conversion import check_si
 from tolstat.units.grammar import Measure, Range
 
@@ -31,7 +20,7 @@ class Setting:
     name: str
     default: Any  # SI, where the study says nothing
     sentence: str
-    kind: Kind
+    kind: kinds.Kind
 
 
 def setting(
@@ -45,7 +34,7 @@ def setting(
     choices: Sequence[str] = (),
     presets: Mapping[str, float | None] | None = None,
     count: tuple[int, int] = (1, 10_000),
-    columns: Mapping[str, Column] | None = None,
+    columns: Mapping[str, kinds.Column] | None = None,
 ) -> Any:
     """Declare one setting of a model, as a field of its settings dataclass.
 
@@ -72,36 +61,38 @@ def setting(
     columns : dict of str to Column, optional
         Of a table or a list of rows; see `column`.
     """
-    kind: Kind
+    kind: kinds.Kind
     check_si(unit or "1")
     if columns is not None:
-        kind = Rows(dict(columns), named=isinstance(default, Mapping))
+        kind = kinds.Rows(dict(columns), named=isinstance(default, Mapping))
     elif isinstance(default, bool):
-        kind = Boolean()
+        kind = kinds.Boolean()
     elif choices:
-        kind = Word(tuple(choices))
+        kind = kinds.Word(tuple(choices))
     elif isinstance(default, str):
-        kind = Text()
+        kind = kinds.Text()
     elif isinstance(default, Measure):
-        kind = Quantity()
+        kind = kinds.Quantity()
     elif isinstance(default, Range):
         whole = isinstance(default.lower, int) and isinstance(default.upper, int)
-        kind = Interval(Number(unit or "1", above, at_least, at_most, whole=whole))
-    else:
-        first = (*default, 0.0)[0] if isinstance(default, tuple) else default
-        whole = isinstance(first, int)
-        number = Number(unit, above, at_least, at_most, dict(presets or {}), whole)
-        least = 0 if default == () else count[0]
-        kind = (
-            Numbers(number, least, count[1]) if isinstance(default, tuple) else number
+        kind = kinds.Interval(
+            kinds.Number(unit or "1", above, at_least, at_most, whole=whole)
         )
+    else:
+        several = isinstance(default, tuple)
+        whole = isinstance((*default, 0.0)[0] if several else default, int)
+        number = kinds.Number(unit, above, at_least, at_most, presets or {}, whole)
+        least = 0 if default == () else count[0]
+        kind = kinds.Numbers(number, least, count[1]) if several else number
     metadata = {"sentence": sentence, "kind": kind}
     if isinstance(default, dict):
         return dataclasses.field(default_factory=lambda: default, metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def column(sentence: str, *, unit: str = "", like: Any = 0.0, **bounds: Any) -> Column:
+def column(
+    sentence: str, *, unit: str = "", like: Any = 0.0, **bounds: Any
+) -> kinds.Column:
     """Declare one column of a table or of rows.
 
     Parameters
@@ -116,32 +107,27 @@ def column(sentence: str, *, unit: str = "", like: Any = 0.0, **bounds: Any) -> 
         `above`, `at_least`, `at_most`, `choices`, as of a `setting`.
     """
     declared = setting(like, sentence, unit=unit, **bounds)
-    return Column(sentence, declared.metadata["kind"])
+    return kinds.Column(sentence, declared.metadata["kind"])
 
 
 def settings_of(model: Model) -> dict[str, Setting]:
     """Return the declared settings of a model, by name."""
     found = {}
     if not dataclasses.is_dataclass(model.settings):
-        raise ModelError(
-            f"model '{model.name}': its settings are a frozen dataclass, not "
-            f"{model.settings!r}"
-        )
+        raise model.fault(f"settings is a frozen dataclass, not {model.settings!r}")
     for field in dataclasses.fields(model.settings):
         made = field.default_factory
         default = field.default if made is dataclasses.MISSING else made()
         declared = field.metadata
         if "kind" not in declared:
-            raise ModelError(
-                f"model '{model.name}': the setting {field.name} is not declared; "
-                f'write {field.name}: ... = tolstat.setting(default, "what it is")'
+            raise model.fault(
+                f"the setting {field.name} is not declared; write {field.name}: ... = "
+                'tolstat.setting(default, "what it is")'
             )
         try:
             default = declared["kind"].checked(default)
         except ModelError as error:
-            raise ModelError(
-                f"model '{model.name}': the default of {field.name}: {error}"
-            ) from None
+            raise model.fault(f"the default of {field.name}: {error}") from None
         found[field.name] = Setting(
             field.name, default, declared["sentence"], declared["kind"]
         )
@@ -152,9 +138,7 @@ def setting_of(model: Model, name: str) -> Setting:
     """Return one declared setting, by its name as typed; refuse an unknown one."""
     known = settings_of(model)
     if name not in known:
-        raise ModelError(
-            f"model '{model.name}' has no such setting; {allowed_names(name, known)}"
-        )
+        raise model.fault(f"no such setting; {allowed_names(name, known)}")
     return known[name]
 
 
@@ -187,17 +171,3 @@ def read(model: Model, given: Mapping[str, Any]) -> Any:
         If a name or a value is wrong.
     """
     return make(model, {n: setting_of(model, n).kind.read(v) for n, v in given.items()})
-
-
-def as_typed(value: Any) -> str:
-    """Write a value as it stands in a study file, a text without its quotes."""
-    if isinstance(value, str):
-        return value
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, Mapping):
-        cells = (f"{key} = {as_typed(each)}" for key, each in value.items())
-        return "{ " + ", ".join(cells) + " }"
-    if isinstance(value, Sequence):
-        return "[" + ", ".join(as_typed(each) for each in value) + "]"
-    return f"{value}"

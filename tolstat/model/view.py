@@ -5,7 +5,7 @@ All numbers are SI; what draws or prints them chooses the units.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,14 +18,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from tolstat.model.description import Response
-
-
-class Offer(NamedTuple):
-    """A view that a model offers, by the name that is typed."""
-
-    name: str
-    sentence: str  # what it shows
-    machines: int = 0  # trials that it wants besides the unit that is shown, for bands
 
 
 class Axis(NamedTuple):
@@ -181,9 +173,9 @@ class Chart:
     @property
     def units(self) -> dict[str, str]:
         """SI unit of each curve, band and region."""
-        found = {curve.name: curve.unit for curve in self.curves}
-        found |= {band.name: band.unit for band in self.bands}
-        return found | {region.name: region.unit for region in self.regions}
+        drawn: list[Curve | Band | Region]
+        drawn = [*self.curves, *self.bands, *self.regions]
+        return {each.name: each.unit for each in drawn}
 
     def columns(self) -> Iterator[tuple[Axis, Array]]:
         """Yield the axis, then curves and bands over its points, each with its unit."""
@@ -245,6 +237,20 @@ class Listing:
 
 
 View = Chart | Listing
+
+
+class Offer(NamedTuple):
+    """A view that a model offers, by the name that is typed.
+
+    The function gets deviations[trial, contributor], SI, and the settings. The first
+    trial is the unit that is shown; `n_others` trials of the study follow, for bands.
+    Where no study gives tolerances there is the first alone.
+    """
+
+    name: str
+    sentence: str  # what it shows
+    function: Callable[[Array, Any], View]
+    n_others: int = 0
 
 
 def _frame(columns: list[tuple[Axis, NDArray[Any]]]) -> pd.DataFrame:

@@ -26,16 +26,15 @@ class CsvTable(NamedTuple):
 
     path: Path  # its file
     digest: str  # SHA-256 of its content
-    heads: list[str]  # names of the columns, without units
-    units: list[str]  # units of the columns, empty where the head has none
+    units: dict[str, str]  # of each column, by its name; empty where the head has none
     lines: list[tuple[int, list[str]]]  # the rows, each with its line number
 
     def column(self, name: str) -> list[float]:
         """Return the numbers of a column, as written."""
-        if name not in self.heads:
-            allowed = allowed_names(name, self.heads)
+        if name not in self.units:
+            allowed = allowed_names(name, self.units)
             raise DataError(f"{self.path} has no column '{name}'; {allowed}")
-        where = self.heads.index(name)
+        where = [*self.units].index(name)
         found = []
         for line, cells in self.lines:
             try:
@@ -49,7 +48,7 @@ class CsvTable(NamedTuple):
 
     def values(self, name: str, unit: str) -> Array:
         """Return the numbers of a column, SI."""
-        written = dict(zip(self.heads, self.units, strict=True))[name]
+        written = self.units[name]
         try:
             factor = to_si(1.0, "" if written == "1" else written, unit)
         except ValueError as error:
@@ -83,12 +82,11 @@ def read_csv(folder: Path | None, name: str) -> CsvTable:
             raise DataError(
                 f"{path}, line {line}: {len(cells)} cells under {len(head)} heads"
             )
-    each_head = [_HEAD.fullmatch(cell) for cell in head]
-    names = [each["name"] if each else "" for each in each_head]
-    if "" in names or len(set(names)) < len(names):
+    read = [each for cell in head if (each := _HEAD.fullmatch(cell))]
+    units = {each["name"]: (each["unit"] or "").strip() for each in read}
+    if len(units) < len(head):
         raise DataError(f"{path}: every column needs a name of its own")
-    units = [(each["unit"] or "").strip() if each else "" for each in each_head]
-    return CsvTable(path, hashlib.sha256(found).hexdigest(), names, units, lines)
+    return CsvTable(path, hashlib.sha256(found).hexdigest(), units, lines)
 
 
 def _cells(path: Path, line: int, row: str) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
+from itertools import combinations, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -61,7 +62,7 @@ def read_deviations(
             batch = _batch(name, keys.pop("common", None), members)
             for member in members:
                 if member in found:
-                    raise ModelError(f"{member} stands there already; give it once")
+                    raise ModelError(f"{member} is given twice")
                 fitted = ""
                 if "data" in keys:
                     found[member], note, written, fitted = read_parts(
@@ -118,9 +119,7 @@ def _batch(name: str, common: Any, members: list[str]) -> Batch | None:
             "parts of one batch have in common, above 0 and at most 1"
         )
     if len(members) < 2:
-        raise DependenceError(
-            f"common is for several parts of one name; {name} is a single one"
-        )
+        raise DependenceError(f"common is for several parts; {name} is a single one")
     return Batch(name, float(common))
 
 
@@ -159,28 +158,20 @@ def _add_pairs(
             "; parts that are all alike are given by common = true"
         )
     of_one_name = firsts == seconds and len(firsts) > 1
-    for first in firsts:
-        for second in seconds:
-            if first == second and of_one_name:
-                continue
-            if first == second:
-                raise DependenceError(f"{first} is correlated with itself")
-            if of_one_name and (second, first) in pairs:
-                continue
-            if (first, second) in pairs or (second, first) in pairs:
-                raise DependenceError(
-                    f"{first} with {second} stands there already; give it once"
-                )
-            pairs[first, second] = rank
+    found = combinations(firsts, 2) if of_one_name else product(firsts, seconds)
+    for first, second in found:
+        if first == second:
+            raise DependenceError(f"{first} is correlated with itself")
+        if (first, second) in pairs or (second, first) in pairs:
+            raise DependenceError(f"{first} with {second} is given twice")
+        pairs[first, second] = rank
 
 
 def _check_deviates(
     name: str, found: Mapping[str, Distribution], batches: Mapping[str, Batch]
 ) -> None:
     if name not in found or isinstance(found[name], Constant):
-        raise DependenceError(
-            f"{name} does not deviate; give it a line in [deviations]"
-        )
+        raise DependenceError(f"{name} does not deviate; add it to [deviations]")
     if name in batches:
         raise DependenceError(
             f"{name} is of a batch already; give common or a correlation, not both"

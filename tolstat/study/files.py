@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import math
 import re
-import stat
 import tomllib
 from collections.abc import Mapping
 from difflib import get_close_matches
@@ -28,21 +27,19 @@ NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
 
 
-def check_bounds(table: Mapping[str, Any], problems: Problems) -> None:
-    """Refuse what no key of a study can hold."""
-    left: list[tuple[tuple[Any, ...], Any]] = [((), table)]
-    while left:
-        path, value = left.pop()
-        if path and (wrong := _unusable(value, path)):
+def check_bounds(
+    table: Mapping[Any, Any], problems: Problems, place: tuple[Any, ...] = ()
+) -> None:
+    """Refuse what no key of a study can hold; `place` is where the table stands."""
+    for key, value in table.items():
+        path = (*place, key)
+        if wrong := _unusable(value, path):
             number = isinstance(value, int | float)
             problems.add(_key(path), value if number else None, wrong)
-        if len(path) > DEEPEST:
-            continue
-        if isinstance(value, Mapping):
-            left += reversed([((*path, key), each) for key, each in value.items()])
-        elif isinstance(value, list):
-            numbered = enumerate(value, start=1)
-            left += reversed([((*path, f"value {i}"), each) for i, each in numbered])
+        if isinstance(value, list):
+            value = {f"value {i}": each for i, each in enumerate(value, start=1)}
+        if isinstance(value, Mapping) and len(path) <= DEEPEST:
+            check_bounds(value, problems, path)
 
 
 def _unusable(value: Any, path: tuple[Any, ...]) -> str:
@@ -89,7 +86,7 @@ def beside(folder: Path | None, name: str) -> Path:
     path = Path(name) if folder is None else folder / name
     try:
         inside = not folder or path.resolve().is_relative_to(folder.resolve())
-        kind = path.stat().st_mode if inside and path.exists() else stat.S_IFREG
+        other = inside and path.exists() and not path.is_file()
     except (OSError, ValueError, RuntimeError) as error:
         raise DataError(f"{path} cannot be read: {error}") from None
     if folder and not inside:
@@ -97,7 +94,7 @@ def beside(folder: Path | None, name: str) -> Path:
             f"{path} lies outside the folder of the study, and a study reads nothing "
             f"there; put the file into {folder.resolve()}"
         )
-    if not stat.S_ISREG(kind):
+    if other:
         raise DataError(f"{path} is no file, but a folder or a device")
     return path
 

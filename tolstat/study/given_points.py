@@ -18,19 +18,12 @@ from tolstat.errors import DataError, ModelError, allowed_names
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
 from tolstat.model.description import Description
-from tolstat.model.setting_kinds import Number
-from tolstat.model.settings import as_typed, setting_of, settings_of
+from tolstat.model.setting_kinds import Number, as_typed
+from tolstat.model.settings import setting_of, settings_of
+from tolstat.study import study_schema as schema
 from tolstat.study.csv_table import read_csv
 from tolstat.study.memory_needed import too_large
 from tolstat.study.problems import Problems
-from tolstat.study.study_schema import (
-    AXIS,
-    MOST_TRIALS,
-    AxisEntry,
-    Document,
-    ReferenceEntry,
-    read_entry,
-)
 from tolstat.units.grammar import quantity, unit_of
 
 MOST_CASES = 10_000  # of a grid: other settings
@@ -84,7 +77,7 @@ class Points:
 
 
 def read_grid(
-    document: Document,
+    document: schema.Document,
     model: Model,
     settings: Any,
     description: Description,
@@ -102,7 +95,7 @@ def read_grid(
             axes.append(_axis(name, values, deviation, model, description))
             taken = [m for axis in axes[:-1] for m in axis.members]
             if double := [m for m in axes[-1].members if m in taken]:
-                raise ModelError(f"{double[0]} stands there already; give it once")
+                raise ModelError(f"{double[0]} is given twice")
             swept = axes[-1].name
             if not axes[-1].members and setting_name(swept) in document.settings:
                 problems.add(f"[grid] {swept}", None, "stands in [settings] already")
@@ -122,11 +115,9 @@ def _product(
     trials = math.prod(len(axis.values) for axis in axes)
     number = math.prod(len(axis.values) for axis in chosen)
     if number > MOST_CASES:
-        raise ModelError(
-            f"{number} combinations of settings are more than {MOST_CASES}"
-        )
-    if trials > MOST_TRIALS:
-        raise ModelError(f"{trials} points are more than {MOST_TRIALS}")
+        raise ModelError(f"{number} combinations of settings exceed {MOST_CASES}")
+    if trials > schema.MOST_TRIALS:
+        raise ModelError(f"{trials} points are more than {schema.MOST_TRIALS}")
     if wrong := too_large(trials, description):
         raise ModelError(wrong)
     names = [contributor.name for contributor in description.contributors]
@@ -202,7 +193,9 @@ def _setting_axis(name: str, given: Any, model: Model, *, taken: bool) -> Swept:
     unit = (kind.unit if isinstance(kind, Number) else "") or "1"
     if isinstance(given, dict):
         if not isinstance(kind, Number):
-            raise ModelError(f"a list of values is expected; it is no number: {AXIS}")
+            raise ModelError(
+                f"a list of values is expected; it is no number: {schema.AXIS}"
+            )
         values = [kind.checked(value) for value in _steps(given, unit)]
         return Swept(column, (), values, None, unit, _written(given))
     values = [kind.read(value) for value in _listed(given)]
@@ -214,7 +207,7 @@ def _setting_axis(name: str, given: Any, model: Model, *, taken: bool) -> Swept:
 
 def _listed(given: Any) -> list[Any]:
     if not isinstance(given, list) or not given:
-        raise ModelError(f"values are expected, such as {AXIS}")
+        raise ModelError(f"values are expected, such as {schema.AXIS}")
     return given
 
 
@@ -224,7 +217,7 @@ def _written(given: Mapping[str, Any]) -> str:
 
 def _steps(given: dict[str, Any], unit: str) -> list[float]:
     """Read from, to and points."""
-    entry = read_entry(AxisEntry, given, "there is")
+    entry = schema.read_entry(schema.AxisEntry, given, "there is")
     first, last = (quantity(str(end), unit) for end in (entry.first, entry.last))
     if first == last:
         raise ModelError("from and to are the same")
@@ -245,7 +238,7 @@ def read_table(
     units = {each.name: each.unit for each in description.contributors}
     deviations = np.zeros((len(table.lines), len(units)))
     names, shown = list(units), {}
-    for head, written in zip(table.heads, table.units, strict=True):
+    for head, written in table.units.items():
         try:
             members = expand(head, names)
         except ModelError as error:
@@ -253,7 +246,7 @@ def read_table(
         column = table.values(head, units[members[0]])
         for member in members:
             if member in shown:
-                raise DataError(f"{path}: {member} stands there twice")
+                raise DataError(f"{path}: {member} is given twice")
             shown[member] = written
             deviations[:, names.index(member)] = column
     note = f"{len(deviations)} machines of {path.name} (SHA-256 {table.digest[:12]})"
@@ -271,17 +264,17 @@ def read_reference(
     The first column is swept, the others are responses, or swept too where the grid has
     several axes, each with its unit in the head.
     """
-    entry = read_entry(ReferenceEntry, given, "there is")
+    entry = schema.read_entry(schema.ReferenceEntry, given, "there is")
     table = read_csv(folder, entry.data)
     units = {axis.name: axis.unit for axis in swept if axis.words is None}
-    if (first := table.heads[0]) not in units:
+    if (first := next(iter(table.units))) not in units:
         raise DataError(
             f"{table.path}: the first column, '{first}', is to be swept by [grid]; "
             f"{allowed_names(first, units)}"
         )
     units |= {each.name: each.unit for each in description.responses}
-    if wrong := [head for head in table.heads if head not in units]:
+    if wrong := [head for head in table.units if head not in units]:
         known = allowed_names(wrong[0], units)
         raise DataError(f"{table.path}, column {wrong[0]}: {known}")
-    columns = {head: table.values(head, units[head]) for head in table.heads}
+    columns = {head: table.values(head, units[head]) for head in table.units}
     return entry.label, columns

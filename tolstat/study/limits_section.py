@@ -26,7 +26,7 @@ def read_limits(
         with problems.noting(f"[limits] {name}", value):
             for each in expand(name, list(units)):
                 if each in found:
-                    raise ModelError(f"{each} stands there already; give it once")
+                    raise ModelError(f"{each} is given twice")
                 found[each] = read_limit(value, units[each])
     return found
 

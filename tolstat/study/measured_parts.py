@@ -44,7 +44,7 @@ def read_parts(
     """
     entry = read_entry(PartsEntry, keys, "measured parts have")
     table = read_csv(folder, entry.data)
-    head = dict(zip(table.heads, table.units, strict=True)).get(entry.column, "")
+    head = table.units.get(entry.column, "")
     written = head if entry.unit is None else entry.unit
     if head and head != written:
         raise DataError(

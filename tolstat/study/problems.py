@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from json import dumps
 from typing import Any, TypeVar
 
 from tolstat.errors import Advice, StudyError, TolstatError
+from tolstat.model.setting_kinds import as_typed
 
 Found = TypeVar("Found")
 LONGEST = 300  # characters of what a message repeats
@@ -49,21 +49,20 @@ class Problems:
         """Return what is asked for; where that is refused, nothing can go on."""
         with self.noting(key, value):
             return asked()
-        self.raise_if_any()
-        raise AssertionError("a problem was noted")
+        raise self.refusal
 
     def raise_if_any(self) -> None:
         """Refuse the study if any problem was noted, with one line for each."""
         if self.found:
-            raise StudyError(self.words, *self.advice)
+            raise self.refusal
 
     @property
-    def words(self) -> str:
-        """What was noted, with one line for each problem."""
+    def refusal(self) -> StudyError:
+        """The error that says what was noted, with one line for each problem."""
         said = self.found[:MOST_SAID]
         said += ["there are more"] * (len(self.found) > MOST_SAID)
         lines = "\n".join(f"  {problem}" for problem in said)
-        return f"{self.source} {self.verdict}:\n{lines}"
+        return StudyError(f"{self.source} {self.verdict}:\n{lines}", *self.advice)
 
 
 def shortened(text: str, longest: int = LONGEST) -> str:
@@ -73,13 +72,4 @@ def shortened(text: str, longest: int = LONGEST) -> str:
 
 def toml_of(value: Any) -> str:
     """Write a value as it stands behind a key, in one line."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return dumps(value, ensure_ascii=False)
-    if isinstance(value, dict):
-        keys = ", ".join(f"{key} = {toml_of(v)}" for key, v in value.items())
-        return f"{{ {keys} }}"
-    if isinstance(value, list):
-        return "[" + ", ".join(toml_of(each) for each in value) + "]"
-    return str(value)
+    return as_typed(value, quoted=True)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from typing import Any
 
 from tolstat.deviations.distributions import Constant
-from tolstat.deviations.draw import factors
+from tolstat.deviations.draw import SAMPLERS, factors
 from tolstat.deviations.names import expand
-from tolstat.deviations.sampler import Sampler
-from tolstat.deviations.samplers import SAMPLERS
 from tolstat.errors import ModelError, StudyError, allowed_names
 from tolstat.statistics.sensitivity.sobol_indices import LEAST
 from tolstat.study.deviations_section import Deviations
@@ -19,11 +17,6 @@ from tolstat.study.study_schema import MISSING, Document, RareEntry, read_entry
 
 GIVEN = ("grid", "table")  # samplings that draw nothing
 EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
-
-
-def sampler_of(sampling: str) -> Sampler:
-    """Return the sampler of a name."""
-    return SAMPLERS[sampling]()
 
 
 def read_sampling(given: str | dict[str, Any], problems: Problems) -> tuple[str, str]:
@@ -60,76 +53,70 @@ def aim_of(sampling: str, name: str, limited: Collection[str], known: list[str])
     return asked[0]
 
 
-def check_sampling(
+def faults_of(
     document: Document,
     sampling: str,
     deviating: Deviations,
     points: Points | None,
-    problems: Problems,
-) -> None:
-    """Refuse keys that are missing for a sampling, or say nothing to it."""
+) -> Iterator[tuple[str, Any, str]]:
+    """Yield keys that are missing for a sampling, or say nothing to it.
+
+    Each with its value, None for a missing one, and what is wrong.
+    """
     known = [*SAMPLERS, *GIVEN]
     if sampling not in known:
         allowed = allowed_names(sampling, known)
-        problems.add("sampling", sampling, f"no such sampling; {allowed}")
+        yield "sampling", sampling, f"no such sampling; {allowed}"
         return
     for key, of in (("grid", "grid"), ("table", "table"), ("[reference]", "grid")):
         if getattr(document, key.strip("[]")) and sampling != of:
-            problems.add(key, None, f'it needs sampling = "{of}"')
+            yield key, None, f'it needs sampling = "{of}"'
     if sampling == "grid" and not document.grid:
-        problems.add("[grid]", None, "missing; name what is swept, and its values")
+        yield "[grid]", None, "missing; name what is swept, and its values"
     if sampling == "table" and not document.table:
-        problems.add("table", None, 'missing; such as table = "machines.csv"')
+        yield "table", None, 'missing; such as table = "machines.csv"'
     if sampling in GIVEN:
-        _check_given(document, sampling, deviating, points, problems)
+        yield from _faults_of_given(document, sampling, deviating, points)
         return
-    sampler, varying = sampler_of(sampling), varying_in(deviating)
+    sampler, varying = SAMPLERS[sampling], varying_in(deviating)
     usual = sampler.usual_trials(varying)
     if document.trials is None:
         said = f"missing; such as trials = {usual}" if usual else MISSING["trials"]
-        problems.add("trials", None, said)
+        yield "trials", None, said
     if document.seed is None:
-        problems.add("seed", None, MISSING["seed"])
+        yield "seed", None, MISSING["seed"]
     if isinstance(document.trials, dict) and not sampler.extensible:
         number = f"give one, such as trials = {usual}," if usual else "give one"
-        problems.add(
-            "trials", document.trials,
-            f'sampling = "{sampling}" is made for a number of trials; {number} or '
-            'sampling = "random" or "sobol", which until needs',
-        )  # fmt: skip
+        yield (
+            "trials",
+            document.trials,
+            (
+                f'sampling = "{sampling}" is made for a number of trials; {number} or '
+                'sampling = "random" or "sobol", which until needs'
+            ),
+        )
     if sampler.group(varying) > 1 and document.correlation:
-        problems.add(
-            "[correlation]", None,
-            f'sampling = "{sampling}" needs deviations that are independent',
-        )  # fmt: skip
+        independent = "needs deviations that are independent"
+        yield "[correlation]", None, f'sampling = "{sampling}" {independent}'
 
 
-def _check_given(
-    document: Document,
-    sampling: str,
-    deviating: Deviations,
-    points: Points | None,
-    problems: Problems,
-) -> None:
-    """Refuse what is said of draws where nothing is drawn."""
+def _faults_of_given(
+    document: Document, sampling: str, deviating: Deviations, points: Points | None
+) -> Iterator[tuple[str, Any, str]]:
+    """Yield what is said of draws where nothing is drawn."""
     none = f'sampling = "{sampling}" draws nothing'
     for key in ("trials", "seed"):
         if (value := getattr(document, key)) is not None:
-            problems.add(key, value, f"{none}; leave it")
+            yield key, value, f"{none}; leave it"
     if document.correlation:
-        problems.add("[correlation]", None, none)
+        yield "[correlation]", None, none
     taken = {m for axis in points.swept for m in axis.members} if points else set()
     for name, distribution in deviating.distributions.items():
         if not isinstance(distribution, Constant):
             only = f'{none}; only distribution = "constant" goes with it'
-            problems.add(f"[deviations] {name}", None, only)
+            yield f"[deviations] {name}", None, only
         elif name in taken:
-            problems.add(f"[deviations] {name}", None, "stands in [grid] already")
-
-
-def check_trials(trials: int, sampling: str, deviating: Deviations) -> str:
-    """Return what is wrong with a number of trials; empty if nothing is."""
-    return sampler_of(sampling).unfit(trials, varying_in(deviating))
+            yield f"[deviations] {name}", None, "stands in [grid] already"
 
 
 def varying_in(deviating: Deviations) -> int:
@@ -144,7 +131,7 @@ def warnings_of(sampling: str, trials: int, varying: int) -> tuple[str, ...]:
             f"nothing deviates: all {trials} trials are one and the same machine, "
             "nothing spreads and no interval means anything; give [deviations]",
         )
-    sampler = sampler_of(sampling)
+    sampler = SAMPLERS[sampling]
     group = sampler.group(varying)
     if group > 1 and trials < LEAST * group:
         return (

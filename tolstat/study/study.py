@@ -13,15 +13,15 @@ import numpy as np
 
 from tolstat import catalogue
 from tolstat.arrays import Array
-from tolstat.deviations.draw import Course, draw_in_stages, streams_of
-from tolstat.deviations.sampler import Sampler, Stage
-from tolstat.errors import ModelError, StudyError, TolstatError
-from tolstat.model import settings as model_settings
-from tolstat.model.checked import described, impossible
+from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
+from tolstat.deviations.samplers import Sampler, Stage
+from tolstat.errors import StudyError, TolstatError
+from tolstat.model.checked import check_possible, described
 from tolstat.model.contract import Model
 from tolstat.model.description import Description
+from tolstat.model.setting_kinds import as_typed
+from tolstat.model.settings import make, setting_of
 from tolstat.statistics.limits.limit import Limit
-from tolstat.status import words_of
 from tolstat.study.deviations_section import Deviations, read_deviations
 from tolstat.study.given_points import (
     Case,
@@ -36,10 +36,9 @@ from tolstat.study.memory_needed import large, too_large
 from tolstat.study.problems import Problems
 from tolstat.study.sampling import (
     aim_of,
-    check_sampling,
-    check_trials,
+    faults_of,
     read_sampling,
-    sampler_of,
+    varying_in,
     warnings_of,
 )
 from tolstat.study.stopping_rule import Until, read_until
@@ -56,12 +55,10 @@ class Study:
     path: Path | None  # its file; None if it was given in Python
     text: str  # the file as it was written, or would be
     document: Document  # its keys; links are among settings and deviations
-    title: str  # in the user's words
     model: Model  # the machine
     settings: Any  # instance of `model.settings`, SI
     # contributors and responses of the model at these settings
     description: Description
-    typed: dict[str, str]  # the settings that are given, as they are written
     trials: int  # how many machines are built, at most
     until: Until | None  # when there are enough of them
     seed: int | None  # from which random numbers; None where nothing is drawn
@@ -77,6 +74,17 @@ class Study:
     aim: str = ""
 
     @property
+    def title(self) -> str:
+        """What the study is called, in the user's words."""
+        name = self.path.stem if self.path else self.model.name
+        return self.document.title or name
+
+    @property
+    def typed(self) -> dict[str, str]:
+        """The settings that are given, as they are written."""
+        return {n: as_typed(value) for n, value in self.document.settings.items()}
+
+    @property
     def cases(self) -> tuple[Case, ...]:
         """The settings of all trials, in order."""
         if self.points:
@@ -86,9 +94,7 @@ class Study:
     @property
     def sampler(self) -> Sampler | None:
         """How the unit samples are chosen; None if nothing is drawn."""
-        if self.points:
-            return None
-        return sampler_of(self.sampling)
+        return None if self.points else SAMPLERS[self.sampling]
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -199,7 +205,8 @@ def load(
     if sampling == "table" and document.table:
         with problems.noting("table", document.table):
             points = read_table(folder, document.table, settings, description)
-    check_sampling(document, sampling, deviating, points, problems)
+    for key, value, wrong in faults_of(document, sampling, deviating, points):
+        problems.add(key, value, wrong)
     reference, aim, until = None, "", None
     if document.reference:
         with problems.noting("[reference]", document.reference):
@@ -213,25 +220,27 @@ def load(
         with problems.noting("trials", document.trials):
             until = read_until(document.trials, description, limits)
     problems.raise_if_any()
-    _check_nominal(machine, settings, description, problems)
+    nominal = np.zeros((1, len(description.contributors)))
+    what = "the machine without deviations"
+    problems.required(
+        "[settings]", None, lambda: check_possible(machine, nominal, settings, what)
+    )
     if points:
         trials = len(points.deviations)
     else:
         trials = until.at_most if until else cast(int, document.trials)
     wrong = too_large(trials, description)
     if not points and not wrong:
-        wrong = check_trials(trials, sampling, deviating)
+        wrong = SAMPLERS[sampling].unfit(trials, varying_in(deviating))
     if wrong:
         raise StudyError(f"{problems.source}: trials = {trials}: {wrong}")
     return Study(
         path,
         text,
         document,
-        document.title or (path.stem if path else machine.name),
         machine,
         settings,
         description,
-        {n: model_settings.as_typed(v) for n, v in document.settings.items()},
         trials,
         until,
         document.seed,
@@ -259,43 +268,23 @@ def _shown(description: Description, written: dict[str, str]) -> dict[str, str]:
     return {n: unit for n, unit in written.items() if not (unit == "1" and n in own)}
 
 
-def _check_nominal(
-    model: Model, settings: Any, description: Description, problems: Problems
-) -> None:
-    """Refuse settings whose machine without deviations cannot be built."""
-    with problems.noting("[settings]", None):
-        nominal = np.zeros((1, len(description.contributors)))
-        if status := int(impossible(model, nominal, settings)[0]):
-            word = words_of(model.failures)[status]
-            raise ModelError(
-                f"the machine without deviations cannot be built: {word} "
-                f"({model.failures[word]})"
-            )
-    problems.raise_if_any()
-
-
 def _machine(document: Document, model: Model | None, problems: Problems) -> Model:
-    if model is not None:
-        model = catalogue.find(model)
-        if model.name != document.model:
-            message = f"the model given is called '{model.name}'"
-            problems.add("model", document.model, message)
-        return model
-    return problems.required(
-        "model", document.model, lambda: catalogue.find(document.model)
+    found = problems.required(
+        "model", document.model, lambda: catalogue.find(model or document.model)
     )
+    if found.name != document.model:
+        message = f"the model given is called '{found.name}'"
+        problems.add("model", document.model, message)
+    return found
 
 
 def _settings(document: Document, model: Model, problems: Problems) -> Any:
     values, before = {}, len(problems.found)
     for name, given in document.settings.items():
         with problems.noting(f"[settings] {name}", given):
-            declared = model_settings.setting_of(model, name)
-            values[name] = declared.kind.read(given)
+            values[name] = setting_of(model, name).kind.read(given)
     if len(problems.found) > before:  # what is left out may not fit: no news
         with suppress(TolstatError):
-            return model_settings.make(model, values)
+            return make(model, values)
         problems.raise_if_any()
-    return problems.required(
-        "[settings]", None, lambda: model_settings.make(model, values)
-    )
+    return problems.required("[settings]", None, lambda: make(model, values))

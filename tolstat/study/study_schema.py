@@ -16,6 +16,8 @@ MOST_SEED = 2**64 - 1
 MOST_TRIALS = 10_000_000  # of a grid
 LEAST_PRICE, MOST_PRICE = 1e-30, 1e30
 TitleKey = Literal["project", "drawing", "revision", "author", "approval"]
+TITLE_KEYS = get_args(TitleKey)
+CSV_FILE = "the name of a CSV file, in quotes"
 NO_SUCH_KEY = "a study has no such key; "
 MISSING = {
     "model": 'missing; name a machine, such as model = "stand"',
@@ -26,8 +28,13 @@ UNTIL = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
 AXIS = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
 
 
+def key(expected: str, default: Any = ..., **more: Any) -> Any:
+    """Declare a key: what is expected as its value; required without a default."""
+    return Field(default, description=expected, **more)
+
+
 class Entry(BaseModel):
-    """A table of a study; the description of a key says what is expected of it."""
+    """A table of a study."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
@@ -35,160 +42,112 @@ class Entry(BaseModel):
 class Document(Entry):
     """A study file before its names and quantities are read."""
 
-    model: str = Field(description="the name of a machine is expected, in quotes")
-    title: str = Field("", description="a text is expected")
-    document: dict[TitleKey, str] = Field(
-        {},
-        description='a text in quotes is expected, such as revision = "B"; in '
-        f"[document] may stand {', '.join(get_args(TitleKey))}",
+    model: str = key("the name of a machine, in quotes")
+    title: str = key("a text", "")
+    document: dict[TitleKey, str] = key(
+        f'a text in quotes, such as revision = "B"; keys: {", ".join(TITLE_KEYS)}', {}
     )
-    trials: Annotated[int, Field(ge=1)] | dict[str, Any] | None = Field(
-        None,
-        description="a whole number from 1 is expected, or a stopping rule such as "
-        f"{UNTIL}",
+    trials: Annotated[int, Field(ge=1)] | dict[str, Any] | None = key(
+        f"a whole number from 1, or a stopping rule such as {UNTIL}", None
     )
-    seed: int | None = Field(
-        None, ge=0, le=MOST_SEED,
-        description=f"a whole number from 0 to {MOST_SEED} is expected",
-    )  # fmt: skip
-    sampling: str | dict[str, Any] = Field(
+    seed: int | None = key(
+        f"a whole number from 0 to {MOST_SEED}", None, ge=0, le=MOST_SEED
+    )
+    sampling: str | dict[str, Any] = key(
+        'the name of a sampling, in quotes, or what is rare, { rare = "extra_loss" }',
         "random",
-        description="the name of a sampling is expected, in quotes, or of what is "
-        'rare: { rare = "extra_loss" }',
     )
-    table: str | None = Field(
-        None,
-        description="the name of a CSV file is expected, such as table = "
-        '"machines.csv"',
+    table: str | None = key(
+        'the name of a CSV file, such as table = "machines.csv"', None
     )
-    settings: dict[str, Any] = Field(
-        {}, description="a table of settings is expected: in each line name = value"
-    )
-    links: dict[str, str | int | float | dict[str, Any]] = Field(
+    settings: dict[str, Any] = key("a table of settings, each name = value", {})
+    links: dict[str, str | int | float | dict[str, Any]] = key(
+        'a link such as { nominal = "60 mm", tolerance = "+-0.015 mm" }, or "2 mm" for '
+        "one that does not deviate",
         {},
-        description='a link is expected, such as { nominal = "60 mm", tolerance = '
-        '"+-0.015 mm" }, or "2 mm" for one that does not deviate',
     )
-    deviations: dict[str, str | dict[str, Any]] = Field(
-        {},
-        description='a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", '
-        "cp = 1.33 } is expected",
+    deviations: dict[str, str | dict[str, Any]] = key(
+        'a tolerance such as "+-1.2 mm" or { tolerance = "+-1.2 mm", cp = 1.33 }', {}
     )
-    correlation: dict[str, dict[str, float]] = Field(
-        {},
-        description="a table of rank correlations is expected, such as "
-        "{ rod_length_2 = 0.6 }",
+    correlation: dict[str, dict[str, float]] = key(
+        "a table of rank correlations, such as { rod_length_2 = 0.6 }", {}
     )
-    grid: dict[str, Any] = Field(
-        {},
-        description="a table of contributors or settings and their values is expected",
+    grid: dict[str, Any] = key(
+        "a table of contributors or settings and their values", {}
     )
-    reference: dict[str, Any] = Field(
-        {},
-        description='a table such as { data = "points.csv", label = "measured" } is '
-        "expected",
+    reference: dict[str, Any] = key(
+        'a table such as { data = "points.csv", label = "measured" }', {}
     )
-    limits: dict[str, str | dict[str, Any]] = Field(
-        {},
-        description='a limit such as "<= 3 %" or { limit = "<= 3 %", yield = "99 %" } '
-        "is expected",
+    limits: dict[str, str | dict[str, Any]] = key(
+        'a limit such as "<= 3 %" or { limit = "<= 3 %", yield = "99 %" }', {}
     )
 
 
 class UntilEntry(Entry):
     """The key `trials` as a stopping rule."""
 
-    until: str | Annotated[list[str], Field(min_length=1)] = Field(
-        description=f"a rule or a list of them is expected: {UNTIL}"
+    until: str | Annotated[list[str], Field(min_length=1)] = key(
+        f"a rule or a list of them, as in {UNTIL}"
     )
-    at_most: int = Field(
-        ge=1, description=f"a whole number from 1 is expected: {UNTIL}"
-    )
+    at_most: int = key(f"a whole number from 1, as in {UNTIL}", ge=1)
 
 
 class RareEntry(Entry):
     """The key `sampling`, where it names the response whose limit is sought."""
 
-    rare: str = Field(
-        min_length=1,
-        description='a response with a limit is expected, such as { rare = "yaw" }',
-    )
+    rare: str = key('a response with a limit, such as { rare = "yaw" }', min_length=1)
 
 
 class LimitEntry(Entry):
     """A limit, and what is demanded of it."""
 
-    limit: str = Field(description='a text is expected, such as "<= 3 %"')
-    demanded: str | None = Field(
-        None, alias="yield", description='a text is expected, such as "99 %"'
-    )
-    ppk: float | None = Field(
-        None, description="a number is expected, such as ppk = 1.33"
-    )
-    ppm: float | None = Field(
-        None, description="a number is expected, such as ppm = 100"
-    )
+    limit: str = key('a text such as "<= 3 %"')
+    demanded: str | None = key('a text such as "99 %"', None, alias="yield")
+    ppk: float | None = key("a number such as ppk = 1.33", None)
+    ppm: float | None = key("a number such as ppm = 100", None)
 
 
 class PartsEntry(Entry):
     """Measured parts of a contributor."""
 
-    data: str = Field(description="the name of a CSV file is expected, in quotes")
-    column: str = Field(description="the name of a column is expected, in quotes")
-    unit: str | None = Field(None, description='a text is expected, such as "mm"')
-    nominal: str | None = Field(
-        None, description='a text is expected, such as "2450 mm"'
-    )
-    fit: Literal["normal", "lognormal"] | None = Field(
-        None, description="one of normal, lognormal is expected"
-    )
+    data: str = key(CSV_FILE)
+    column: str = key("the name of a column, in quotes")
+    unit: str | None = key('a text such as "mm"', None)
+    nominal: str | None = key('a text such as "2450 mm"', None)
+    fit: Literal["normal", "lognormal"] | None = key("one of normal, lognormal", None)
 
 
 class AxisEntry(Entry):
     """Values of a grid between two ends."""
 
-    first: str | int | float = Field(
-        alias="from", description=f"from, to and points are expected: {AXIS}"
+    first: str | int | float = key(f"from, to and points, as in {AXIS}", alias="from")
+    last: str | int | float = key(f"from, to and points, as in {AXIS}", alias="to")
+    points: int = key(
+        f"a whole number from 2, at most {MOST_TRIALS}", ge=2, le=MOST_TRIALS
     )
-    last: str | int | float = Field(
-        alias="to", description=f"from, to and points are expected: {AXIS}"
-    )
-    points: int = Field(
-        ge=2, le=MOST_TRIALS,
-        description=f"a whole number from 2 is expected, at most {MOST_TRIALS}",
-    )  # fmt: skip
 
 
 class ReferenceEntry(Entry):
     """Known points of a publication or a measurement."""
 
-    data: str = Field(description="the name of a CSV file is expected, in quotes")
-    label: str = Field(description='a text is expected, such as "measured"')
+    data: str = key(CSV_FILE)
+    label: str = key('a text such as "measured"')
 
 
 class Reciprocal(Entry):
     """A price by tolerance: reciprocal to its width."""
 
-    law: Literal["reciprocal", "exponential"] = Field(
-        description="one of reciprocal, exponential is expected"
-    )
-    at: str = Field(description='a tolerance such as "+-0.02 mm" is expected')
-    price: float = Field(
-        ge=LEAST_PRICE, le=MOST_PRICE,
-        description="a price is a number above 0, such as 10",
-    )  # fmt: skip
-    tightest: str | None = Field(
-        None, description='a tolerance such as "+-0.005 mm" is expected'
-    )
-    loosest: str | None = Field(
-        None, description='a tolerance such as "+-0.04 mm" is expected'
-    )
+    law: Literal["reciprocal", "exponential"] = key("one of reciprocal, exponential")
+    at: str = key('a tolerance such as "+-0.02 mm"')
+    price: float = key("a number above 0, such as 10", ge=LEAST_PRICE, le=MOST_PRICE)
+    tightest: str | None = key('a tolerance such as "+-0.005 mm"', None)
+    loosest: str | None = key('a tolerance such as "+-0.04 mm"', None)
 
 
 class Exponential(Reciprocal):
     """A price by tolerance: e times as much for each `rate` that it is tighter."""
 
-    rate: str = Field(description='a quantity such as "0.01 mm" is expected')
+    rate: str = key('a quantity such as "0.01 mm"')
 
 
 Kind = TypeVar("Kind", bound=Entry)
@@ -205,7 +164,10 @@ def read_entry(kind: type[Kind], given: Mapping[str, Any], what: str) -> Kind:
         found = error.errors()
     wrong = min(found, key=lambda each: each["type"] != "extra_forbidden")
     key = str(wrong["loc"][0])
-    expected = {f.alias or name: f.description for name, f in kind.model_fields.items()}
+    expected = {
+        f.alias or name: f"expected {f.description}"
+        for name, f in kind.model_fields.items()
+    }
     if wrong["type"] == "extra_forbidden":
         raise StudyError(f"{what} no key {key}; {allowed_names(key, expected)}")
     if wrong["type"] == "missing":
@@ -239,22 +201,21 @@ def _checked(table: dict[str, Any], problems: Problems) -> Document:
         # of a value that may be of several types each refuses it
         wrong = {_place(each["loc"], table): each["type"] for each in error.errors()}
     for (section, *inner), kind in wrong.items():
-        key, value = section, table.get(section)
+        place, value = section, table.get(section)
         if inner:
-            key, value = f"[{section}] {inner[0]}", table[section][inner[0]]
+            place, value = f"[{section}] {inner[0]}", table[section][inner[0]]
         if kind == "missing":
-            problems.add(key, None, MISSING[section])
+            problems.add(place, None, MISSING[section])
         elif kind == "extra_forbidden":
             known = allowed_names(section, Document.model_fields)
-            problems.add(key, None, NO_SUCH_KEY + known)
+            problems.add(place, None, NO_SUCH_KEY + known)
         elif kind == "literal_error":
-            known = allowed_names(inner[0], get_args(TitleKey))
-            problems.add(key, None, NO_SUCH_KEY + known)
+            known = allowed_names(inner[0], TITLE_KEYS)
+            problems.add(place, None, NO_SUCH_KEY + known)
         else:
             expected = Document.model_fields[section].description
-            problems.add(key, value, f"{expected}")
-    problems.raise_if_any()
-    raise AssertionError("a problem was noted")
+            problems.add(place, value, f"expected {expected}")
+    raise problems.refusal
 
 
 def _place(where: tuple[Any, ...], table: Mapping[str, Any]) -> tuple[Any, ...]:

@@ -14,7 +14,7 @@ from tolstat.deviations.names import expand
 from tolstat.errors import ModelError, allowed_names
 from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, history_of, offers, shown, simulate
-from tolstat.model.contract import Model
+from tolstat.model.contract import STEP, Model
 from tolstat.model.description import Description
 from tolstat.model.view import View
 from tolstat.status import status_words, words_of
@@ -22,8 +22,6 @@ from tolstat.study.study import Source, Study, load
 
 if TYPE_CHECKING:
     import pandas as pd
-
-STEP = 1e-4  # s, between two rows of a history
 
 
 def evaluate(
@@ -184,16 +182,11 @@ def view_of(
     """Show a trial; the tolerances of a study open the bands of a view with such."""
     known = offers(model)
     if name not in known:
-        raise ModelError(
-            f"model '{model.name}' has no view {name}; {allowed_names(name, known)}"
-        )
-    rows = _first(model, settings, deviations)
-    if name == "history" and model.moves:
-        chart, _ = history_of(model, rows[0], settings, STEP)
-        return chart
-    if study is not None and known[name].machines:
-        rows = np.concatenate([rows, study.machines(known[name].machines)])
-    return shown(model, name, rows, settings)
+        raise model.fault(f"it has no view {name}; {allowed_names(name, known)}")
+    offer, rows = known[name], _first(model, settings, deviations)
+    if study is not None and offer.n_others:
+        rows = np.concatenate([rows, study.machines(offer.n_others)])
+    return shown(model, offer, rows, settings)
 
 
 def _first(

@@ -12,14 +12,14 @@ import numpy as np
 from tolstat import catalogue
 from tolstat.answers.answer import Answer
 from tolstat.answers.next_steps import to_resume
-from tolstat.answers.views.evaluate import STEP
 from tolstat.document import blocks
 from tolstat.document.inline import Name, Number, Parts, Typed, listed
 from tolstat.errors import ModelError, RunFileError
 from tolstat.model.checked import history_of, simulate
-from tolstat.model.contract import Model
+from tolstat.model.contract import STEP, Model
 from tolstat.model.description import Response
-from tolstat.model.settings import as_typed, read, setting_of
+from tolstat.model.setting_kinds import as_typed
+from tolstat.model.settings import read, setting_of
 from tolstat.model.view import Chart
 from tolstat.render.serialize import Row
 from tolstat.statistics.limits.limit import Limit

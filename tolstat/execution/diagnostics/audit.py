@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array, Truths
-from tolstat.deviations.rare_stage import unit_samples
+from tolstat.deviations.samplers import uniform
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
 from tolstat.model.checked import tightened
@@ -102,7 +102,7 @@ def random_trials(seed: int, trials: int) -> Numbers:
     """Choose one trial at random of each hundred, whatever trials follow; ascending."""
     first = np.arange(0, trials, EVERY)
     # with a purpose: parts of a batch may be called so, too
-    u = unit_samples(seed, "audit", len(first), "of trials")
+    u = uniform(seed, "audit", len(first), "of trials")
     found: Numbers = first + (u * np.minimum(EVERY, trials - first)).astype(np.int64)
     return found
 

@@ -15,7 +15,6 @@ from tolstat.machines.elastic_machine.trials import (
 )
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
-from tolstat.model.view import View
 
 
 class ElasticMachine(Model):
@@ -51,10 +50,3 @@ class ElasticMachine(Model):
         trials = simulated(deviations[None, :], settings, time)
         chart = views.chart_of(time, trials, settings)
         return History(chart, outcome_of(trials, settings))
-
-    def view(self, name: str, deviations: Array, settings: Settings) -> View:
-        if name == "spectrum":
-            return views.spectrum(deviations, settings)
-        if name == "residual":
-            return views.residual(deviations, settings)
-        return views.listed(deviations, settings)

@@ -36,12 +36,6 @@ LONGEST = 200.0  # periods in the start-up that a spectrum is drawn to
 LOOKED = 3.0  # periods after the longest start-up
 POINTS = 40  # start-ups integrated, beside the closed form
 
-OFFERS = (
-    Offer("spectrum", "spectrum of the start-up law, and where the modes lie on it"),
-    Offer("residual", "vibration left by start-ups of any length, without load", MANY),
-    Offer("modes", "natural frequencies, damping and shapes"),
-)
-
 
 def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
     """Chart how the first trial moved; the residual has a gap before its start."""
@@ -221,3 +215,19 @@ def listed(deviations: Array, settings: Settings) -> Listing:
         (f"share of static error {n}", "1", "", last / last.sum()),
         *((f"shape {s}", "1", "1", shape) for s, shape in enumerate(modes.h.T, 1)),
     )
+
+
+OFFERS = (
+    Offer(
+        "spectrum",
+        "spectrum of the start-up law, and where the modes lie on it",
+        spectrum,
+    ),
+    Offer(
+        "residual",
+        "vibration left by start-ups of any length, without load",
+        residual,
+        MANY,
+    ),
+    Offer("modes", "natural frequencies, damping and shapes", listed),
+)

@@ -10,10 +10,9 @@ from tolstat.arrays import Array, Truths
 from tolstat.machines.planetary import trials
 from tolstat.machines.planetary.declarations import Settings, description_of
 from tolstat.machines.planetary.design import design_of
-from tolstat.machines.planetary.views import OFFERS, designs_listing, existence_chart
+from tolstat.machines.planetary.views import OFFERS
 from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Description, StudyNumber
-from tolstat.model.view import View
 
 
 class Planetary(Model):
@@ -69,9 +68,3 @@ class Planetary(Model):
             StudyNumber("centre_distance", "m", design.a, "of both pairs of wheels"),
             StudyNumber("satellite_force", "N", F, "of each where all share equally"),
         )
-
-    def view(self, name: str, deviations: Array, settings: Settings) -> View:
-        own = design_of(settings)  # as designed, whatever deviates
-        if name == "designs":
-            return designs_listing(settings, own)
-        return existence_chart(settings, own)

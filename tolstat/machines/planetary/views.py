@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
+from tolstat.arrays import Array
 from tolstat.errors import ModelError
 from tolstat.machines.planetary.declarations import Settings
-from tolstat.machines.planetary.scheme import Design, existence
+from tolstat.machines.planetary.design import design_of
+from tolstat.machines.planetary.scheme import existence
 from tolstat.machines.planetary.synthesis import UNITS, search
 from tolstat.model.view import Axis, Chart, Curve, Listing, Mark, Offer, Panel, Region
 
-OFFERS = (
-    Offer("designs", "gears of the wanted ratio, balanced, that can be assembled"),
-    Offer("existence", "ratios that gears of the scheme can have, over dw2 / dw3"),
-)
 SENTENCE = "a gear; where tip_gap is below 0 tips touch at that addendum"
 SHOWN = {"helix_2": "deg", "helix_3": "deg", "ratio_error": "%"}
 
 
-def designs_listing(settings: Settings, own: Design) -> Listing:
+def designs_listing(_: Array, settings: Settings) -> Listing:
     """List the gears that the settings ask for.
 
     Raises
@@ -26,7 +24,7 @@ def designs_listing(settings: Settings, own: Design) -> Listing:
     ModelError
         If there are none: with how many sets of teeth each condition left.
     """
-    i = own.ratio if settings.wanted_ratio is None else settings.wanted_ratio
+    i = settings.wanted_ratio or design_of(settings).ratio
     columns, counts = search(settings, i)
     if not len(columns["z1"]):
         left = "; ".join(f"{n} {words}" for words, n in counts.items())
@@ -38,11 +36,12 @@ def designs_listing(settings: Settings, own: Design) -> Listing:
     return Listing(tuple(heads), tuple(columns.values()), SENTENCE)
 
 
-def existence_chart(settings: Settings, own: Design) -> Chart:
+def existence_chart(_: Array, settings: Settings) -> Chart:
     """Draw the ratios that gears can have over D, and the gear of the settings.
 
     No addenda: satellites may come so near that their pitch circles touch.
     """
+    own = design_of(settings)
     widest = max(2.0, 1.25 * own.D)
     D = np.unique([*np.linspace(0.01, widest, 400), 1.0])
     lower, upper = existence(settings.scheme, D, settings.satellites)
@@ -71,3 +70,17 @@ def existence_chart(settings: Settings, own: Design) -> Chart:
             ),
         ),
     )
+
+
+OFFERS = (
+    Offer(
+        "designs",
+        "gears of the wanted ratio, balanced, that can be assembled",
+        designs_listing,
+    ),
+    Offer(
+        "existence",
+        "ratios that gears of the scheme can have, over dw2 / dw3",
+        existence_chart,
+    ),
+)

@@ -11,7 +11,6 @@ from tolstat.machines.ring.parameters import exist
 from tolstat.machines.ring.trials import FAILURES, IMPOSSIBLE, outcome_of, simulated
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
-from tolstat.model.view import View
 
 
 class Ring(Model):
@@ -51,8 +50,3 @@ class Ring(Model):
         trials = simulated(deviations[None, :], settings, time)
         chart = views.chart_of(time, trials, settings)
         return History(chart, outcome_of(trials, settings))
-
-    def view(self, name: str, deviations: Array, settings: Asked) -> View:
-        if name == "spectrum":
-            return views.spectrum(deviations, settings)
-        return views.stability(deviations, settings)

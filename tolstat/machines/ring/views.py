@@ -33,11 +33,6 @@ POINTS = 241  # of the range of speeds
 SHOWN = 4  # frequencies, from the lowest on
 GROWS = Level(0.0, "grows above")
 
-OFFERS = (
-    Offer("spectrum", "frequencies and growth of the ring alone over speed", MACHINES),
-    Offer("stability", "growth of ring and tool, and of the ring alone", MACHINES),
-)
-
 # of (machines, their speeds): float64[speed, quantity]
 Found = Callable[[Rings, Array], Array]
 
@@ -236,3 +231,19 @@ def stability(deviations: Array, settings: Asked) -> Chart:
         tuple(spread),
         panels=tuple(panels),
     )
+
+
+OFFERS = (
+    Offer(
+        "spectrum",
+        "frequencies and growth of the ring alone over speed",
+        spectrum,
+        MACHINES,
+    ),
+    Offer(
+        "stability",
+        "growth of ring and tool, and of the ring alone",
+        stability,
+        MACHINES,
+    ),
+)

@@ -7,10 +7,9 @@ from collections.abc import Mapping
 from tolstat.arrays import Array, Truths
 from tolstat.machines.rolling_block import parameters, trials
 from tolstat.machines.rolling_block.declarations import DESCRIPTION, Settings
-from tolstat.machines.rolling_block.views import OFFERS, chart_of, shown
+from tolstat.machines.rolling_block.views import OFFERS, chart_of
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
-from tolstat.model.view import View
 
 
 class RollingBlock(Model):
@@ -61,6 +60,3 @@ class RollingBlock(Model):
             settings,
         )
         return History(chart, trials.outcome_of(drive, loaded, pulsed, settings))
-
-    def view(self, name: str, deviations: Array, settings: Settings) -> View:
-        return shown(name, deviations, settings)

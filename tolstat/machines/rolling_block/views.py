@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -35,7 +34,6 @@ from tolstat.model.view import (
     Offer,
     Panel,
     Span,
-    View,
     bands_of,
     peaks_of,
 )
@@ -209,23 +207,29 @@ def pulses(deviations: Array, settings: Settings) -> Chart:
 
 
 OFFERS = (
-    Offer("campbell", "frequencies and excitations over the motor's speed", MANY),
-    Offer("resonances", "speeds at which excitations meet frequencies", MANY),
-    Offer("combinations", "frequencies and free speeds of the 128 combinations"),
-    Offer("gearbox", "ratios, reduced inertias, stiffnesses of the 128 combinations"),
-    Offer("response", "frequency response, response_link to response_loads", SOME),
-    Offer("poles", "poles and zeros of these, modes that do not reach the link"),
-    Offer("shapes", "mode shapes", SOME),
-    Offer("pulses", "moments after the pulse, and after others", SOME),
+    Offer(
+        "campbell", "frequencies and excitations over the motor's speed", campbell, MANY
+    ),
+    Offer(
+        "resonances", "speeds at which excitations meet frequencies", resonances, MANY
+    ),
+    Offer(
+        "combinations",
+        "frequencies and free speeds of the 128 combinations",
+        combinations,
+    ),
+    Offer(
+        "gearbox",
+        "ratios, reduced inertias, stiffnesses of the 128 combinations",
+        gearbox,
+    ),
+    Offer(
+        "response",
+        "frequency response, response_link to response_loads",
+        frequency_response,
+        SOME,
+    ),
+    Offer("poles", "poles and zeros of these, modes that do not reach the link", poles),
+    Offer("shapes", "mode shapes", shapes, SOME),
+    Offer("pulses", "moments after the pulse, and after others", pulses, SOME),
 )
-# in the order of the offers
-SHOWN: tuple[Callable[[Array, Settings], View], ...] = (
-    campbell, resonances, combinations, gearbox,
-    frequency_response, poles, shapes, pulses,
-)  # fmt: skip
-
-
-def shown(name: str, deviations: Array, settings: Settings) -> View:
-    """Show a view of the first drive, bands of the others."""
-    show = SHOWN[[offer.name for offer in OFFERS].index(name)]
-    return show(deviations, settings)
