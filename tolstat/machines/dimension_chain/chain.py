@@ -22,27 +22,17 @@ POLE = 100.0  # times what a thousand points spread: no smooth formula goes so f
 
 
 class Answers(NamedTuple):
-    """What is known of a chain without building machines, SI.
+    """What is known of a chain without building machines, SI."""
 
-    Attributes
-    ----------
-    worst_min, worst_max : float
-        Least and largest closing link within the tolerances.
-    rss_mean, rss_sigma : float
-        Of the linear chain: slopes at the middle of the tolerances, means and sigmas of
-        the distributions, links independent of each other.
-    shares : dict of str to float
-        Of the variance of the linear chain.
-    turning : tuple of str
-        Links by which the closing link rises here and falls there: then the worst case
-        is what a search found.
-    """
-
-    worst_min: float
-    worst_max: float
+    worst_min: float  # least closing link within the tolerances
+    worst_max: float  # largest
+    # of the linear chain: slopes at the middle of the tolerances, means and sigmas of
+    # the distributions, links independent of each other
     rss_mean: float
     rss_sigma: float
-    shares: dict[str, float]
+    shares: dict[str, float]  # of the variance of the linear chain
+    # links by which the closing link rises here and falls there: then the worst case is
+    # what a search found
     turning: tuple[str, ...]
 
 
