@@ -208,6 +208,16 @@ def test_what_fits_into_a_screen_stays_in_it(capsys, monkeypatch, columns):
     assert shown.count("wrap") == 9
 
 
+def test_a_row_by_itself_has_each_head_in_one_line(capsys, monkeypatch):
+    heads = ("trial", "rod_length_1\nmm", "status")
+    some = table(heads, [("7", Number(1.1), "done " * 9), ("8", None, "failed")])
+    shown = on_screen(capsys, monkeypatch, 40, Document("", (some,)))
+    assert shown.splitlines() == [
+        "7", "  rod_length_1, mm: 1.1", "  status: done done done done done done",
+        "    done done done", "8", "  status: failed",
+    ]  # fmt: skip
+
+
 def test_a_page_is_valid_and_says_the_same(tmp_path):
     made = page(document(figures=True))
     assert "\x1b" not in made and "\u202e" not in made and "\x07" not in made
