@@ -93,15 +93,17 @@ def _written(written: Written) -> Markup:
         escape(each)
         if isinstance(each, str)
         else Markup('<span data-value="{}">{}</span>').format(
-            repr(each.value), LONG.sub(_grouped, each.text)
+            repr(each.value), _digits(each.text)
         )
         for each in written
     )
     return Markup('<span class="whole">{}</span>').format(made)
 
 
-def _grouped(digits: re.Match[str]) -> str:
-    return f"{int(digits[0]):,}".replace(",", THIN)
+def _digits(text: str) -> Markup:
+    """Group long numbers, and keep an exponent with its number."""
+    grouped = LONG.sub(lambda m: f"{int(m[0]):,}".replace(",", THIN), text)
+    return Markup(re.sub(r"\S+e-\d+", r"<bdi>\g<0></bdi>", str(escape(grouped))))
 
 
 def _cell(cell: Cell) -> Markup:

@@ -162,7 +162,8 @@ def _print_row(given: Table, row: Sequence[Cell]) -> None:
             said = "; ".join(below).replace(" to ", f"{UNBROKEN}to{UNBROKEN}")
             main = f"{main} ({said})" if main else said
         if main and not column.page_only:
-            _print((f"{column.head}: {main}" if column.head else main,), "  ")
+            head = ", ".join(column.head.splitlines())
+            _print((f"{head}: {main}" if head else main,), "  ")
 
 
 def _written(cell: Cell) -> tuple[str, list[str]]:

@@ -49,7 +49,7 @@ def bare_number(text: str) -> float:
     """Read a bare number."""
     if not re.fullmatch(_NUMBER, text.strip()):
         raise UnitError(_unreadable(text, "a number such as 0.25"))
-    return _finite(text)
+    return _computable(text, float(text))
 
 
 def quantity(text: str, unit: str) -> float:
@@ -120,14 +120,8 @@ def _split(text: str) -> tuple[str, str, str, str]:
 
 
 def _si(number: str, given: str, unit: str) -> float:
-    return _computable(number, to_si(_finite(number), given, unit))
-
-
-def _finite(number: str) -> float:
-    value = float(number)
-    if not math.isfinite(value):
-        raise UnitError(f"{number} is not a finite number")
-    return _computable(number, value)
+    written = _computable(number, float(number))
+    return _computable(number, to_si(written, given, unit))
 
 
 def _computable(number: str, value: float) -> float:
