@@ -16,9 +16,10 @@ import pytest
 from click.testing import CliRunner
 
 import tolstat
+from tests.render.made_tables import table
 from tolstat.answers.sweep.extremes_document import table_rows
 from tolstat.cli.main import main
-from tolstat.document.blocks import Column, table
+from tolstat.document.blocks import Column
 from tolstat.render.screen import as_text, show_table
 
 TOLSTAT = Path(sys.executable).with_name("tolstat")

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 from tests.answers.browser import Page
+from tests.render.made_tables import table
 from tolstat.answers.answer import Answer
 from tolstat.document.blocks import (
     Bullets,
@@ -33,7 +34,6 @@ from tolstat.document.blocks import (
     Verbatim,
     note,
     paragraph,
-    table,
 )
 from tolstat.document.inline import (
     Link,

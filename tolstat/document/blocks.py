@@ -40,7 +40,6 @@ class Table:
     caption: Parts = ()  # below it
     keys: int = 1  # columns that say what a row is
     look: str = ""  # "verdicts" or "dense"
-    page_only: bool = False  # whether a screen leaves it out
 
     @property
     def sides(self) -> tuple[str, ...]:
@@ -53,24 +52,6 @@ class Table:
 
 def _is_number(cell: Cell) -> bool:
     return any(isinstance(part, Number) for part in cell.main)
-
-
-def table(
-    columns: Sequence[Column | str],
-    rows: Iterable[Sequence[Given]],
-    title: str = "",
-    *,
-    caption: Parts = (),
-    keys: int = 1,
-    look: str = "",
-    page_only: bool = False,
-) -> Table:
-    """Make a table; a text is a column, and None an empty cell."""
-    return Table(
-        tuple(Column(c) if isinstance(c, str) else c for c in columns),
-        tuple(tuple(map(_cell, row)) for row in rows),
-        title, caption, keys, look, page_only,
-    )  # fmt: skip
 
 
 def table_of(

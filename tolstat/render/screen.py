@@ -60,7 +60,7 @@ def show(document: Document) -> None:
 
 def _show(block: Block) -> None:
     match block:
-        case Section(page_only=True) | Table(page_only=True):
+        case Section(page_only=True):
             return
         case Section() | Beside():
             if title := getattr(block, "title", ""):
