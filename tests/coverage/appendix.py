@@ -18,11 +18,15 @@ LEAST = 0.005  # of the studies: with fewer intervals their coverage is not know
 PAGE = TABLE.with_name("README.md")
 TEXT = """# How often the intervals hold
 
-Problems with known answers were studied again and again: 1000 studies of each
-problem and size. Exceptions: 4000 studies of contributions, halved tolerances and
-the quantile's stopping rule; 500 of 10 000 replicated trials; 400 of 400 weighted
-trials and 100 of 4096; 200 of rare runs, 400 of those from the literature; 600 of
-two designs, 300 with 10 000 trials, and 4000 or 600 of their Ppk by moments.
+Problems with known answers were studied again and again, 1000 studies of each problem
+and size. There are exceptions:
+
+- 4000 studies of contributions, halved tolerances and the quantile's stopping rule;
+- 500 studies of 10 000 replicated trials;
+- 400 studies of 400 weighted trials, 100 of 4096;
+- 200 studies of rare runs, 400 of those from the literature;
+- 600 studies of two designs, 300 with 10 000 trials, 4000 or 600 of their Ppk by
+  moments.
 
 *Measured by `python -m tests.coverage.measure`, 2026-11-22 and 23, two hours of
 processor time, into [`table.csv`](table.csv). This page by `python -m
@@ -31,20 +35,25 @@ and new studies to both.
 
 ## All statistics
 
-"On" lists the [problems](#problems) on which at least one study of 200 was offered
-an interval; "of" is the number of problems tried. "Offered" is the least share of
-studies with an interval, of the cells with any. "Covers" is the least coverage in
-any of these cells, rounded down.
+- "On": the [problems](#problems) on which at least one study of 200 was offered an
+  interval.
+- "Of": the number of problems tried.
+- "Offered": the least share of studies with an interval.
+- "Covers": the least coverage in any problem and size, rounded down.
 
 {claims}
 
 No interval of one response covers less than claimed. Some Sobol' indices (saltelli)
-show 91 to 93 % in 300 to 600 studies. This does not differ significantly from the
-94 % that 4000 studies showed.
+show 91 to 93 % in 300 to 600 studies. This does not differ significantly from the 94
+% that 4000 studies showed.
 
-Printed with an interval, but not measured: Pp; Pp and Ppk by percentiles of
-weighted trials; Ppk of limits with two ends and their differences; contributions of
-correlated deviations; stopping rules other than the two in the table.
+These are printed with an interval, but were not measured:
+
+- Pp;
+- Pp and Ppk by percentiles of weighted trials;
+- Ppk of limits with two ends, and their differences;
+- contributions of correlated deviations;
+- stopping rules other than the two in the table.
 
 ## Rare failures
 
@@ -57,13 +66,15 @@ quadrature, all others in closed form. "Past the end" has share 0.
 
 ## Problems
 
-The first problems of khpt75 and of rods are trials of the stand: studies sample
-from 65 536 trials of `runs/khpt75.toml`, and of the same with rods of +-0.9 mm
-alone. At most 0.5 % are out of limit there. A problem "of one part" depends on one
-contributor. "Weighted" problems are sums of normal parts and their exponentials
-("skew"), whose parts come from other distributions. "Some fail": 0.4 % of the
-trials, those of the largest response. "Followed until decided": a share exactly at
-the demanded one, with the printed number of trials added until the verdict falls.
+- Problems of khpt75 and of rods are trials of the stand. Studies sample from 65 536
+  trials of `runs/khpt75.toml`, and of the same with rods of +-0.9 mm alone. At most
+  0.5 % are out of limit.
+- A problem "of one part" depends on one contributor.
+- "Weighted": sums of normal parts and their exponentials ("skew"), whose parts come
+  from other distributions.
+- "Some fail": 0.4 % of the trials, those of the largest response.
+- "Followed until decided": a share exactly at the demanded one. The printed number of
+  trials is added until the verdict falls.
 
 {problems}
 """
