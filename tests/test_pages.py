@@ -105,7 +105,7 @@ def test_the_readme_shows_the_study_as_it_is_and_a_model_that_runs():
     names = {}
     exec(model, names)
     gap = tolstat.evaluate(names["Stack"](), {"part_1": 0.04e-3})["gap"]
-    assert gap == pytest.approx(0.06e-3)
+    assert gap.item() == pytest.approx(0.06e-3)
 
 
 def test_the_readme_is_short_and_has_the_command_that_tests():
