@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The README's pictures of pages; needs Chromium (Debian: chromium-headless-shell).
 #
+# tolstat run runs/stack-up.toml && tolstat report runs/stack-up.h5
 # tolstat run runs/khpt75.toml && tolstat report runs/khpt75.h5
 # tolstat run runs/khpt75-equalized.toml && tolstat report runs/khpt75-equalized.h5
 # tolstat compare runs/khpt75.h5 runs/khpt75-equalized.h5 -o runs/comparison.html
@@ -13,6 +14,7 @@ shoot() { # page, picture, height
         --window-size="1180,$3" --screenshot="pictures/$2" "file://$PWD/$1" 2>/dev/null
 }
 
+shoot stack-up.html stack-up.png 640
 shoot khpt75.html report.png 1070
 shoot khpt75-equalized.html report-equalized.png 920
 shoot comparison.html comparison.png 1000

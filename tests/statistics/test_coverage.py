@@ -7,8 +7,7 @@ import pandas as pd
 import pytest
 from scipy.stats import binom
 
-from tests.conftest import ROOT
-from tests.coverage.claims import LEAST, claims, named
+from tests.coverage.appendix import LEAST, PAGE, page
 from tests.coverage.comparing_problems import intervals as of_designs
 from tests.coverage.halving_problems import intervals as of_halving
 from tests.coverage.index_problems import intervals as of_indices
@@ -38,12 +37,9 @@ def test_the_table_is_of_this_code_and_whole(table):
         assert asked <= set(zip(rows["problem"], rows["trials"], strict=True))
 
 
-def test_the_readme_claims_what_was_measured(table):
-    text = (ROOT / "tolstat/statistics/README.md").read_text()
-    for line in claims(table):
-        assert line in text, line
-    numbers = "; ".join(f"{i} {name}" for i, name in enumerate(named(table), 1))
-    assert numbers in " ".join(text.split())
+def test_the_page_says_what_was_measured():
+    """Else: python -m tests.coverage.appendix."""
+    assert PAGE.read_text() == page()
 
 
 def least_covered(claim, studies):
