@@ -22,7 +22,7 @@ NOT_BUT = {
     r"an(?:other)? one now|are another now|is another now": "have changed",
     r"machines? of (?:one's|your) own": "a custom model",
     r"looked at closely": "responses in focus",
-    r"\bas Ppk\b": "equivalent Ppk",
+    r"(?-i:\bas Ppk\b)": "equivalent Ppk",
     r"a few machines decide": "dominated by few trials",
     r"effective trials": "effective sample size",
     r"\bfar off\b": "in the outer 5 %",

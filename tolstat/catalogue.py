@@ -50,7 +50,7 @@ def find(model: str | Model) -> Model:
     Parameters
     ----------
     model : str or Model
-        A name of `names()`, or a machine of your own.
+        A name of `names()`, or a custom model.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def find(model: str | Model) -> Model:
 
 
 def load(place: str) -> Model:
-    """Load a machine of one's own, for all that this process asks for by name.
+    """Load a custom model, for all that this process asks for by name.
 
     Parameters
     ----------

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import tolstat
-from tests.statistics.one_quantile import quantile
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import Workers
+from tolstat.statistics.intervals.quantiles import quantile
 from tolstat.study.study import load
 
 STUDY = """\

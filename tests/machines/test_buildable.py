@@ -127,9 +127,9 @@ def test_those_among_others_change_nothing_and_are_replayed(tmp_path):
     np.testing.assert_array_equal(run.frame()["status"] == word, mass <= -1)
     # told before any trial has run; what is kept are the trials that failed
     first = told[0]
-    assert first.over == 0 and f"{count} of 150 machines" in first.doubt
-    assert f"{word} (rods, cranks" in first.doubt and not run.notes
-    assert all(not progress.doubt for progress in told[1:])
+    assert first.over == 0 and f"{count} of 150 machines" in first.warning
+    assert f"{word} (rods, cranks" in first.warning and not run.notes
+    assert all(not progress.warning for progress in told[1:])
     # a machine that can be is as it is alone
     heavy = mass > -1
     some = np.flatnonzero(heavy)[:3]

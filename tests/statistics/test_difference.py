@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tests.statistics.one_quantile import quantile
 from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.intervals.quantiles import quantile
 from tolstat.statistics.limits.difference import (
     LEAST_OF_MOMENTS,
     MOST_CORRELATED,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import binom, binomtest
 
-from tests.statistics.one_quantile import quantile
 from tolstat.statistics.intervals.quantiles import (
     _binomial_quantile,
+    quantile,
     trials_needed,
 )
 from tolstat.statistics.intervals.shares import anytime_valid, proportion

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.statistics.one_quantile import quantile
 from tolstat.statistics.intervals.moments import mean_of, sigma_of
+from tolstat.statistics.intervals.quantiles import quantile
 
 N = 1_000_000
 

@@ -245,30 +245,30 @@ def test_a_lognormal_fit_tells_mean_and_sigma_of_the_deviations(toy, tmp_path):
     assert "sigma of the natural logarithm 0.5" in words["part_1"]
 
 
-def doubts(toy, path, text, **instead):
+def warnings(toy, path, text, **instead):
     path.write_text(text)
     study = load(path, model=toy, **instead)
-    assert study.notes[: len(study.doubts)] == study.doubts
-    return study.doubts
+    assert study.notes[: len(study.warnings)] == study.warnings
+    return study.warnings
 
 
 def test_a_study_says_what_it_will_not_tell(toy, toy_study):
     text = toy_study.read_text()
-    assert doubts(toy, toy_study, text) == ()
+    assert warnings(toy, toy_study, text) == ()
     for sampling in ("random", "latin", "sobol", "saltelli"):
         still = f'model = "toy"\ntrials = 9\nseed = 1\nsampling = "{sampling}"\n'
         still += (
             '[deviations]\nangle = { distribution = "constant", value = "1 deg" }\n'
         )
-        (doubt,) = doubts(toy, toy_study, still, trials=1000)
-        assert "all 1000 trials are one and the same machine" in doubt
+        (warning,) = warnings(toy, toy_study, still, trials=1000)
+        assert "all 1000 trials are one and the same machine" in warning
         if sampling != "saltelli":
-            assert doubts(toy, toy_study, still, trials=1) == ()
+            assert warnings(toy, toy_study, still, trials=1) == ()
     grouped = f'sampling = "saltelli"\n{text}'
-    (doubt,) = doubts(toy, toy_study, grouped)
-    assert "500 groups of 5 trials, trials = 2500 or more" in doubt
-    assert "1000 are 200 groups" in doubt
-    assert doubts(toy, toy_study, grouped, trials=2500) == ()
+    (warning,) = warnings(toy, toy_study, grouped)
+    assert "500 groups of 5 trials, trials = 2500 or more" in warning
+    assert "1000 are 200 groups" in warning
+    assert warnings(toy, toy_study, grouped, trials=2500) == ()
 
 
 def test_a_rare_study_says_with_how_many_trials_it_loses_no_kind(tmp_path):
@@ -281,12 +281,12 @@ def test_a_rare_study_says_with_how_many_trials_it_loses_no_kind(tmp_path):
         f'settings.gap = "{" + ".join(names)}"\n[links]\n{links}'
         '[limits]\ngap = "<= 16 mm"\n'
     )
-    (doubt,) = load(path).doubts
-    assert "lost among 10 deviations with 5000 trials" in doubt
-    trials = int(re.search(r"trials = (\d+) or more", doubt)[1])
+    (warning,) = load(path).warnings
+    assert "lost among 10 deviations with 5000 trials" in warning
+    trials = int(re.search(r"trials = (\d+) or more", warning)[1])
     assert 5000 < trials <= 20_000
-    assert load(path, trials=trials).doubts == ()
-    assert load(path, trials=trials - 1).doubts
+    assert load(path, trials=trials).warnings == ()
+    assert load(path, trials=trials - 1).warnings
 
 
 @pytest.mark.parametrize(("parts", "trials"), [(3, 20_000), (20, 36_000)])
@@ -307,4 +307,4 @@ def test_so_many_trials_as_a_refusal_names_are_plenty(tmp_path, parts, trials):
         with pytest.raises(StudyError, match=said):
             load(path)
     path.write_text(tomli_w.dumps({"trials": trials, **study}))
-    assert load(path).doubts == ()
+    assert load(path).warnings == ()

@@ -36,8 +36,8 @@ def test_what_fits_the_memory(monkeypatch):
 def test_large_studies_are_told_so(monkeypatch):
     monkeypatch.setattr(size, "memory", lambda: 96e3)
     study = {"model": "toy", "trials": 500, "seed": 1, "deviations": {"part": "+-1 mm"}}
-    (doubt,) = load(study, model=Toy()).doubts
-    assert doubt.startswith("500 trials take about 4.8e-05 GB of memory")
+    (warning,) = load(study, model=Toy()).warnings
+    assert warning.startswith("500 trials take about 4.8e-05 GB of memory")
     with pytest.raises(StudyError, match="trials = 1001: 1001 trials take about"):
         tolstat.run(study, trials=1001, model=Toy(), output="never.h5")
     with pytest.raises(StudyError, match=r"seed = 18446744073709551616: .* from 0 to"):

@@ -103,7 +103,7 @@ class Queue:
 
         def tell(progress: Progress) -> None:
             note(notes_of(progress))
-            if not progress.doubt:
+            if not progress.warning:
                 self._set(
                     study, state=AFTERWARDS.get(progress.doing, RUNNING),
                     trials=progress.asked, ended=progress.over, failed=progress.failed,

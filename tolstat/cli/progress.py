@@ -50,7 +50,7 @@ class ProgressBar(bars.Progress):
         """Show how far it is."""
         for each in notes_of(progress):
             self.print(f"note: {each}", soft_wrap=True)
-        if progress.doubt:
+        if progress.warning:
             return
         task, total = self.tasks[0], progress.asked or None
         if task.total is None:
@@ -66,8 +66,8 @@ class ProgressBar(bars.Progress):
 
 def notes_of(progress: Progress) -> Iterator[str]:
     """Say what has to be known while trials are evaluated."""
-    if progress.doubt:
-        yield progress.doubt
+    if progress.warning:
+        yield progress.warning
     elif wanted := progress.wanted:  # more trials than the stopping rule may have
         rules = "; ".join(progress.rules)
         if math.isinf(wanted):

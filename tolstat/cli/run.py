@@ -38,7 +38,7 @@ def run(
     """
     asked = load(study, trials=trials, seed=seed)
     path = output or study.with_suffix(".h5")
-    for each in asked.doubts:
+    for each in asked.warnings:
         Screen(stderr=True).print(f"note: {each}", soft_wrap=True)
     watch(path, compute, partial(execute, asked, path, force=force))
 

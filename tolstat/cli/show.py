@@ -82,7 +82,7 @@ def models() -> None:
 
 
 def follow_run(path: Path) -> None:
-    """Show how far a run is, until it is complete or nobody writes it any more."""
+    """Show how far a run is, until it is complete or no process writes it."""
     console, said = Screen(stderr=True), ""
     live = Live(console=console, transient=True) if console.is_terminal else None
     with stop_on_interrupt() as stop, live or nullcontext():

@@ -235,8 +235,8 @@ def go_on(
 
 def _tell_impossible(study: Study, stages: Stages, tell: Telling) -> None:
     """Say before any trial runs how many cannot be built; refuse if none can."""
-    if doubt := cannot_be_built(study, stages.trials.deviations):
-        tell(Progress(0, 0, study.trials, doubt=doubt))
+    if warning := cannot_be_built(study, stages.trials.deviations):
+        tell(Progress(0, 0, study.trials, warning=warning))
 
 
 def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> Run:
@@ -244,19 +244,19 @@ def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> 
     plan = plan_of(study, trials, run.path)
     compatibility.check_same(run, plan)
     notes, longer = run.notes, study.trials != run.trials
-    doubts = [
+    warnings = [
         *compatibility.study_differs(run),
         *run.made_otherwise(study.model.source_digest),
     ]
-    if doubts and not regardless:
+    if warnings and not regardless:
         more = study.trials if longer else 0
         raise RunFileError(
-            f"{run.path} cannot be resumed as the same run: " + "; ".join(doubts),
+            f"{run.path} cannot be resumed as the same run: " + "; ".join(warnings),
             Advice("run again", run.path, run.machine, run=run),
             Advice("resume regardless", run.path, run.machine, more),
         )
-    if doubts:
-        notes = (*notes, f"resumed at {now()} although " + "; ".join(doubts))
+    if warnings:
+        notes = (*notes, f"resumed at {now()} although " + "; ".join(warnings))
     kept = ["study", "study_file", "made", "title", "machine", "source_digest"]
     if run.complete and not longer:
         kept += ["stopped", "audited", "rerun", "diagnostics", "complete"]
@@ -278,7 +278,7 @@ def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
     study, path = load(study_file), run_of(study_file)
     if not os.path.lexists(path):
         run = execute(study, path, workers, progress=tell)
-        return Done(run, FINISHED, study.doubts)
+        return Done(run, FINISHED, study.warnings)
     run = open_run(path, damaged=True)
     compatibility.check_asked(run, study)
     if run.complete and not run.damage:

@@ -38,7 +38,7 @@ class Progress(NamedTuple):
     wanted: float = 0.0
     rules: tuple[str, ...] = ()  # this stopping rule, as it is written
     at_most: int = 0  # trials that it may have
-    doubt: str = ""  # what has to be known before any trial runs
+    warning: str = ""  # what has to be known before any trial runs
 
 
 Telling = Callable[[Progress], None]

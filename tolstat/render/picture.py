@@ -21,7 +21,7 @@ from tolstat.literal import visible
 from tolstat.render.output_file import replace
 
 PICTURES = (".png", ".svg", ".pdf")
-# told apart in print and by the colour-blind (Okabe and Ito, 2008)
+# distinct in print and for the colour-blind (Okabe and Ito, 2008)
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 LIMIT = "#b00020"
 STYLE: dict[Any, Any] = {

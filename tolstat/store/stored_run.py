@@ -255,7 +255,7 @@ class Run:
         return [each.name for each in described]
 
     def beyond(self, response: str) -> Truths:
-        """Return which trials ended beyond a limit, failed ones among them."""
+        """Return which trials are out of a response's limit, failed ones among them."""
         ended: Truths = self.status != Status.NOT_RUN
         return ended & ~within(self.column(response), self.limits[response].permitted)
 

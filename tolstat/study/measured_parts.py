@@ -19,7 +19,7 @@ from tolstat.units.conversion import to_si
 from tolstat.units.grammar import quantity
 from tolstat.units.scale import Scale, scale_of
 
-PART_OF_SIZE = 0.5  # of its nominal size: as far off half of the parts cannot be
+PART_OF_SIZE = 0.5  # of its nominal size: half of the parts cannot deviate so much
 FAR = 10  # times their spread off zero: measured values may well be sizes
 
 
@@ -64,12 +64,12 @@ def read_parts(
         note = f"{what}, each as likely as any other"
         return Parts(Measured(parts), note + hint, written)
     fitted: Fitted = fit(parts, entry.fit)
-    doubt = ": doubtful" if fitted.p_value < DOUBTFUL else ""
+    warning = ": doubtful" if fitted.p_value < DOUBTFUL else ""
     words = _fitted_in_words(fitted, scale_of(contributor.unit, written))
     return Parts(
         fitted,
         f"{entry.fit} distribution fitted to {what}, {words}, Anderson-Darling p = "
-        f"{fitted.p_value:.3g}{doubt}{hint}",
+        f"{fitted.p_value:.3g}{warning}{hint}",
         written,
         words,
     )
@@ -115,7 +115,7 @@ def _hint_at_sizes(parts: Array, contributor: Contributor, written: str) -> str:
         return ""
     scale = scale_of(contributor.unit, written)
     return (
-        f"; they go {_from_to(parts, scale)}, far off zero for their spread: if these "
+        f"; they go {_from_to(parts, scale)}, far from zero for their spread: if these "
         "are sizes and not deviations, give nominal"
     )
 

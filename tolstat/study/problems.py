@@ -38,7 +38,7 @@ class Problems:
 
     @contextmanager
     def noting(self, key: str, value: Any) -> Iterator[None]:
-        """Note what is refused inside, and go on with the next key."""
+        """Note what is refused inside, and continue behind it."""
         try:
             yield
         except TolstatError as error:

@@ -97,13 +97,13 @@ class Study:
         return None if self.points else SAMPLERS[self.sampling]
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """What it will not tell, though it can be run: known before it is."""
         much = large(self.trials, self.description)
-        return (*self._doubts, much) if much else self._doubts
+        return (*self._warnings, much) if much else self._warnings
 
     @property
-    def _doubts(self) -> tuple[str, ...]:
+    def _warnings(self) -> tuple[str, ...]:
         """Those that are the same on every computer."""
         if self.points:
             return ()
@@ -113,7 +113,7 @@ class Study:
     def notes(self) -> tuple[str, ...]:
         """What the summary of the run has to say of the machines and deviations."""
         own = (self.points.note,) if self.points and self.points.note else ()
-        return (*self._doubts, *own, *self.deviating.notes)
+        return (*self._warnings, *own, *self.deviating.notes)
 
     @property
     def factors(self) -> tuple[str, ...]:

@@ -39,7 +39,7 @@ def test_what_a_proof_takes_is_said_before_anything_runs(trials, memory, monkeyp
     given["limits"] = {"gap": {"limit": "<= 1 mm", "ppm": 10}}
 
     def tell(progress):
-        told.append(progress.doubt)
+        told.append(progress.warning)
         raise KeyboardInterrupt
 
     if trials:

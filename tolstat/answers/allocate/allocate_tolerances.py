@@ -89,7 +89,7 @@ def allocated(
     _check(study)
     lengths = _lengths(study, trials)
     tell = progress or (lambda progress: None)
-    tell(Progress(0, 0, lengths.first, doubt=lengths.words))
+    tell(Progress(0, 0, lengths.first, warning=lengths.words))
     return _answer(Search(FreshRuns(study, workers, lengths.first, tell)), lengths)
 
 

@@ -114,7 +114,7 @@ def _in_both(a: Sample, b: Sample) -> Sample:
 
 
 def _promise(drawn: Drawn) -> str:
-    """Say what intervals hold for; those of verdicts, at every look, are not shown."""
+    """Say what intervals hold for; those of verdicts, anytime-valid, are not shown."""
     of_quantiles = drawn.sampled.promise
     if drawn.run.sampling == "random":
         of_quantiles = "of quantiles exact, as random trials are independent"

@@ -62,7 +62,7 @@ class Cluster(Executor):
         self._look()
 
     def _look(self) -> None:
-        """Look who is there; LostError once nobody could be used for a minute."""
+        """Look for workers; LostError once none could be used for a minute."""
         try:
             there = self._client.nthreads()
         except Exception:  # whatever Dask raises where the scheduler is gone

@@ -13,7 +13,7 @@ from tolstat.statistics.intervals.shares import proportion
 from tolstat.units.grammar import Range
 
 POINTS = 851  # of a range of speeds: one each rpm of the paper's
-NEAR = 0.85  # modes that an excitation misses by less are drawn with it
+NEAR = 0.85  # modes that an excitation misses by less stand in its picture
 
 
 def named_orders(settings: Settings) -> dict[str, float]:

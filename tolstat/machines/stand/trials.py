@@ -16,7 +16,7 @@ from tolstat.status import Status
 # marks of a trial
 START, STEADY, WINDOW, END = range(4)
 
-# parts so far off that the start-up releases more than the drive puts in
+# parts that deviate so much that the start-up releases more than the drive puts in
 NO_SHARE = "loses too much"
 
 

@@ -12,6 +12,11 @@ from tolstat.arrays import Array
 from tolstat.statistics.estimate import FAILED_THERE, NONE_DONE, Estimate
 
 
+def quantile(values: Array, share: float, confidence: float = 0.95) -> Estimate:
+    """Estimate one quantile of a random sample, as `quantiles` does."""
+    return quantiles(values, [share], confidence)[share]
+
+
 def quantiles(
     values: Array,
     shares: Iterable[float],

@@ -16,7 +16,7 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.shares import proportion
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR, holm
 
-SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both far off"
+SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both outer"
 LEAST_EXPLAINED = 0.4  # share of the units out of limit that a pair explains
 FAR = 0.05  # outer part of all trials, if no more are out of limit
 RANKED = 100_000  # trials among which a deviation is ranked
@@ -33,7 +33,7 @@ class Together(NamedTuple):
         Their names.
     how : str
         "difference": one high where the other is low; "sum": both high or both low;
-        "both far off": both in the outer part, to either side.
+        "both outer": both in the outer part, to either side.
     way : int
         1 where the first is high, -1 where it is low, 0: either happens.
     level : float
