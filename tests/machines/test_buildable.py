@@ -207,16 +207,19 @@ def test_what_cannot_be_built_is_never_evaluated():
     assert rows["gap"].tolist()[1] == 1e-3 and rows["gap"].isna().tolist()[0]
 
 
-class Shown(Nominal):
-    """A machine that moves and shows what it is given."""
+def first_part(deviations, settings):
+    """List what it is given."""
+    return Listing.of("a machine", ("part_1", "m", "", deviations[:, 0]))
 
-    views = (Offer("rows", "deviations of the first part", 4),)
+
+ROWS = Offer("rows", "deviations of the first part", first_part, 4)
+
+
+class Shown(Nominal):
+    """A machine that moves."""
 
     def impossible(self, deviations, settings):
         return {"too short": deviations[:, 0] < -1e-4}
-
-    def view(self, name, deviations, settings):
-        return Listing.of("a machine", ("part_1", "m", "", deviations[:, 0]))
 
     def history(self, deviations, settings, step):
         curve = Curve("gap", "m", "", "", np.full(3, deviations[0]))
@@ -228,10 +231,10 @@ class Shown(Nominal):
 def test_what_cannot_be_built_reaches_no_view():
     rows = np.zeros((4, 2))
     rows[:, 0] = 1e-3, -2e-3, 3e-3, -4e-3
-    (found,) = shown(Shown(), "rows", rows, None).values
+    (found,) = shown(Shown(), ROWS, rows, None).values
     assert found.tolist() == [1e-3, 3e-3]
     with pytest.raises(ModelError, match="cannot be built: too short"):
-        shown(Shown(), "rows", rows[1:], None)
+        shown(Shown(), ROWS, rows[1:], None)
 
 
 def test_the_history_of_what_cannot_be_built_is_empty():

@@ -262,7 +262,7 @@ WRONG = (
     ({"links": {"e": {**E, "tolerance": "+-1 N"}}}, r"\[links\] e.*another kind"),
     ({"links": {"e": {**E, "tolerances": "+-1 mm"}}}, r"\[links\] e.*no key toleranc"),
     ({"links": {"e": "2 ells"}}, "unknown unit 'ells'"),
-    ({"links": {"e": True}}, "a link is expected"),
+    ({"links": {"e": True}}, "expected a link such as"),
     ({"links": {"e": E, "gap": "2 mm"}}, "gap is given twice"),
     (
         {"links": {"e": E}, "deviations": {"e": "+-1 mm"}},
