@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from tolstat.answers.allocate.allocate_tolerances import allocate
     from tolstat.answers.compare.compare_runs import compare
+    from tolstat.answers.new_study import new_study
     from tolstat.answers.relimit import limited
     from tolstat.answers.report.gather import report, summary
     from tolstat.answers.views.evaluate import evaluate, trajectory, view
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "tolstat.answers.allocate.allocate_tolerances": ("allocate",),
     "tolstat.answers.compare.compare_runs": ("compare",),
+    "tolstat.answers.new_study": ("new_study",),
     "tolstat.answers.relimit": ("limited",),
     "tolstat.answers.report.gather": ("report", "summary"),
     "tolstat.answers.views.evaluate": ("evaluate", "trajectory", "view"),
@@ -75,9 +77,9 @@ __all__ = [
     "Axis", "Band", "Chart", "Contributor", "Curve", "Description", "History",
     "Level", "Listing", "Mark", "Measure", "Model", "Offer", "Outcome", "Panel",
     "Range", "Region", "Response", "Run", "Span", "StudyNumber", "allocate", "column",
-    "compare", "evaluate", "extend", "fresh_study", "limited", "models", "open",
-    "replay", "report", "resume", "run", "setting", "summary", "trajectory", "verify",
-    "view", "what_if",
+    "compare", "evaluate", "extend", "fresh_study", "limited", "models", "new_study",
+    "open", "replay", "report", "resume", "run", "setting", "summary", "trajectory",
+    "verify", "view", "what_if",
 ]  # fmt: skip
 
 

@@ -626,3 +626,23 @@ def test_settings_and_presets(tmp_path):
 @pytest.mark.parametrize("path", sorted(Path("runs").glob("*.toml")), ids=str)
 def test_the_studies_shipped_are_right(path):
     assert load(path).trials > 0
+
+
+def test_problems_of_all_classes_are_said_at_once(tmp_path):
+    """A wrong type, an unknown name, a unit, a limit: one pass."""
+    path = tmp_path / "wrong.toml"
+    path.write_text(
+        'model = "stand"\ntrials = "16"\nsede = 1\n[settings]\ncrank_speed = "7 mm"\n'
+        '[deviations]\nrod_lenght = "+-1 mm"\ncrank_radius = 5\nrunout = "+-1 N"\n'
+        '[limits]\nextra_loss = "3 %"\nlost = "<= 1 %"\n'
+    )
+    with pytest.raises(StudyError) as raised:
+        load(path)
+    said = str(raised.value)
+    for each in (
+        'trials = "16": expected a whole number', "sede: a study has no such key",
+        "[settings] crank_speed", "[deviations] rod_lenght", "[deviations] crank_radius",
+        "[deviations] runout", "[limits] extra_loss", "[limits] lost", "seed: missing",
+    ):  # fmt: skip
+        assert said.count(each) == 1, (each, said)
+    assert "trials: missing" not in said

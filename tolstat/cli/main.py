@@ -15,6 +15,7 @@ from tolstat.errors import TolstatError
 from tolstat.literal import visible
 
 FILES = {
+    "new": "new",
     "run": "run", "resume": "run", "extend": "run", "verify": "verify",
     "show": "show", "trial": "trial", "view": "trial", "report": "report",
     "what-if": "what_if", "compare": "report", "allocate": "allocate",

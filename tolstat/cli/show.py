@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from contextlib import nullcontext
@@ -10,6 +11,7 @@ from pathlib import Path
 import click
 from rich.live import Live
 
+from tolstat import catalogue
 from tolstat.answers.model_sheet import model_document, models_document
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.gather import summary
@@ -23,6 +25,7 @@ from tolstat.render.screen import Screen, as_rich, screen
 from tolstat.render.screen import show as print_document
 from tolstat.store.lock import writer_of
 from tolstat.store.open_run import open as open_run
+from tolstat.study.editor_schema import editor_schema
 
 LOOK_AGAIN = 1.0  # s, between two looks
 SHARE = 5.0  # times as long as a look takes, at least
@@ -76,9 +79,14 @@ def runs(folder: Path) -> None:
 
 
 @click.command()
-def models() -> None:
+@click.option("--schema", is_flag=True, help="A JSON Schema of their studies instead.")
+def models(schema: bool) -> None:
     """List the models: tolstat's own, of installed packages, and --machine's."""
-    print_document(models_document())
+    if schema:
+        found = editor_schema(map(catalogue.find, catalogue.names()))
+        click.echo(json.dumps(found, indent=1))
+    else:
+        print_document(models_document())
 
 
 def follow_run(path: Path) -> None:

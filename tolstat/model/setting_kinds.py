@@ -105,19 +105,18 @@ class Number(Kind):
         for word, stands_for in self.presets.items():
             if value == stands_for:
                 return word
-        unit = f" {self.unit}" if self._has_unit else ""
-        return f"{value:.10g}{unit}"
+        return grammar.typed(self.unit, value) if self._has_unit else f"{value:.10g}"
 
     @property
     def allowed(self) -> str:
         bounds = [
-            f"{word} {bound:g}"
+            f"{word} {Number(self.unit).words(bound)}"
             for word, bound in (
                 ("above", self.above), ("from", self.at_least), ("to", self.at_most),
             )
             if bound is not None
         ]  # fmt: skip
-        unit = [self.unit] if self._has_unit else []
+        unit = [self.unit] if self._has_unit and not bounds else []
         kind = "whole number" if self.whole else "number"
         words = " ".join([kind, *bounds, *unit])
         return f"{words}, or {', '.join(self.presets)}" if self.presets else words
@@ -209,8 +208,9 @@ class Interval(Kind):
         return grammar.Range(lower, upper)
 
     def words(self, value: Any) -> str:
-        unit = "" if self.each.unit == "1" else f" {self.each.unit}"
-        return f"{value.lower:.10g}..{value.upper:.10g}{unit}"
+        if self.each.unit == "1":
+            return f"{value.lower:.10g}..{value.upper:.10g}"
+        return grammar.typed(self.each.unit, *value)
 
     @property
     def allowed(self) -> str:

@@ -13,6 +13,7 @@ from tolstat.model.settings import settings_of
 from tolstat.study.distribution_entry import written_unit
 from tolstat.study.problems import Problems
 from tolstat.study.study_schema import Document
+from tolstat.units.grammar import Measure
 from tolstat.units.scale import scale_of
 
 SETTING = "links"  # of a machine: a table by name, one of whose columns is `nominal`
@@ -65,6 +66,7 @@ def check_sizes(
     links: Mapping[str, Any],
     settings: Any,
     distributions: Mapping[str, Distribution],
+    units: Mapping[str, str],
     problems: Problems,
 ) -> None:
     """Refuse tolerances that are sizes: they hold the nominal, and not nothing."""
@@ -72,10 +74,11 @@ def check_sizes(
         zone = getattr(distributions.get(name), "tolerance", None)
         if zone is None:
             continue
-        size, unit = getattr(settings, SETTING)[name][NOMINAL], written_unit(link)
-        if zone.lower <= size.value <= zone.upper and not zone.lower <= 0 <= zone.upper:
-            scale = scale_of(size.unit, unit)
-            ends = ((end - size.value) * scale.factor for end in zone)
+        size = getattr(settings, SETTING)[name][NOMINAL]
+        nominal = size.value if isinstance(size, Measure) else size
+        if zone.lower <= nominal <= zone.upper and not zone.lower <= 0 <= zone.upper:
+            scale = scale_of(units[name], written_unit(link))
+            ends = ((end - nominal) * scale.factor for end in zone)
             written = "..".join(f"{end:.6g}" for end in ends)
             message = "a tolerance is what a link may be off its nominal, such as "
             problems.add(f"[links] {name}", link, f'{message}"{written} {scale.mark}"')

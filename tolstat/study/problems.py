@@ -21,6 +21,7 @@ class Problems:
     def __init__(self, source: str, verdict: str = "cannot be run") -> None:
         self.source, self.verdict = source, verdict
         self.found: list[str] = []
+        self._places: set[str] = set()
         self.advice: list[Advice] = []
 
     def add(self, key: str, value: Any, message: str) -> None:
@@ -30,6 +31,9 @@ class Problems:
         what is allowed, what to do. Beyond a number that
         can be read they are raised at once.
         """
+        if value is None and key in self._places:  # what was wrong is missing now
+            return
+        self._places.add(key)
         shown = "" if value is None else f" = {shortened(toml_of(value))}"
         what = shortened(message, LONGEST_MESSAGE)
         self.found.append(f"{shortened(key)}{shown}: {what}")

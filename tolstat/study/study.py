@@ -198,7 +198,8 @@ def load(
         document.deviations, document.correlation, description.contributors, folder,
         problems, linked=document.links,
     )  # fmt: skip
-    check_sizes(document.links, settings, deviating.distributions, problems)
+    units = {each.name: each.unit for each in description.contributors}
+    check_sizes(document.links, settings, deviating.distributions, units, problems)
     points = None
     if sampling == "grid" and document.grid:
         points = read_grid(document, machine, settings, description, problems)

@@ -24,6 +24,7 @@ MISSING = {
     "trials": "missing; say how many machines to build, such as trials = 4096",
     "seed": "missing; a whole number, such as seed = 75: it makes the run repeatable",
 }
+DECISIVE = ("model", "settings", "links", "sampling")  # for all other sections
 UNTIL = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
 AXIS = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
 
@@ -190,6 +191,7 @@ def read(
 def check_section(section: str, entries: object, problems: Problems) -> None:
     """Refuse entries given in Python that no section of a study can have."""
     _checked({"model": "", section: entries}, problems)
+    problems.raise_if_any()
 
 
 def _checked(table: dict[str, Any], problems: Problems) -> Document:
@@ -200,6 +202,7 @@ def _checked(table: dict[str, Any], problems: Problems) -> Document:
     except ValidationError as error:
         # of a value that may be of several types each refuses it
         wrong = {_place(each["loc"], table): each["type"] for each in error.errors()}
+    left = {**table}  # what can be read, so that all problems are said at once
     for (section, *inner), kind in wrong.items():
         place, value = section, table.get(section)
         if inner:
@@ -215,7 +218,13 @@ def _checked(table: dict[str, Any], problems: Problems) -> Document:
         else:
             expected = Document.model_fields[section].description
             problems.add(place, value, f"expected {expected}")
-    raise problems.refusal
+        if section in DECISIVE:
+            raise problems.refusal
+        if inner:
+            left[section] = {k: v for k, v in left[section].items() if k != inner[0]}
+        else:
+            left.pop(section, None)
+    return Document.model_validate(left)
 
 
 def _place(where: tuple[Any, ...], table: Mapping[str, Any]) -> tuple[Any, ...]:

@@ -9,8 +9,10 @@ import math
 import re
 from typing import NamedTuple
 
+import numpy as np
+
 from tolstat.errors import UnitError
-from tolstat.units.conversion import dimension, si_unit, to_si
+from tolstat.units.conversion import dimension, from_si, si_unit, to_si
 from tolstat.units.scale import scale_of
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
@@ -18,6 +20,13 @@ _WRITTEN = re.compile(
     rf"(\+-|\+/-|±|<=|>=)?\s*({_NUMBER})(?:\s*\.\.\s*({_NUMBER}))?"
     r"\s*(1\s*/.*|[^0-9.,+\-<>=±\s].*)?"
 )
+
+# units that a value may be written in, the first of equally short ones
+_WRITTEN_IN = (
+    *("mm", "um", "km", "ms", "us", "kHz", "mHz", "deg", "mrad", "rpm", "kN", "MN"),
+    *("kJ", "MJ", "kW", "MW", "kPa", "MPa", "GPa"),
+)
+_SAME = 1e-12  # of a value: what writing and reading may change
 
 # squares and products of numbers in this range are numbers too
 LEAST, MOST = 1e-100, 1e100
@@ -109,6 +118,29 @@ def unit_of(text: str) -> str:
     if not number:
         raise UnitError(_unreadable(text, "a quantity"))
     return given or "1"
+
+
+def typed(unit: str, *values: float) -> str:
+    """Write a quantity, or both ends of a range, in the unit with the fewest digits.
+
+    Of SI and the usual ones: 0.06 m is "60 mm", 0.349... rad "20 deg".
+    """
+
+    def size(name: str) -> tuple[int, bool]:
+        """Count digits, and tell whether the number is a handy one."""
+        shown = [from_si(value, unit, name) for value in values]
+        digits = sum(len(f"{x:.9e}"[:-4].strip("-0.").replace(".", "")) for x in shown)
+        return digits, not all(x == 0 or 0.1 <= abs(x) < 10_000 for x in shown)
+
+    # a moment, N m, is no energy
+    known = () if " " in unit else _WRITTEN_IN
+    kind = [name for name in known if dimension(name) == dimension(unit)]
+    best = min((unit, *kind), key=size)
+    words = [f"{from_si(value, unit, best):.10g}" for value in values]
+    back = [to_si(float(word), best, unit) for word in words]
+    if not np.allclose(back, values, rtol=_SAME, atol=0.0):
+        words, best = [f"{value:.10g}" for value in values], unit
+    return f"{'..'.join(words)} {best}"
 
 
 def _split(text: str) -> tuple[str, str, str, str]:

@@ -1,0 +1,57 @@
+"""A commented study of each model: it runs, and names all that the model takes."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+
+import pytest
+
+import tolstat
+from tests.cli.test_commands import call
+from tests.conftest import Toy
+from tests.model.rich import Rich
+from tolstat import catalogue
+from tolstat.model import settings as model_settings
+from tolstat.model.checked import described
+from tolstat.study.study import load
+
+MODELS = [*catalogue.names(), Rich(), Toy()]
+OPTIONAL = re.compile(r"^# (?=\w+ = \")", re.MULTILINE)
+
+
+@pytest.fixture(params=MODELS, ids=str)
+def model(request):
+    return catalogue.find(request.param)
+
+
+def test_it_loads_as_it_is_and_with_all_that_is_optional(model):
+    text = tolstat.new_study(model)
+    for each in (text, OPTIONAL.sub("", text)):
+        found = load(tomllib.loads(each), model=model)
+        defaults = model_settings.make(model)
+        for name, value in vars(defaults).items():
+            # a quantity of any unit remembers how it was typed
+            if name not in ("links", "size"):
+                assert getattr(found.settings, name) == value
+    contributors, responses = described(model, defaults)
+    assert {*found.limits} == {each.name for each in responses}
+    assert {*found.deviating.distributions} == {each.name for each in contributors}
+    assert all(len(line) <= 90 for line in text.splitlines() if line[0:1] == "#")
+
+
+def test_quantities_are_in_readable_units():
+    text = tolstat.new_study("planetary")
+    assert 'pressure_angle = "20 deg"' in text and "0.349" not in text
+    assert 'speed_range = "850..1700 rpm"' in tolstat.new_study("rolling_block")
+
+
+def test_the_command_writes_a_file_and_replaces_none(tmp_path):
+    path = tmp_path / "mine.toml"
+    assert call("new", "stand", "-o", path).exit_code == 0
+    assert load(path).trials == 4096
+    done = call("new", "stand", "-o", path)
+    assert done.exit_code == 2 and "exists; give another name" in done.stderr
+    assert call("new", "stand").stdout == path.read_text()
+    done = call("new", "stant")
+    assert done.exit_code == 2 and "no model is called 'stant'" in done.stderr

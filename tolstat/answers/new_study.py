@@ -1,0 +1,160 @@
+"""A commented study of a model: every setting, contributor and response."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from typing import Any
+
+from tolstat import catalogue
+from tolstat.deviations.names import general
+from tolstat.model import settings as model_settings
+from tolstat.model.checked import described
+from tolstat.model.contract import Model
+from tolstat.model.description import Contributor, Response
+from tolstat.model.setting_kinds import Boolean, Kind, Number, Numbers, Rows
+from tolstat.study.links_section import NOMINAL, SETTING
+
+WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
+BEGIN = 34
+# what to replace, by SI unit; 1 % where the unit is none of them
+EXAMPLES = {"m": "0.1 mm", "rad": "0.1 deg", "s": "1 ms", "N m": "1 N m"}
+HEAD = """\
+# {title}
+# tolstat run STUDY.toml, then tolstat report STUDY.h5
+# Settings stand as they are by default: leave out what stays. Remove the # of what
+# deviates and of what is limited, and set your numbers.
+
+title = "{name}"
+model = "{name}"
+trials = 4096
+seed = 1
+"""
+
+
+def new_study(model: str | Model) -> str:
+    """Return a commented study of a model, as TOML.
+
+    Parameters
+    ----------
+    model : str or Model
+        A name of `tolstat.models()`, or a model object.
+
+    Raises
+    ------
+    ModelError
+        If there is no such model.
+
+    Examples
+    --------
+    >>> print(tolstat.new_study("dimension_chain"))
+    """
+    found = catalogue.find(model)
+    contributors, responses = described(found, model_settings.make(found))
+    sections = (
+        _section("[settings]", _settings(found)),
+        _section("[links]", _links(found)),
+        _section(
+            "[deviations]  # +- is three sigma at Cp = 1", _parts(found, contributors)
+        ),
+        _section(
+            "[limits]  # 99.73 % within, unless said otherwise", _limits(responses)
+        ),
+    )
+    head = HEAD.format(title=found.title or found.name, name=found.name)
+    return "\n".join([head, *(part for each in sections for part in each)])
+
+
+def _section(head: str, lines: Iterator[str]) -> Iterator[str]:
+    found = list(lines)
+    if found:
+        yield "\n".join([head, *found, ""])
+
+
+def _settings(model: Model) -> Iterator[str]:
+    for each in model_settings.settings_of(model).values():
+        if each.name == SETTING and _has_links(model):
+            continue
+        kind = each.kind
+        allowed = "" if isinstance(kind, Boolean | Rows) else kind.allowed
+        words = f"{each.sentence}; allowed: {allowed}" if allowed else each.sentence
+        yield _entry(f"{each.name} = {_toml(kind, each.default)}", words)
+
+
+def _has_links(model: Model) -> bool:
+    kind = getattr(model_settings.settings_of(model).get(SETTING), "kind", None)
+    return isinstance(kind, Rows) and kind.named and NOMINAL in kind.columns
+
+
+def _links(model: Model) -> Iterator[str]:
+    if _has_links(model):
+        table = model_settings.settings_of(model)[SETTING]
+        assert isinstance(table.kind, Rows)
+        for name, row in table.default.items():
+            keys = {k: _toml(c.kind, row[k]) for k, c in table.kind.columns.items()}
+            cells = ", ".join(f"{key} = {word}" for key, word in keys.items())
+            yield f'{name} = {{ {cells}, tolerance = "+-0.1 mm" }}'
+
+
+def _parts(model: Model, parts: Sequence[Contributor]) -> Iterator[str]:
+    if _has_links(model):
+        return
+    names = dict.fromkeys(general(each.name) for each in parts)
+    same = {name: [p for p in parts if general(p.name) == name] for name in names}
+    for kind, those in groupby(same.items(), lambda each: each[1][0].part):
+        if kind:
+            yield f"# {kind}"
+        for name, every in those:
+            unit = every[0].unit
+            example = EXAMPLES.get(unit, "1 %" if unit == "1" else f"1 {unit}")
+            members = ", ".join(each.name for each in every) if len(every) > 1 else ""
+            words = "; ".join(filter(None, [every[0].sentence, members]))
+            yield _entry(f'# {name} = "+-{example}"', words)
+
+
+def _limits(responses: Sequence[Response]) -> Iterator[str]:
+    for each in responses:
+        unit = each.shown or each.unit
+        bare = unit in ("1", "count")
+        example = ("1" if each.shown else "1 %") if bare else f"1 {unit}"
+        yield _entry(f'# {each.name} = "<= {example}"', each.sentence)
+
+
+def _toml(kind: Kind, value: Any) -> str:
+    """Write a setting as a study has it: with quotes around what is not a number."""
+    if isinstance(kind, Numbers):
+        return "[" + ", ".join(_toml(kind.each, each) for each in value) + "]"
+    if isinstance(kind, Rows):
+        return _rows(kind, value)
+    words = kind.words(value)
+    bare = isinstance(kind, Boolean) or (
+        isinstance(kind, Number) and words not in kind.presets and " " not in words
+    )
+    return words if bare else f'"{words}"'
+
+
+def _rows(kind: Rows, value: Any) -> str:
+    def one(row: dict[str, Any]) -> str:
+        cells = (f"{k} = {_toml(c.kind, row[k])}" for k, c in kind.columns.items())
+        return "{ " + ", ".join(cells) + " }"
+
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{k} = {one(row)}" for k, row in value.items()) + " }"
+    return "[" + ", ".join(map(one, value)) + "]"
+
+
+def _entry(line: str, words: str) -> str:
+    """Put a comment behind an entry, and under itself where it is long."""
+    place = max(BEGIN, len(line) + 2)
+    if place + 24 > WIDTH:
+        comment = textwrap.wrap(words, WIDTH - 2, break_on_hyphens=False)
+        return "\n".join([*(f"# {each}" for each in comment), line])
+    first, *others = textwrap.wrap(
+        words, WIDTH - place - 2, break_on_hyphens=False
+    ) or [""]
+    lines = [
+        f"{line:<{place}}# {first}",
+        *(f"{'':<{place}}# {each}" for each in others),
+    ]
+    return "\n".join(each.rstrip() for each in lines)
