@@ -49,6 +49,7 @@ def new_study(model: str | Model) -> str:
     Examples
     --------
     >>> print(tolstat.new_study("dimension_chain"))
+    # a dimension chain: ...
     """
     found = catalogue.find(model)
     contributors, responses = described(found, model_settings.make(found))

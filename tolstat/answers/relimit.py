@@ -49,6 +49,12 @@ def limited(
         If a limit cannot be read, or no such response is there.
     PictureError
         If it is a rare run.
+
+    Examples
+    --------
+    >>> run = tolstat.limited("runs/stack-up.h5", {"gap": "0.1..0.7 mm"})
+    >>> tolstat.summary(run)
+    <tolstat summary: stack-up.h5, 10000 trials; gap met>
     """
     run = open_run(run)
     found = with_limits(run, limits)

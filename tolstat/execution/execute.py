@@ -73,6 +73,12 @@ def run(
         If the study is wrong.
     RunFileError
         If the run file exists already or cannot be written.
+
+    Examples
+    --------
+    >>> run = tolstat.run("runs/stack-up.toml", trials=1000, output="short.h5")
+    >>> run.counts["done"], f"{1e3 * run.column('gap').mean():.3f} mm"
+    (1000, '0.441 mm')
     """
     asked = load(study, model=model, trials=trials, seed=seed)
     if output is None and asked.path is None:
@@ -157,6 +163,11 @@ def extend(
     RunFileError
         If there are as many already, if other trials would then have to be drawn, or as
         of `resume`.
+
+    Examples
+    --------
+    >>> tolstat.extend("runs/stack-up.h5", 20_000).trials
+    20000
     """
     with Workers(workers, executor=executor) as crew:
         return go_on(

@@ -79,6 +79,11 @@ def verify(
     ------
     DamagedError
         If the part of the file that all else depends on is damaged.
+
+    Examples
+    --------
+    >>> tolstat.verify("runs/stack-up.h5").whole
+    True
     """
     run = open_run(Path(path), damaged=True)
     try:

@@ -28,6 +28,11 @@ class Estimate(NamedTuple):
     upper: float = math.nan
     reason: str = ""
 
+    def __repr__(self) -> str:
+        if self.sure:
+            return f"{self.value:.6g} ({self.lower:.6g} to {self.upper:.6g})"
+        return f"{self.value:.6g} (no interval: {self.reason})"
+
     @property
     def sure(self) -> bool:
         """Whether there is an interval."""

@@ -41,6 +41,11 @@ def open(path: RunSource, *, damaged: bool = False) -> Run:
         If there is no such file or it holds no run.
     DamagedError
         If it is not as it was written.
+
+    Examples
+    --------
+    >>> tolstat.open("runs/stack-up.h5").frame()["gap"].max().round(6).item()
+    0.000696
     """
     if isinstance(path, Run):
         return path

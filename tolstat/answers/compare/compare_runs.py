@@ -55,6 +55,12 @@ def compare(*runs: RunSource, responses: Sequence[str] = ()) -> Comparison:
         both.
     RunFileError
         If a run cannot be read.
+
+    Examples
+    --------
+    >>> other = tolstat.run("runs/stack-up.toml", seed=2, output="other.h5")
+    >>> tolstat.compare("runs/stack-up.h5", other)
+    <tolstat compare: A stack-up.h5, B other.h5; B unpaired>
     """
     if not 2 <= len(runs) <= len(LABELS):
         raise PictureError(

@@ -50,6 +50,11 @@ def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
     ------
     RunFileError
         If the run cannot be read.
+
+    Examples
+    --------
+    >>> tolstat.summary("runs/stack-up.h5")
+    <tolstat summary: stack-up.h5, 10000 trials; gap undecided>
     """
     run = open_run(run)
     if run.aim and run.ended:
@@ -80,6 +85,14 @@ def report(run: RunSource, responses: Sequence[str] = ()) -> Report | RareSummar
         If the run has no statistics, or no such response.
     RunFileError
         If the run cannot be read.
+
+    Examples
+    --------
+    >>> found = tolstat.report("runs/stack-up.h5")
+    >>> found.save("stack-up.html").name
+    'stack-up.html'
+    >>> found.frame()["fraction_out_of_limit"]["gap"].item()
+    0.005
     """
     run = open_run(run)
     return rare_summary(run, responses) if run.aim else report_of(run, responses)

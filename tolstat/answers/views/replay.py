@@ -155,6 +155,11 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
         If there is no such trial.
     RunFileError
         If it has not run.
+
+    Examples
+    --------
+    >>> tolstat.replay("runs/stack-up.h5", 7).differences
+    ()
     """
     run = open_run(run, damaged=True)
     if index is not None and not 0 <= index < run.trials:

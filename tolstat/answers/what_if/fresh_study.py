@@ -72,6 +72,12 @@ def fresh_study(
         can say it: of a part of a batch, for example.
     PictureError
         If the trials of the run were not sampled.
+
+    Examples
+    --------
+    >>> print(tolstat.fresh_study("runs/stack-up.h5", {"shaft": "h7"}))
+    title = "Axial gap of a shaft between two bearings"
+    ...
     """
     run = open_run(run)
     if run.sampled is None:

@@ -79,6 +79,12 @@ def what_if(
         `fresh_study` for the study of a run that does.
     PictureError
         If the trials are not random.
+
+    Examples
+    --------
+    >>> found = tolstat.what_if("runs/stack-up.h5", {"housing": "+-0.06 mm"})
+    >>> found.yield_all_limits.scenario.within
+    0.999749 (0.999041 to 0.999879)
     """
     run = open_run(run)
     if limits:

@@ -13,7 +13,13 @@ from tolstat.statistics.estimate import FAILED_THERE, NONE_DONE, Estimate
 
 
 def quantile(values: Array, share: float, confidence: float = 0.95) -> Estimate:
-    """Estimate one quantile of a random sample, as `quantiles` does."""
+    """Estimate one quantile of a random sample, as `quantiles` does.
+
+    Examples
+    --------
+    >>> quantile(np.arange(1.0, 101.0), 0.5)
+    50.5 (40 to 61)
+    """
     return quantiles(values, [share], confidence)[share]
 
 

@@ -19,6 +19,11 @@ def proportion(count: int, trials: int, confidence: float = 0.95) -> Estimate:
     References
     ----------
     C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404-413.
+
+    Examples
+    --------
+    >>> proportion(3, 1000)
+    0.003 (0.0006191 to 0.00874202)
     """
     miss = (1 - confidence) / 2
     lower = betaincinv(count, trials - count + 1, miss) if count > 0 else 0.0
