@@ -8,6 +8,7 @@ are copied beside the configuration, each README as the index of its folder.
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tempfile
@@ -34,15 +35,14 @@ def gather(sources: Path) -> None:
         if path.suffix in (".md", ".ipynb"):
             data = data.replace(b"README.md", b"index.md")
         target.write_bytes(data)
-    contents = (DOCS / "contents.md").read_text()
-    rest = "\n```{toctree}\n:hidden:\n:glob:\n\n*\n```\n"
-    for folder, below in (
-        (".", contents),
-        ("runs/tutorial", rest),
-        ("runs/how-to", rest),
-    ):
-        with (sources / folder / "index.md").open("a") as index:
-            index.write(below)
+    with (sources / "index.md").open("a") as index:
+        index.write((DOCS / "contents.md").read_text())
+    for folder in ("runs/tutorial", "runs/how-to"):  # pages in the order of their list
+        page = sources / folder / "index.md"
+        text = page.read_text()
+        pages = re.findall(r"\]\(([\w-]+)\.(?:md|ipynb)\)", text)
+        tree = "\n".join(["```{toctree}", ":hidden:", "", *pages, "```"])
+        page.write_text(f"{text}\n{tree}\n")
 
 
 def main(output: str) -> int:

@@ -180,7 +180,7 @@ def test_an_index_replaces_nothing_else(tmp_path):
     called = chain(tmp_path, "batch")
     own.unlink()
     assert call("batch", called).exit_code == 2  # its report has the name of the index
-    assert call("batch", path, "-o", tmp_path / "nowhere").exit_code == 2
+    assert call("batch", path, "-o", tmp_path / "no" / "where").exit_code == 2
 
 
 def test_titles_are_texts_in_an_index(no_pages, tmp_path):

@@ -144,6 +144,13 @@ def test_damaged_compiled_code_is_compiled_anew(folder):
     assert again.stdout == "3.0\n" and f"({code_file.name}): compi" in again.stderr
 
 
+@pytest.mark.parametrize("backend", ["nonsense", "module://not.installed", ""])
+def test_pictures_need_no_backend(folder, backend):
+    call(folder, "run", "stack.toml", "--machine", STACK)
+    said = typed(folder, "report", "stack.h5", MPLBACKEND=backend)
+    assert "report in stack.html" in said
+
+
 def test_a_full_disk_behind_the_screen_is_said(folder):
     code = "from tolstat.cli.entry import entry; entry()"
     with open("/dev/full", "w") as full:

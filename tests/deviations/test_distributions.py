@@ -63,22 +63,35 @@ CASES = [
     (Weibull(ZONE, 2.0), stats.weibull_min(2, LOW, WEIBULL)),
     (Fitted("normal", 1e-4, 2e-4, 0.5), stats.norm(1e-4, 2e-4)),
     (Fitted("lognormal", -9.0, 0.4, 0.5), stats.lognorm(0.4, scale=np.exp(-9))),
-    # limiting shapes: no flank, one flank
+]
+LIMITING = [  # no flank, one flank
     (Triangular(ZONE, mode=LOW), stats.triang(0.0, LOW, WIDTH)),
     (Triangular(ZONE, mode=HIGH), stats.triang(1.0, LOW, WIDTH)),
     (Trapezoidal(ZONE, ZONE), stats.uniform(LOW, WIDTH)),
 ]
-NAMES = [f"{type(d).__name__} {i}" for i, (d, _) in enumerate(CASES)]
 
 
-@pytest.mark.parametrize(("distribution", "known"), CASES, ids=NAMES)
+def named(cases):
+    """Parameters with the names of their distributions."""
+    return [
+        pytest.param(d, known, id=f"{type(d).__name__} {i}")
+        for i, (d, known) in enumerate(cases)
+    ]
+
+
+def test_every_distribution_is_tested():
+    tested = {type(distribution) for distribution, _ in CASES} - {Fitted}
+    assert tested == set(DISTRIBUTIONS.values()) - {Constant}
+
+
+@pytest.mark.parametrize(("distribution", "known"), named(CASES + LIMITING))
 def test_inverse_is_that_of_scipy(distribution, known):
     u = np.concatenate([np.linspace(1e-9, 1 - 1e-9, 1001), [2**-53, 1 - 2**-53]])
     found = distribution.deviations(u)
     np.testing.assert_allclose(found, known.ppf(u), rtol=1e-8, atol=1e-13)
 
 
-@pytest.mark.parametrize(("distribution", "known"), CASES[:19], ids=NAMES[:19])
+@pytest.mark.parametrize(("distribution", "known"), named(CASES))
 def test_draws_follow_the_distribution(distribution, known):
     """Kolmogorov-Smirnov, four moments within their own scatter, and the ends."""
     n = 100_000

@@ -20,7 +20,7 @@ from tests.cli.test_batch import chain
 from tests.cli.test_commands import call
 from tests.conftest import ROOT
 from tolstat import catalogue
-from tolstat.errors import BrokenError, ModelError
+from tolstat.errors import BrokenError, ModelError, StudyError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.cluster import Cluster
 from tolstat.execution.workers.crew import Workers
@@ -178,10 +178,21 @@ def test_what_cannot_be_sent_is_refused(toy):
         packed(partial(simulate, toy, np.zeros((1, 3)), None))
 
 
+@pytest.mark.parametrize(
+    "address",
+    ["x", "localhost", "tcp://localhost", "tls://h:1", "inproc://1.2/3", "ucx://h:1",
+     "runs/cluster.py", ""],
+)  # fmt: skip
+def test_an_address_of_another_form_is_refused_at_once(address):
+    with pytest.raises(StudyError, match="expected the address of a Dask scheduler"):
+        Cluster(address)
+
+
 def test_a_scheduler_that_does_not_answer(tmp_path, monkeypatch):
     monkeypatch.setattr("tolstat.execution.workers.cluster.CONNECT", 0.5)
     study = chain(tmp_path, "chain")
-    for address in ("tcp://127.0.0.1:1", "nonsense://x"):
-        done = call("run", study, "--cluster", address)
-        assert done.exit_code == 1 and "no Dask scheduler answers" in done.stderr
-        assert not study.with_suffix(".h5").exists()
+    done = call("run", study, "--cluster", "tcp://127.0.0.1:1")
+    assert done.exit_code == 1 and "no Dask scheduler answers" in done.stderr
+    done = call("run", study, "--cluster", "nonsense://x")
+    assert done.exit_code == 2 and "expected the address" in done.stderr
+    assert not study.with_suffix(".h5").exists()

@@ -86,5 +86,6 @@ class Answer(ABC):
 
         return (
             f'<iframe srcdoc="{escape(self.html())}" width="100%" height="600" '
+            'onload="this.height = this.contentDocument.body.scrollHeight + 40" '
             'style="border: 0"></iframe>'
         )

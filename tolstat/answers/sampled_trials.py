@@ -7,14 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tolstat.arrays import Array
 from tolstat.deviations.samplers import OWN
 from tolstat.errors import Advice, PictureError
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run_records import Sampled
 from tolstat.store.stored_run import Run
-
-Array = NDArray[np.float64]
 
 
 class Drawn(NamedTuple):

@@ -154,7 +154,8 @@ def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
     with suppress(ValueError):
         folder = folder.relative_to(Path.cwd())
     page = folder / "batch.html"
-    check_folder(page)
+    check_folder(folder)
+    folder.mkdir(exist_ok=True)
     taken = {run_of(each).with_suffix(".html").resolve() for each in files}
     for path, mark in ((page, f"<title>{TITLE}"), (page.with_suffix(".csv"), HEADS)):
         known = not os.path.lexists(path) or _begins_with(path, mark)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Array, Truths
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import TolstatError
 from tolstat.execution.compatibility import study_of, trials_drawn_otherwise
 from tolstat.execution.diagnostics.audit import random_trials
@@ -24,23 +24,23 @@ from tolstat.store.stored_run import Run
 from tolstat.study.given_points import cases_among
 from tolstat.study.study import Study
 
-Numbers = NDArray[np.int64]
-
 
 class Verification(NamedTuple):
     """What was found of a run whose seal is whole; trials by their numbers."""
 
     run: Run  # with its `damage`: trials whose checksum is not that of what is stored
-    contradicting: Numbers  # whose status says something else than their responses
-    drawn_otherwise: Numbers  # whose deviations are not those drawn again from the seed
-    evaluated: Numbers  # that were evaluated again
-    different: Numbers  # those of them that are not bit for bit as stored
+    contradicting: Integers  # whose status says something else than their responses
+    drawn_otherwise: (
+        Integers  # whose deviations are not those drawn again from the seed
+    )
+    evaluated: Integers  # that were evaluated again
+    different: Integers  # those of them that are not bit for bit as stored
     nominal_differs: bool  # whether the nominal trial is not
     # why they may differ though nothing is damaged: another source, processor
     reasons: tuple[str, ...]
 
     @property
-    def trials(self) -> Numbers:
+    def trials(self) -> Integers:
         """Every trial that is not as it should be."""
         some = (self.contradicting, self.drawn_otherwise, self.different)
         return np.unique(np.concatenate([self.run.damage.trials, *some]))
@@ -115,7 +115,7 @@ def verify(
     )
 
 
-def _contradicting(run: Run) -> Numbers:
+def _contradicting(run: Run) -> Integers:
     """Find trials that are done without responses, or failed with some."""
     finite = [np.isfinite(run.column(each.name)) for each in run.responses]
     known = np.isin(run.status, list(run.words))
@@ -125,7 +125,7 @@ def _contradicting(run: Run) -> Numbers:
 
 
 def _differing(
-    run: Run, study: Study, chosen: Numbers, deviations: Array, workers: Workers
+    run: Run, study: Study, chosen: Integers, deviations: Array, workers: Workers
 ) -> Truths:
     """Evaluate the nominal trial and chosen ones; tell which are not bit for bit."""
     alone = np.zeros((1, deviations.shape[1]))

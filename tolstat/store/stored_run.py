@@ -272,8 +272,7 @@ class Run:
         Returns
         -------
         dict of int to float
-            By trial the response as it was evaluated more precisely, SI; NaN where it
-            was not, or failed then.
+            By trial the response, SI: as it was evaluated more precisely, where it was.
         """
         values, limit = self.columns[response], self.limits[response]
         precise = np.full(len(values), np.nan)
@@ -282,7 +281,7 @@ class Run:
         worst = worst_trials(values, self.status, limit, count)
         known = np.where(np.isnan(precise), values, precise)[worst]
         order = np.argsort(margins(known, limit.permitted), kind="stable")
-        return {int(trial): float(precise[trial]) for trial in worst[order]}
+        return dict(zip(worst[order].tolist(), known[order].tolist(), strict=True))
 
     def first(self, trials: int) -> Run:
         """Return the run of its first trials alone."""

@@ -26,8 +26,7 @@ class FailurePoint(NamedTuple):
     distance: float  # from the median trial, in normal scores: how many sigmas off
     deviations: Mapping[str, float]  # by contributor that deviates, SI
     off: Mapping[str, float]  # the same in sigmas of its distribution, from its mean
-    # the same as normal scores: as unlikely as so many sigmas of a normal part; in
-    # sigmas where the run has no scores
+    # the same as normal scores: as unlikely as so many sigmas of a normal part
     scores: Mapping[str, float]
     # share of its distribution that lies farther out, to the same side
     farther: Mapping[str, float]
@@ -66,23 +65,15 @@ def _point(run: Run, trial: int, distance: float) -> FailurePoint:
         for name, each in run.assumed.items()
         if each.sigma > 0
     }
-    scores = {
-        name: normal_score(deviations[name], run.assumed[name], off[name])
-        for name in off
-    }
+    scores = {name: normal_score(deviations[name], run.assumed[name]) for name in off}
     farther = {name: float(ndtr(-abs(score))) for name, score in scores.items()}
     value = float(run.column(run.aim)[trial])
     return FailurePoint(trial, value, distance, deviations, off, scores, farther)
 
 
-def normal_score(deviation: float, assumed: Assumed, unknown: float) -> float:
-    """Return how unlikely it is that a part lies as far out, as a normal score.
-
-    `unknown` where the run does not tell.
-    """
+def normal_score(deviation: float, assumed: Assumed) -> float:
+    """Return how unlikely it is that a part lies as far out, as a normal score."""
     at = np.array(assumed.at_scores)
-    if not len(at):
-        return unknown
     first, behind = (int(np.searchsorted(at, deviation, s)) for s in ("left", "right"))
     if first < behind:  # of many equal parts the one that is least far out
         return float(np.clip(0.0, SCORES[first], SCORES[behind - 1]))

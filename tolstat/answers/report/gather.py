@@ -230,14 +230,17 @@ def _worst_trials(
     def at(name: str, trial: int) -> float:
         return float(run.column(name)[trial])
 
+    again = run.audited
+    found = again and zip(again.trials.tolist(), again.responses[response], strict=True)
+    precise = dict(found or ())
     return tuple(
         report_answer.WorstTrial(
             trial,
             at(response, trial),
-            precise,
+            float(precise.get(trial, np.nan)),
             {name: at(name, trial) for name in named},
         )
-        for trial, precise in run.worst_trials(response).items()
+        for trial in run.worst_trials(response)
     )
 
 

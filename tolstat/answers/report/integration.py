@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tolstat.answers.report.report_answer import Effect, IntegrationErrors, LargestError
 from tolstat.answers.sampled_trials import Drawn
+from tolstat.arrays import Array
 from tolstat.statistics.integration_error import (
     IntegrationError,
     VerdictChanges,
@@ -21,8 +22,6 @@ from tolstat.statistics.limits.yields import yield_of
 from tolstat.statistics.summary import Summary
 from tolstat.status import Status
 from tolstat.store.run_records import Reason
-
-Array = NDArray[np.float64]
 
 
 def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | None:

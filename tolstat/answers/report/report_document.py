@@ -70,7 +70,9 @@ def sheet(
     if not block.approval:
         rows.append(("approval, date", ()))
     signed = blocks.Section("", (blocks.Facts(tuple(rows), "sheet"),), page_only=True)
-    head = (what, f"model {found.model}", found.run, str(given["started_at"]))
+    source = str(given["source_digest"])[:12]
+    made_by = f"seed {given['seed']}, tolstat {given['version_tolstat']}, {source}"
+    head = what, f"model {found.model}", found.run, made_by, str(given["started_at"])
     known = {name.replace("_", " "): text(str(each)) for name, each in given.items()}
     del known["study"]
     study = blocks.Verbatim(str(given["study"]))

@@ -6,9 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tolstat.answers.sampled_trials import Drawn, drawn_trials
+from tolstat.arrays import Array
 from tolstat.document import blocks, plot
 from tolstat.document.inline import text
 from tolstat.statistics.summary import Summary
@@ -16,8 +16,6 @@ from tolstat.units.scale import Scale
 
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import Report, ReportedResponse
-
-Array = NDArray[np.float64]
 
 BINS = 60
 MARKED = (0.5, 0.95, 0.99865)  # quantiles above a histogram

@@ -21,10 +21,11 @@ from tolstat.deviations.names import expand
 from tolstat.errors import StudyError, TolstatError
 from tolstat.execution.compatibility import study_of
 from tolstat.model.contract import Model
+from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.statistics.limits.limit import within
 from tolstat.statistics.limits.sample_size import trials_that_decide
-from tolstat.statistics.limits.yields import CONFIDENCE, UNDECIDED, verdict
+from tolstat.statistics.limits.yields import UNDECIDED, verdict
 from tolstat.store.open_run import RunSource
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run

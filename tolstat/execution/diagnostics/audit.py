@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Array, Truths
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.deviations.samplers import uniform
 from tolstat.execution.trial_table import Trials
 from tolstat.execution.workers.crew import Workers
@@ -22,8 +22,6 @@ from tolstat.status import Status
 from tolstat.store.run_records import Audited, Reason, joined
 from tolstat.study.given_points import cases_among
 from tolstat.study.study import Study
-
-Numbers = NDArray[np.int64]
 
 EVERY = 100  # trials of which one is evaluated again
 NEAREST = 4  # trials at least, on either side of each end of a limit
@@ -36,7 +34,7 @@ NO_LIMIT = Limit(-np.inf, np.inf)
 class Choice(NamedTuple):
     """Trials to be evaluated again."""
 
-    trials: Numbers  # int64[n]: their numbers, ascending
+    trials: Integers  # int64[n]: their numbers, ascending
     # bool[n]: whether a trial is the one of its hundred that was chosen at random
     at_random: Truths
     # dict of str to uint8[n]: by response that chose trials on purpose: sums of
@@ -98,12 +96,12 @@ def _largest_error(trials: Trials, audited: Audited, name: str) -> float:
     return float(known.max()) if len(known) else np.nan
 
 
-def random_trials(seed: int, trials: int) -> Numbers:
+def random_trials(seed: int, trials: int) -> Integers:
     """Choose one trial at random of each hundred, whatever trials follow; ascending."""
     first = np.arange(0, trials, EVERY)
     # with a purpose: parts of a batch may be called so, too
     u = uniform(seed, "audit", len(first), "of trials")
-    found: Numbers = first + (u * np.minimum(EVERY, trials - first)).astype(np.int64)
+    found: Integers = first + (u * np.minimum(EVERY, trials - first)).astype(np.int64)
     return found
 
 
@@ -141,7 +139,7 @@ def choose_in_reach(
     there is none). Of each response the nearest twenty, or its part of a hundredth of
     the trials, where they are more.
     """
-    found: dict[str, dict[Reason, Numbers]] = {}
+    found: dict[str, dict[Reason, Integers]] = {}
     for name, limit in limits.items():
         share = len(trials.deviations) // EVERY // len(limits)
         distance = np.abs(trials.response(name)[:, None] - limit.permitted).min(axis=1)
@@ -153,7 +151,7 @@ def choose_in_reach(
 
 
 def _choice(
-    at_random: Numbers, purposes: Mapping[str, Mapping[Reason, Numbers]]
+    at_random: Integers, purposes: Mapping[str, Mapping[Reason, Integers]]
 ) -> Choice:
     own = [some for of in purposes.values() for some in of.values()]
     every = np.unique(np.concatenate([at_random, *own]))
@@ -166,7 +164,7 @@ def _choice(
 
 def _on_purpose(
     values: Array, status: NDArray[np.uint8], limit: Limit, share: int
-) -> dict[Reason, Numbers]:
+) -> dict[Reason, Integers]:
     """Choose trials for the sake of one response."""
     done = np.flatnonzero(status == Status.DONE)
     known = values[done]
@@ -182,7 +180,7 @@ def _on_purpose(
     }
 
 
-def next_to(values: Array, limit: Limit, end: float, number: int) -> Numbers:
+def next_to(values: Array, limit: Limit, end: float, number: int) -> Integers:
     """Find the places of values next to an end of a limit, as many on either side."""
     distance = np.abs(values - end)
     within = values >= end if end == limit.lower else values <= end
@@ -192,7 +190,7 @@ def next_to(values: Array, limit: Limit, end: float, number: int) -> Numbers:
     )
 
 
-def spread(values: Array, number: int) -> Numbers:
+def spread(values: Array, number: int) -> Integers:
     """Choose values spread evenly from the least to the largest.
 
     By value and not by rank: a rare kind of trial that takes much of the range, as

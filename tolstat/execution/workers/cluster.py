@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 import time
 import warnings
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from typing import Any
 from tolstat.errors import BrokenError, LostError, StudyError
 from tolstat.execution.workers.remote_blocks import Mismatch
 
+ADDRESS = re.compile(r"tcp://([^/:\s]+|\[[0-9a-fA-F:.%]+\]):[0-9]{1,5}")
 CONNECT = 10.0  # s, for a scheduler to answer
 PATIENCE = 60.0  # s, without any worker that can be used
 LOOK_AGAIN = 1.0  # s, between two looks at who is there
@@ -33,12 +35,17 @@ class Cluster(Executor):
     Raises
     ------
     StudyError
-        If Dask is not installed.
+        If Dask is not installed, or the address is of another form.
     BrokenError
         If no scheduler answers there.
     """
 
     def __init__(self, address: str) -> None:
+        if not ADDRESS.fullmatch(address):
+            raise StudyError(
+                f"cluster {address!r}: expected the address of a Dask scheduler, "
+                "tcp://HOST:PORT, such as tcp://localhost:8786"
+            )
         try:
             from distributed import Client
         except ImportError as error:

@@ -21,7 +21,6 @@ Ends = tuple[float, float]
 
 MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
 WORST_FIRST = (NOT_MET, UNDECIDED, MET)
-CONFIDENCE = 0.95
 
 
 class Yield(NamedTuple):
