@@ -50,8 +50,8 @@ them equal. Both hold.
 
 Cranks of different radius, energy lost to guide friction from standstill to the end,
 guides that touch at 5.8e-4 rad. The paper says: no loss below 0.5 mm, then nearly
-linear, about 8 % at 3 mm. *`tolstat run runs/khpt75-fig4.toml`, `tolstat show
-runs/khpt75-fig4.h5`*
+linear, about 8 % at 3 mm. *`tolstat run runs/khpt75-fig4.toml`, `tolstat export
+runs/khpt75-fig4.h5 -o fig4.csv`*
 
 {loss}
 

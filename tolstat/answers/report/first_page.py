@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tolstat.answers.cells import limit_cell, numbers_of, ppm, verdict_cell
-from tolstat.answers.next_steps import to_extend, to_halve
+from tolstat.answers.next_steps import to_extend, to_halve, to_resume
 from tolstat.document import blocks, plot
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
@@ -198,7 +198,11 @@ def differ(one: Estimate, other: Estimate) -> bool:
 
 
 def _next_steps(found: RunSummary) -> tuple[Parts, ...]:
-    """Say what to do next: tighten the main cause, or run more trials."""
+    """Say what to do next: resume, tighten the main cause, or run more trials."""
+    run = found.stored_run
+    if run.ended < run.trials:
+        resume = Typed(to_resume(run.path, run.machine))
+        return (text("Run the trials that are missing: ", resume, "."),)
     halve = (  # first what is known to gain
         _halve(found, name, each, known=known)
         for known in (True, False)
@@ -208,7 +212,7 @@ def _next_steps(found: RunSummary) -> tuple[Parts, ...]:
     limits = [(found.limits[name].yields.needed, name) for name in found.verdicts]
     if undecided := [each for each in limits if each[0]]:
         needed, name = min(undecided)
-        command = to_extend(found.stored_run, needed)
+        command = to_extend(run, needed)
         how = (
             (" in all: ", Typed(command)) if command else ", in a new run of the study"
         )

@@ -46,7 +46,7 @@ def _in_words(found: Together) -> str:
     """Say what two contributors do in out-of-limit trials."""
     (a, b), way = found.members, found.way
     if found.how == BOTH_FAR:
-        return f"{a} and {b} both in the outer 5 %"
+        return f"{a} and {b} both far from their middle"
     if found.how == SUM:
         sides = {1: "high", -1: "low", 0: "high, or both low"}
         return f"{a} and {b} both {sides[way]}"

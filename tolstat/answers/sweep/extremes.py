@@ -52,7 +52,7 @@ class Extremes(Answer):
     failed: int
     responses: Mapping[str, ResponseExtremes]
     notes: tuple[str, ...]  # what must be known to read the numbers
-    of: Run = field(metadata={"json": False})
+    stored_run: Run = field(metadata={"json": False})
     answers: ClassVar[str] = "extremes"
     not_met: ClassVar[tuple[str, ...]] = ()  # no limit is judged
 

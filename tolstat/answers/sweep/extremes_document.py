@@ -40,8 +40,8 @@ def extremes_document(found: Extremes) -> Document:
             _responses(found),
             table_of(limits, "Limits"),
             *map(blocks.note, found.notes),
-            *table_rows(found.of),
-            *comparisons(found.of),
+            *table_rows(found.stored_run),
+            *comparisons(found.stored_run),
         ),
     )
 
