@@ -212,3 +212,56 @@ def test_two_runs_started_together(toy_study, tmp_path):
     assert "is being written by process" in words or "exists already" in words
     run = tolstat.open(toy_study.with_suffix(".h5"))
     assert run.sampled.seed == 5 + winner and run.ended == 40000
+
+
+def test_a_file_of_ones_own_that_is_called_before_is_kept(toy_study, tmp_path):
+    path, own = tmp_path / "r.h5", tmp_path / "r.h5.before"
+    tolstat.run(toy_study, model=Toy(), output=path)
+    own.write_bytes(path.read_bytes())
+    tolstat.extend(path, 1100, model=Toy())
+    assert own.exists()
+    with pytest.raises(RunFileError, match="is in the way"):
+        tolstat.run(toy_study, model=Toy(), output=path, force=True)
+    path.unlink()
+    tolstat.run(toy_study, model=Toy(), output=path)
+    assert own.exists() and tolstat.open(path).complete
+
+
+def test_what_stood_there_is_put_back_though_it_was_in_part(toy_study, tmp_path):
+    """A run in part that replaces another, replaced by one that stops at once."""
+    path, over = tmp_path / "r.h5", [0]
+    before = tolstat.run(toy_study, model=Toy(), output=path)
+
+    def tell(progress):
+        over[0] = progress.over
+
+    with pytest.warns(RuntimeWarning, match="is kept as"):
+        part = watched(
+            toy_study, path, tell, force=True, stopping=lambda: over[0] >= 100
+        )
+    data = path.read_bytes()
+    with pytest.raises(ModelError, match="ZeroDivisionError"):
+        watched(toy_study, path, lambda progress: None, force=True, model=Broken())
+    assert path.read_bytes() == data and 0 < part.ended < 1000
+    assert tolstat.open(f"{path}.before").frame().equals(before.frame())
+
+
+def test_a_complete_run_takes_the_place_of_an_older_one_that_was_left(
+    toy_study, tmp_path
+):
+    path, kept = tmp_path / "r.h5", tmp_path / "r.h5.before"
+    over = [0]
+
+    def tell(progress):
+        over[0] = progress.over
+
+    tolstat.run(toy_study, model=Toy(), output=path)
+    with pytest.warns(RuntimeWarning, match="is kept as"):
+        watched(toy_study, path, tell, force=True, stopping=lambda: over[0] >= 100)
+    older = kept.read_bytes()
+    done = tolstat.resume(path, model=Toy())
+    kept.write_bytes(older)  # killed between the end and its removal
+    over[0] = 0
+    with pytest.warns(RuntimeWarning, match="is kept as"):
+        watched(toy_study, path, tell, force=True, stopping=lambda: over[0] >= 100)
+    assert tolstat.open(kept).made == done.made

@@ -268,7 +268,9 @@ def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> 
         )
     if warnings:
         notes = (*notes, f"resumed at {now()} although " + "; ".join(warnings))
-    kept = ["study", "study_file", "made", "title", "machine", "source_digest"]
+    kept = [
+        "study", "study_file", "made", "title", "machine", "source_digest", "replaces",
+    ]  # fmt: skip
     if run.complete and not longer:
         kept += ["stopped", "audited", "rerun", "diagnostics", "complete"]
     as_stored = {name: getattr(run, name) for name in kept}

@@ -11,6 +11,8 @@ import time
 import warnings
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import h5py
@@ -29,7 +31,6 @@ from tolstat.store import layout, temporary_files
 from tolstat.store.checksums import clock_of, fingerprints, seconds_of
 from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, NOMINAL, STATUS, STEPS, Rows
 from tolstat.store.lock import Lock, is_still
-from tolstat.store.seal import is_run
 from tolstat.store.stored_run import Run
 
 SAFE_EVERY = 2.0  # s, between two times at which data are made safe from a power cut
@@ -59,6 +60,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         self._spent, self._began = 0.0, time.perf_counter()
         self._safe = time.monotonic()
         self._unsafe: Blocks = []
+        self._replaced: Path | None = None  # what stood there, under another name
         self._replace(run, before)
 
     @classmethod
@@ -69,8 +71,12 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         the new one is complete.
         """
         temporary_files.check_replaceable(lock.path, force=force)
+        path, replaced = lock.path.resolve(), None  # a link stays one
+        if path.exists():
+            replaced = temporary_files.linked_aside(path)
+            run = replace(run, replaces=temporary_files.kept_before(path))
         writer = cls(lock, run)
-        writer._new = True
+        writer._new, writer._replaced = True, replaced
         return writer
 
     @classmethod
@@ -119,8 +125,6 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                 for name in before.places.keys() - {*run.known}:  # what trials fill
                     rows.write(name, before.read(name)[: places[name].length])
             rows.sync()
-            if before is None and path.exists():
-                temporary_files.keep_before(path)
             os.replace(aside, path)
         except OSError as error:
             with suppress(OSError):
@@ -239,7 +243,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     @property
     def _puts_back(self) -> bool:
         """Whether the run that was to be replaced gets its name again."""
-        return self._is_unused and is_run(temporary_files.before_of(self.path))
+        return self._replaced is not None and self._is_unused
 
     def finish(self, run: Run) -> None:
         """Leave the run as it is at its end.
@@ -264,20 +268,25 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _leave_one(self) -> None:
         """Remove the run that was replaced, keep it, or put it back if nothing ran."""
         before = temporary_files.before_of(self.path)
-        if self._puts_back:
-            os.replace(before, self.path.resolve())
-            self.given_up = True
+        kept = self.run.replaces == temporary_files.identity(before) != ""
+        if self._replaced and self._puts_back:
+            if kept and before.samefile(self._replaced):
+                before.unlink()
+            os.replace(self._replaced, self.path.resolve())
+            self._replaced, self.given_up = None, True
         elif self._unwanted:
             self.path.unlink()
-        elif self.run.complete and is_run(before):
+        elif self.run.complete and kept:
             before.unlink()
-        elif is_run(before):
+        elif kept:
             warnings.warn(
                 f"the run that was there before is kept as {before} until {self.path} "
                 "is complete",
                 RuntimeWarning,
                 stacklevel=2,
             )
+        if self._replaced:
+            self._replaced.unlink()
 
 
 def _in_a_row(blocks: Blocks) -> list[tuple[slice, Answers]]:

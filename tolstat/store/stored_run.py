@@ -88,6 +88,8 @@ class Run:
         What has to be known of the deviations, and of the machine's answers.
     made : dict of str to str
         Versions, processor, platform, command, and when it was started.
+    replaces : str
+        What identifies the run that it replaced; empty if there was none.
     stopped : Stopped or None
         What the stopping rule made of it; None without one, or where it was cut short.
     audited : Audited or None
@@ -135,6 +137,7 @@ class Run:
     notes: tuple[str, ...]
     assumptions: tuple[str, ...]
     made: Annotated[dict[str, str], Stored("provenance")]
+    replaces: str = ""
     stopped: records.Stopped | None = None
     audited: Annotated[records.Audited | None, Stored("audit")] = None
     rerun: records.Audited | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import os
 import re
@@ -45,17 +46,52 @@ def before_of(path: Path) -> Path:
     return whole.with_name(f"{whole.name}.before")
 
 
-def keep_before(path: Path) -> None:
-    """Keep a run under another name; its own is never without one of them.
+def identity(path: Path) -> str:
+    """Return what identifies a run file: a digest of its beginning, where its seal is.
 
-    What an interrupted run was to replace is kept on: it came to its end.
+    Empty if there is no file.
     """
-    before = before_of(path)
-    if not os.path.lexists(before):
-        try:
-            os.link(path, before)
-        except OSError:  # a file system without links
-            os.replace(path, before)
+    with suppress(OSError), path.open("rb") as file:
+        return hashlib.sha256(file.read(4096)).hexdigest()[:16]
+    return ""
+
+
+def kept_before(path: Path) -> str:
+    """Keep the run that is to be replaced as RUN.h5.before; return what identifies it.
+
+    Where an interrupted run is replaced that had itself replaced one, that one is kept
+    on: it came to its end.
+
+    Raises
+    ------
+    RunFileError
+        If another file of this name is there, which is not removed.
+    """
+    before, ours, complete = before_of(path), "", False
+    with suppress(TolstatError):  # of another format, or too damaged to be read
+        run = open_run(path, damaged=True)
+        ours, complete = run.replaces, run.complete
+    if known := identity(before):
+        if known != ours:
+            raise RunFileError(
+                f"{before} is in the way: the run that is replaced is kept there until "
+                "the new one is complete; move that file, or give another name (-o)"
+            )
+        if not complete:
+            return known
+    aside = linked_aside(path)
+    os.replace(aside, before)
+    return identity(before)
+
+
+def linked_aside(path: Path) -> Path:
+    """Give a file a second name, of this process alone."""
+    aside = aside_of(path)
+    try:
+        os.link(path, aside)
+    except OSError:  # a file system without links
+        shutil.copy2(path, aside)
+    return aside
 
 
 def check_replaceable(path: Path, *, force: bool) -> None:
