@@ -213,8 +213,11 @@ def test_what_is_damped_is_a_state_and_stands_once(damped):
 @pytest.mark.parametrize(
     ("counts", "words"),
     [
-        ({}, "rates fills 3 rows, declared are 2 .2 states.;"),
-        ({"damped": (1,), "n_above": 1}, "declared are 4 .2 states, 1 above, 1 damped"),
+        ({}, "rates fills 3 rows, but 2 are declared .2 states.;"),
+        (
+            {"damped": (1,), "n_above": 1},
+            "but 4 are declared .2 states, 1 above, 1 damped",
+        ),
     ],
 )
 def test_rows_that_are_not_declared_are_refused(counts, words):
