@@ -214,10 +214,7 @@ def test_damped_numbers_are_states_given_once(damped):
     ("counts", "words"),
     [
         ({}, "rates fills 3 rows, but 2 are declared .2 states.;"),
-        (
-            {"damped": (1,), "n_above": 1},
-            "but 4 are declared .2 states, 1 above, 1 damped",
-        ),
+        ({"damped": (1,), "n_above": 1}, "4 are declared .2 states, 1 above, 1 damped"),
     ],
 )
 def test_undeclared_rows_are_refused(counts, words):

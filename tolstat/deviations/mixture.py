@@ -51,7 +51,7 @@ class Mixture(NamedTuple):
 
     def parts(self, which: Array) -> NDArray[np.int64]:
         """Return int64[point]: the part that each unit sample chooses."""
-        # the last part takes what rounding leaves
+        # the last part takes the remainder of rounding
         ends = np.cumsum(self.shares)[:-1]
         return np.asarray(np.searchsorted(ends, which, "right"), np.int64)
 
@@ -175,7 +175,7 @@ def _root(scatter: Array, points: float, spread: float) -> Array:
 
     A direction keeps the spread if it differs by no more than chance (V. A. Marchenko,
     L. A. Pastur, Math. USSR Sbornik 1 (1967) 457-483). Otherwise hundreds of numbers
-    would be fitted where few matter. No variance is small.
+    would be fitted where few matter. No variance is near zero.
     """
     values, vectors = np.linalg.eigh(scatter)
     even = spread**2

@@ -32,7 +32,7 @@ class Spread(NamedTuple):
 
 
 def zone_of(distribution: Distribution) -> Tolerance | None:
-    """Return the tolerance of a distribution; None where it has none."""
+    """Return the tolerance of a distribution; None if it has none."""
     return getattr(distribution, "tolerance", None)
 
 

@@ -15,7 +15,7 @@ NEAR = 0.01
 
 @compiled(within=True)
 def vertex_of(a, m, b):
-    """Return where in the step the parabola through three values turns, and its value.
+    """Return the place in the step and the value of the vertex through three values.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ class Estimate(NamedTuple):
     value : float
         The estimate; NaN if there is none.
     lower, upper : float
-        Ends of the interval; NaN where no trustworthy one exists.
+        Ends of the interval; NaN if no trustworthy one exists.
     reason : str
         Reason why there is no interval.
     """

@@ -96,7 +96,7 @@ def _trials_until(now: float, then: float) -> float:
 
 
 def next_stage(trials: int, wanted: float) -> int:
-    """Return the trials of the next look: at most eight times as many as now.
+    """Return the trials of the next stage: at most eight times as many as now.
 
     References
     ----------

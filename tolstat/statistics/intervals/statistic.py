@@ -126,7 +126,7 @@ class Statistic(NamedTuple):
         limit: tuple[float, float] | None = None,
         declared: tuple[float, float] | None = None,
     ) -> Estimate:
-        """Estimate; `declared` is the range of the response, infinite where open."""
+        """Return its estimate; `declared` is the response range, infinite if open."""
         if self.kind == "quantile":
             return quantiles_at(values, sample, [self.share], limit)[self.share]
         if self.kind == "beyond":

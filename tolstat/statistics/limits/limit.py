@@ -22,7 +22,7 @@ class Limit(NamedTuple):
     Attributes
     ----------
     lower, upper : float
-        Least and greatest permitted value, SI; infinite where an end is open.
+        Least and greatest permitted value, SI; infinite if an end is open.
     demanded : float
         Demanded yield.
     words : str
