@@ -26,8 +26,8 @@ SCORES = np.linspace(-FARTHEST, FARTHEST, STEPS)
 class Density:
     """Density of a distribution, as its deviations and their slope over normal scores.
 
-    `ends` hold all but one part in 10^10, `width` is the largest slope, and `size` a
-    power of two that slopes are divided by, all SI. If one density is the other scaled
+    `ends` hold all but one part in 10^10. `width` is the largest slope. Slopes are
+    divided by `size`, a power of two. All are SI. If one density is the other scaled
     by a power of two, their ratio is exact.
 
     Raises

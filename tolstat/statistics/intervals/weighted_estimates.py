@@ -92,9 +92,9 @@ def rare_share(out: Truths, weights: Array) -> Estimate:
     -------
     Estimate
         With the gamma interval of a sum of weighted counts. The next unit is assumed as
-        heavy as the heaviest trial out of limit, or as the heaviest of all if the
-        effective sample size out of limit is below 100. If none is out of limit, the
-        upper end is `unmet`.
+        heavy as the heaviest trial out of limit. If the effective sample size of these
+        is below 100, it is as heavy as the heaviest of all. If none is out of limit,
+        the upper end is `unmet`.
     """
     n = len(weights)
     if n == 0:

@@ -54,8 +54,8 @@ def replicates_that_decide(
 ) -> int:
     """Return how many trials decide whether a share is as large as demanded.
 
-    The least number, in steps of a quarter, that decides with a chance of 80 % if the
-    scatter of the replicates falls with the root of the trials; 0 above 1e9. If
+    The least number, in steps of a quarter, that decides with a chance of 80 %; 0 above
+    1e9. The scatter of replicates is assumed to fall with the root of the trials. If
     replicates are too small, the number that makes them large enough. Arguments as of
     `share_from_replicates`.
     """
