@@ -72,7 +72,7 @@ def halved(distribution: Distribution) -> Nearer:
     """Return a distribution with half its tolerance.
 
     Each deviation is half as far from zero, or from the nearer end of a tolerance on
-    one side of zero. Examples: +-0.2 mm becomes +-0.1 mm, 0..60 um becomes 0..30 um, +16..+34 um
+    one side of zero. +-0.2 mm becomes +-0.1 mm, 0..60 um becomes 0..30 um. +16..+34 um
     becomes +16..+25 um, as a finer grade of the same position. Shape and Cp stay.
 
     Raises
