@@ -1,4 +1,4 @@
-"""Studies and machines that many tests need."""
+"""Studies and models that many tests need."""
 
 from __future__ import annotations
 

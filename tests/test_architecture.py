@@ -1,4 +1,4 @@
-"""The floors hold."""
+"""Layers of the package, and lazy imports."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 
-def test_floors():
+def test_layers_import_only_lower_layers():
     found = subprocess.run(
         [Path(sys.executable).with_name("lint-imports"), "--no-cache"],
         cwd=ROOT, capture_output=True, text=True, check=False,
@@ -109,7 +109,7 @@ def printed(code):
     return found.stdout.strip()
 
 
-def test_importing_tolstat_and_its_command_line_loads_nothing_heavy():
+def test_importing_tolstat_loads_no_heavy_package():
     code = (
         "import sys, tolstat, tolstat.cli.main;"
         "heavy = {'numba', 'pandas', 'pint', 'scipy', 'h5py', 'pydantic', 'tomli_w'};"
@@ -118,7 +118,7 @@ def test_importing_tolstat_and_its_command_line_loads_nothing_heavy():
     assert printed(code) == "[]"
 
 
-def test_the_list_of_commands_loads_none_of_them():
+def test_the_list_of_commands_loads_no_command():
     code = (
         "import sys; from tolstat.cli.main import main;"
         "main(['--help'], standalone_mode=False); print();"
@@ -135,7 +135,7 @@ def test_describing_a_model_does_not_load_the_compiler():
     assert printed(code) == "False"
 
 
-def test_a_run_begins_before_anything_slow_of_scipy_is_loaded():
+def test_a_run_begins_before_slow_scipy_modules_load():
     code = (
         "import sys, tolstat.cli.run, tolstat.execution.execute;"
         "from tolstat.study.study import load; load('runs/khpt75.toml');"

@@ -1,4 +1,4 @@
-"""Anybody's text in every medium."""
+"""Arbitrary text in every medium."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HOSTILE = "[/] [mm] [red]x :warning: $\\foo{ a$ <b>&\x1b[31m\u202ereversed\x07"
 SHOWN = "[/] [mm] [red]x :warning: $\\foo{ a$ <b>&\\x1b[31m\\u202ereversed\\x07"
 
 
-def test_what_is_seen_stays():
+def test_visible_characters_are_kept():
     for text in (
         "rods, 2450 mm \u00b1 1 \u00b5m",
         "Stange \u00fc\u00df",

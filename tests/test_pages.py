@@ -1,4 +1,4 @@
-"""The pages: links lead somewhere, code compiles, names are known, words are plain."""
+"""Pages: links exist, code compiles, names are known, words are plain."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_every_picture_is_shown_and_every_study_named():
         assert f"tolstat run {study.relative_to(ROOT)}" in gallery, study
 
 
-def test_the_readme_shows_the_study_as_it_is_and_a_model_that_runs():
+def test_the_readme_shows_the_shipped_study_and_a_working_model():
     study, model = (
         each.text
         for each in blocks_of("README.md")
@@ -120,7 +120,7 @@ def test_python_compiles(block):
     compile(block.text, f"{block.page}:{block.line}", "exec")
 
 
-def test_there_is_no_block_of_an_unknown_language():
+def test_every_code_block_has_a_known_language():
     assert {each.language for each in BLOCKS} == {"", "python", "sh", "toml"}
 
 
@@ -184,7 +184,7 @@ def rows_under(heading):
     return {code for cell in cells for code in re.findall(r"`([^`]+)`", cell)}
 
 
-def test_the_study_file_page_lists_all_there_is():
+def test_the_study_file_page_is_complete():
     assert rows_under("Deviations") == set(DISTRIBUTIONS)
     assert rows_under("Sampling") == {*SAMPLERS, *GIVEN}
     assert set(KINDS) <= rows_under("Stopping rules")
@@ -212,7 +212,7 @@ def test_settings_are_typed_as_shown():
             load({"model": "stand", "trials": 1, "seed": 1, "settings": each})
 
 
-def test_the_form_for_defects_asks_what_is_needed():
+def test_the_defect_form_requests_needed_facts():
     form = (ROOT / ".github/ISSUE_TEMPLATE/defect.yml").read_text()
     asked = set(re.findall(r"^    id: (\w+)$", form, re.MULTILINE))
     assert asked == {"version", "command", "study", "happened", "expected"}
@@ -224,7 +224,7 @@ def numbers_and_words(text):
     return [float(each) for each in number.findall(text)], number.sub("#", text)
 
 
-def test_the_validation_page_is_what_is_computed():
+def test_the_validation_page_matches_the_computation():
     """Else: python runs/validation.py."""
     names = runpy.run_path(str(ROOT / "runs" / "validation.py"))
     numbers, words = numbers_and_words(names["page"]())

@@ -1,4 +1,4 @@
-"""The tutorial's notebooks run, and answer what is stored in them."""
+"""The tutorial's notebooks run, and reproduce their stored output."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def printed(notebook):
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 @pytest.mark.filterwarnings("ignore")  # of the kernel's own libraries
-def test_a_notebook_runs_and_finds_what_it_shows(path, tmp_path):
+def test_a_notebook_runs_and_reproduces_its_output(path, tmp_path):
     shutil.copytree(
         ROOT / "runs",
         tmp_path / "runs",

@@ -1,4 +1,4 @@
-"""What tolstat says is in plain words: none of those that readers stumbled over."""
+"""Plain words: no file has a word of the list."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs whose reports are looked at."""
+"""Runs whose reports are tested."""
 
 from __future__ import annotations
 

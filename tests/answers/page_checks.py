@@ -1,4 +1,4 @@
-"""What holds for the page of any answer: its numbers, its pictures, how it looks."""
+"""Checks for the page of any answer: numbers, pictures, layout."""
 
 from __future__ import annotations
 

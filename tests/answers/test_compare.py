@@ -1,4 +1,4 @@
-"""Designs of the same trials: differences by hand, and what is refused."""
+"""Designs of the same trials: differences computed by hand, and refusals."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_differences_are_trial_by_trial(pair, mill, linked):
     assert less["responses"]["jam_share"]["larger"]["value"] == 0
 
 
-def test_the_screen_shows_the_difference_of_quantiles_and_promises_one_look(pair):
+def test_the_screen_shows_the_difference_of_printed_quantiles(pair):
     """That of the quantiles beside it, as a reader takes it."""
     (table,) = tables_of(pair, "Responses")
     heads = [column.head for column in table.columns]
@@ -75,7 +75,7 @@ def test_the_screen_shows_the_difference_of_quantiles_and_promises_one_look(pair
     assert "for a single look" in promise and promise in text
 
 
-def test_each_difference_stands_under_its_head(pair):
+def test_differences_are_in_their_columns(pair):
     (table,) = tables_of(pair, "Differences trial by trial")
     (less,) = pair.differences
     assert [column.head for column in table.columns[2:4]] == ["mean", "least"]
@@ -87,7 +87,7 @@ def test_each_difference_stands_under_its_head(pair):
         assert numbers == [of.mean, of.least, *of.quantiles.values(), of.largest]
 
 
-def test_captions_count_each_design_or_both(toy, toy_study, tmp_path):
+def test_captions_count_trials_of_each_design_or_both(toy, toy_study, tmp_path):
     """B fails where the second part is long too."""
 
     class Other(type(toy)):
@@ -119,7 +119,7 @@ def test_captions_count_each_design_or_both(toy, toy_study, tmp_path):
     assert said in as_text(gallery.figures[0].caption)
 
 
-def test_a_run_differs_from_itself_by_nothing(mill):
+def test_a_run_has_no_difference_from_itself(mill):
     found = tolstat.compare(mill, mill, responses=["yaw"])
     (less,) = found.differences
     for each in less.responses.values():
@@ -148,7 +148,7 @@ def other(toy, toy_study, tmp_path):
     return run
 
 
-def test_differences_that_are_all_alike_are_drawn(toy, tmp_path):
+def test_equal_differences_are_plotted(toy, tmp_path):
     """But for rounding: no sixty bars have room between them."""
     runs = []
     for name, mode in (("a", "plain"), ("b", "odd")):
@@ -164,7 +164,7 @@ def test_differences_that_are_all_alike_are_drawn(toy, tmp_path):
     assert "mathdefault" not in page
 
 
-def test_machines_that_failed_in_either_are_left_out_and_counted(other):
+def test_trials_that_failed_in_either_are_omitted_and_counted(other):
     base, twice = (
         other(name="base.h5"),
         other(("[limits]", "[settings]\ngain = 4\n[limits]")),
@@ -177,7 +177,7 @@ def test_machines_that_failed_in_either_are_left_out_and_counted(other):
     assert less.responses["ratio"].trial_by_trial.largest == 0
 
 
-def test_machines_that_were_chosen_have_no_statistics(toy, tmp_path):
+def test_grids_and_tables_have_no_statistics(toy, tmp_path):
     study = tmp_path / "grid.toml"
     study.write_text(
         'model = "toy"\nsampling = "grid"\n[grid]\npart_1 = ["0 mm", "1 mm"]\n'
@@ -192,7 +192,7 @@ def kind_of(base, other):
     return pair.kind, pair.words
 
 
-def test_what_two_runs_have_in_common_is_found_in_their_deviations(other):
+def test_pairing_is_found_from_the_deviations(other):
     base = other(name="base.h5")
     assert kind_of(base, base)[0] == "same trials"
     kind, words = kind_of(base, other(("+-1 mm", "+-0.4 mm")))
@@ -212,7 +212,7 @@ def test_what_two_runs_have_in_common_is_found_in_their_deviations(other):
     assert kind_of(base, told)[0] == "unpaired"
 
 
-def test_parts_that_hang_together_otherwise_are_named(other):
+def test_parts_with_different_correlation_are_named(other):
     base = other(name="base.h5")
     correlated = "[correlation]\npart_1 = { part_2 = 0.6 }\n[limits]"
     kind, words = kind_of(base, other(("[limits]", correlated)))
@@ -222,7 +222,7 @@ def test_parts_that_hang_together_otherwise_are_named(other):
 
 
 @pytest.mark.parametrize("sampling", ["random", "sobol", "latin", "saltelli"])
-def test_more_trials_are_paired_where_the_first_stay_what_they_were(other, sampling):
+def test_runs_of_different_length_are_paired_if_extensible(other, sampling):
     drawn = ("[deviations]", f'sampling = "{sampling}"\n[deviations]')
     base = other(drawn, name="base.h5")
     more = other(drawn, ("1000", "2000"), ("+-1 mm", "+-0.5 mm"))
@@ -262,7 +262,7 @@ def test_yields_are_compared_by_the_limit_of_each(other):
     assert limit_of(unlimited, unlimited) is None
 
 
-def test_an_unpaired_run_is_compared_as_what_it_is(other):
+def test_unpaired_runs_are_compared_as_independent(other):
     base = other(name="base.h5")
     new = other(("seed = 1", "seed = 2"), ("1000", "700"))
     (less,) = tolstat.compare(base, new).differences
@@ -313,7 +313,7 @@ def test_one_run_is_not_compared(mill):
         tolstat.compare(mill)
 
 
-def test_runs_of_two_machines_are_refused(toy, toy_study, tmp_path):
+def test_runs_of_two_models_are_refused(toy, toy_study, tmp_path):
     """Both may have a gap."""
 
     class Other(Toy):

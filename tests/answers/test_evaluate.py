@@ -1,4 +1,4 @@
-"""The Python face: names, shapes, refusals, a machine of one's own."""
+"""The Python interface: names, shapes, refusals, a custom model."""
 
 from __future__ import annotations
 

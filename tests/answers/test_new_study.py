@@ -1,4 +1,4 @@
-"""A commented study of each model: it runs, and names all that the model takes."""
+"""A commented study of each model: it runs, and names all inputs of the model."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def model(request):
     return catalogue.find(request.param)
 
 
-def test_it_loads_as_it_is_and_with_all_that_is_optional(model):
+def test_a_new_study_loads_with_and_without_optional_entries(model):
     text = tolstat.new_study(model)
     for each in (text, OPTIONAL.sub("", text)):
         found = load(tomllib.loads(each), model=model)

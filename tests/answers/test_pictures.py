@@ -1,4 +1,4 @@
-"""Pictures: what they show, units on every axis, nothing over anything else."""
+"""Pictures: content, units on every axis, no overlaps."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_histories(machine):
     assert abs(value) == pytest.approx(found / 1e3, rel=1e-4)
 
 
-def test_a_machine_in_which_nothing_yaws():
+def test_a_history_without_yaw():
     settings = Settings(variant="equalized", drive="balanced")
     chart, _ = Stand().history(np.zeros(31), settings, 1e-3)
     figure = draw_view(chart, "balanced")
@@ -124,7 +124,7 @@ def test_curves_of_a_grid(grid):
     assert len(both.axes[0].lines) == 4
 
 
-def test_a_grid_of_words_is_drawn_over_them(toy, tmp_path):
+def test_a_grid_of_names_is_plotted_over_names(toy, tmp_path):
     study = tmp_path / "words.toml"
     study.write_text(
         'model = "toy"\nsampling = "grid"\n[grid]\nmode = ["odd", "plain"]\n'
@@ -146,7 +146,7 @@ def test_the_same_picture_is_the_same_file(grid, tmp_path):
     assert (tmp_path / "a.pdf").read_bytes()[:4] == b"%PDF"
 
 
-def test_what_cannot_be_drawn(grid, toy, toy_study, tmp_path):
+def test_refusals_of_pictures(grid, toy, toy_study, tmp_path):
     random = tolstat.run(toy_study, model=toy, trials=5)
     with pytest.raises(PictureError, match="only a run with sampling"):
         draw_sweeps([random])
@@ -169,7 +169,7 @@ def test_what_cannot_be_drawn(grid, toy, toy_study, tmp_path):
         draw_sweeps([run])
 
 
-def test_words_stand_at_one_place_for_all_runs(toy, tmp_path):
+def test_labels_have_the_same_place_in_all_runs(toy, tmp_path):
     runs = []
     for i, words in enumerate(('"plain", "odd"', '"odd", "plain"')):
         study = tmp_path / f"{i}.toml"
@@ -183,7 +183,7 @@ def test_words_stand_at_one_place_for_all_runs(toy, tmp_path):
 
 
 @pytest.mark.parametrize("logarithmic", [False, True])
-def test_no_dot_lies_on_the_end_of_an_axis(logarithmic):
+def test_no_dot_is_on_the_end_of_an_axis(logarithmic):
     """A curve beside which dots stand leaves them room; one without goes to the end."""
     axis = Axis("machines beyond", "1", "ppm", logarithmic)
     at, values = np.array([0.001, 0.01, 0.1]), np.array([3.0, 2.0, 1.0])

@@ -1,4 +1,4 @@
-"""A stored trial again, bit for bit; and seen to differ when it does."""
+"""Replay of a stored trial, bit for bit; differences are detected."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def stored(tmp_path_factory):
 
 
 @pytest.mark.parametrize("index", [0, 7, 8, 19, None])
-def test_bit_for_bit(stored, index):
+def test_a_replay_is_bitwise_equal(stored, index):
     found = replay(stored, index)
     assert found.differences == () and found.reason == ""
     if index is not None:
@@ -30,7 +30,7 @@ def test_bit_for_bit(stored, index):
     assert found.history is not None
 
 
-def test_one_unit_in_the_last_place_is_seen(stored, tmp_path):
+def test_a_difference_of_one_ulp_is_detected(stored, tmp_path):
     path = tmp_path / "tampered.h5"
     path.write_bytes(stored.path.read_bytes())
     with resealed(path) as file:
@@ -52,7 +52,7 @@ def test_a_failed_trial_fails_again(toy, toy_study):
     assert replay(run, None, toy).differences == ()
 
 
-def test_a_trial_that_ends_otherwise_is_seen(toy, toy_study):
+def test_a_different_failure_status_is_detected(toy, toy_study):
     """Not a number both times, but for another reason."""
     run = tolstat.run(toy_study, model=toy)
     failed = int(np.flatnonzero(run.status != 1)[0])
@@ -61,14 +61,14 @@ def test_a_trial_that_ends_otherwise_is_seen(toy, toy_study):
     assert replay(tolstat.open(run.path), failed, toy).differences == ("status",)
 
 
-def test_there_is_no_such_trial(stored):
+def test_an_unknown_trial_is_refused(stored):
     with pytest.raises(ModelError, match="trials 0 to 19"):
         replay(stored, 20)
     with pytest.raises(ModelError, match="trials 0 to 19"):
         replay(stored, -1)
 
 
-def test_a_point_of_a_grid_has_its_own_settings(tmp_path):
+def test_a_grid_point_is_replayed_with_its_settings(tmp_path):
     study = tmp_path / "grid.toml"
     study.write_text(
         'model = "stand"\nsampling = "grid"\n[settings]\nvariant = "indeterminate"\n'

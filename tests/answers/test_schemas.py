@@ -1,4 +1,4 @@
-"""The JSON Schema of each answer: stored as it is made, and what answers say is so.
+"""The JSON Schema of each answer: the stored one is current, and answers match it.
 
 python -m tests.answers.test_schemas        # writes those that changed
 """
@@ -49,12 +49,12 @@ def in_lines(found, indent=1):
 
 
 @pytest.mark.parametrize("name", ANSWERS)
-def test_each_schema_is_stored_as_it_is_made(name):
+def test_each_stored_schema_matches_its_answer(name):
     assert ANSWERS[name].answers == name
     assert (SCHEMAS / f"{name}.json").read_text() == made(name)
 
 
-def test_no_other_schema_is_stored():
+def test_no_unused_schema_is_stored():
     assert {path.stem for path in SCHEMAS.iterdir()} == set(ANSWERS)
 
 
@@ -70,38 +70,36 @@ def valid(answer):
     validators.Draft202012Validator(schema).validate(json.loads(answer.json()))
 
 
-def test_a_trial_and_runs_are_as_their_schemas_say(gears):
+def test_a_trial_and_runs_match_their_schemas(gears):
     valid(tolstat.replay(gears, 3))
     valid(tolstat.replay(gears, None))
     valid(stored_runs(gears.path.parent))
 
 
-def test_a_what_if_is_as_its_schema_says(gears):
+def test_a_what_if_matches_its_schema(gears):
     line = {"tolerance": "+-0.012 mm", "distribution": "uniform"}
     valid(tolstat.what_if(gears, {"R_out": line}))
     valid(tolstat.what_if(gears, {"R_out": line}, limits={}))
 
 
-def test_a_comparison_is_as_its_schema_says(gears, tmp_path):
+def test_a_comparison_matches_its_schema(gears, tmp_path):
     study, path = ROOT / "runs/wave-gear.toml", tmp_path / "other.h5"
     other = tolstat.run(study, trials=300, seed=2, output=path)
     valid(tolstat.compare(gears, gears, other))
 
 
-def test_an_allocation_is_as_its_schema_says():
+def test_an_allocation_matches_its_schema():
     valid(tolstat.allocate(listed(), trials=1000, model=Linear()))
 
 
-def test_a_summary_and_a_report_are_as_their_schemas_say(gears, small_as_run):
+def test_a_summary_and_a_report_match_their_schemas(gears, small_as_run):
     for run in (gears, small_as_run):
         valid(tolstat.summary(run))
         valid(tolstat.report(run))
 
 
 @pytest.mark.parametrize(("sampling", "trials"), [("saltelli", 2500), ("latin", 100)])
-def test_a_report_is_as_its_schema_says_however_trials_were_sampled(
-    toy, toy_study, sampling, trials
-):
+def test_a_report_matches_its_schema_for_any_sampling(toy, toy_study, sampling, trials):
     """Some trials fail, and nothing is known of the integration error."""
     toy_study.write_text(f'sampling = "{sampling}"\n{toy_study.read_text()}')
     run = tolstat.run(toy_study, model=toy, trials=trials)
@@ -110,12 +108,12 @@ def test_a_report_is_as_its_schema_says_however_trials_were_sampled(
 
 
 @pytest.mark.parametrize("limit", ["<= 2416.9 mm", "<= 9999 mm"])
-def test_a_rare_answer_is_as_its_schema_says(tmp_path, limit):
+def test_a_rare_answer_matches_its_schema(tmp_path, limit):
     study = chain({"limit": limit, "ppm": 100}, sampling="rare")
     valid(tolstat.summary(tolstat.run(study, output=tmp_path / "rare.h5")))
 
 
-def test_extremes_are_as_their_schema_says(toy, tmp_path):
+def test_extremes_match_their_schema(toy, tmp_path):
     study = {
         "model": "toy", "sampling": "grid", "grid": {"part_1": ["0 mm", "1 mm"]},
         "limits": {"gap": "<= 1 mm"},

@@ -1,4 +1,4 @@
-"""Views: of any machine, as a picture, a table, a page, on the screen."""
+"""Views of any model: as picture, table and page, on the screen."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def spectrum():
     return tolstat.view(STUDY, "spectrum", model=Rich())
 
 
-def test_a_chart_over_frequency_with_bands_that_the_tolerances_open(spectrum):
+def test_a_chart_has_tolerance_bands(spectrum):
     alone = tolstat.view(Rich(), "spectrum")
     assert alone.bands == () and spectrum.bands[0].name == "tolerances"
     nominal, band = spectrum.curves[0].values, spectrum.bands[0]
@@ -67,7 +67,7 @@ def test_a_chart_over_frequency_with_bands_that_the_tolerances_open(spectrum):
     np.testing.assert_array_equal(more.bands[0].upper, band.upper)
 
 
-def test_it_is_drawn_with_units_and_nothing_over_anything(spectrum):
+def test_a_view_has_units_and_no_overlaps(spectrum):
     figure = draw_view(spectrum, "rich: spectrum")
     nothing_overlaps(figure)
     amplitude, phase = figure.axes
@@ -109,7 +109,7 @@ def test_a_listing_is_a_table(tmp_path):
 
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf", "csv", "html"])
 @pytest.mark.parametrize("name", ["spectrum", "designs"])
-def test_every_ending(tmp_path, name, ending):
+def test_every_file_format(tmp_path, name, ending):
     path = tmp_path / f"view.{ending}"
     save_view(tolstat.view(Rich(), name), path, "rich")
     begins = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF", "html": b"<!DOCTYPE"}
@@ -207,7 +207,7 @@ def lying(what):
         ("listing", "heads and columns of a view"),
     ],
 )
-def test_a_view_that_lies_is_refused(what, words):
+def test_an_inconsistent_view_is_refused(what, words):
     machine = Rich()
     machine.views = (Offer("designs", "", lambda deviations, settings: lying(what)),)
     settings = machine.settings()
@@ -244,7 +244,7 @@ def test_on_the_command_line(tmp_path, monkeypatch):
     assert wrong.exit_code == 2 and "a view ends in" in wrong.stderr
 
 
-def test_regions_and_curves_with_points_of_their_own_reach_every_table(spectrum):
+def test_regions_and_separate_curves_are_in_every_table(spectrum):
     heads, rows = shown(spectrum)
     assert heads == ["curve", "frequency, Hz", "value", "unit"]
     measured = [row for row in rows if row[0] == "measured"]

@@ -1,4 +1,4 @@
-"""What if, without a run: against fresh runs, and refused where it is not covered."""
+"""What-if without a run: against fresh runs, and refusals outside the sample."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tolstat.errors import PictureError, RunFileError, StudyError
 QUICK = ("narrower, another", "shifted", "all alike, narrower")
 
 
-def test_what_if_says_what_fresh_runs_say(tmp_path):
+def test_what_if_agrees_with_fresh_runs(tmp_path):
     cases = [c for c in CASES if c.words in QUICK and c.machine in ("stack", "batch")]
     assert len(cases) == len(QUICK)
     for case, effective, answers in compared(cases, tmp_path, 2000, 4):
@@ -53,7 +53,7 @@ def run(toy, tmp_path_factory):
     return tolstat.run(path, model=toy)
 
 
-def test_common_words_of_a_study_and_all_that_is_told(run, toy):
+def test_common_scenarios_report_all_numbers(run, toy):
     asked = {"part_1": {"tolerance": "+-1 mm", "cp": 1.5}, "part_2": "-0.9..+0.7 mm"}
     found = tolstat.what_if(run, asked, model=toy, limits={"gap": "-1..1.5 mm"})
     changed = found.changes
@@ -92,7 +92,7 @@ def test_common_words_of_a_study_and_all_that_is_told(run, toy):
         ({}, "no entry is given"),
     ],
 )  # fmt: skip
-def test_what_is_not_covered_is_refused_with_the_reason(run, toy, asked, said):
+def test_scenarios_outside_the_sample_are_refused_with_a_reason(run, toy, asked, said):
     with pytest.raises(StudyError, match=said):
         tolstat.what_if(run, asked, model=toy)
 
@@ -109,14 +109,14 @@ def test_what_is_not_covered_is_refused_with_the_reason(run, toy, asked, said):
         ),
     ],
 )
-def test_what_python_gives_otherwise_is_refused_in_words(run, toy, lines, said):
+def test_wrong_python_arguments_are_refused_with_a_message(run, toy, lines, said):
     with pytest.raises(StudyError, match=said):
         tolstat.what_if(run, lines, model=toy)
     with pytest.raises(StudyError, match=said.replace("deviations", "limits")):
         tolstat.limited(run, lines, toy)
 
 
-def test_measured_parts_are_those_beside_the_study(toy, toy_study, monkeypatch):
+def test_measured_parts_are_read_next_to_the_study(toy, toy_study, monkeypatch):
     parts = np.random.default_rng(7).normal(0, 0.2, 60)
     table = "\n".join(["off [mm]", *(f"{part:.4f}" for part in parts)])
     folder = toy_study.parent / "study"
@@ -171,7 +171,7 @@ def entries(run, asked, **more):
     return tomllib.loads(tolstat.fresh_study(run, asked, **more))["deviations"]
 
 
-def test_a_refusal_of_what_is_right_says_what_runs_it(tmp_path):
+def test_a_refusal_of_a_valid_scenario_names_the_command_to_run(tmp_path):
     run = chain_of(tmp_path, trials=1500, seed=8)
     wide = ["H=+-0.4 mm", 'd={ tolerance = "+-0.3 mm", cp = 1.1 }']
     refused = CliRunner().invoke(main, ["what-if", str(run.path), *wide])
@@ -210,14 +210,14 @@ def test_a_fresh_run_has_trials_that_are_likely_to_decide(tmp_path):
         run.path.unlink()
 
 
-def test_what_failed_is_said_of_the_run_and_not_of_the_scenario(run, toy):
+def test_failures_are_reported_for_the_run_only(run, toy):
     """Of the stored trials, as they are: the interval too."""
     found = tolstat.what_if(run, {"part": "+-0.5 mm"}, model=toy)
     failed = tolstat.summary(run).trials.notes[0]
     assert "trials failed (95 % interval" in failed and failed in found.notes
 
 
-def test_a_study_written_replaces_nothing_and_is_one(tmp_path):
+def test_a_written_study_is_valid_and_replaces_no_file(tmp_path):
     run = chain_of(tmp_path)
 
     def write(*options):
@@ -235,7 +235,7 @@ def test_a_study_written_replaces_nothing_and_is_one(tmp_path):
         assert refused.exit_code == 2 and said in refused.output
 
 
-def test_a_study_is_written_beside_its_data_alone(toy, toy_study):
+def test_a_study_is_written_only_next_to_its_data(toy, toy_study):
     folder = toy_study.parent
     (folder / "parts.csv").write_text("off [mm]\n" + "0.1\n0.2\n0.3\n" * 20)
     line = '{ data = "parts.csv", column = "off", fit = "normal" }'
@@ -308,9 +308,7 @@ limits.gap.yield = "90 %"
 @pytest.mark.parametrize(
     "asked", [{"angle": "+-4 rad"}, {"part_1": "+-2 mm"}, {"part": "+-2 mm"}]
 )
-def test_what_is_written_is_right_however_the_study_is_written(
-    toy, tmp_path, style, asked
-):
+def test_the_written_study_is_right_for_any_notation(toy, tmp_path, style, asked):
     """With the requested limits, of which as much is demanded."""
     study = tmp_path / "toy.toml"
     study.write_text(TOP + STYLES[style])
@@ -326,7 +324,7 @@ def test_what_is_written_is_right_however_the_study_is_written(
         assert own.assumed[name].words == words
 
 
-def test_a_limit_that_had_none_is_added(run, toy):
+def test_a_limit_is_added_to_a_response_without_one(run, toy):
     asked, limits = {"part": "+-2 mm"}, {"ratio": "<= 0.5"}
     refusal(run, asked, model=toy, limits=limits)
     text = tolstat.fresh_study(run, asked, model=toy, limits=limits)
@@ -334,7 +332,7 @@ def test_a_limit_that_had_none_is_added(run, toy):
 
 
 @pytest.mark.parametrize("common", ["true", "0.4"])
-def test_some_parts_of_a_batch_are_no_run_of_their_own(toy, toy_study, common):
+def test_a_scenario_of_some_parts_of_a_batch_has_no_fresh_run(toy, toy_study, common):
     """A batch is one line: what is said instead leads to a run."""
     both = f'{{ tolerance = "+-1 mm", common = {common} }}'
     toy_study.write_text(toy_study.read_text().replace('"+-1 mm"', both))
@@ -347,7 +345,7 @@ def test_some_parts_of_a_batch_are_no_run_of_their_own(toy, toy_study, common):
     assert entries(run, {"part": "+-2 mm"}, model=toy)["part"] == kept
 
 
-def test_what_no_study_says_is_no_run_of_its_own(toy, toy_study):
+def test_a_scenario_that_no_study_can_hold_has_no_fresh_run(toy, toy_study):
     """Correlated parts deviate."""
     close = "[correlation]\npart_1 = { part_2 = 0.5 }\n[limits]"
     toy_study.write_text(toy_study.read_text().replace("[limits]", close))
@@ -373,7 +371,7 @@ def test_the_fresh_study_is_that_of_the_run(tmp_path):
         study.unlink(missing_ok=True)
 
 
-def test_a_refusal_of_what_is_wrong_runs_nothing(stack):
+def test_a_refusal_of_a_wrong_scenario_offers_no_run(stack):
     for wrong in ("parts=+-2 mm", "part=+-1 kN"):
         refused = stack("what-if", wrong)
         assert refused.exit_code == 2 and "--write" not in refused.output
@@ -390,7 +388,7 @@ def test_a_refusal_names_every_contributor(tmp_path):
     assert all(f"{name} alone" in words for name in ("H", "A", "d_1", "d_2"))
 
 
-def test_only_some_of_what_hangs_closely_together_are_refused(toy, toy_study):
+def test_a_change_of_some_correlated_parts_is_refused(toy, toy_study):
     close = "[correlation]\npart_1 = { part_2 = 0.9 }\n[limits]"
     toy_study.write_text(toy_study.read_text().replace("[limits]", close))
     run = tolstat.run(toy_study, model=toy)
@@ -400,7 +398,7 @@ def test_only_some_of_what_hangs_closely_together_are_refused(toy, toy_study):
     assert both.effective_sample_size > 350
 
 
-def test_trials_that_depend_on_each_other_are_refused(toy, toy_study):
+def test_dependent_trials_are_refused(toy, toy_study):
     text = toy_study.read_text().replace("1000", "1024")
     toy_study.write_text('sampling = "latin"\n' + text)
     run = tolstat.run(toy_study, model=toy)
@@ -412,7 +410,7 @@ def test_trials_that_depend_on_each_other_are_refused(toy, toy_study):
     tolstat.what_if(own, {"part": "+-0.4 mm"}, model=toy)
 
 
-def test_a_run_whose_study_draws_other_machines_by_now_is_refused(toy, toy_study):
+def test_a_run_whose_study_has_changed_is_refused(toy, toy_study):
     run = tolstat.run(toy_study, model=toy)
     with resealed(run.path) as file:
         file["part_1"][5] += 1e-6
@@ -420,7 +418,7 @@ def test_a_run_whose_study_draws_other_machines_by_now_is_refused(toy, toy_study
         tolstat.what_if(tolstat.open(run.path), {"part": "+-0.5 mm"}, model=toy)
 
 
-def test_limits_asked_anew_take_the_place_of_the_studys(run, toy):
+def test_requested_limits_replace_those_of_the_study(run, toy):
     again = tolstat.limited(run, {"gap": "-1..1.2 mm", "ratio": "<= 0.5"}, toy)
     assert run.limits["gap"].words == "-1..2 mm"
     assert list(again.limits) == ["gap", "ratio"]
@@ -458,7 +456,7 @@ def stack(tmp_path_factory):
     return ask
 
 
-def test_both_verdicts_stand_in_a_line_of_80_columns(stack, monkeypatch):
+def test_both_verdicts_fit_in_80_columns(stack, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")  # a terminal, as far as rich can tell
     monkeypatch.setenv("COLUMNS", "80")
     shown = stack("what-if", "part=+-0.025 mm", "--limit", "gap <= 0.18 mm")
@@ -467,7 +465,7 @@ def test_both_verdicts_stand_in_a_line_of_80_columns(stack, monkeypatch):
     assert re.search(heads, text), text
 
 
-def test_the_command_line_tells_and_delivers(stack):
+def test_the_command_line_prints_and_writes(stack):
     shown = stack("what-if", "part=+-0.025 mm", "--limit", "gap <= 0.18 mm")
     assert shown.exit_code == 0, shown.output
     assert "out of limit, ppm" in shown.output and "<= 0.18 mm" in shown.output
@@ -500,7 +498,7 @@ def test_the_command_line_tells_and_delivers(stack):
     assert again["responses"]["gap"]["limited"]["limit"]["words"] == ">= 0 mm"
 
 
-def test_a_range_alone_that_changes_the_kind_says_what_keeps_it(tmp_path):
+def test_a_range_that_changes_the_distribution_names_the_alternative(tmp_path):
     """The entry that it shows is one that works."""
     run = chain_of(tmp_path)
 
@@ -539,7 +537,7 @@ def test_the_page_of_the_command_line(stack, tmp_path):
     )
 
 
-def test_where_all_are_beyond_none_is_within(stack):
+def test_a_yield_of_zero_is_printed(stack):
     asked = ("part=+-0.025 mm", "--limit", "gap >= 9 mm", "--json")
     found = json.loads(stack("what-if", *asked).output)
     yields = found["responses"]["gap"]["scenario"]["limited"]["yields"]
@@ -552,7 +550,7 @@ def test_where_all_are_beyond_none_is_within(stack):
     )
 
 
-def test_numbers_of_the_tolerances_as_run_are_not_those_of_what_if(tmp_path):
+def test_numbers_of_the_baseline_are_not_in_what_if(tmp_path):
     run = tolstat.run("runs/wave-gear.toml", trials=1000, output=tmp_path / "run.h5")
     own = "from tolerances alone: "
     assert any(own in note for note in tolstat.summary(run).trials.notes)
@@ -575,7 +573,7 @@ def test_numbers_of_the_tolerances_as_run_are_not_those_of_what_if(tmp_path):
         (("what-if", "part=+-0.045 mm"), "tails are too heavy"),
     ],
 )
-def test_what_is_wrong_ends_with_2_and_a_sentence(stack, arguments, said):
+def test_errors_end_with_exit_code_2_and_a_message(stack, arguments, said):
     found = stack(*arguments)
     assert found.exit_code == 2 and said in found.output
     assert "Traceback" not in found.output

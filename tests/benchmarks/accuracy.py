@@ -1,4 +1,4 @@
-"""What the default settings of the stand cost and how far they are from the truth.
+"""Time and error of the default settings of the stand.
 
     python -m tests.benchmarks.accuracy
 

@@ -1,4 +1,4 @@
-"""What allocated tolerances cost above the optimum, where that is known.
+"""Cost of allocated tolerances above a known optimum.
 
 python -m tests.benchmarks.allocating         # two minutes; prints a table
 

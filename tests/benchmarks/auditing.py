@@ -1,4 +1,4 @@
-"""What an audit claims against the truth: all trials of a study integrated again.
+"""Results of an audit against all trials of a study integrated again.
 
 python -m tests.benchmarks.auditing
 

@@ -1,4 +1,4 @@
-"""Two engines as they were set before each had the scales of the states.
+"""Two engines with the former settings, without the scales of the states.
 
     pip install numbalsoda   # optional; needs a Fortran compiler
     python -m tests.benchmarks.former   # 2 min

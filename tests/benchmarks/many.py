@@ -1,4 +1,4 @@
-"""Run a study with two workers in a process of its own, and say what it took.
+"""Run a study with two workers in a separate process, and print its time.
 
     python -m tests.benchmarks.many 20000
 

@@ -82,7 +82,7 @@ def test_a_study_that_runs_tables_and_a_picture(study):
     assert itself.exit_code == 2 and study.read_text() == STUDY
 
 
-def test_a_study_is_written_only_where_it_reads_what_was_measured(study, tmp_path):
+def test_a_study_is_written_only_if_it_finds_its_measured_parts(study, tmp_path):
     text = STUDY.replace("[deviations.part]", "[deviations.part_2]") + (
         '[deviations.part_1]\ndata = "parts.csv"\ncolumn = "length"\n'
     )
@@ -105,7 +105,7 @@ def test_a_study_is_written_only_where_it_reads_what_was_measured(study, tmp_pat
     assert run.exit_code == 0 and new.with_suffix(".h5").exists(), run.output
 
 
-def test_a_proof_of_random_machines_is_no_run_of_another_kind(study):
+def test_a_proof_is_a_run_of_random_trials(study):
     study.write_text(STUDY.replace("seed = 4", 'seed = 4\nsampling = "sobol"'))
     new = study.with_name("new.toml")
     done = call(study, "-o", new, "--trials", "1024")
@@ -127,7 +127,7 @@ def test_json_for_other_tools(study):
     assert {"fraction_out_of_any_limit", "cost"} == set(found["trade_off"][0])
 
 
-def test_where_nothing_meets_the_limits_nothing_is_written(study):
+def test_an_infeasible_allocation_writes_no_study(study):
     study.write_text(STUDY.replace("0.02..0.18", "0.09..0.11"))
     new = study.with_name("new.toml")
     done = call(study, "-o", new)
@@ -136,7 +136,7 @@ def test_where_nothing_meets_the_limits_nothing_is_written(study):
     assert "gap: not met" in done.output and not new.exists()
 
 
-def test_what_is_wrong_is_said_before_anything_runs(study):
+def test_errors_are_reported_before_the_run(study):
     assert "a study ends in .toml" in call(study, "-o", "new.txt").stderr
     assert "a view ends in" in call(study, "--plot", "curve.doc").stderr
     study.write_text(STUDY.replace("IT9 = 2", "IT99 = 2"))
@@ -149,7 +149,7 @@ SIGN = """\
 """
 
 
-def test_ctrl_c_leaves_nothing(study):
+def test_ctrl_c_leaves_no_file(study):
     new, slow = study.with_name("new.toml"), study.with_name("slow.py")
     begun, first = study.with_name("begun"), "        housing, *parts"
     own = Path(ROOT, "runs", "own", "stack.py").read_text()

@@ -53,7 +53,7 @@ def index(folder):
         return {row["study"]: row for row in csv.DictReader(file)}
 
 
-def test_each_study_of_a_queue_gets_what_it_needs(no_pages, tmp_path):
+def test_each_study_of_a_queue_is_started_extended_or_resumed(no_pages, tmp_path):
     """One finished before, one stopped half way, one refused, one that is new."""
     before, half, new = (chain(tmp_path, n) for n in ("before", "half", "new"))
     wrong = chain(tmp_path, "wrong", limit=">= 1 kN")
@@ -120,7 +120,7 @@ def test_exit_codes_of_a_queue(no_pages, tmp_path):
         ("links.A.tolerance", '"+-0.1 mm" }\nB', '"+-0.2 mm" }\nB'),
     ],
 )
-def test_a_run_of_another_study_stays_and_is_named(tmp_path, key, was, now):
+def test_a_run_of_another_study_is_kept_and_named(tmp_path, key, was, now):
     path = chain(tmp_path, "study")
     tolstat.run(path)
     before = path.with_suffix(".h5").read_bytes()
@@ -141,7 +141,7 @@ def test_a_run_of_another_study_stays_and_is_named(tmp_path, key, was, now):
         ("latin", "", "", ["run"]),
     ],
 )
-def test_what_a_refusal_offers_works(no_pages, tmp_path, sampling, was, now, offered):
+def test_commands_in_a_refusal_work(no_pages, tmp_path, sampling, was, now, offered):
     """With the machine of one's own, and more trials only where they can be added."""
     own = ROOT / "runs" / "own"
     study, machine = tmp_path / "stack.toml", f"{own / 'stack.py'}:Stack"
@@ -190,7 +190,7 @@ def test_titles_are_texts_in_an_index(no_pages, tmp_path):
     assert "<b>" not in (tmp_path / "batch.html").read_text()
 
 
-def test_ctrl_c_ends_a_queue_and_the_same_command_goes_on(small_study):
+def test_ctrl_c_ends_a_queue_and_the_same_command_resumes(small_study):
     folder = small_study.parent
     text = small_study.read_text().replace("trials = 24", "trials = 100_000")
     small_study.write_text(text)
@@ -207,7 +207,7 @@ def test_ctrl_c_ends_a_queue_and_the_same_command_goes_on(small_study):
     assert states == {"small": "stopped", "z_after": "waiting"}
 
 
-def test_runs_lists_what_is_stored(tmp_path, monkeypatch):
+def test_runs_lists_stored_runs(tmp_path, monkeypatch):
     (tmp_path / "inner").mkdir()
     tolstat.run(chain(tmp_path, "good", limit=">= 1.2 mm"))
     damaged = tolstat.run(chain(tmp_path / "inner", "damaged")).path

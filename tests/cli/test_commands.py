@@ -66,7 +66,7 @@ def test_run_show_and_refusal(small_study):
     assert study.exit_code == 2 and "is a study" in study.stderr
 
 
-def test_too_few_trials_are_said_to_be(small_study):
+def test_too_few_trials_are_reported(small_study):
     shown = call("run", small_study).output
     assert "needs 368" in shown  # the 99 % quantile
 
@@ -115,7 +115,7 @@ def test_a_trial_again(small_study, small_run, tmp_path):
         assert call("trial", *arguments).exit_code == 2
 
 
-def test_the_nominal_machine_of_a_study(small_study, tmp_path):
+def test_the_nominal_trial_of_a_study(small_study, tmp_path):
     picture = tmp_path / "nominal.png"
     shown = call("trial", small_study, "--nominal", "--plot", picture)
     assert shown.exit_code == 0, shown.output
@@ -141,7 +141,7 @@ def test_a_grid_is_shown_as_curves(tmp_path):
     assert "Fig. 4" in two and "crank_speed" in two
 
 
-def test_what_is_offered_for_a_grid_without_limits_works(tmp_path):
+def test_commands_offered_for_a_grid_without_limits_work(tmp_path):
     study = tmp_path / "two.toml"
     study.write_text(
         'model = "stand"\nsampling = "grid"\n[settings]\ncycles = 1\n[grid]\n'
@@ -156,7 +156,7 @@ def test_what_is_offered_for_a_grid_without_limits_works(tmp_path):
     assert study.with_suffix(".png").exists()
 
 
-def test_what_a_run_will_not_tell_is_said_before_it_runs(tmp_path):
+def test_warnings_are_printed_before_a_run(tmp_path):
     path = tmp_path / "few.toml"
     head = 'model = "stand"\ntrials = 12\nseed = 1\n'
     deviating = 'sampling = "saltelli"\n[deviations]\ncrank_difference = "+-1 mm"\n'
@@ -189,7 +189,7 @@ def table_study(tmp_path):
     return path
 
 
-def test_the_machines_of_a_table_are_listed(table_study):
+def test_the_trials_of_a_table_are_listed(table_study):
     assert call("run", table_study).exit_code == 0
     run = table_study.with_suffix(".h5")
     shown = call("show", run).stdout
@@ -216,7 +216,7 @@ def test_the_machines_of_a_table_are_listed(table_study):
     assert [as_text(cell.main) for cell in listed.rows[-1][-2:]] == ["not run", ""]
 
 
-def test_a_long_table_says_that_it_is_cut(table_study):
+def test_a_shortened_table_is_marked(table_study):
     rows = "".join(f"{0.01 * i},0\n" for i in range(50))
     machines = table_study.with_name("machines.csv")
     machines.write_text("rod_length_1 [mm],crank_difference [mm]\n" + rows)
@@ -252,14 +252,14 @@ def test_a_narrow_terminal_loses_no_digit(small_as_run, monkeypatch, columns):
         assert "\n  verdict: " in numbers_of(call("show", run).stdout)[1]
 
 
-def test_a_title_has_the_room_of_the_screen(capsys):
+def test_a_title_uses_the_width_of_the_screen(capsys):
     title = "of a chain: 200000 trials of dimension_chain"
     show_table(table(["response"], [["gap"]], title))
     show_table(table(["response", Column("", words=True)], [["gap", "1 mm"]], title))
     assert capsys.readouterr().out.count(f"{title}\n") == 2
 
 
-def test_sobol_trials_say_where_their_intervals_come_from(small_study):
+def test_sobol_runs_state_the_method_of_their_intervals(small_study):
     text = small_study.read_text().replace('sampling = "random"', 'sampling = "sobol"')
     small_study.write_text(text)
     shown = call("run", small_study, "--trials", 512).stdout
@@ -314,7 +314,7 @@ def test_numbers_are_written_in_one_form(twins, both):
     assert done.stdout == ""
 
 
-def test_a_report_that_cannot_be_made_says_why(twins, tmp_path):
+def test_a_refused_report_has_a_reason(twins, tmp_path):
     for arguments, words in (
         (("runs/khpt75.toml",), "is a study"),
         ((tmp_path / "none.h5",), "there is no such file"),
@@ -382,7 +382,7 @@ def test_one_run_alone_is_not_compared(twins):
     assert done.exit_code == 2 and "two runs or more" in done.stderr
 
 
-def test_a_run_until_precise_says_so(tmp_path):
+def test_a_run_until_precise_reports_it(tmp_path):
     study = tmp_path / "until.toml"
     text = Path("runs/khpt75.toml").read_text()
     rule = 'trials = { until = "rod_force_1 median +-1 %", at_most = 3000 }'

@@ -1,4 +1,4 @@
-"""Tables for other programs, a run looked on at, and what tolstat runs on."""
+"""Tables for other programs, following a run, and `tolstat doctor`."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_parquet_holds_the_same(grid, tmp_path):
     assert found.index.name == "trial"
 
 
-def test_a_table_replaces_nothing_unasked(grid, tmp_path):
+def test_a_table_replaces_no_file_without_a_flag(grid, tmp_path):
     path = tmp_path / "rods.csv"
     path.write_text("my own\n")
     refused = call("export", grid.path, "-o", path)
@@ -97,14 +97,14 @@ def test_a_table_replaces_nothing_unasked(grid, tmp_path):
     ]
 
 
-def test_without_pyarrow_there_is_a_sentence(grid, tmp_path, monkeypatch):
+def test_a_missing_pyarrow_is_a_message(grid, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     assert pyarrow
     refused = call("export", grid.path, "-o", tmp_path / "table.parquet")
     assert refused.exit_code == 2 and "tolstat[parquet]" in refused.stderr
 
 
-def test_a_full_disk_leaves_nothing(grid, tmp_path):
+def test_a_full_disk_leaves_no_file(grid, tmp_path):
     study = chain(tmp_path, "many", trials=20000)
     run = tolstat.run(study)
     path = tmp_path / "table.csv"
@@ -141,7 +141,7 @@ def test_a_run_is_followed_until_it_ends(tmp_path):
     assert lines[-1] == f"{path}: 1000 of 1000 trials, 0 failed"
 
 
-def test_a_run_that_nobody_writes_is_not_waited_for(tmp_path):
+def test_following_a_run_without_writer_ends(tmp_path):
     study = chain(tmp_path, "study")
     path, looked = study.with_suffix(".h5"), []
     with Workers(1, lambda: len(looked) > 20 or looked.append(0), block=50) as crew:

@@ -96,7 +96,7 @@ def half(tmp_path):
         return execute(load(study), study.with_suffix(".h5"), crew)
 
 
-def test_a_run_that_is_there_is_gone_on_with_as_the_refusal_says(half):
+def test_the_resume_command_of_a_refusal_works(half):
     assert 0 < half.ended < 1000
     study = half.path.with_suffix(".toml")
     again = call("run", study)
@@ -109,7 +109,7 @@ def test_a_run_that_is_there_is_gone_on_with_as_the_refusal_says(half):
     assert "exists already" in again.stderr and advised(again) == []
 
 
-def test_what_was_made_otherwise_is_run_anew_or_regardless_as_the_refusal_says(half):
+def test_both_commands_of_a_changed_run_refusal_work(half):
     with resealed(half.path) as file:
         file.attrs["source_digest"] = "0123"
     study = half.path.with_suffix(".toml")
@@ -130,7 +130,7 @@ def test_what_was_made_otherwise_is_run_anew_or_regardless_as_the_refusal_says(h
     assert "run its study again, with --force" in call("resume", other).stderr
 
 
-def test_exit_codes_are_written_down():
+def test_exit_codes_match_the_documentation():
     shown = call("--help").output
     for line in ("0    done", "3    done, and a limit is not met", "130  stopped by"):
         assert line in shown

@@ -1,4 +1,4 @@
-"""Titles, names and packages that mean mischief, on the command line."""
+"""Hostile titles, names and packages on the command line."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_markup_stays_text(folder):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="names are text there")
-def test_a_name_that_is_no_text_is_refused_before_anything_runs(folder):
+def test_an_undecodable_name_is_refused_before_the_run(folder):
     odd = os.fsdecode(b"\xff.toml"), os.fsdecode(b"\xfe.h5")
     (folder / odd[0]).write_bytes((folder / "stack.toml").read_bytes())
     before = set(folder.iterdir())
@@ -71,7 +71,7 @@ def test_a_name_that_is_no_text_is_refused_before_anything_runs(folder):
         assert {each for each in folder.iterdir() if each.is_file()} <= before
 
 
-def test_a_machine_file_that_ends_the_process(folder):
+def test_a_model_file_that_ends_the_process(folder):
     (folder / "quits.py").write_text("import sys\nsys.exit(0)\n")
     said = typed(folder, "run", "stack.toml", "--machine", "quits.py:Stack", code=2)
     assert "quits.py cannot be run: SystemExit: 0" in said
@@ -84,7 +84,7 @@ def test_a_name_that_is_taken(folder):
     assert "'stand' is the name of an installed model" in said
 
 
-def test_a_package_that_is_broken_breaks_no_other(folder):
+def test_a_broken_package_does_not_affect_others(folder):
     info = folder / "broken-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text(
@@ -97,7 +97,7 @@ def test_a_package_that_is_broken_breaks_no_other(folder):
     assert "nothing:X cannot be loaded: ModuleNotFoundError" in said
 
 
-def test_an_error_in_a_machine_is_a_line_with_its_place(folder):
+def test_an_error_in_a_model_is_one_line_with_its_place(folder):
     text = (folder / "stack.py").read_text()
     (folder / "stack.py").write_text(text.replace("gap < 0", "gop < 0"))
     said = call(folder, "run", "stack.toml", "--machine", STACK, code=2)
@@ -106,7 +106,7 @@ def test_an_error_in_a_machine_is_a_line_with_its_place(folder):
     )
 
 
-def test_damaged_compiled_code_is_compiled_anew(folder):
+def test_damaged_compiled_code_is_compiled_again(folder):
     """Python's own words for it would blame the machine."""
     code = (
         "import sys, warnings\n"
@@ -151,7 +151,7 @@ def test_pictures_need_no_backend(folder, backend):
     assert "report in stack.html" in said
 
 
-def test_a_full_disk_behind_the_screen_is_said(folder):
+def test_a_full_disk_during_output_is_reported(folder):
     code = "from tolstat.cli.entry import entry; entry()"
     with open("/dev/full", "w") as full:
         ended = subprocess.run(

@@ -34,9 +34,7 @@ def wait_for_trials(path, process, trials):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_ctrl_c_and_its_like_stop_in_two_seconds_and_keep_what_is_done(
-    small_study, number
-):
+def test_signals_stop_in_two_seconds_and_keep_done_trials(small_study, number):
     path = small_study.with_suffix(".h5")
     process = start(small_study, "--trials", "100000")
     wait_for_trials(path, process, 100)
@@ -66,7 +64,7 @@ def test_ctrl_c_while_tolstat_is_loaded(small_study):
         assert process.returncode == 130 and "Traceback" not in shown, shown
 
 
-def test_what_is_ignored_stays_so(small_study):
+def test_ignored_signals_stay_ignored(small_study):
     """As `nohup` has it."""
     code = "import signal, os, sys; signal.signal(signal.SIGHUP, signal.SIG_IGN);"
     code += "os.execv(sys.argv[1], sys.argv[1:])"
@@ -79,7 +77,7 @@ def test_what_is_ignored_stays_so(small_study):
     assert process.returncode in (0, 3)
 
 
-def test_ctrl_c_in_python_does_not_wait_for_the_nominal_machine(small_study):
+def test_ctrl_c_in_python_does_not_wait_for_the_nominal_trial(small_study):
     """A machine that takes minutes, and knows no interruption."""
     text = small_study.read_text().replace("cycles = 2", "cycles = 200000")
     small_study.write_text(text)
@@ -131,7 +129,7 @@ def test_ctrl_c_while_the_command_line_still_loads(tmp_path):
     assert process.returncode == 130 and shown == "stopped: nothing is written\n"
 
 
-def test_ctrl_c_during_a_report_leaves_nothing(small_run):
+def test_ctrl_c_during_a_report_leaves_no_file(small_run):
     """While its third picture is drawn."""
     code = (
         "import sys\n"
@@ -217,7 +215,7 @@ def test_ctrl_c_while_a_rare_run_fits(tmp_path):
 
 
 @pytest.mark.long
-def test_kill_loses_no_more_than_the_blocks_in_flight(small_study):
+def test_sigkill_loses_at_most_the_running_blocks(small_study):
     """Kill -9 at 40 random moments: the file opens, status never runs ahead of data."""
     path = small_study.with_suffix(".h5")
     rng = random.Random(12)

@@ -1,4 +1,4 @@
-"""All deviations of some contributors, drawn at once."""
+"""All deviations of some contributors, sampled at once."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def test_rank_correlations_are_reached(sampling):
             assert abs(found[i, j] - rank) < 4 * error, (NAMES[i], NAMES[j])
 
 
-def test_correlation_leaves_every_distribution_as_it_was():
+def test_correlation_keeps_every_distribution():
     table = draws(Dependence({}, {("rod_1", "rod_2"): 0.6, ("rod_2", "rod_3"): 0.4}))
     alone = draws(Dependence())
     for column in range(4):
@@ -62,7 +62,7 @@ def test_correlation_leaves_every_distribution_as_it_was():
     np.testing.assert_array_equal(table[:, 0], alone[:, 0])
 
 
-def test_parts_of_one_batch_are_alike():
+def test_parts_of_one_batch_are_equal():
     rods = {f"rod_{i}": Batch("rod", 1.0) for i in (1, 2, 3)}
     table = draws(Dependence(rods), dict.fromkeys(NAMES, Normal(ZONE)))
     np.testing.assert_array_equal(table[:, 0], table[:, 1])
@@ -83,12 +83,12 @@ def test_a_batch_shifts_its_parts_by_its_share_of_the_variance():
         assert stats.kstest(column, stats.norm(0, sigma).cdf).pvalue > 1e-3
 
 
-def test_groups_are_what_nothing_connects():
+def test_groups_are_independent_of_each_other():
     pairs = [("a", "b"), ("c", "d"), ("e", "f"), ("d", "b")]
     assert sorted(groups(pairs)) == [["a", "b", "c", "d"], ["e", "f"]]
 
 
-def test_what_cannot_be_correlated_like_that_names_the_entries():
+def test_an_impossible_correlation_names_its_entries():
     pairs = {
         ("rod_1", "rod_2"): 0.9,
         ("rod_2", "rod_3"): 0.9,

@@ -1,4 +1,4 @@
-"""Each distribution against SciPy's, and the keys that do not fit."""
+"""Each distribution against SciPy's, and contradictory keys."""
 
 from __future__ import annotations
 
@@ -85,14 +85,14 @@ def test_every_distribution_is_tested():
 
 
 @pytest.mark.parametrize(("distribution", "known"), named(CASES + LIMITING))
-def test_inverse_is_that_of_scipy(distribution, known):
+def test_inverse_matches_scipy(distribution, known):
     u = np.concatenate([np.linspace(1e-9, 1 - 1e-9, 1001), [2**-53, 1 - 2**-53]])
     found = distribution.deviations(u)
     np.testing.assert_allclose(found, known.ppf(u), rtol=1e-8, atol=1e-13)
 
 
 @pytest.mark.parametrize(("distribution", "known"), named(CASES))
-def test_draws_follow_the_distribution(distribution, known):
+def test_samples_follow_the_distribution(distribution, known):
     """Kolmogorov-Smirnov, four moments within their own scatter, and the ends."""
     n = 100_000
     u = Random().unit_samples(75, {"rod_length_1": 0}, n)[:, 0]
@@ -126,7 +126,7 @@ def test_constant_is_constant():
     np.testing.assert_array_equal(Constant(3e-4).deviations(np.array([0.1, 0.9])), 3e-4)
 
 
-def test_measured_parts_come_as_often_as_each_other():
+def test_measured_parts_are_equally_likely():
     parts = np.sort(np.random.default_rng(5).normal(1e-4, 2e-5, 60))
     u = Random().unit_samples(75, {"rod_length_1": 0}, 100_000)[:, 0]
     draws = Measured(parts).deviations(u)
@@ -139,7 +139,7 @@ def test_measured_parts_come_as_often_as_each_other():
     np.testing.assert_array_equal(ends, parts[[0, -1]])
 
 
-def test_fits_and_their_goodness():
+def test_fits_and_their_p_values():
     rng = np.random.default_rng(3)
     normal, skewed = rng.normal(2e-4, 5e-5, 200), rng.lognormal(-9, 0.9, 200)
     right = fit(normal, "normal")
@@ -155,7 +155,7 @@ def test_fits_and_their_goodness():
     assert stats.kstest(again, "uniform").pvalue > 1e-3
 
 
-def test_many_parts_are_tested_against_fewer(monkeypatch):
+def test_many_parts_are_tested_against_a_smaller_sample(monkeypatch):
     """The level hardly depends on their number: as far off as 999 samples scatter."""
     parts = np.random.default_rng(8).standard_t(25, 400)
     exact = fit(parts, "normal").p_value
@@ -174,7 +174,7 @@ def test_many_parts_are_tested_against_fewer(monkeypatch):
         (np.linspace(-1, 1, 20), "lognormal", "above zero"),
     ],
 )
-def test_what_cannot_be_fitted_is_refused(values, kind, words):
+def test_impossible_fits_are_refused(values, kind, words):
     with pytest.raises(DistributionError, match=words):
         fit(np.array(values), kind)
 
@@ -196,7 +196,7 @@ def test_what_cannot_be_fitted_is_refused(values, kind, words):
         (lambda: Weibull(ZONE, 0.0), "above zero"),
     ],
 )
-def test_what_does_not_fit_is_refused(make, words):
+def test_contradictory_keys_are_refused(make, words):
     with pytest.raises(DistributionError, match=words):
         make()
 
@@ -207,7 +207,7 @@ def test_distributions_are_found_by_their_name():
     assert DISTRIBUTIONS["truncated_normal"] is TruncatedNormal
 
 
-def test_measured_parts_spread_to_three_sigma_of_a_normal_one():
+def test_measured_parts_have_ends_at_three_sigma_quantiles():
     """Nobody gave them a tolerance: its ends lie where those of others do at Cp = 1."""
     lower, upper, mean, sigma = spread_of(Fitted("normal", 1e-4, 2e-5, 0.5))
     assert (lower, upper) == pytest.approx((0.4e-4, 1.6e-4), rel=1e-12)

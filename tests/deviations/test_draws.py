@@ -1,4 +1,4 @@
-"""A draw depends on seed, index and name alone; samplers against what they promise."""
+"""A sample depends only on seed, index and name; samplers keep their promises."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def draws(distributions, names=NAMES, seed=75, trials=500, sampling="random", **
 
 
 @pytest.mark.parametrize("sampling", SAMPLINGS)
-def test_one_column_never_moves_another(sampling):
+def test_columns_are_independent_of_each_other(sampling):
     both = {"rod_length_1": ROD, "crank_angle_1": ANGLE}
     base = draws(both, sampling=sampling)
     wider = Normal(Tolerance(-5e-3, 9e-3), cp=0.5)
@@ -47,14 +47,14 @@ def test_one_column_never_moves_another(sampling):
     np.testing.assert_array_equal(base[:, 2], joined[:, 2])
 
 
-def test_the_order_of_contributors_does_not_matter_to_random_draws():
+def test_random_samples_do_not_depend_on_the_order_of_contributors():
     both = {"rod_length_1": ROD, "crank_angle_1": ANGLE}
     turned = draws(both, NAMES[::-1])[:, ::-1]
     np.testing.assert_array_equal(draws(both), turned)
 
 
 @pytest.mark.parametrize("sampling", ["random", "sobol"])
-def test_more_trials_leave_the_first_as_they_were(sampling):
+def test_more_trials_keep_the_first_trials(sampling):
     dependence = Dependence({}, {("rod_length_1", "rod_length_2"): 0.7})
     rods = {"rod_length_1": ROD, "rod_length_2": ROD}
     few, many = (
@@ -65,7 +65,7 @@ def test_more_trials_leave_the_first_as_they_were(sampling):
 
 
 @pytest.mark.parametrize("sampling", SAMPLINGS)
-def test_seeds_and_names_give_independent_draws(sampling):
+def test_seeds_and_names_give_independent_samples(sampling):
     streams = {f"part_{i}": i for i in range(40)}
     sampler = SAMPLERS[sampling]
     one, other = (sampler.unit_samples(seed, streams, 4096) for seed in (1, 2))
@@ -142,7 +142,7 @@ def test_sobol_integrates_better_than_random():
     assert error(Latin()) < 0.3 * error(Random())
 
 
-def test_the_same_draws_for_all_time():
+def test_samples_never_change():
     """Stored runs must stay repeatable: these numbers may never change."""
     for sampling, known in FIRST.items():
         streams = {"rod_length_1": 0, "friction": 28}
@@ -166,7 +166,7 @@ FIRST = {
 }  # fmt: skip
 
 
-def test_numpys_global_state_is_untouched():
+def test_the_global_state_of_numpy_is_unchanged():
     before = np.random.get_state()[1].copy()  # noqa: NPY002
     for sampling in SAMPLINGS:
         draws({"rod_length_1": ROD}, sampling=sampling)
@@ -196,14 +196,14 @@ def test_saltelli_takes_parts_of_a_batch_as_one_factor():
     np.testing.assert_array_equal(groups[:, 3, 0], groups[:, 1, 0])
 
 
-def test_what_is_constant_is_no_factor():
+def test_constants_are_no_factors():
     parts = {"rod_length_1": ROD, "friction": Constant(0.1)}
     assert factors(parts, Dependence()) == {"rod_length_1"}
     found = draws(parts, sampling="saltelli", trials=30)
     assert np.all(found[:, 3] == 0.1)
 
 
-def test_saltelli_goes_on_where_it_ended():
+def test_saltelli_continues_with_the_next_group():
     few, many = (
         draws({"rod_length_1": ROD, "friction": ROD}, sampling="saltelli", trials=n)
         for n in (400, 800)
@@ -212,5 +212,5 @@ def test_saltelli_goes_on_where_it_ended():
 
 
 @pytest.mark.parametrize("sampling", SAMPLINGS)
-def test_machines_without_deviations_are_drawn_as_well(sampling):
+def test_studies_without_deviations_are_sampled(sampling):
     assert not draws({}, sampling=sampling, trials=6).any()

@@ -1,4 +1,4 @@
-"""ISO 286 and ISO 1328: values of the standards, and what they do not cover."""
+"""ISO 286 and ISO 1328: values of the standards, and refusals outside them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def formula(grade, low, high):
     return units[grade - 5] * i
 
 
-def test_the_table_and_not_the_formula():
+def test_widths_come_from_the_table_not_the_formula():
     """From over 180 to 250 mm, IT9: the formula gives 116 um, the table 115."""
     assert round(formula(9, 180, 250)) == 116
     assert iso286.width(9, 0.2) == pytest.approx(115e-6)
@@ -48,7 +48,7 @@ def test_the_table_and_not_the_formula():
     assert iso286.width(11, 0.005) == pytest.approx(75e-6)
 
 
-def test_the_table_holds_together():
+def test_the_table_is_consistent():
     """No slip of the pen: near the formula, tenfold every five grades, ascending."""
     ends = list(iso286.TABLE)
     for low, high in zip([1, *ends], ends, strict=False):
@@ -127,7 +127,7 @@ def by_the_rule(micrometres):
     return step * math.floor(micrometres / step + Fraction(1, 2))
 
 
-def test_every_value_that_is_a_fraction_is_rounded_exactly():
+def test_fractions_are_rounded_exactly():
     """Odd classes of gears; for the run-out those whose diameter is a square."""
     ties = 0
     modules = ("1/2", "1", "5/4", "5/2", "5", "12", "25")
@@ -158,7 +158,7 @@ def test_each_class_is_a_root_of_two_wider():
         assert wide / narrow == pytest.approx(math.sqrt(2), abs=0.02)
 
 
-def test_what_a_class_permits():
+def test_zones_of_a_class():
     lower, upper = iso1328.zone("run-out", 0.4, 0.005, 7)
     assert (lower, upper) == (0.0, pytest.approx(24.5e-6))  # half of what is indicated
     assert iso1328.zone("pitch", 0.4, 0.005, 7) == pytest.approx((-15e-6, 15e-6))

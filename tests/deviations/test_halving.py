@@ -1,4 +1,4 @@
-"""Weights of machines with halved tolerances: against machines drawn that way."""
+"""Weights of trials with halved tolerances, against trials sampled so."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ HALF_OF = {"rod_1": Normal(HALF), "rod_2": Uniform(HALF), "gear": Normal(HALF)}
     ],
     ids=["correlated", "batch", "free"],
 )
-def test_what_hangs_together_still_does(dependence, members):
+def test_correlation_is_kept(dependence, members):
     x = drawn(PAIR, dependence)
     weights = weights_of(x, PAIR, members, dependence)
     again = drawn(PAIR | {n: HALF_OF[n] for n in members}, dependence, seed=4)
@@ -113,7 +113,7 @@ def test_what_hangs_together_still_does(dependence, members):
         )
 
 
-def test_a_batch_whose_parts_are_all_alike_is_halved_as_one():
+def test_a_batch_of_equal_parts_is_halved_as_one():
     distributions = dict.fromkeys(NAMES[:2], Normal(ZONE))
     alike = Dependence({name: Batch("rod", 1.0) for name in NAMES[:2]})
     x = drawn(distributions, alike)
@@ -137,7 +137,7 @@ def test_a_batch_whose_parts_are_all_alike_is_halved_as_one():
         (Arcsine(ZONE), "nearly the same deviation"),
     ],
 )
-def test_what_cannot_be_halved_says_why(distribution, words):
+def test_a_refusal_to_halve_has_a_reason(distribution, words):
     x = {"rod_1": distribution.deviations(np.array([0.2, 0.6]))}
     with pytest.raises(DistributionError, match=words):
         weights_of(x, {"rod_1": distribution}, ["rod_1"])

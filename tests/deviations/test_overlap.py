@@ -1,4 +1,4 @@
-"""What weighted trials will be worth: against closed forms, and refused in time."""
+"""Efficiency of weighted trials: closed forms, and refusals before the run."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def of_normal(sigma, mean=0.0):
         (uniform(-1, 1), Triangular(Tolerance(-1, 1)), 0.75),
     ],
 )
-def test_effective_trials_are_those_of_the_closed_form(drawn, new, worth):
+def test_effective_sample_size_matches_the_closed_form(drawn, new, worth):
     assert check_overlap(drawn, new) == pytest.approx(worth, rel=0.01)
     both = overlap_of(
         {"a": drawn, "b": drawn}, Dependence(), {"a": new, "b": new}, 1000
@@ -56,12 +56,12 @@ def test_effective_trials_are_those_of_the_closed_form(drawn, new, worth):
         (normal(1), normal(1, 4), "lie outside the sampled range"),
     ],
 )
-def test_what_trials_do_not_cover_is_refused(drawn, new, said):
+def test_distributions_outside_the_sample_are_refused(drawn, new, said):
     with pytest.raises(DistributionError, match=said):
         check_overlap(drawn, new)
 
 
-def test_the_cap_leaves_to_the_cut_what_lies_above_it():
+def test_the_cut_is_the_share_above_the_cap():
     drawn, new = {"a": normal(1)}, {"a": normal(1, 0.8)}
     found = overlap_of(drawn, Dependence(), new, 4000)
     # weights exp(0.8 z - 0.32): above the cap from there on, and so much of the excess
@@ -76,7 +76,7 @@ def test_the_cap_leaves_to_the_cut_what_lies_above_it():
 CLOSE = Dependence({}, {("a", "b"): 0.9})
 
 
-def test_of_correlated_parts_one_alone_may_not_be_told():
+def test_a_change_of_one_correlated_part_is_refused():
     drawn = {"a": normal(1), "b": normal(1)}
     with pytest.raises(DistributionError, match="change all parts that are correlated"):
         overlap_of(drawn, CLOSE, {"a": normal(0.5)}, 4000)
@@ -87,7 +87,7 @@ def test_of_correlated_parts_one_alone_may_not_be_told():
     assert once.efficiency == pytest.approx(of_normal(0.5), rel=0.02)
 
 
-def test_weights_are_ratios_of_densities_of_whatever_is_new():
+def test_weights_are_ratios_of_densities():
     z = np.random.default_rng(1).standard_normal((2, 2000))
     rho = 2 * np.sin(np.pi * 0.5 / 6)
     x = {"a": z[0], "b": rho * z[0] + np.sqrt(1 - rho**2) * z[1]}

@@ -1,4 +1,4 @@
-"""Rare machines: two ways to a limit, and mixtures that keep the smaller kind."""
+"""Rare trials: two searches of a limit, and mixtures that keep the smaller kind."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def led(margin):
             return stages, end.value
 
 
-def test_a_response_leads_to_a_corner_of_several_parts():
+def test_subset_simulation_finds_a_corner_of_several_parts():
     """That spread hides: of twice the spread one machine in 7000 lies there."""
     end = norm.isf(1e-6 ** (1 / 6))
     stages, (mixture, trials) = led(lambda x: end - x.min(axis=1))
@@ -46,7 +46,7 @@ def test_a_response_leads_to_a_corner_of_several_parts():
     assert np.mean(points.min(axis=1) > end) > 0.01
 
 
-def test_machines_that_are_led_are_as_the_study_has_them():
+def test_moved_trials_keep_the_distribution_of_the_study():
     """Moved and kept within a level they are normal beyond it, and as before beside."""
     drawn = []
 
@@ -60,7 +60,7 @@ def test_machines_that_are_led_are_as_the_study_has_them():
     assert x[:, 1:].std() == pytest.approx(1, abs=0.1)
 
 
-def test_what_one_half_does_not_find_the_other_one_may():
+def test_the_halves_of_subset_simulation_are_independent():
     drawn = []
 
     def margin(x):
@@ -77,12 +77,12 @@ def test_what_one_half_does_not_find_the_other_one_may():
     assert not np.any(one == other)
 
 
-def test_a_flat_response_leads_nowhere():
+def test_a_flat_response_ends_subset_simulation():
     stages, (mixture, trials) = led(lambda x: np.ones(len(x)))
     assert mixture is None and len(stages) == 2 and trials == 2 * EACH
 
 
-def test_a_smaller_kind_keeps_a_part_of_its_own_in_many_directions():
+def test_a_smaller_kind_keeps_a_part_in_many_directions():
     """One of twelve lie in a corner, farther from each other than from the others."""
     rng = np.random.default_rng(1)
     points = 1.5 * rng.normal(size=(360, 10))
@@ -93,7 +93,7 @@ def test_a_smaller_kind_keeps_a_part_of_its_own_in_many_directions():
     assert np.mean(drawn[:, 1:4].min(axis=1) > 2.6) > 0.05
 
 
-def test_a_corner_beside_a_part_at_its_end_is_not_lost():
+def test_a_corner_next_to_an_extreme_part_is_found():
     """By spread alone it was in one study of three, and the share told half."""
     problem = RARE_PROBLEMS["corner of four beside, 1e-6"]()
     for seed in (1, 2, 3):
@@ -102,7 +102,7 @@ def test_a_corner_beside_a_part_at_its_end_is_not_lost():
         assert found.lower < problem.share < found.upper < 1.2 * problem.share
 
 
-def test_no_name_of_a_part_meddles_with_what_is_drawn_beside_it():
+def test_contributor_names_do_not_share_internal_streams():
     """A part called as a stream of the sampler's own had scores that chose its kind."""
     share, end = 1e-5, norm.isf(0.5e-5)
     for name in ("stage", "parts", "moves"):
@@ -129,7 +129,7 @@ def stages_of(margin, trials):
 
 
 @pytest.mark.parametrize("trials", [5000, 20_000, 33_333])
-def test_all_trials_are_drawn_and_two_fifths_tell(trials):
+def test_all_trials_are_used_and_two_fifths_give_the_estimate(trials):
     *before, last = stages_of(lambda x: 3.0 - x[:, 0], trials)
     assert not any(np.isfinite(stage.weight).any() for stage in before)
     assert np.isfinite(last.weight).all() and len(last.unit) >= 0.4 * trials
@@ -159,7 +159,7 @@ def test_four_stages_at_the_spread_of_the_study_suffice(fitted_stages):
     assert len(last.unit) >= 0.4 * 10_000 + 2 * len(at_one[0].unit)
 
 
-def test_a_tenth_of_each_stage_stays_wide_at_the_spread_of_the_study(fitted_stages):
+def test_a_tenth_of_each_stage_stays_wide(fitted_stages):
     """It finds what no fit knows; of 1.5 sigmas, and no fit reaches to this side."""
     at_one, _ = fitted_stages
     points = np.concatenate([ndtri(stage.unit) for stage in at_one])

@@ -1,4 +1,4 @@
-"""Which trials are evaluated again, and what that finds: on errors that are planted."""
+"""Choice of the trials evaluated again, and planted errors that it finds."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def planned(values, status=None):
     return found
 
 
-def test_a_large_error_beyond_the_limit_is_found(cliff):
+def test_a_large_error_out_of_limit_is_found(cliff):
     """One machine in 160 errs by 1 N: those chosen at random meet none of them."""
     found = report_of(cliff).responses["force"]
     error = found.integration_errors
@@ -105,7 +105,7 @@ def test_a_large_error_beyond_the_limit_is_found(cliff):
     assert errs < error.above == pytest.approx(1 - 0.05 ** (1 / 30))
 
 
-def test_a_jam_that_keeps_within_the_limit_is_found():
+def test_a_jam_within_the_limit_is_found():
     """Responses of one machine in 400 lie apart, within the limit."""
     y = np.random.default_rng(0).uniform(0, 0.01, 4000)
     apart = np.arange(7, 4000, 400)
@@ -161,7 +161,7 @@ def test_without_limits_the_extremes_of_every_response(study):
         assert set(np.unique(reasons)) == {0, Reason.SPREAD}
 
 
-def test_the_choice_hangs_on_nothing_but_the_study(study, tmp_path):
+def test_the_choice_depends_only_on_the_study(study, tmp_path):
     found = []
     for workers, block in ((1, 7), (2, 64)):
         with Workers(workers, block=block) as crew:
@@ -176,7 +176,7 @@ def test_the_choice_hangs_on_nothing_but_the_study(study, tmp_path):
         np.testing.assert_array_equal(values, two.responses[name])
 
 
-def test_more_trials_leave_the_random_ones_as_they_were(cliff, study):
+def test_more_trials_keep_the_random_choice(cliff, study):
     few = cliff.audited
     more = tolstat.run(study, model=Cliff(), trials=5000, force=True).audited
     random = more.trials[more.at_random]
@@ -185,7 +185,7 @@ def test_more_trials_leave_the_random_ones_as_they_were(cliff, study):
     np.testing.assert_array_equal(random, random_trials(5, 5000))
 
 
-def test_what_an_error_may_carry_across_the_limit_is_looked_at(tmp_path):
+def test_trials_near_the_limit_are_integrated_again(tmp_path):
     """A limit where many machines lie, and errors that carry some across."""
     path = tmp_path / "dense.toml"
     path.write_text(STUDY.format(trials=3000).replace("<= 12.5 N", "<= 10 N"))
@@ -204,7 +204,7 @@ def test_what_an_error_may_carry_across_the_limit_is_looked_at(tmp_path):
     )
 
 
-def test_it_stays_cheap():
+def test_an_audit_is_cheap():
     """Another hundredth of the trials, and 30 of each limited response."""
     rng = np.random.default_rng(2)
     for trials in (50, 1000, 100_000):
@@ -213,7 +213,7 @@ def test_it_stays_cheap():
         assert len(chosen.trials) <= 2 * np.ceil(trials / 100) + 2 * 8 + 12 + 10
 
 
-def test_trials_chosen_by_one_response_do_not_speak_for_another(cliff):
+def test_trials_chosen_by_one_response_do_not_represent_another(cliff):
     """What is rare in force was chosen often; of other it is not rarer for that."""
     found = report_of(cliff).responses
     tight = {"rtol": 1e-6}
@@ -229,7 +229,7 @@ def test_trials_chosen_by_one_response_do_not_speak_for_another(cliff):
     assert found["other"].integration_errors.chosen == {}
 
 
-def test_parts_called_audit_do_not_choose_what_is_audited():
+def test_a_contributor_named_audit_does_not_change_the_choice():
     """Of a batch of that name each hundredth was chosen by how long its part is."""
     first = np.arange(0, 5000, 100)
     chosen = random_trials(5, 5000) - first

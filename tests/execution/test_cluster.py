@@ -1,4 +1,4 @@
-"""A real Dask cluster on loopback: its workers may die, or be others than asked for."""
+"""A real Dask cluster on loopback: workers may die or differ."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def same(one, other):
     assert str(one.diagnostics) == str(other.diagnostics)
 
 
-def test_a_worker_killed_half_way_changes_no_bit(ring, tmp_path):
+def test_a_killed_worker_changes_no_bit(ring, tmp_path):
     text = (ROOT / "runs/planetary-ai.toml").read_text()
     study = tmp_path / "study.toml"
     study.write_text(text.replace("trials = 20000", "trials = 2000"))
@@ -133,7 +133,7 @@ def test_a_cluster_on_the_command_line(ring, tmp_path, monkeypatch):
     assert both.exit_code == 2 and "--workers" in both.stderr
 
 
-def test_a_worker_that_would_come_to_other_bits_is_not_used(ring, tmp_path):
+def test_a_worker_with_different_results_is_not_used(ring, tmp_path):
     study = chain(tmp_path, "chain")
     code = "import tolstat.lanes.digest as d; d.SKIPPED = {'ctx'}\n"
     (tmp_path / "other.py").write_text(code)
@@ -160,7 +160,7 @@ def test_a_worker_that_would_come_to_other_bits_is_not_used(ring, tmp_path):
             execute(load(study), tmp_path / "none.h5", crew)
 
 
-def test_a_cluster_without_workers_is_not_waited_for(ring, tmp_path, monkeypatch):
+def test_a_cluster_without_workers_ends_the_run(ring, tmp_path, monkeypatch):
     monkeypatch.setattr("tolstat.execution.workers.cluster.PATIENCE", 1.5)
     for each in ring.alive:
         each.kill()
@@ -173,7 +173,7 @@ def test_a_cluster_without_workers_is_not_waited_for(ring, tmp_path, monkeypatch
     assert tolstat.open(study.with_suffix(".h5")).complete
 
 
-def test_what_cannot_be_sent_is_refused(toy):
+def test_models_that_cannot_be_sent_are_refused(toy):
     with pytest.raises(ModelError, match="load it from its file"):
         packed(partial(simulate, toy, np.zeros((1, 3)), None))
 

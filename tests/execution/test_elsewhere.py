@@ -1,4 +1,4 @@
-"""Processes that evaluate: a pool, MPI, and what SLURM would be asked for."""
+"""Processes that evaluate: a pool, MPI, and the request to SLURM."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if __name__ == "__main__":
 """
 
 
-def test_processes_come_to_the_same_bits(tmp_path):
+def test_processes_give_the_same_bits(tmp_path):
     study, far = chain(tmp_path, "study"), tmp_path / "far.h5"
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
         run = tolstat.run(study, output=far, executor=executor)
@@ -58,7 +58,7 @@ def test_mpi_on_loopback(tmp_path):
     same(tolstat.open(far), tolstat.run(study))
 
 
-def test_a_process_of_other_numbers_evaluates_nothing(tmp_path, monkeypatch):
+def test_a_process_with_different_results_is_not_used(tmp_path, monkeypatch):
     study = tolstat.run(chain(tmp_path, "study")).study  # a machine that is installed
     assert study.table["model"] == "dimension_chain"
     call = partial(np.zeros, 3)
@@ -72,7 +72,7 @@ def test_a_process_of_other_numbers_evaluates_nothing(tmp_path, monkeypatch):
     assert "processor is arm64 neon" in found.reasons[0]
 
 
-def test_what_a_pool_cannot_do_is_a_sentence(tmp_path):
+def test_errors_of_a_pool_are_messages(tmp_path):
     study = chain(tmp_path, "study")
     executor = ProcessPoolExecutor(1, mp_context=get_context("spawn"))
     executor.submit(sys.exit).exception()
@@ -96,7 +96,7 @@ def test_what_a_pool_cannot_do_is_a_sentence(tmp_path):
     assert tolstat.open(path).complete
 
 
-def test_what_slurm_would_be_asked_for():
+def test_the_request_to_slurm():
     """The example is not run: there is no SLURM; its job script is known."""
     lent = runpy.run_path(str(ROOT / "runs/cluster.py"))["LENT"]
     job = SLURMJob(scheduler="tcp://HOST:1", name="0", job_name="tolstat",

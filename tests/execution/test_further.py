@@ -1,4 +1,4 @@
-"""Slopes, worst cases, audits and worst trials: on machines whose answers are known."""
+"""Slopes, worst cases, audits and worst trials of models with known results."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_one_trial_of_each_hundred_is_audited(rough):
     np.testing.assert_allclose(rough.audited.responses["gap"], known, rtol=1e-12)
 
 
-def test_integration_error_moves_the_numbers_by_what_it_is(rough):
+def test_the_effect_of_a_known_integration_error_is_found(rough):
     found = report_of(rough).responses["gap"]
     error = found.integration_errors
     assert error.at_random.trials == 30 and error.settings["rtol"] == pytest.approx(
@@ -137,7 +137,7 @@ def test_the_worst_corner_is_found_from_the_worst_trial():
     assert most.tried > 6 and most.failed == 0
 
 
-def test_parts_of_a_batch_stay_alike_in_the_worst_case():
+def test_parts_of_a_batch_stay_equal_in_the_worst_case():
     lower, upper = np.full(3, -1.0), np.full(3, 1.0)
     target = Target(0, -1, np.array([[0.1, 0.1, 0.0]]))
     with Workers() as crew:
@@ -219,7 +219,7 @@ def test_worst_trials_are_ordered_by_their_precise_values(rough):
     assert len(limited.worst_trials("gap", 3)) == 3
 
 
-def test_what_a_halved_tolerance_leaves_beyond_is_what_its_own_run_has(rough, tmp_path):
+def test_halving_agrees_with_a_run_of_halved_tolerances(rough, tmp_path):
     limit = "0.8..1.6 mm"
     path = tmp_path / "as_drawn.toml"
     path.write_text(STUDY.format(model="rough", limit=limit))
@@ -241,7 +241,7 @@ def test_what_a_halved_tolerance_leaves_beyond_is_what_its_own_run_has(rough, tm
         assert 3000 / 4 < effective < 3000
 
 
-def test_failed_machines_are_beyond_with_tolerances_halved_too(tmp_path):
+def test_failed_trials_are_out_of_limit_with_halved_tolerances(tmp_path):
     path = tmp_path / "wide.toml"
     path.write_text(STUDY.format(model="rough", limit="-5..5 mm"))
     run = tolstat.run(path, model=Rough())
@@ -250,7 +250,7 @@ def test_failed_machines_are_beyond_with_tolerances_halved_too(tmp_path):
     assert run.failed > 3 and found["part_1",].beyond.value < 1e-5
 
 
-def test_what_cannot_be_halved_is_said_in_the_run(toy, toy_study):
+def test_the_run_states_why_tolerances_are_not_halved(toy, toy_study):
     found = tolstat.run(toy_study, model=toy).diagnostics.halved["gap"]
     turn = found["angle",]
     assert turn.beyond.reason == "a full turn is no tolerance" and turn.effective == 0
@@ -260,7 +260,7 @@ def test_what_cannot_be_halved_is_said_in_the_run(toy, toy_study):
     assert tolstat.run(toy_study, model=toy, force=True).diagnostics.halved == {}
 
 
-def test_the_stand_tells_its_worst_trials(small_study):
+def test_the_stand_reports_its_worst_trials(small_study):
     run = tolstat.run(small_study)
     for name in run.limits:
         worst = run.worst_trials(name)
@@ -270,7 +270,7 @@ def test_the_stand_tells_its_worst_trials(small_study):
         assert precise == pytest.approx(stored, rel=5e-3, abs=1e-6)
 
 
-def test_what_was_not_gathered_says_why(tmp_path, toy):
+def test_missing_diagnostics_have_a_reason(tmp_path, toy):
     path = tmp_path / "grid.toml"
     path.write_text('model = "toy"\nsampling = "grid"\n[grid]\npart_1 = ["0 mm"]\n')
     assert (
@@ -278,7 +278,7 @@ def test_what_was_not_gathered_says_why(tmp_path, toy):
     )
 
 
-def test_who_stops_after_the_trials_keeps_them(toy, toy_study):
+def test_stopping_during_diagnostics_keeps_the_trials(toy, toy_study):
     """A Ctrl-C while slopes are sought: every trial is stored, the rest is resumed."""
     over = []
     with Workers(stopping=lambda: bool(over)) as crew:

@@ -1,4 +1,4 @@
-"""Runs gone on with become, bit for bit, the runs that were never interrupted."""
+"""Resumed runs equal uninterrupted runs bit for bit."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def same(one, other, but=""):
 
 
 @pytest.mark.parametrize("sampling", STUDIES)
-def test_a_stopped_run_becomes_the_run_that_was_not(tmp_path, sampling):
+def test_a_resumed_run_equals_an_uninterrupted_run(tmp_path, sampling):
     study = written(tmp_path, STUDIES[sampling])
     whole = tolstat.run(study, model=Toy(), output=tmp_path / "whole.h5")
     path = tmp_path / "part.h5"
@@ -116,7 +116,7 @@ def test_a_stopped_run_becomes_the_run_that_was_not(tmp_path, sampling):
 
 
 @pytest.mark.parametrize("trials", [0, 200])
-def test_a_run_in_part_has_a_report(tmp_path, trials):
+def test_a_partial_run_has_a_report(tmp_path, trials):
     """Its numbers as JSON, too: no time is missing."""
     path = tmp_path / "part.h5"
     part = stopped(written(tmp_path, STUDIES["random"]), path, trials)
@@ -149,7 +149,7 @@ def test_a_run_is_stopped_again_and_again(tmp_path):
 @pytest.mark.parametrize(
     ("sampling", "trials"), [("random", 200), ("sobol", 100_000), ("until", 100_000)]
 )
-def test_an_extended_run_is_one_run(tmp_path, sampling, trials):
+def test_an_extended_run_equals_one_run(tmp_path, sampling, trials):
     study = written(tmp_path, STUDIES[sampling])
     path = tmp_path / "part.h5"
     part = stopped(study, path, trials)
@@ -164,7 +164,7 @@ def test_an_extended_run_is_one_run(tmp_path, sampling, trials):
     ("sampling", "words"),
     [("latin", "made for a number of trials"), ("grid", "draws nothing")],
 )
-def test_what_cannot_be_extended_says_why(tmp_path, sampling, words):
+def test_a_refusal_to_extend_has_a_reason(tmp_path, sampling, words):
     study = written(tmp_path, STUDIES[sampling])
     run = tolstat.run(study, model=Toy())
     before = run.path.read_bytes()
@@ -196,7 +196,7 @@ def test_damage_is_found_and_repaired(tmp_path):
     assert tolstat.verify(run.path, model=Toy(), every=True).whole
 
 
-def test_what_fits_its_checksum_is_evaluated_again(tmp_path):
+def test_rows_with_a_valid_checksum_are_evaluated_again(tmp_path):
     """A forgery, or a processor that erred."""
     run = tolstat.run(written(tmp_path, STUDIES["random"]), model=Toy())
     with resealed(run.path) as file:
@@ -211,7 +211,7 @@ def test_what_fits_its_checksum_is_evaluated_again(tmp_path):
         tolstat.resume(run.path, model=Toy())
 
 
-def test_what_an_until_run_was_asked_stays_known(tmp_path):
+def test_the_rule_of_an_until_run_is_kept(tmp_path):
     text = STUDIES["until"]
     run = tolstat.run(written(tmp_path, text), model=Toy())
     assert run.rules
@@ -262,14 +262,14 @@ class Wider(Toy):
         return found._replace(responses=found.responses[:1])
 
 
-def test_a_machine_with_other_columns_is_refused(tmp_path):
+def test_a_model_with_other_columns_is_refused(tmp_path):
     run = tolstat.run(written(tmp_path, STUDIES["random"]), model=Toy())
     for regardless in (False, True):
         with pytest.raises(RunFileError, match="column ratio: 1, now None"):
             tolstat.resume(run.path, model=Wider(), regardless=regardless)
 
 
-def test_data_of_a_study_that_were_changed_are_seen(tmp_path):
+def test_changed_data_of_a_study_are_detected(tmp_path):
     parts = tmp_path / "parts.csv"
     parts.write_text("length [mm]\n" + "".join(f"{0.01 * i}\n" for i in range(40)))
     text = HEAD + "[deviations]\n"
@@ -289,7 +289,7 @@ def test_data_of_a_study_that_were_changed_are_seen(tmp_path):
     assert tolstat.resume(path, model=Toy()).complete
 
 
-def test_failed_trials_once_more_are_kept_apart(tmp_path):
+def test_repeated_failed_trials_are_kept_separately(tmp_path):
     """What failed still counts as failed; what came of it then stands beside it."""
     study = written(
         tmp_path,

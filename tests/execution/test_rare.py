@@ -1,4 +1,4 @@
-"""Rare machines: the share of known ones, the same bits however a run came about."""
+"""Rare runs: known fractions out of limit, and the same bits on every way."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def stopped(study, path, trials):
         return execute(load(study), path, crew, progress=enough.tell)
 
 
-def test_a_share_of_one_in_a_million_is_told(run):
+def test_a_share_of_1_ppm_is_estimated(run):
     found = rare_summary(run)
     out = found.fraction_out_of_limit
     truth = norm.sf(DISTANCE)
@@ -122,7 +122,7 @@ def test_a_share_of_one_in_a_million_is_told(run):
     assert sum(stage.trials for stage in found.stages) == run.trials
 
 
-def test_a_uniform_part_near_its_end_is_named_by_how_unlikely_it_is(tmp_path):
+def test_a_uniform_part_near_its_end_is_named_by_probability(tmp_path):
     """It is 1.6 sigmas off, and the normal one beside it 3.5."""
     table = tomllib.loads(CHAIN)
     uniform = {"tolerance": "+-0.4 mm", "distribution": "uniform"}
@@ -164,17 +164,17 @@ def test_a_uniform_part_near_its_end_is_named_by_how_unlikely_it_is(tmp_path):
         (2 * ndtr(SCORES), 2 * norm.cdf(-7.3), -7.3),
     ],
 )
-def test_how_unlikely_a_part_is_that_lies_so_far_out(at, deviation, score):
+def test_the_probability_of_an_extreme_part(at, deviation, score):
     assumed = Assumed((0.0, 1.0), "", "", at_scores=tuple(at))
     assert normal_score(deviation, assumed) == pytest.approx(score, abs=1e-9)
 
 
-def test_who_evaluates_and_in_which_blocks_does_not_matter(study, whole):
+def test_workers_and_blocks_do_not_change_the_result(study, whole):
     with Workers(2, block=37) as crew:
         assert like(execute(load(study), study.with_suffix(".h5"), crew), whole)
 
 
-def test_stopped_anywhere_it_becomes_the_run_that_was_not(study, whole, tmp_path):
+def test_a_resumed_run_equals_an_uninterrupted_run(study, whole, tmp_path):
     path = tmp_path / "part.h5"
     for trials in (0, 640, 4000):  # before all, in a stage of the search, in the last
         path.unlink(missing_ok=True)
@@ -190,7 +190,7 @@ def test_stopped_anywhere_it_becomes_the_run_that_was_not(study, whole, tmp_path
     assert tolstat.verify(path, every=True).whole
 
 
-def test_what_is_drawn_otherwise_is_found(run):
+def test_changed_samples_are_detected(run):
     with resealed(run.path) as file:
         file["A"][4000] *= 1.5
         file["rare-weight"][4500] *= 2
@@ -205,7 +205,7 @@ def sought_otherwise(path, **facts):
         file["provenance"].attrs.update(facts)
 
 
-def test_another_tolstat_that_sought_otherwise_is_named(run, study, whole, tmp_path):
+def test_a_different_version_with_other_samples_is_named(run, study, whole, tmp_path):
     sought_otherwise(run.path, version_tolstat="0.0.9", processor="abacus")
     said = command("verify", run.path)
     assert said.exit_code == 1
@@ -227,7 +227,7 @@ def test_another_tolstat_that_sought_otherwise_is_named(run, study, whole, tmp_p
     assert again.exit_code == 0 and like(tolstat.open(part), whole)
 
 
-def test_a_tolstat_of_the_same_version_may_have_sought_otherwise(run):
+def test_the_same_version_may_have_other_samples(run):
     sought_otherwise(run.path)
     words = " ".join(command("verify", run.path).output.split())
     assert f"by a tolstat {version('tolstat')} that searched for rare trials" in words
@@ -235,7 +235,7 @@ def test_a_tolstat_of_the_same_version_may_have_sought_otherwise(run):
         tolstat.resume(run.path)
 
 
-def test_what_is_damaged_is_found_and_drawn_anew(run, whole):
+def test_damage_is_found_and_sampled_again(run, whole):
     with h5py.File(run.path, "r+") as file:
         file["gap"][17] *= -1
     found = tolstat.verify(run.path)
@@ -245,7 +245,7 @@ def test_what_is_damaged_is_found_and_drawn_anew(run, whole):
     assert tolstat.verify(run.path).whole
 
 
-def test_a_forged_answer_shows_in_the_draws_after_it(run):
+def test_a_forged_response_changes_later_samples(run):
     row = int(np.flatnonzero(run.column("gap")[:500] > 0.3e-3)[0])
     with resealed(run.path) as file:
         file["gap"][row] = -1e-3
@@ -257,7 +257,7 @@ def test_a_forged_answer_shows_in_the_draws_after_it(run):
     assert otherwise[0] == fitted and len(otherwise) > 0.98 * (5000 - fitted)
 
 
-def test_it_is_no_sample(run, tmp_path):
+def test_a_rare_run_is_no_sample_of_production(run, tmp_path):
     with pytest.raises(StudyError, match="made for a number of trials"):
         tolstat.extend(run.path, 8000)
     with pytest.raises(PictureError, match="are no random sample"):
@@ -285,7 +285,7 @@ def test_it_is_no_sample(run, tmp_path):
         (("what-if", "A=+-0.1 mm"), {"gap": ">= 0.2 mm"}),
     ],
 )
-def test_what_it_does_not_tell_a_run_of_its_own_does(run, asked, limits):
+def test_the_study_written_by_a_refusal_runs(run, asked, limits):
     """As the refusal says, word for word."""
     name, *options = asked
     refused = command(name, run.path, *options)
@@ -306,7 +306,7 @@ def test_a_comparison_needs_random_trials(run):
     assert 'need a run with sampling = "random"' in refused.output
 
 
-def test_another_response_is_sought_by_a_run_of_its_own(toy, tmp_path):
+def test_another_response_needs_a_separate_run(toy, tmp_path):
     study = {
         "model": "toy", "trials": 5000, "seed": 1, "sampling": {"rare": "gap"},
         "deviations": {"part": "+-0.6 mm"},
@@ -331,7 +331,7 @@ def test_another_response_is_sought_by_a_run_of_its_own(toy, tmp_path):
         rare_summary(only, ["ratio"])
 
 
-def test_a_search_that_did_not_end_is_said_beside_its_wide_interval(tmp_path):
+def test_an_unfinished_search_is_reported_with_its_interval(tmp_path):
     """Twelve parts that must be far out at once: few points carry the share."""
     links = [f"L{i}" for i in range(12)]
     study = {
@@ -352,7 +352,7 @@ def test_a_search_that_did_not_end_is_said_beside_its_wide_interval(tmp_path):
     assert out.upper > 10 * share
 
 
-def test_no_more_machines_fail_than_are_beyond(tmp_path):
+def test_failures_do_not_exceed_trials_out_of_limit(tmp_path):
     """A hundredth of those beyond fail: few are met, and their own interval is wide."""
     study = {
         "model": "dimension_chain", "trials": 6000, "seed": 1, "sampling": "rare",
@@ -376,7 +376,7 @@ def test_no_more_machines_fail_than_are_beyond(tmp_path):
     assert (few in page) == (few in said)
 
 
-def test_failed_machines_are_beyond(toy, tmp_path):
+def test_failed_trials_are_out_of_limit(toy, tmp_path):
     """A part longer than 0.9 mm cannot be mounted; no other is near the limit."""
     study = {
         "model": "toy", "trials": 5000, "seed": 1, "sampling": "rare",
@@ -424,7 +424,7 @@ def test_failed_machines_are_beyond(toy, tmp_path):
     assert "trials failed" not in csv_row and csv_row["trials run"] == "5000"
 
 
-def test_while_the_last_stage_has_not_run_no_share_fails(toy, tmp_path):
+def test_no_failure_rate_before_the_last_stage(toy, tmp_path):
     study = {
         "model": "toy", "trials": 5000, "seed": 1, "sampling": "rare",
         "deviations": {"part": {"tolerance": "+-0.6 mm", "shift": "0.06 mm"}},
@@ -440,7 +440,7 @@ def test_while_the_last_stage_has_not_run_no_share_fails(toy, tmp_path):
     assert said.endswith(f"near the limit: {run.failed} not finite")
 
 
-def test_where_none_is_beyond_plain_trials_bound_the_share(toy, tmp_path):
+def test_without_trials_out_of_limit_plain_trials_bound_the_share(toy, tmp_path):
     study = {
         "model": "toy", "trials": 5000, "seed": 1, "sampling": "rare",
         "deviations": {"angle": "+-1 deg"}, "limits": {"gap": "<= 90 mm"},
@@ -452,7 +452,7 @@ def test_where_none_is_beyond_plain_trials_bound_the_share(toy, tmp_path):
     assert out.upper == found.trials.unseen == pytest.approx(3.689 / n, rel=1e-2)
 
 
-def test_what_changes_sides_is_counted(tmp_path):
+def test_trials_that_change_sides_are_counted(tmp_path):
     """Force errs by 1 N: whoever is beyond by less is within in truth."""
     study = {
         "model": "cliff", "trials": 5000, "seed": 1, "sampling": "rare",

@@ -1,4 +1,4 @@
-"""A run from the study file to the frame, the same however it is run."""
+"""A run from the study file to the frame, the same for any workers and blocks."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def test_a_stored_trial_is_the_evaluated_one(small_study):
     assert run.nominal["rod_force_1"] == nominal["rod_force_1"]
 
 
-def test_the_twin_has_the_same_parts(tmp_path):
+def test_the_paired_study_has_the_same_parts(tmp_path):
     runs = [
         tolstat.run(f"runs/{name}.toml", trials=16, output=tmp_path / f"{name}.h5")
         for name in ("khpt75", "khpt75-equalized")
@@ -148,7 +148,7 @@ def test_the_twin_has_the_same_parts(tmp_path):
     assert np.all(runs[1].column("guide_energy") == 0)
 
 
-def test_what_fails_on_a_worker_is_raised(toy, toy_study):
+def test_errors_on_a_worker_are_raised(toy, toy_study):
     class Broken(type(toy)):
         def evaluate(self, deviations, settings):
             if len(deviations) > 1:

@@ -62,7 +62,7 @@ def test_the_trials_are_those_of_a_run_of_that_length(toy, study, tmp_path):
     np.testing.assert_array_equal(run.column("gap"), again.column("gap"))
 
 
-def test_it_ends_at_most_where_it_must(toy, study):
+def test_it_ends_at_the_greatest_number_of_trials(toy, study):
     run = tolstat.run(study('"gap p95 +-0.1 %"', 3000), model=toy, workers=2)
     assert run.trials == 3000 and not run.stopped.reached
     assert run.stopped.stages == (1024, 3000)
@@ -70,7 +70,7 @@ def test_it_ends_at_most_where_it_must(toy, study):
     assert tolstat.open(run.path).stopped == run.stopped
 
 
-def test_what_it_cannot_reach_it_says_after_the_first_look(toy, study):
+def test_an_unreachable_precision_is_reported_after_the_first_stage(toy, study):
     seen = []
     tolstat.run(study('"gap p95 +-0.1 %"', 3000), model=toy, progress=seen.append)
     told = [each for each in seen if each.wanted]
@@ -110,7 +110,7 @@ def test_sobol_trials_can_be_extended_until(toy, study):
 @pytest.mark.parametrize(
     "slow", ["run_loop.trials_wanted", "diagnostics.after_run.halved_shares"]
 )
-def test_it_stops_though_a_look_takes_long(toy, study, monkeypatch, slow):
+def test_it_stops_during_a_long_check(toy, study, monkeypatch, slow):
     """Means and sigmas of a million trials take ten seconds."""
     looked = threading.Event()
 

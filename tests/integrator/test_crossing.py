@@ -1,4 +1,4 @@
-"""Kinks of the rates: a step ends at each, and none passes between two looks."""
+"""Kinks of the rates: a step ends at each, and none is missed."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_a_kink_that_is_not_named_costs_precision():
     assert named.steps.sum() < 1.1 * plain.steps.sum()
 
 
-def test_a_visit_within_one_step_is_seen():
+def test_a_visit_within_one_step_is_detected():
     """It lasts 4e-4 of a step of 0.5 and more; no stage of a blind step lies in it."""
     width = np.array([1e-3, 3e-4, 1e-4, 0.3])
     n = len(width)
@@ -182,7 +182,7 @@ def test_lanes_never_mix_where_some_cross():
             np.testing.assert_array_equal(values, getattr(shuffled, name)[j])
 
 
-def test_a_system_without_kinks_is_what_it_was(oscillator_system):
+def test_a_system_without_kinks_is_unchanged(oscillator_system):
     """Named, the sign of x only decides where steps end."""
     start, p = np.array([[1.0, 0.0]]), np.array([[4.0, 0.0]])
     marks = np.array([[0.0, 10.0]])
@@ -197,7 +197,7 @@ def test_a_system_without_kinks_is_what_it_was(oscillator_system):
 
 
 @pytest.mark.parametrize("crossings", [(2,), (-1,), (0, 0), [0], (0.5,)])
-def test_what_is_not_watched_cannot_cross(crossings):
+def test_only_watched_quantities_can_cross(crossings):
     with pytest.raises(ModelError, match="crossings"):
         replace(BALL, crossings=crossings)
     with pytest.raises(ModelError, match="there are none"):

@@ -205,7 +205,7 @@ def test_lanes_never_mix(damped_system):
 
 
 @pytest.mark.parametrize("damped", [(2,), (-1,), (0, 0), (0.5,), 1, ("v",)])
-def test_what_is_damped_is_a_state_and_stands_once(damped):
+def test_damped_numbers_are_states_given_once(damped):
     with pytest.raises(ModelError, match="0 to 1, each once"):
         System(rubbing, np.array([1.0, 1.0]), damped=damped)
 
@@ -213,11 +213,11 @@ def test_what_is_damped_is_a_state_and_stands_once(damped):
 @pytest.mark.parametrize(
     ("counts", "words"),
     [
-        ({}, "rates fills 3 rows, declared are 2 .2 states.;"),
-        ({"damped": (1,), "n_above": 1}, "declared are 4 .2 states, 1 above, 1 damped"),
+        ({}, "rates fills 3 rows, but 2 are declared .2 states.;"),
+        ({"damped": (1,), "n_above": 1}, "4 are declared .2 states, 1 above, 1 damped"),
     ],
 )
-def test_rows_that_are_not_declared_are_refused(counts, words):
+def test_undeclared_rows_are_refused(counts, words):
     """They would be written beside the stages."""
     system = System(rubbing, np.array([1.0, 1.0]), **counts)
     with pytest.raises(ModelError, match=words):

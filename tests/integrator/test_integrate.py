@@ -73,7 +73,7 @@ def test_a_step_lands_exactly_on_every_mark(oscillator_system):
     np.testing.assert_array_equal(found.states[:, 1], found.states[:, 2])
 
 
-def test_a_trial_that_blows_up_is_seen(blow_up_system):
+def test_a_trial_that_diverges_is_detected(blow_up_system):
     start = np.array([[0.5], [2.0], [np.nan], [0.1], [np.inf]])
     parameters = np.zeros((5, 1))
     marks = np.tile([0.0, 1.0], (5, 1))
@@ -125,7 +125,7 @@ def test_step_too_small(oscillator_system):
     assert np.all(found.status == Status.STEP_TOO_SMALL)
 
 
-def test_a_watched_quantity_that_is_not_finite_is_seen(oscillator_system):
+def test_a_watched_quantity_that_is_not_finite_is_detected(oscillator_system):
     start = np.array([[1.0, 0.0]])
     parameters = np.array([[1.0, np.nan]])  # enters only what is watched
     marks = np.array([[0.0, 1.0]])
@@ -202,7 +202,7 @@ def test_time_dependence_enters_at_the_right_times():
     np.testing.assert_allclose(found.states[0, 1], exact, atol=1e-8)
 
 
-def test_scale_is_what_errors_are_measured_by(oscillator_system):
+def test_errors_are_relative_to_the_scale(oscillator_system):
     fine = swing(oscillator_system, Accuracy(1e-6, 0.5))
     scaled = replace(oscillator_system, scale=np.array([10.0, 10.0]))
     same = swing(scaled, Accuracy(1e-7, 0.5))

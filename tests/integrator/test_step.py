@@ -40,7 +40,7 @@ def inside(h, theta, y, k, lane, i):
     return interpolate(h, theta, y, k, lane, i)
 
 
-def test_each_step_is_that_of_scipy():
+def test_each_step_matches_scipy():
     rng = np.random.default_rng(5)
     p = np.ascontiguousarray(rng.uniform(0.5, 2.0, (3, WIDTH)))
     y = np.ascontiguousarray(rng.uniform(-1, 1, (2, WIDTH)))

@@ -85,7 +85,7 @@ def test_dense_output_is_of_order_four_everywhere():
     assert max(abs(float(a - b)) for a, b in ends) < 1e-16
 
 
-def test_constants_are_those_of_scipy():
+def test_constants_match_scipy():
     for i, row in enumerate(tableau.A[:6]):
         np.testing.assert_allclose([float(a) for a in row], RK45.A[i, :i], rtol=1e-15)
     np.testing.assert_allclose([float(e) for e in tableau.E], -RK45.E, atol=1e-16)

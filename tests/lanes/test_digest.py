@@ -1,4 +1,4 @@
-"""What identifies a computation: code counts, words and places do not."""
+"""Digest of a computation: code counts, texts and places do not."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ WORDS = [
     pytest.param("own/far.py", "x + 5.0", "x + 6.0", id="own, not used"),
     pytest.param("own/far.py", "(x: float) -> float:", "(x):", id="own annotation"),
     pytest.param("tests/coverage/problems.py", "rods of +-0.9 mm, of", "rods, of", id="docstring of a problem"),
-    pytest.param("tolstat/statistics/intervals/betting.py", '"""Bound the mean', '"""Bind the mean', id="docstring of an interval"),
+    pytest.param("tolstat/statistics/intervals/betting.py", '"""Return bounds of', '"""Return ends of', id="docstring of an interval"),
 ]  # fmt: skip
 
 # file, before, after, and whose digest changes
@@ -189,16 +189,14 @@ CODE = [
 
 
 @pytest.mark.parametrize(("file", "before", "after"), WORDS)
-def test_words_change_nothing(tree, known, file, before, after):
+def test_texts_do_not_change_the_digest(tree, known, file, before, after):
     with edited(tree / file, before, after):
         now = digests(tree)
     assert now == known
 
 
 @pytest.mark.parametrize(("file", "before", "after", "whose"), CODE)
-def test_code_changes_the_digest_of_what_computes_with_it(
-    tree, known, file, before, after, whose
-):
+def test_code_changes_the_digest_of_its_users(tree, known, file, before, after, whose):
     with edited(tree / file, before, after):
         now = digests(tree)
     assert {name for name in known if known[name] != now[name]} == whose

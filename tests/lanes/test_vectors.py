@@ -1,4 +1,4 @@
-"""Vectors and masks do what NumPy does, lane by lane; rows and names likewise."""
+"""Vectors, masks, rows and names agree with NumPy, lane by lane."""
 
 from __future__ import annotations
 
@@ -84,5 +84,5 @@ def one_more(x):
     return x + 1.0
 
 
-def test_what_an_author_compiles_can_be_called():
+def test_functions_compiled_by_users_can_be_called():
     assert one_more(2.0) == 3.0

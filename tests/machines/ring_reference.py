@@ -1,4 +1,4 @@
-"""The ring once more: all 2 N coordinates on the null space of the two supports.
+"""A second ring: all 2 N coordinates on the null space of the two supports.
 
 Nothing here is the machine's: no harmonic is eliminated, matrices are full.
 """

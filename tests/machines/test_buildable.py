@@ -1,4 +1,4 @@
-"""Machines that cannot be: each says so, none has numbers, a study is told before."""
+"""Impossible trials: each has a status and no numbers; studies are warned."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def table_of(name, deviations):
 
 
 @pytest.mark.parametrize(("name", "deviations", "word"), CANNOT_BE)
-def test_what_cannot_be_built(name, deviations, word):
+def test_impossible_trials_have_a_status(name, deviations, word):
     machine, settings, row = table_of(name, deviations)
     answers = simulate(machine, row, settings)
     assert words_of(machine.failures)[int(answers.status[0])] == word
@@ -88,13 +88,13 @@ def test_what_cannot_be_built(name, deviations, word):
 
 
 @pytest.mark.parametrize(("name", "deviations"), CAN_BE)
-def test_what_can_be_built_is_not_ruled_out(name, deviations):
+def test_possible_trials_are_not_ruled_out(name, deviations):
     machine, settings, row = table_of(name, deviations)
     assert impossible(machine, row, settings).tolist() == [0]
 
 
 @pytest.mark.parametrize("name", catalogue.names())
-def test_every_machine_says_what_it_can_be_built_from(name):
+def test_every_model_declares_its_possible_parts(name):
     machine = catalogue.find(name)
     assert machine.failures
     page = CliRunner().invoke(main, ["show", name]).output.replace("\n", " ")
@@ -111,7 +111,7 @@ def test_a_chain_that_does_not_close():
     assert list(rows["status"]) == ["done", "the formula has no value"]
 
 
-def test_those_among_others_change_nothing_and_are_replayed(tmp_path):
+def test_impossible_trials_do_not_change_others_and_are_replayed(tmp_path):
     """Deviations of 150 %: some carriages weigh less than nothing."""
     study = {
         "model": "stand", "trials": 150, "seed": 3,
@@ -141,7 +141,7 @@ def test_those_among_others_change_nothing_and_are_replayed(tmp_path):
     assert tolstat.replay(run, light).differences == ()
 
 
-def test_a_study_of_none_that_can_be_is_refused(tmp_path):
+def test_a_study_without_possible_trials_is_refused(tmp_path):
     study = tmp_path / "long.toml"
     study.write_text(
         'model = "stand"\ntrials = 8\nseed = 1\n[deviations]\n'
@@ -154,7 +154,7 @@ def test_a_study_of_none_that_can_be_is_refused(tmp_path):
     )
 
 
-def test_the_share_is_told_on_the_command_line(tmp_path):
+def test_the_share_is_printed_on_the_command_line(tmp_path):
     study = tmp_path / "light.toml"
     study.write_text(
         'model = "oscillator"\ntrials = 300\nseed = 1\n[deviations]\nmass = "+-150 %"\n'
@@ -172,7 +172,7 @@ def test_a_stand_that_loses_more_than_it_is_driven_with():
     assert np.isnan(found["extra_loss_run"][0])
 
 
-def test_a_history_that_nobody_looks_at():
+def test_a_history_that_is_not_requested():
     with pytest.raises(
         ModelError, match="more than 2000000 points; give a longer step"
     ):
@@ -192,7 +192,7 @@ class Nominal(Toy):
         return Outcome(np.stack([deviations[:, 0], deviations[:, 1]], axis=1))
 
 
-def test_a_nominal_machine_that_cannot_be_is_refused(toy_study):
+def test_an_impossible_nominal_is_refused(toy_study):
     text = toy_study.read_text()
     with pytest.raises(
         StudyError, match=r"without deviations .* too short \(its parts"
@@ -201,7 +201,7 @@ def test_a_nominal_machine_that_cannot_be_is_refused(toy_study):
     assert toy_study.read_text() == text
 
 
-def test_what_cannot_be_built_is_never_evaluated():
+def test_impossible_trials_are_never_evaluated():
     rows = tolstat.evaluate(Nominal(), {"part_1": [0.0, 1e-3, 0.0], "part_2": 1e-5})
     assert list(rows["status"]) == ["too short", "done", "too short"]
     assert rows["gap"].tolist()[1] == 1e-3 and rows["gap"].isna().tolist()[0]
@@ -228,7 +228,7 @@ class Shown(Nominal):
         return History(chart, self.evaluate(deviations[None], settings))
 
 
-def test_what_cannot_be_built_reaches_no_view():
+def test_impossible_trials_are_in_no_view():
     rows = np.zeros((4, 2))
     rows[:, 0] = 1e-3, -2e-3, 3e-3, -4e-3
     (found,) = shown(Shown(), ROWS, rows, None).values
@@ -237,7 +237,7 @@ def test_what_cannot_be_built_reaches_no_view():
         shown(Shown(), ROWS, rows[1:], None)
 
 
-def test_the_history_of_what_cannot_be_built_is_empty():
+def test_the_history_of_an_impossible_trial_is_empty():
     chart, answers = history_of(Shown(), np.array([-2e-3, 0.0]), None, 0.1)
     assert np.isnan(chart.curves[0].values).all() and not chart.marks
     assert words_of(Shown.failures)[int(answers.status[0])] == "too short"
@@ -256,7 +256,7 @@ def test_each_failure_has_a_sentence(failures):
         check_model(Wrong())
 
 
-def test_what_is_impossible_is_named_as_a_failure():
+def test_impossible_trials_are_named_as_failures():
     class Unknown(Nominal):
         def impossible(self, deviations, settings):
             return {"too long": deviations[:, 0] > 0}

@@ -1,4 +1,4 @@
-"""The contract: kept by every machine of the catalogue and a toy, and by no liar."""
+"""The contract: every model of the catalogue keeps it; violations are named."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def usual(machine, trials):
     return 1e-6 * np.random.default_rng(5).uniform(-1, 1, (trials, n))
 
 
-def test_it_says_what_it_is(machine):
+def test_a_model_describes_itself(machine):
     assert machine.title and machine.name.isidentifier()
     description = described(machine, make(machine))
     for each in (*description.contributors, *description.responses):
@@ -44,7 +44,7 @@ def test_it_says_what_it_is(machine):
         assert each.sentence and each.kind.words(each.default) and each.kind.allowed
 
 
-def test_the_nominal_machine_and_its_neighbours_answer(machine):
+def test_the_nominal_and_nearby_trials_have_responses(machine):
     settings = make(machine)
     deviations = usual(machine, 20)
     deviations[0] = 0.0
@@ -56,7 +56,7 @@ def test_the_nominal_machine_and_its_neighbours_answer(machine):
     assert (outcome.steps is not None) == machine.integrates
 
 
-def test_a_trial_does_not_know_its_neighbours(machine):
+def test_a_trial_does_not_depend_on_its_neighbours(machine):
     settings, deviations = make(machine), usual(machine, 13)
     whole = simulate(machine, deviations, settings)
     for rows in (slice(0, 1), slice(3, 12), slice(None, None, -1)):
@@ -65,19 +65,19 @@ def test_a_trial_does_not_know_its_neighbours(machine):
         np.testing.assert_array_equal(part.status, whole.status[rows])
 
 
-def test_what_it_offers_it_shows(machine):
+def test_declared_views_are_shown(machine):
     for name in offers(machine):
         frame = tolstat.view(machine, name).frame()
         assert len(frame) > 1 and frame.attrs["units"]
 
 
-def test_it_can_be_tightened_or_not(machine):
+def test_tightened_settings_differ_or_are_none(machine):
     settings = make(machine)
     tight = machine.tightened(settings)
     assert tight is None or (type(tight) is type(settings) and tight != settings)
 
 
-def test_a_digest_of_its_own_source_and_of_no_other_machine(tmp_path):
+def test_the_digest_is_of_the_source_of_this_model_only(tmp_path):
     """A word in another machine must not orphan stored runs."""
     shutil.copytree(ROOT / "tolstat", tmp_path / "tolstat")
     shutil.copy(ROOT / "runs" / "own" / "stack.py", tmp_path)
@@ -167,7 +167,7 @@ LIES = [
 
 
 @pytest.mark.parametrize(("answer", "words"), LIES)
-def test_a_machine_that_lies_is_named_with_its_fault(answer, words, tmp_path):
+def test_a_model_that_breaks_the_contract_is_named(answer, words, tmp_path):
     with pytest.raises(ModelError, match=f"model 'liar'.*{words}"):
         simulate(Liar(answer), np.zeros((18, 1)), None)
     study = {"model": "liar", "trials": 18, "seed": 1}
@@ -249,12 +249,12 @@ def test_a_declared_range_is_kept():
         (type("Done", (Toy,), {"failures": {"done": "always"}}), "no new word"),
     ],
 )
-def test_what_is_no_machine_is_refused(thing, words):
+def test_objects_that_are_no_models_are_refused(thing, words):
     with pytest.raises(ModelError, match=words):
         catalogue.find(thing)
 
 
-def test_a_machine_says_in_its_own_words_why_a_trial_failed(tmp_path):
+def test_a_model_may_declare_failure_messages(tmp_path):
     study = {
         "model": "rich", "trials": 2000, "seed": 3,
         "deviations": {
@@ -279,7 +279,7 @@ def test_a_machine_says_in_its_own_words_why_a_trial_failed(tmp_path):
     assert "steps" not in frame and "steps" not in direct
 
 
-def test_a_trial_that_answers_nothing_finite_fails_where_no_status_is_given():
+def test_a_trial_without_finite_responses_fails_without_a_status():
     outcome = simulate(
         Liar(lambda n: Outcome([[1.0, 2.0], [np.nan, 2.0], [np.inf, 1.0]])),
         np.zeros((3, 1)),

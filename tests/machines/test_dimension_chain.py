@@ -1,4 +1,4 @@
-"""The dimension chain: known answers, refusals, and formulas worked out three ways."""
+"""The dimension chain: known results, refusals, and formulas computed in three ways."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_the_clearance_of_the_wave_gear(ran, distribution):
     np.testing.assert_allclose(shares, widths**2 / np.sum(widths**2), rtol=1e-12)
 
 
-def test_the_machines_of_the_wave_gear_spread_as_is_known(ran):
+def test_the_wave_gear_has_the_known_spread(ran):
     gap = 1e3 * ran(wave_gear()).column("gap")
     for below, share in {
         0.035: 1 / 288, 0.040: 5 / 288, 0.050: 0.117621527778, 0.065: 0.5,
@@ -173,7 +173,7 @@ def test_values_and_slopes_are_those_of_a_plain_formula(text):
     np.testing.assert_allclose(slopes.by_link.T, differences, rtol=2e-5, atol=2e-5)
 
 
-def test_the_worst_of_any_monotonic_formula_stands_in_a_corner():
+def test_the_worst_case_of_a_monotonic_formula_is_a_corner():
     rng = np.random.default_rng(4)
     for text in ("a - b/c", "a*b - sqrt(c)", "hypot(a, b) + c"):
         formula = Formula(text, ("a", "b", "c"))
@@ -188,7 +188,7 @@ def test_the_worst_of_any_monotonic_formula_stands_in_a_corner():
         assert found.worst_max == pytest.approx(values.max())
 
 
-def test_the_worst_of_a_formula_that_turns_is_searched():
+def test_the_worst_case_of_other_formulas_is_searched():
     formula = Formula("(a - 1)**2 - (b - 2)**2 + c", ("a", "b", "c"))
     nominal = {"a": 1.2, "b": 2.1, "c": 0.0}
     spread = Spread(-0.5, 0.5, 0.0, 0.2)
@@ -235,12 +235,12 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("text", REFUSED, ids=lambda text: text[:30])
-def test_what_is_no_formula_is_refused_with_place_and_reason(text):
+def test_wrong_formulas_are_refused_with_place_and_reason(text):
     with pytest.raises(ModelError, match=REFUSED[text]):
         Settings(gap=text)
 
 
-def test_nothing_of_a_formula_is_ever_run(monkeypatch):
+def test_formulas_are_never_executed(monkeypatch):
     for name in ("eval", "exec", "compile"):
         # the parser of ast is not the compiler of code
         monkeypatch.setattr(f"builtins.{name}", _parsing_alone)
@@ -282,7 +282,7 @@ def test_a_wrong_link_is_refused_by_name(change, words):
         load(wave_gear(**{"settings": {"gap": "e"}, "limits": {}, **change}))
 
 
-def test_a_machine_for_which_the_formula_has_no_value_fails_in_words(ran):
+def test_a_trial_without_value_fails_with_a_message(ran):
     of = {"tolerance": "+-1 mm", "distribution": "uniform"}
     study = {
         "model": "dimension_chain", "trials": 400, "seed": 1,
@@ -303,12 +303,12 @@ def test_grades_refer_to_the_nominal_of_a_link(ran):
     assert upper - lower == pytest.approx(15e-6)
 
 
-def test_a_stored_trial_is_found_again_bit_for_bit(ran):
+def test_a_stored_trial_is_replayed_bit_for_bit(ran):
     run = ran(v_track())
     assert tolstat.replay(run, 17).differences == ()
 
 
-def test_an_arc_is_a_length_and_an_angle_stays_one():
+def test_units_of_arcs_and_angles():
     links = {"r": {"nominal": (0.1, "m")}, "phi": {"nominal": (0.2, "rad")}}
     for text, unit in (
         ("r*phi + r", "m"), ("2*phi - asin(0.1)", "rad"), ("r**2*phi", "m^2"),
@@ -328,7 +328,7 @@ def test_sigma_of_any_distribution_is_that_of_its_formula(ran):
     assert numbers_of(ran(study))["rss_sigma"] == pytest.approx(1e-3 * known, rel=1e-9)
 
 
-def test_the_middle_of_a_tolerance_and_the_mean_are_two_things(ran):
+def test_the_middle_of_a_tolerance_is_not_the_mean(ran):
     """A mean shifted off the middle, and a link that is constant off its nominal."""
     study = wave_gear()
     study["links"]["e"] |= {"distribution": "normal", "shift": "0.004 mm"}
@@ -340,14 +340,14 @@ def test_the_middle_of_a_tolerance_and_the_mean_are_two_things(ran):
     assert found["worst_max"] == pytest.approx((0.105 - 0.005 - 0.002) * 1e-3, rel=1e-9)
 
 
-def test_links_that_hang_together_have_no_root_sum_square_of_their_own(ran):
+def test_correlated_links_have_no_root_sum_square(ran):
     study = wave_gear(correlation={"R_out": {"R_in": 0.9}})
     run = ran(study)
     assert [n.name for n in run.numbers] == ["worst_min", "worst_max", "rss_mean"]
     assert "whatever it is correlated with" in run.numbers[0].caveat
 
 
-def test_a_link_that_the_formula_forgets_is_named(ran):
+def test_a_link_missing_from_the_formula_is_named(ran):
     study = wave_gear()
     study["links"]["washer"] = {"nominal": "1 mm", "tolerance": "+-0.1 mm"}
     assert all("washer not in the formula" in n.caveat for n in ran(study).numbers)
@@ -369,7 +369,7 @@ def test_the_worst_of_many_eccentricities_is_found():
     assert found.worst_max == pytest.approx(1.0, abs=1e-6)
 
 
-def test_a_formula_with_a_tip_has_a_worst_case_too():
+def test_a_formula_with_a_kink_has_a_worst_case():
     spread = Spread(-0.1, 0.1, 0.0, 0.03)
     formula = Formula("c - sqrt(x**2 + y**2)", ("c", "x", "y"))
     found = answers(formula, {"c": 1.0, "x": 0.0, "y": 0.0}, {"x": spread, "y": spread})
@@ -381,7 +381,7 @@ def test_a_formula_with_a_tip_has_a_worst_case_too():
     assert found.worst_max == pytest.approx(math.sqrt(1 - 0.8**2))
 
 
-def test_measured_links_are_taken_off_their_nominal(ran, tmp_path):
+def test_measured_links_are_deviations_from_the_nominal(ran, tmp_path):
     sizes = 10 + 0.001 * np.random.default_rng(1).normal(size=40)
     lines = "\n".join(f"{size:.6f}" for size in sizes)
     (tmp_path / "balls.csv").write_text(f"ball [mm]\n{lines}\n")
@@ -410,7 +410,7 @@ def test_across_a_pole_there_is_no_worst_case(text):
         assert math.isnan(found.worst_min) and math.isnan(found.worst_max)
 
 
-def test_the_worst_case_does_not_hang_on_the_unit():
+def test_the_worst_case_does_not_depend_on_the_unit():
     """An eccentricity of some um, beside links that deviate as little."""
     formula = Formula("(D - d)/2 - hypot(ex, ey)", ("D", "d", "ex", "ey"))
     for unit in (1.0, 1e-3, 1e-6):

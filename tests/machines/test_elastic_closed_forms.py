@@ -35,7 +35,7 @@ def last_digit(answers):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_modal_sum_is_the_print(name):
+def test_the_modal_sum_matches_the_paper(name):
     case = CASES[name]
     times, answers = case.times, case.answers
     chain = case.inertia, case.stiffness, case.damping
@@ -46,7 +46,7 @@ def test_the_modal_sum_is_the_print(name):
 
 
 @pytest.mark.parametrize("name", ["one mass", "overdamped"])
-def test_one_mass_is_the_print(name):
+def test_one_mass_matches_the_paper(name):
     case = CASES[name]
     times, answers = case.times, case.answers
     found = one_mass(
@@ -55,7 +55,7 @@ def test_one_mass_is_the_print(name):
     assert np.all(np.abs(found - answers[:, 0]) <= last_digit(answers[:, 0]) + 1e-15)
 
 
-def test_two_masses_are_the_print():
+def test_two_masses_match_the_paper():
     times, answers = CASES["two masses"].times, CASES["two masses"].answers
     found = np.stack(two_masses(times, 2.0, 800.0, 10.0, 1.2), axis=1)
     assert np.all(np.abs(found - answers) <= last_digit(answers) + 1e-15)
@@ -72,7 +72,7 @@ def test_two_masses_peak_at_16_thirds_and_rest_after_whole_periods():
     assert still < 1e-13 * unit
 
 
-def test_the_modal_sum_is_off_where_the_damping_couples_modes():
+def test_the_modal_sum_is_wrong_for_coupled_damping():
     """A damper on one spring alone: (7) leaves something out, by per cents."""
     case = CASES["two masses"]
     machine = {**case.settings, "damping": [0.0, 10.0], "start_up_law": "constant"}
@@ -184,7 +184,7 @@ def test_the_spectra_are_transforms_of_the_laws(law):
     np.testing.assert_allclose(LAWS[law].spectrum(rho), known, atol=1e-13)
 
 
-def test_the_spectrum_of_the_print():
+def test_the_spectrum_matches_the_paper():
     rho = np.array([0.25, 0.5, 0.75, 1, 1.5, 2.5])
     known = [
         0.900316316157, 0.636619772368, 0.300105438719, 0.0, 0.212206590789,
@@ -194,7 +194,7 @@ def test_the_spectrum_of_the_print():
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_the_zeros_are_zeros_and_all_of_them(law):
+def test_the_zeros_are_complete(law):
     rho = np.linspace(0.01, 12.0, 12_000)
     values = LAWS[law].spectrum(rho)
     low, before, behind = values[1:-1], values[:-2], values[2:]
@@ -206,7 +206,7 @@ def test_the_zeros_are_zeros_and_all_of_them(law):
     assert np.all(LAWS[law].spectrum(known) < 1e-15)
 
 
-def test_what_the_constant_acceleration_leaves():
+def test_the_residual_of_the_constant_acceleration():
     """2 eps0 |rho| |sin(k t0/2)| of each mode."""
     case = CASES["four masses"]
     chain = (np.array(x) for x in (case.inertia, case.stiffness, case.damping))

@@ -111,7 +111,7 @@ def test_start_ups_that_pass_the_steps_of_the_load():
         )
 
 
-def test_a_step_ends_wherever_something_jumps():
+def test_a_step_ends_at_every_jump():
     """Knots of the law too: the trapezoidal jerk has a kink at ninths."""
     load = [
         {"time": 0.3, "mass": 1, "torque": 1.0},
@@ -138,7 +138,7 @@ def test_the_two_masses_have_the_factor_32_15():
     assert row["frequency_2"] == pytest.approx(2 * row["frequency_1"], rel=1e-12)
 
 
-def test_a_start_up_of_one_period_leaves_nothing():
+def test_a_start_up_of_one_period_leaves_no_residual():
     case = CASES["two masses"]
     T = 2 * np.pi / np.sqrt(0.5 * 800.0 / 2.0)
     lasting = {**case.settings, "start_up_time": T, "horizon": 3 * T, **TIGHT}
@@ -150,7 +150,7 @@ def test_a_start_up_of_one_period_leaves_nothing():
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_what_is_left_is_the_spectrum_at_the_natural_frequency(law):
+def test_the_residual_is_the_spectrum_at_the_natural_frequency(law):
     """One mass without damping: the amplitude omega0 lambda/k, whatever the law."""
     k, omega0 = 20.0, 6.0
     one = {
@@ -167,7 +167,7 @@ def test_what_is_left_is_the_spectrum_at_the_natural_frequency(law):
     np.testing.assert_allclose(left, known, rtol=1e-12)
 
 
-def test_what_is_left_rests_on_where_the_load_holds_it():
+def test_the_residual_is_about_the_loaded_equilibrium():
     """Heavily damped and started long ago: only the step of the load is left."""
     given = {
         "inertia": [0.5], "stiffness": [2000.0], "damping": [40.0],
@@ -193,7 +193,7 @@ def test_the_load_counts_in_the_factor_until_the_end_of_start_up():
     assert row["dynamic_factor_1"] == pytest.approx(row["error_1"] / static)
 
 
-def test_deviations_are_of_what_they_say():
+def test_deviations_change_the_declared_quantity():
     """Relative but for time and torque; the final speed is held."""
     rng = np.random.default_rng(3)
     settings = Settings()
@@ -241,7 +241,7 @@ def test_bit_for_bit_the_same_in_any_block(law):
         np.testing.assert_array_equal(part.steps, whole.steps[rows])
 
 
-def test_machines_without_an_answer_say_why():
+def test_trials_without_responses_have_a_reason():
     rows = tolstat.evaluate(
         MODEL,
         {
@@ -261,7 +261,7 @@ def test_machines_without_an_answer_say_why():
     assert rows.loc[failed, "steps"].max() < 100
 
 
-def test_a_machine_that_is_held_by_its_load_has_no_factor():
+def test_a_machine_held_by_its_load_has_no_factor():
     """The load carries the mass along, or comes later: nothing to refer the peak to."""
     one = {
         "inertia": [0.5], "stiffness": [2000.0], "damping": [4.0],
@@ -284,7 +284,7 @@ def test_a_machine_that_is_held_by_its_load_has_no_factor():
     assert not any(name.startswith("dynamic_factor") for name in row.index)
 
 
-def test_a_stiff_spring_behind_a_soft_one_carries_what_it_carries():
+def test_the_force_in_a_stiff_spring_behind_a_soft_one():
     """Its twist is a millionth of the deflections, its torque is right all the same."""
     two = {
         "inertia": [0.8, 0.6], "stiffness": [1200.0, 1e8], "damping": [0.0, 0.0],

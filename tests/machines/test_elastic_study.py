@@ -1,4 +1,4 @@
-"""The elastic machine as studies and views meet it, and the paper's rule."""
+"""The elastic machine in studies and views, and the paper's rule."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_wrong_chains_are_refused(settings, words):
         load(study(**settings))
 
 
-def test_one_mass_is_a_chain_too():
+def test_one_mass_is_a_chain():
     one = {name: values[:1] for name, values in LISTS.items()}
     with pytest.raises(StudyError, match=r"is not there, inertia lists 1 mass;"):
         load(study(**one))
@@ -164,7 +164,7 @@ def test_the_residual_over_the_start_up_time():
         assert 0.9 * known(t0) - 1e-8 <= value <= 1.00001 * known(t0) + 1e-8
 
 
-def test_the_band_of_the_tolerances_holds_its_machines():
+def test_the_tolerance_band_holds_the_trials():
     given = {**study(), "deviations": {"stiffness": "+-10 %", "inertia": "+-5 %"}}
     chart = tolstat.view(given, "residual")
     (band,) = chart.bands
@@ -192,7 +192,7 @@ def test_a_start_up_beyond_the_horizon_is_shown_as_it_is():
     np.testing.assert_allclose(periods, 3.0 * found["frequency"])
 
 
-def test_what_has_no_view():
+def test_refusals_of_views():
     with pytest.raises(ModelError, match="cannot be built: cannot exist"):
         tolstat.view(MODEL, "modes", {"inertia_1": -2.0})
     with pytest.raises(ModelError, match="no start-up to leave a vibration"):
@@ -230,7 +230,7 @@ def test_the_papers_rule_holds_for_smooth_start_ups(started, law, greatest):
     assert (rows["residual_4"] / rows["error_4"]).max() < 0.2
 
 
-def test_the_papers_rule_does_not_tame_the_constant_acceleration(started):
+def test_the_papers_rule_fails_for_the_constant_acceleration(started):
     """However long it lasts: the jump at t = 0 doubles the static error at once."""
     factor = started["constant"]["dynamic_factor_4"]
     assert factor.min() > 1.95 and factor.max() < 2.35

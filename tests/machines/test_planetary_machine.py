@@ -1,4 +1,4 @@
-"""Planetary gears with deviations: forces, sharing, backlash, and what is refused."""
+"""Planetary gears with deviations: forces, sharing, backlash, refusals."""
 
 from __future__ import annotations
 
@@ -341,12 +341,12 @@ GIVEN = {"helix_2": 0.3, "helix_3": 0.3}
         ({"position_at": "pins"}, "pin"),
     ],
 )
-def test_what_cannot_exist_is_refused(settings, words):
+def test_impossible_gears_are_refused(settings, words):
     with pytest.raises(ModelError, match=words):
         evaluate({}, **settings)
 
 
-def test_the_ratio_that_is_proposed_needs_no_shift():
+def test_the_proposed_ratio_needs_no_shift():
     with pytest.raises(ModelError) as refused:
         design(helix_2=0.3, helix_3=0.2, module_ratio=0.7)
     fits = float(str(refused.value).split("module_ratio = ")[1].split(",")[0])

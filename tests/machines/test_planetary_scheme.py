@@ -123,7 +123,7 @@ def test_no_gear_aa_or_ii_has_equal_wheels_on_its_satellites():
         ("AI", 1.0, 1, "satellites = 1: a whole number from 2"),
     ],
 )
-def test_what_is_no_gear_is_refused(name, D, k, words):
+def test_wrong_gears_are_refused(name, D, k, words):
     with pytest.raises(ModelError, match=words):
         existence(name, D, k)
 

@@ -111,7 +111,7 @@ def test_the_catalogue():
     assert found.attrs["units"]["size"] == "1" and scaled.attrs["units"]["size"] == "m"
 
 
-def test_columns_say_what_they_say():
+def test_columns_have_their_declared_meaning():
     found = designs(**AA, module=3e-3, addendum=1.2)
     m = 3e-3
     d2, d3 = m * found.z2 / np.cos(found.helix_2), m * found.z3 / np.cos(found.helix_3)
@@ -149,7 +149,7 @@ def test_orders(order):
     assert np.all(np.diff(then)[ties] >= -1e-12)
 
 
-def test_slices_do_not_show(monkeypatch):
+def test_slices_do_not_change_the_result(monkeypatch):
     whole = designs(**CATALOGUE)
     monkeypatch.setattr(synthesis, "SLICE", 300)
     pd.testing.assert_frame_equal(designs(**CATALOGUE), whole)
@@ -211,7 +211,7 @@ def test_spur_wheels_where_the_range_begins_at_0():
     np.testing.assert_allclose(found["D"], found.z2 / found.z3)
 
 
-def test_nothing_found_is_an_empty_table_with_all_columns():
+def test_an_empty_result_is_a_table_with_all_columns():
     found = designs(**{**CATALOGUE, "helix": (1.45, 1.5)})
     assert len(found) == 0 and list(found) == list(designs(**CATALOGUE))
     assert found.attrs["left"]["have the ratio"] > 1000
@@ -243,12 +243,12 @@ def test_nothing_found_is_an_empty_table_with_all_columns():
         ({"z1": (5, 1005), "z2": (5, 1005), "z3": (5, 1005)}, "too many to be looked"),
     ],
 )
-def test_what_cannot_be_is_refused(change, words):
+def test_impossible_ranges_are_refused(change, words):
     with pytest.raises(ModelError, match=words):
         designs(**{**CATALOGUE, **change})
 
 
-def test_more_than_can_be_listed_is_refused(monkeypatch):
+def test_too_many_results_are_refused(monkeypatch):
     monkeypatch.setattr(synthesis, "MOST_DESIGNS", 100)
     with pytest.raises(ModelError, match="more than 100 gears fit: narrow"):
         designs(**CATALOGUE)

@@ -1,4 +1,4 @@
-"""What planetary gears show: the gears that are wanted, and where these exist."""
+"""Views of planetary gears: the requested gears, and where they exist."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def view_of(**settings):
     return tolstat.view("planetary", "designs", settings=settings)
 
 
-def test_the_view_lists_them_in_the_order_wanted():
+def test_the_view_lists_gears_in_the_requested_order():
     found = view_of(
         wanted_ratio=7.0, z1=(17, 26), z4=(61, 130), helix=EIGHT_TO_THIRTY, order="size"
     ).frame()
@@ -25,7 +25,7 @@ def test_the_view_lists_them_in_the_order_wanted():
     assert found.attrs["units"] == expected.attrs["units"]
 
 
-def test_the_view_looks_for_the_ratio_of_the_teeth_unless_told():
+def test_the_view_uses_the_ratio_of_the_teeth_by_default():
     settings = {"scheme": "II", "teeth": (75, 20, 24, 79), "satellites": 5}
     ranges = {"z1": (60, 80), "z2": (17, 30), "z3": (17, 30), "z4": (60, 90)}
     found = view_of(**settings, **ranges).frame()
@@ -34,7 +34,7 @@ def test_the_view_looks_for_the_ratio_of_the_teeth_unless_told():
     assert not (found[["z1", "z2", "z3", "z4"]] == [75, 20, 24, 79]).all(axis=1).any()
 
 
-def test_the_view_says_when_nothing_is_found():
+def test_the_view_reports_an_empty_result():
     with pytest.raises(TolstatError, match=r"no gear found. Of the sets of teeth \d+ "):
         view_of(helix=(1.45, 1.5))
 

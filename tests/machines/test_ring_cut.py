@@ -217,7 +217,7 @@ def test_out_of_roundness_turns_with_the_ring():
     assert tolstat.evaluate("ring", far, wide)["depth_max"].iloc[0] == pytest.approx(2.1e-3, abs=1e-8)  # fmt: skip
 
 
-def test_deviations_are_of_what_they_say():
+def test_deviations_change_the_declared_quantity():
     rng = np.random.default_rng(3)
     base = settings_of(inner_radius=3.0, duration=0.3, out_of_roundness_2=1e-4)
     names = [c.name for c in description_of(base).contributors]
@@ -299,7 +299,7 @@ def test_any_number_of_harmonics_and_any_angle_below_180_degrees(N, degrees):
     assert row["status"] == "done"
 
 
-def test_what_cannot_be_is_refused():
+def test_impossible_settings_are_refused():
     for given, words in (
         ({"speed": 0.0}, "speed"),
         ({"speed": -1.0}, "above 0"),
@@ -330,7 +330,7 @@ def test_what_cannot_be_is_refused():
     assert Settings().middle_radius == 3.05
 
 
-def test_a_depth_that_is_not_set_cuts_nothing():
+def test_without_a_depth_there_is_no_cut():
     row = tolstat.evaluate("ring", {"depth": -2.5e-3}, {"duration": 0.1}).iloc[0]
     assert row["out_of_cut_share"] == 1.0
     assert row["static_depth"] == row["depth_min"] == -0.5e-3
@@ -354,7 +354,7 @@ def test_more_tolerance_more_scatter_of_the_spec():
         assert found == pytest.approx(effect, abs=7e-4), name
 
 
-def test_no_crossing_is_looked_for_within_rounding(monkeypatch):
+def test_no_crossing_is_searched_within_rounding(monkeypatch):
     """Steps that end at a crossing may become too short for its size to have digits."""
     import tolstat.moving
 

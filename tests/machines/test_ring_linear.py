@@ -234,7 +234,7 @@ def test_chatter_against_the_projection_with_the_tool():
         assert found == pytest.approx(known, abs=1e-6 * max(1.0, abs(known)))
 
 
-def test_beyond_the_zero_speed_nothing_rests():
+def test_above_the_zero_speed_there_is_no_equilibrium():
     given = {**FIGURES, "radius": 3.0, "duration": 0.01}
     rows = tolstat.evaluate("ring", {"speed": [32.0, 33.0]}, given)  # times 1 + that
     assert list(rows["status"]) == ["done", "no static depth"]

@@ -42,7 +42,7 @@ def test_the_study_of_tolerances(tmp_path):
     assert run.column("depth_min").std() > 5e-5
 
 
-def test_with_hoop_tension_there_is_no_critical_speed_to_ask_for():
+def test_with_hoop_tension_there_is_no_critical_speed():
     study = {"model": "ring", "trials": 8, "seed": 1, "deviations": {"depth": "+-1 mm"}}
     study["settings"] = {"hoop": True}
     study["limits"] = {"flutter_speed": ">= 5 rad/s"}
@@ -77,7 +77,7 @@ def test_the_view_of_stability():
     assert len([name for name in frame if name.startswith("tool stiffness")]) == 6
 
 
-def test_a_value_that_cannot_be_is_named():
+def test_impossible_values_are_named():
     wide = {"support_angle": np.radians(130.0)}
     chart = tolstat.view("ring", "spectrum", None, wide)
     assert chart.panels[2].title == "Lowest frequency, 195 deg cannot be"
@@ -88,6 +88,6 @@ def test_a_value_that_cannot_be_is_named():
 
 
 @pytest.mark.parametrize("speeds", [[1.0, np.nan], [1e200], [[1.0, 2.0], [3.0, 4.0]]])
-def test_speeds_that_are_none(speeds):
+def test_wrong_speeds_are_refused(speeds):
     with pytest.raises(ModelError, match="numbers in a row"):
         spectrum(speeds)

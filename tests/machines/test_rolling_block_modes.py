@@ -96,7 +96,7 @@ def test_modes_of_scattered_drives_against_scipy():
         )
 
 
-def test_a_drive_knows_no_other_drive():
+def test_a_drive_does_not_depend_on_other_drives():
     drive, modes = scattered(211)
     a = contributions(modes, drive.C, {32: 1.0, 33: 1.0})
     H = damping_matrix(modes, drive.C, drive.zeta)
@@ -160,7 +160,7 @@ def test_modes_are_tracked_where_they_veer():
     assert (np.einsum("ir,ir->r", shapes[1], reference) > 0).all()
 
 
-def test_likeness_to_a_reference_of_each_drives_own():
+def test_the_similarity_to_the_reference_of_each_drive():
     """As one by one; nothing is like a shape of which only zeros are known."""
     phi = np.random.default_rng(3).standard_normal((2, 9, 8))
     reference = phi[:, :, ::-1] + 0.1
@@ -320,7 +320,7 @@ def test_frequencies_and_inertia_over_all_combinations():
     assert by_name[0, 0, 0, 0][1] == max(inertia) == pytest.approx(2196.44, abs=5e-3)
 
 
-def test_deviations_act_on_what_is_reduced():
+def test_deviations_act_on_reduced_quantities():
     """A ratio reduces what deviates: the same relative deviation afterwards."""
     deviations = np.random.default_rng(1).uniform(-0.1, 0.1, (3, 18))
     settings = Settings(combination=(1, 0, 2, 3))
@@ -436,7 +436,7 @@ def test_the_signs_and_the_length_of_shapes():
     np.testing.assert_allclose(found[:, 1], [-0.5, -0.5, -0.5, 0.5])
 
 
-def test_where_the_modes_live():
+def test_the_places_of_the_modes():
     """Node of mode 1, its greatest moment; kinetic energies of the three highest."""
     drive, modes = solved()
     phi = modes.phi[0]
@@ -451,7 +451,7 @@ def test_where_the_modes_live():
     assert share[[1, 2], 7] == pytest.approx([0.27, 0.68], abs=5e-3)
 
 
-def test_what_cancels_the_second_mode():
+def test_cancellation_of_the_second_mode():
     drive, modes = solved()
     a = [contributions(modes, drive.C, {stand: 1.0})[:, 0] for stand in (32, 33)]
     ratio = -a[1][0, 1] / a[0][0, 1]
@@ -479,7 +479,7 @@ def test_what_cancels_the_second_mode():
         (1e-3, [0.048389, 0.030669, 0.047147, 0.000257, 0.005353, 0.000534], 0.0445),
     ],
 )
-def test_what_modes_a_pulse_leaves_in_the_shaft(length, amplitudes, share):
+def test_the_modes_left_in_the_shaft_by_a_pulse(length, amplitudes, share):
     """|a_r| 2 |sin(pi f_r T)| of M12 from stand 31, undamped, as printed."""
     drive, modes = solved()
     a = abs(contributions(modes, drive.C, {31: 1.0})[0, 0])
@@ -489,7 +489,7 @@ def test_what_modes_a_pulse_leaves_in_the_shaft(length, amplitudes, share):
     assert (a[6] + a[7]) / a.sum() == pytest.approx(share, abs=6e-5)
 
 
-def test_orders_that_are_nearly_alike_all_count():
+def test_nearly_equal_orders_all_count():
     close = Settings(orders=(1.0, 1.00000001))
     assert len(named_orders(close)) == 2
     assert list(named_orders(Settings())) == ["order 1"]
@@ -531,7 +531,7 @@ def test_a_drive_without_stiffness_cannot_exist():
     assert np.isnan(found["frequency_1"].to_numpy()[1:]).all()
 
 
-def test_an_unsymmetric_drive_has_its_own_pattern():
+def test_the_pattern_of_an_unsymmetric_drive():
     """The pattern is compared with the nominal drive of these settings."""
     settings = replace(Settings(), inertias=(300, 30, 30, 80, 60, 50, 70, 40, 40))
     given = {"inertias": settings.inertias, "horizon": 0.01, "rtol": 1e-6}

@@ -229,7 +229,7 @@ def test_a_drive_that_does_not_swing(zeta):
         assert moment == pytest.approx(found[link], abs=1e-7)
 
 
-def test_closer_tolerance_moves_no_peak():
+def test_a_tighter_rtol_does_not_change_peaks():
     """What is said at rtol 1e-9 is true to 1e-6 of itself."""
     short = {"horizon": 0.3}
     usual = tolstat.evaluate("rolling_block", None, short)
@@ -239,7 +239,7 @@ def test_closer_tolerance_moves_no_peak():
     assert close["steps"].iloc[0] > 2 * usual["steps"].iloc[0]
 
 
-def test_the_size_of_load_and_drive_is_no_matter():
+def test_the_result_scales_with_load_and_drive():
     """Linear: a heavier drive under a greater load, the same amplification."""
     given = {"scale": 1e-3, "total_load": 1.0, "horizon": 0.2}
     small = tolstat.evaluate("rolling_block", None, given).iloc[0]

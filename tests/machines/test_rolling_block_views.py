@@ -1,4 +1,4 @@
-"""What the rolling block shows, against what it answers."""
+"""Views of the rolling block, against its responses."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_campbell_shades_the_free_speeds(given, ranges, total):
     assert at_1200 == pytest.approx(20.0)
 
 
-def test_campbell_tells_the_probability_of_resonance():
+def test_campbell_shows_the_probability_of_resonance():
     """At the working speed: the share of the study's machines within the band."""
     chart = of_study("campbell", working_speed="1130 rpm")
     frame = chart.frame()
@@ -98,7 +98,7 @@ def test_resonances_are_listed_by_speed():
     assert len(none.frame()) == 0
 
 
-def test_meshes_of_many_teeth_meet_nothing():
+def test_meshes_of_many_teeth_have_no_resonance():
     """First order of 20 teeth and more: above all natural frequencies of Table 1."""
     chart = shown("campbell", orders=(20.0,))
     assert [panel.title for panel in chart.panels] == [
@@ -172,7 +172,7 @@ def test_pulses_reach_their_peaks():
         assert top == pytest.approx(known.PULSES[length][0], rel=5e-4)
 
 
-def test_what_cannot_be_shown_is_refused():
+def test_impossible_views_are_refused():
     with pytest.raises(ModelError, match="cannot be built: cannot exist"):
         tolstat.view("rolling_block", "shapes", {"stiffness_34": -1.2})
 
@@ -190,7 +190,7 @@ def test_the_response_without_damping_is_finite():
     assert frame["32 + 33"].max() < 1e5
 
 
-def test_shares_of_machines_have_their_interval():
+def test_shares_of_trials_have_intervals():
     chart = of_study("campbell")
     share, band = chart.curves[-1].values, chart.bands[-1]
     assert band.of == "resonating" and (band.lower <= share).all()
@@ -204,7 +204,7 @@ def test_shares_of_machines_have_their_interval():
     assert row["to, 95 %"] == pytest.approx(known.high)
 
 
-def test_nothing_resonates_and_is_drawn():
+def test_a_view_without_resonance_is_plotted():
     figure = draw_view(shown("resonances", orders=(0.01,)), "none")
     (table,) = figure.axes[0].tables
     assert table[1, 0].get_text().get_text() == "none"

@@ -32,7 +32,7 @@ def test_default_settings_meet_the_bounds(measured):
     assert steps.mean() <= 4200
 
 
-def test_the_audit_tells_the_truth(measured):
+def test_the_audit_finds_the_true_error(measured):
     """A thousandth of the default rtol sees every response's error as it is."""
     share = claimed(*measured)
     assert all(0.9 < value < 1.1 for value in share.values()), share

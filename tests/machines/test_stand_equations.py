@@ -109,7 +109,7 @@ def test_compiled_equations_are_the_numpy_ones(variant, drive):
     np.testing.assert_allclose(watched, loads, rtol=1e-12, atol=1e-6)
 
 
-def test_the_yaw_relaxes_as_the_equations_say():
+def test_the_yaw_relaxes_at_the_rate_of_the_equations():
     """The relaxation is -d(alpha'')/d(alpha'), but for what the rods' dampers add."""
     rng = np.random.default_rng(10)
     _, p, _ = machines(400)
@@ -262,7 +262,7 @@ def test_the_pair_is_the_sum_of_its_single_parts():
     np.testing.assert_allclose(pair, parts, rtol=1e-6, atol=1e-9)
 
 
-def test_an_impossible_machine_fails_and_leaves_its_neighbours_alone():
+def test_an_impossible_trial_does_not_change_its_neighbours():
     model = Stand()
     table = np.zeros((4, len(NAMES)))
     table[1, NAMES.index("rod_stiffness_1")] = -1.5
@@ -293,7 +293,7 @@ def test_declarations_are_complete():
     assert set(Loads._fields) >= {"yaw", "drive_moment"}
 
 
-def test_no_machine_jams_longer_than_all_the_time():
+def test_no_trial_jams_longer_than_its_duration():
     """Times summed step by step pass the window by 1e-13: a limit of 100 % counted."""
     rows = [129, 256, 419, 730, 962]
     table, _, settings = machines(max(rows) + 1)

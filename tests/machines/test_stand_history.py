@@ -1,4 +1,4 @@
-"""How a stand moved, against what its trial answered."""
+"""Histories of the stand, against the responses of its trials."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_speed_is_the_rate_of_the_position(moved):
     assert moved["speed"].iloc[0] == 0.0
 
 
-def test_the_guides_are_touched_as_long_as_is_said(window, moved):
+def test_the_contact_time_of_the_guides(window, moved):
     share = (window["yaw"].abs() > FIG4["contact_yaw"]).mean()
     assert share == pytest.approx(moved.attrs["responses"]["jam_share"], abs=1e-3)
 
@@ -107,13 +107,13 @@ def test_units_and_words(moved):
     assert set(units) == {"time", *moved.columns}
 
 
-def test_a_machine_that_cannot_exist_has_no_history():
+def test_an_impossible_trial_has_no_history():
     frame = tolstat.trajectory("stand", {"rod_stiffness_1": -2.0})
     assert frame.attrs["status"] == "no part left"
     assert frame["yaw"].iloc[1:].isna().all()
 
 
-def test_wrong_questions(toy):
+def test_wrong_requests_are_refused(toy):
     with pytest.raises(ModelError, match="does not move"):
         tolstat.trajectory(toy)
     with pytest.raises(ModelError, match="one machine is shown, not 2"):

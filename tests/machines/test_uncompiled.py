@@ -69,7 +69,7 @@ def answers(code, **environment):
     [OSCILLATOR, STAND, ELASTIC, ROLLING, RING],
     ids=["oscillator", "stand", "elastic", "rolling", "ring"],
 )
-def test_the_same_answers_without_the_compiler(code):
+def test_the_results_are_the_same_without_the_compiler(code):
     compiled = answers(code)
     plain = answers(code, NUMBA_DISABLE_JIT="1")
     assert (plain["status"] == "done").all()

@@ -1,4 +1,4 @@
-"""A machine with everything that a machine may have; none of its numbers mean much."""
+"""A model with every possible member; its numbers have no meaning."""
 
 from __future__ import annotations
 

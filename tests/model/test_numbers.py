@@ -1,4 +1,4 @@
-"""Numbers of a study: asked of the machine, stored, shown, and refused if wrong."""
+"""Numbers of a study: from the model, stored, shown, and refused if wrong."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def run(tmp_path_factory):
     return tolstat.run(STUDY, model=Rich(), output=path)
 
 
-def test_they_are_of_settings_and_tolerances(run):
+def test_numbers_depend_on_settings_and_tolerances(run):
     stress, reach, wheels = run.numbers
     sigma = 1e11 * np.hypot(0.02e-3, 0.005e-3)
     assert stress.value == pytest.approx(sigma, rel=1e-9)
@@ -45,7 +45,7 @@ def test_they_are_of_settings_and_tolerances(run):
     assert wheels == StudyNumber("wheels", "1", 2.0, "how many", "count")
 
 
-def test_they_stand_in_the_file_and_beside_the_machines(run):
+def test_numbers_are_in_the_file_and_in_answers(run):
     with h5py.File(run.path) as file:
         stored = file["numbers/rss_stress"]
         assert stored.attrs["value"] == run.numbers[0].value
@@ -61,7 +61,7 @@ def test_they_stand_in_the_file_and_beside_the_machines(run):
     )
 
 
-def test_a_grid_has_none_of_its_own(tmp_path):
+def test_a_grid_has_no_numbers(tmp_path):
     study = {
         "model": "rich", "sampling": "grid", "grid": {"A1": ["0 mm", "1 um"]},
     }  # fmt: skip
@@ -82,7 +82,7 @@ def test_a_grid_has_none_of_its_own(tmp_path):
         ([3.0], "3.0 is no contributor, response, number"),
     ],
 )
-def test_wrong_ones_are_refused_by_name(numbers, words):
+def test_wrong_numbers_are_refused_by_name(numbers, words):
     class Wrong(Rich):
         def numbers(self, settings, spreads, *, independent=True):
             return numbers
@@ -101,7 +101,7 @@ SPREADS = {
 
 
 @pytest.mark.parametrize("distribution", SPREADS, ids=lambda d: type(d).__name__)
-def test_moments_of_a_distribution_are_those_of_its_deviations(distribution):
+def test_moments_match_the_deviations_of_a_distribution(distribution):
     found = spread_of(distribution)
     assert (found.lower, found.upper) == tuple(distribution.tolerance)
     # in the middles of a million equal shares

@@ -52,7 +52,7 @@ def test_every_kind_is_read_in_its_unit():
     assert found.extra == {"C": {"nominal": 0.005}}  # one column: no second level
 
 
-def test_python_hands_over_si():
+def test_python_passes_si_values():
     found = make(Rich(), {"masses": [3, 4.0], "speeds": (1, 2), "teeth": 9})
     assert found.masses == (3.0, 4.0) and found.speeds == (1.0, 2.0)
     assert found.teeth == (9,)  # a single one stands for a list of one
@@ -137,12 +137,12 @@ def test_a_wrong_setting_is_refused_by_its_name(settings, words):
         ({"links": {"B": {"nominal": 1.0, "teeth": 9}}}, "no link A1"),
     ],
 )
-def test_in_python_too(settings, words):
+def test_a_wrong_setting_in_python_is_refused(settings, words):
     with pytest.raises(ModelError, match=words):
         tolstat.evaluate(Rich(), {}, settings)
 
 
-def test_settings_decide_contributors_and_responses(tmp_path):
+def test_settings_determine_contributors_and_responses(tmp_path):
     study = {
         "model": "rich", "trials": 40, "seed": 1, "settings": WRITTEN,
         "deviations": {"A1": "+-50 um", "C": "+-0.01 mm"},
@@ -224,7 +224,7 @@ def test_a_setting_that_bears_the_name_of_a_contributor_can_be_swept(tmp_path):
         ("law", ["smooth", "sudden"], "U"),
     ],
 )
-def test_whatever_is_swept_is_simulated_again(tmp_path, name, values, kind):
+def test_every_swept_setting_is_simulated_again(tmp_path, name, values, kind):
     study = {"model": "rich", "sampling": "grid", "grid": {name: values}}
     run = tolstat.run(study, model=Rich(), output=tmp_path / "swept.h5")
     assert run.column(name).dtype.kind == kind and len(set(run.column(name))) == 2

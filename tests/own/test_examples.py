@@ -1,4 +1,4 @@
-"""The two machines of one's own that the README shows, as a user runs them."""
+"""The two custom models of the README, as a user runs them."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_the_oscillator_against_scipy(own):
     assert moved["peak"].abs().max() == pytest.approx(moved.attrs["responses"]["peak"])
 
 
-def test_a_file_without_such_a_machine_says_what_it_has(own, tmp_path):
+def test_a_file_without_the_named_model_lists_its_models(own, tmp_path):
     for place, words in (
         ("stack.py:Stuck", "did you mean 'Stack'"),
         ("stack.py", "FILE.py:NAME is expected"),
@@ -143,7 +143,7 @@ def test_a_study_never_names_code(own):
         tolstat.run(study, output=own / "never.h5")
 
 
-def test_an_installed_package_brings_a_machine(tmp_path):
+def test_an_installed_package_provides_a_model(tmp_path):
     """An entry point of the group tolstat.machines, without installing anything."""
     (tmp_path / "brought.py").write_text(
         (ROOT / "runs" / "own" / "stack.py").read_text().replace('"stack"', '"brought"')

@@ -1,4 +1,4 @@
-"""Small documents that mean mischief, in every medium: nothing is cut or obeyed."""
+"""Small hostile documents in every medium: no text is cut or executed."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ def on_screen(capsys, monkeypatch, columns, what=None):
 
 
 @pytest.mark.parametrize("columns", [40, 80, 120, 400])
-def test_a_screen_cuts_nothing_and_obeys_nothing(capsys, monkeypatch, columns):
+def test_the_screen_truncates_and_executes_no_text(capsys, monkeypatch, columns):
     shown = on_screen(capsys, monkeypatch, columns)
     assert not set("\x1b\u202e\x07…") & set(shown)
     assert LONG in shown and f"tolstat run {LONG}.toml --trials 100" in shown
@@ -192,7 +192,7 @@ def test_a_screen_cuts_nothing_and_obeys_nothing(capsys, monkeypatch, columns):
 
 
 @pytest.mark.parametrize("columns", [40, 80, 120])
-def test_what_fits_into_a_screen_stays_in_it(capsys, monkeypatch, columns):
+def test_a_table_fits_the_width_of_the_screen(capsys, monkeypatch, columns):
     some = table(
         ("name", "moment, kN m", Column("why", words=True), *"abcdefgh"),
         [
@@ -218,7 +218,7 @@ def test_a_row_by_itself_has_each_head_in_one_line(capsys, monkeypatch):
     ]  # fmt: skip
 
 
-def test_a_page_is_valid_and_says_the_same(tmp_path):
+def test_a_page_is_valid_and_has_the_same_text(tmp_path):
     made = page(document(figures=True))
     assert "\x1b" not in made and "\u202e" not in made and "\x07" not in made
     assert "<b>" not in made and "</style>x" not in made
@@ -329,7 +329,7 @@ def test_csv_has_no_formula_and_every_digit(small):
     assert first["'+1"] == SHOWN
 
 
-def test_json_has_no_number_that_is_none(small):
+def test_json_has_no_nan_or_infinity(small):
     found = json.loads(small.json())
     assert found["schema"] == 1 and found["answer"] == "small"
     assert found["words"] == HOSTILE
@@ -355,7 +355,7 @@ def test_a_table_knows_which_columns_hold_numbers():
     assert isinstance(made, Table) and made.rows[0][-1] == Cell(())
 
 
-def test_styles_of_a_page_are_layout_alone():
+def test_styles_of_a_page_only_set_layout():
     """No word of an answer stands in a template."""
     template = Path("tolstat/render/templates/document.html").read_text()
     words = re.sub(r"\{[{%#].*?[}%#]\}|<[^>]*>", "", template, flags=re.DOTALL)

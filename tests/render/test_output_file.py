@@ -1,4 +1,4 @@
-"""What answers are written over: pages and tables, no run, no study, no data."""
+"""Files that answers replace: pages and tables, but no run, study or data."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def folder(tmp_path_factory):
         "allocate gear.toml --plot rods.csv",
     ],
 )
-def test_no_run_no_study_and_no_data_is_replaced(folder, monkeypatch, arguments):
+def test_runs_studies_and_data_are_not_replaced(folder, monkeypatch, arguments):
     monkeypatch.chdir(folder)
     before = {path: path.read_bytes() for path in folder.iterdir()}
     change = '{ tolerance = "+-0.012 mm", distribution = "uniform" }'
@@ -64,7 +64,7 @@ def test_no_run_no_study_and_no_data_is_replaced(folder, monkeypatch, arguments)
     assert {path: path.read_bytes() for path in folder.iterdir()} == before
 
 
-def test_what_an_answer_left_is_replaced_and_a_link_stays_one(folder):
+def test_an_old_answer_is_replaced_and_a_link_stays_a_link(folder):
     for name in ("page.html", "new.csv", "gear.html"):
         check_output(folder / name)
     with pytest.raises(RunFileError, match="named in"):

@@ -1,4 +1,4 @@
-"""Verdicts that may be followed until they fall."""
+"""Anytime-valid verdicts."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_the_evidence_is_an_averaged_ratio_of_likelihoods(count, trials):
 @pytest.mark.parametrize(
     ("count", "trials"), [(0, 1), (0, 4096), (5, 4096), (2048, 4096), (270, 100_000)]
 )
-def test_intervals_contain_those_of_one_look_and_are_mirrored(count, trials):
+def test_intervals_contain_exact_intervals_and_are_symmetric(count, trials):
     found, once = anytime_valid(count, trials), proportion(count, trials)
     assert found.value == once.value
     assert found.lower <= once.lower and once.upper <= found.upper
@@ -43,7 +43,7 @@ def test_intervals_contain_those_of_one_look_and_are_mirrored(count, trials):
     assert mirrored.lower == pytest.approx(1 - found.upper, abs=1e-12)
 
 
-def test_looking_after_every_trial_errs_no_oftener_than_is_claimed():
+def test_checking_after_every_trial_keeps_the_error_rate():
     """And an exact interval of one look would."""
     rng, share = np.random.default_rng(1), 0.1
     looks = np.unique(np.geomspace(10, 5000, 60).astype(int))
@@ -64,12 +64,12 @@ def test_looking_after_every_trial_errs_no_oftener_than_is_claimed():
     assert missed[1].mean() > 0.05
 
 
-def test_none_beyond_is_enough_after_some_trials():
+def test_zero_out_of_limit_decides_after_some_trials():
     assert anytime_valid(0, 1700).upper < BAR < anytime_valid(0, 1600).upper
 
 
 @pytest.mark.parametrize("trials", [300, 2000])
-def test_the_trials_that_decide_do_so_with_the_chance_that_is_stated(trials):
+def test_the_printed_number_of_trials_decides_with_its_probability(trials):
     """Over shares as Jeffreys' prior, near the bar, has them."""
     rng = np.random.default_rng(trials)
     asked = decided = 0
@@ -88,5 +88,5 @@ def test_the_trials_that_decide_do_so_with_the_chance_that_is_stated(trials):
     assert decided / asked < 0.97
 
 
-def test_a_verdict_at_the_bar_that_nothing_decides():
+def test_a_share_at_the_demanded_value_is_never_decided():
     assert trials_that_decide(270_000_000, 10**11, BAR) == 0

@@ -41,7 +41,7 @@ def test_a_linear_stack():
     assert (signs["rod_1"], signs["rod_2"], signs["gear"]) == (1, -1, 1)
 
 
-def test_ranks_regressed_as_by_hand():
+def test_rank_regression_matches_a_manual_one():
     parts, y = stack(500)
     found = contributions(parts, {"gap": y})["gap"].rank_regression
     ranks = np.column_stack([stats.rankdata(x) for x in parts.values()])
@@ -80,7 +80,7 @@ def test_intervals_of_contributions_cover():
     assert (hits / 200 > 0.93 - 3 * np.sqrt(0.07 * 0.93 / 200)).all()
 
 
-def test_what_cannot_be_told_is_not():
+def test_contributions_that_are_not_estimable_have_none():
     parts, y = stack(150)
     found = contributions(parts, {"y": y})["y"]
     assert "150 trials" in found.first_order["rod_1"].reason
@@ -89,7 +89,7 @@ def test_what_cannot_be_told_is_not():
     assert "does not spread" in flat.groups["rod"].reason
 
 
-def test_two_rods_together_explain_what_neither_does_alone():
+def test_two_rods_together_explain_more_than_either_alone():
     rng = np.random.default_rng(3)
     parts = {name: rng.normal(size=4000) for name in ("rod_1", "rod_2", "gear")}
     y = np.abs(parts["rod_1"] - parts["rod_2"])
@@ -101,7 +101,7 @@ def test_two_rods_together_explain_what_neither_does_alone():
     assert found.unexplained.lower > 0.4
 
 
-def test_a_few_jammed_machines_allow_no_interval():
+def test_few_jammed_trials_allow_no_interval():
     rng = np.random.default_rng(4)
     parts = {name: rng.normal(size=4000) for name in ("rod_1", "rod_2")}
     y = np.maximum(np.abs(parts["rod_1"] - parts["rod_2"]) - 3.2, 0)
@@ -129,7 +129,7 @@ def spaced(n, seed=7):
     return parts, y, {name: v / whole for name, v in variances.items()}
 
 
-def test_shares_of_a_linear_machine_come_from_its_regression():
+def test_shares_of_a_linear_response_come_from_its_regression():
     parts, y, known = spaced(4000)
     groups = {"part": ["part_1", "part_2"], "many": list(parts)}
     found = contributions(parts, {"gap": y}, groups)["gap"]
@@ -149,7 +149,7 @@ def test_shares_of_a_linear_machine_come_from_its_regression():
     assert found.unexplained[:3] == (0, 0, 0)
 
 
-def test_shares_of_a_regression_are_those_of_coefficients_and_sigmas():
+def test_regression_shares_match_coefficients_and_sigmas():
     parts, y, _ = spaced(1000)
     y = y + np.random.default_rng(8).normal(0, 0.05 * y.std(), len(y))
     found = contributions(parts, {"gap": y})["gap"]
@@ -165,13 +165,13 @@ def test_shares_of_a_regression_are_those_of_coefficients_and_sigmas():
         assert each.upper - each.value > each.value - each.lower + 0.8 * (1 - explained)
 
 
-def test_a_machine_that_is_not_quite_linear_is_not_taken_for_one():
+def test_a_nearly_linear_response_is_not_treated_as_linear():
     parts, y, _ = spaced(4000)
     bent = y / y.std() + 0.12 * (parts["housing"] / 0.0167) ** 2
     assert not contributions(parts, {"gap": bent})["gap"].linear
 
 
-def test_ties_are_ranked_alike():
+def test_ties_have_equal_ranks():
     rng = np.random.default_rng(5)
     rods = rng.integers(0, 5, 500).astype(float)
     parts = {"rod": rods, "gear": rng.normal(size=500)}
@@ -185,7 +185,7 @@ def test_ties_are_ranked_alike():
 
 
 @pytest.mark.parametrize("digits", [16, 0])
-def test_intervals_are_those_of_leaving_out_a_twentieth_at_a_time(digits):
+def test_intervals_match_a_jackknife_of_twenty_parts(digits):
     parts, y = stack(437)
     # without digits many are alike
     parts, y = {name: x.round(digits) for name, x in parts.items()}, y.round(digits)
@@ -223,11 +223,11 @@ def test_intervals_are_those_of_leaving_out_a_twentieth_at_a_time(digits):
     assert each.value - each.lower == pytest.approx(interval(regressed))
 
 
-def test_what_is_alike_stays_in_order():
+def test_equal_values_stay_in_order():
     assert ascending(np.array([1.0, 0.0, 1.0, 0.0])).tolist() == [1, 3, 0, 2]
 
 
-def test_no_trial_is_nearer_than_the_nearest():
+def test_nearest_returns_the_nearest_trial():
     X = np.random.default_rng(6).normal(size=(200, 3))
     ranks = X.argsort(axis=0).argsort(axis=0)
     apart = ((ranks[:, None] - ranks[None]) ** 2).sum(axis=2)

@@ -1,4 +1,4 @@
-"""Intervals cover what they claim: what the measured table says, and new studies."""
+"""Coverage of intervals: in the measured table, and in new studies."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_the_table_is_of_this_code_and_whole(table):
         assert asked <= set(zip(rows["problem"], rows["trials"], strict=True))
 
 
-def test_the_page_says_what_was_measured():
+def test_the_page_matches_the_table():
     """Else: python -m tests.coverage.appendix."""
     assert PAGE.read_text() == page()
 
@@ -65,7 +65,7 @@ def coverage_of_quantile(share, n):
     return binom.cdf(high - 1, n, share) - binom.cdf(low - 1, n, share)
 
 
-def test_in_the_table_quantiles_cover_what_the_binomial_says_of_their_ranks(table):
+def test_in_the_table_quantiles_have_their_binomial_coverage(table):
     rows = table[table["statistic"].str.fullmatch(r"quantile [0-9.]+")]
     rows = rows[rows["problem"].isin(SMOOTH) & (rows["offered"] > 0)]
     assert len(rows) == len(SMOOTH) * (1 + 3 + 4 + 6)
@@ -142,7 +142,7 @@ def disagrees(both):
     return found
 
 
-def test_new_studies_cover_what_is_claimed_and_what_the_table_says(again):
+def test_new_studies_have_the_claimed_and_the_measured_coverage(again):
     new = again[~again["narrower"]]
     assert not disagrees(new).any(), new[disagrees(new)]
     offered = new[new["offered"] > 0]
@@ -151,7 +151,7 @@ def test_new_studies_cover_what_is_claimed_and_what_the_table_says(again):
     assert (offered["covered"] >= least_covered(claimed, studies)).all(), offered
 
 
-def test_new_studies_notice_an_interval_that_is_too_narrow(again):
+def test_new_studies_detect_an_interval_that_is_too_narrow(again):
     broken = again[again["narrower"] & (again["offered"] > 0)]
     # those that are wide to be sure of all shapes stay sure
     broken = broken[(broken["covered_known"] < 0.985) & (broken["offered_known"] == 1)]

@@ -1,4 +1,4 @@
-"""Differences of two designs against closed forms, enumeration, leaving out by hand."""
+"""Differences of two designs against closed forms, enumeration, jackknife by hand."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def machines(both, worse, better, neither):
     return np.repeat([1, 1, 0, 0], counts) > 0, np.repeat([1, 0, 1, 0], counts) > 0
 
 
-def test_machines_that_change_sides_are_counted_with_exact_ends():
+def test_units_that_change_sides_have_exact_intervals():
     found = exchange(*machines(970, 9, 3, 18))
     assert (found.worse, found.better) == (9, 3)
     share, lean = (
@@ -58,7 +58,7 @@ def test_every_outcome_together_covers_the_difference_of_yields(shares):
     assert missed < 0.05
 
 
-def test_a_difference_takes_both_intervals_by_squares():
+def test_a_difference_combines_both_intervals_by_squares():
     # Newcombe 1998, table II (a): 56 of 70 less 48 of 80 by Wilson scores
     a, b = Estimate(48 / 80, 0.4905, 0.7003), Estimate(56 / 70, 0.6918, 0.8770)
     assert difference(a, b)[:3] == pytest.approx((0.2, 0.0524, 0.3339), abs=2e-4)
@@ -79,7 +79,7 @@ def test_a_difference_takes_both_intervals_by_squares():
     assert unsure.value == pytest.approx(0.1) and unsure.reason == "needs 59"
 
 
-def test_what_errs_together_is_a_correlation_that_is_never_sure():
+def test_the_correlation_of_errors_is_at_most_0_9():
     rng = np.random.default_rng(1)
     first = rng.random(500) < 0.2
     second = np.where(rng.random(500) < 0.3, rng.random(500) < 0.2, first)
@@ -91,7 +91,7 @@ def test_what_errs_together_is_a_correlation_that_is_never_sure():
     assert abs(correlation_of_shares(first, np.ones(500, bool))) < 0.1
 
 
-def test_a_quantile_next_to_a_value_that_many_share_errs_alone():
+def test_a_quantile_at_a_point_mass_has_no_correlation():
     z = np.random.default_rng(4).normal(size=300)
     jam = np.maximum(np.abs(z) - 1.9, 0.0)
     found = [quantile(y, 0.95) for y in (jam, z, 0.9 * z)]
@@ -124,7 +124,7 @@ def test_ppk_by_moments_leaves_out_a_twentieth_at_a_time():
     assert found[:3] == pytest.approx((value, value - half, value + half), rel=1e-9)
 
 
-def test_ppk_by_moments_says_why_it_is_not_told_apart():
+def test_ppk_by_moments_without_a_difference_has_a_reason():
     z, limits = np.random.default_rng(3).normal(size=4000), (Limit(-4, 4),) * 2
     few = difference_of_ppk(z[:900], z[:900], limits)
     assert few.reason == f"needs {LEAST_OF_MOMENTS}"

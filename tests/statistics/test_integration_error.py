@@ -1,4 +1,4 @@
-"""What errors of the trials integrated again say of all the others."""
+"""Errors of the trials integrated again, and estimates for the other trials."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tolstat.statistics.integration_error import (
 )
 
 
-def test_equals_take_turns():
+def test_trials_of_equal_response_take_turns():
     """Of three like machines integrated again one errs, so one in three of the rest."""
     values = np.zeros(12)
     trials, precise = np.array([0, 4, 5]), np.array([0.0, 3.0, 0.0])
@@ -22,7 +22,7 @@ def test_equals_take_turns():
     assert better[4] == 3.0 and better[0] == better[5] == 0.0
 
 
-def test_what_another_response_chose_counts_once():
+def test_trials_chosen_by_another_response_count_once():
     values = np.arange(100.0)
     trials = np.array([0, 50, 51, 99])
     precise = values[trials] - [0.0, 0.0, 7.0, 0.0]
@@ -58,7 +58,7 @@ def test_choosing_by_the_response_does_not_bias_the_mean():
     assert chosen[:, 0].std() < 0.9 * plain[:, 0].std()
 
 
-def test_one_in_twenty_bounds_is_wrong_at_most():
+def test_at_most_one_in_twenty_bounds_is_wrong():
     rng = np.random.default_rng(5)
     n = 41
     bound = share_above_largest(n)

@@ -1,4 +1,4 @@
-"""Intervals against the binomial distribution and SciPy, and what they claim."""
+"""Intervals against the binomial distribution and SciPy, and their coverage."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tolstat.status import Status
 @pytest.mark.parametrize(
     ("count", "trials"), [(0, 10), (10, 10), (3, 64), (40, 4096), (1, 1)]
 )
-def test_shares_are_those_of_clopper_and_pearson(count, trials):
+def test_shares_match_clopper_and_pearson(count, trials):
     expected = binomtest(count, trials).proportion_ci(0.95, method="exact")
     found = proportion(count, trials)
     assert found.value == count / trials
@@ -46,7 +46,7 @@ def test_quantile_intervals_cover_and_no_more_than_needed(trials, share):
 
 @pytest.mark.parametrize("n", [1, 2, 17, 368, 4096, 100_000])
 @pytest.mark.parametrize("share", [0.00135, 0.05, 0.5, 0.99, 0.99865])
-def test_ranks_are_those_of_scipy(n, share):
+def test_ranks_match_scipy(n, share):
     for probability in (0.005, 0.025, 0.5, 0.975, 0.995):
         expected = binom.ppf(probability, n, share)
         assert _binomial_quantile(probability, n, share) == expected

@@ -1,4 +1,4 @@
-"""Examples of JCGM 101:2008, clause 9, with this project's own statistics."""
+"""Examples of JCGM 101:2008, clause 9, with the statistics of tolstat."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The linear answer: exact for a linear stack, and told where it fails."""
+"""Linear analysis: exact for a linear stack; its failures are reported."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_correlated_parts_add_as_they_must():
     assert sum(found.shares.values()) < 0.8  # the rest is their correlation
 
 
-def test_linear_thinking_fails_at_a_kink():
+def test_linear_analysis_fails_at_a_kink():
     """Jamming: nothing at the nominal machine, everything beyond the clearance."""
     x = np.random.default_rng(2).normal(size=20_000)
     loss = np.maximum(np.abs(x) - 1, 0)
@@ -55,6 +55,6 @@ def test_linear_thinking_fails_at_a_kink():
     assert upper.relative == pytest.approx(-1.0)  # it promises nothing at all
 
 
-def test_a_failed_slope_is_no_number():
+def test_a_failed_slope_gives_nan():
     found = root_sum_square(0.0, {"x": np.nan}, scatter_of({"x": np.arange(10.0)}))
     assert np.isnan([found.mean, found.sigma, found.shares["x"]]).all()

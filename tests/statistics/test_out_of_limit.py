@@ -1,4 +1,4 @@
-"""Who drives the machines beyond: levels that hold, culprits that are found."""
+"""Main causes of units out of limit: valid levels, known causes that are found."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def parts(n, k, seed):
 
 
 @pytest.mark.parametrize("digits", [16, 0])
-def test_levels_are_those_of_two_rank_sum_tests(digits):
+def test_levels_match_two_rank_sum_tests(digits):
     x = np.random.default_rng(1).normal(size=300).round(digits)
     beyond = x + np.random.default_rng(2).normal(size=300) > 1.2
 
@@ -43,7 +43,7 @@ def test_levels_are_those_of_two_rank_sum_tests(digits):
     assert found.width == pytest.approx(np.sqrt(np.mean(off**2)))
 
 
-def test_levels_are_corrected_after_holm():
+def test_levels_have_holms_correction():
     X = parts(400, 5, 3)
     beyond = X["part_1"] + 0.3 * X["part_2"] > 2
     alone = [
@@ -57,7 +57,7 @@ def test_levels_are_corrected_after_holm():
 
 
 @pytest.mark.parametrize(("beyond", "trials"), [(5, 800), (20, 800), (200, 800)])
-def test_chance_is_seldom_taken_for_a_culprit(beyond, trials):
+def test_chance_seldom_gives_a_significant_cause(beyond, trials):
     """Among twenty contributors that have nothing to do with it, also with five."""
     studies, hits = 400, 0
     machines = np.arange(trials) < beyond
@@ -67,7 +67,7 @@ def test_chance_is_seldom_taken_for_a_culprit(beyond, trials):
     assert hits / studies < CLEAR + 3.5 * np.sqrt(CLEAR * (1 - CLEAR) / studies)
 
 
-def test_two_rods_that_only_matter_jointly_are_found_among_five_machines():
+def test_joint_causes_are_found_among_five_units():
     """Each is far off to either side among them, and in the middle of neither."""
     X = parts(4000, 20, 11)
     apart = np.abs(X["part_1"] - X["part_2"])
@@ -76,7 +76,7 @@ def test_two_rods_that_only_matter_jointly_are_found_among_five_machines():
     assert found["part_1"].width > 1.8
 
 
-def test_too_few_machines_beyond_cannot_tell():
+def test_too_few_units_out_of_limit_are_not_significant():
     X = parts(4000, 20, 5)
     worst = np.argsort(X["part_1"])
     for few in (1, 2, 3, 4):
@@ -90,7 +90,7 @@ def test_too_few_machines_beyond_cannot_tell():
     assert differences(X, nobody) == {"y": {}, "z": {}}
 
 
-def test_equal_weights_are_trials():
+def test_equal_weights_give_poisson_intervals():
     machines = np.arange(1000) < 7
     found = weighted_share(machines, Weights(np.ones(1000)))
     poisson = stats.gamma.ppf([0.025, 0.975], [7, 8]) / 1000  # Garwood (1936)
@@ -98,7 +98,7 @@ def test_equal_weights_are_trials():
     assert effective_number(np.ones(1000)) == 1000
 
 
-def test_no_machine_beyond_is_no_proof_that_there_is_none():
+def test_zero_units_out_of_limit_have_an_upper_bound():
     weights = np.where(np.arange(1000) < 500, 2.0, 0.0)
     assert effective_number(weights) == 500
     found = weighted_share(np.zeros(1000, bool), Weights(weights))
@@ -106,7 +106,7 @@ def test_no_machine_beyond_is_no_proof_that_there_is_none():
     assert found.upper == pytest.approx(-np.log(0.025) * 2 / 1000)
 
 
-def test_too_few_effective_trials_give_no_number():
+def test_too_small_an_effective_sample_size_gives_no_number():
     weights = np.zeros(1000)
     weights[: LEAST_EFFECTIVE - 1] = 1000 / (LEAST_EFFECTIVE - 1)
     found = weighted_share(weights > 0, Weights(weights))

@@ -1,4 +1,4 @@
-"""Pairs that explain machines beyond: levels that hold, planted ones that are found."""
+"""Pairs that explain units out of limit: valid levels, planted pairs found."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_single_contributors_are_seldom_taken_for_a_pair(name, machines):
     assert hits / studies < CLEAR + 3.5 * np.sqrt(CLEAR * (1 - CLEAR) / studies)
 
 
-def test_the_level_is_that_of_the_less_telling_member():
+def test_the_level_is_that_of_the_less_significant_member():
     X = parts(3000, 3, 4)  # three pairs, and two kinds
     beyond = worst(2 * X["part_1"] - 1.5 * X["part_2"], 12)
     z = [
@@ -81,7 +81,7 @@ def test_the_level_is_that_of_the_less_telling_member():
     assert found.alone == max(np.mean(z[0] > far), np.mean(-z[1] > far)) <= found.single
 
 
-def test_contributors_that_hang_together_are_no_pair():
+def test_correlated_contributors_are_no_pair():
     X = parts(4000, 4, 2)
     X["part_2"] = 0.7 * X["part_3"] + 0.7 * X["part_2"]
     X["part_1"] = 0.7 * X["part_3"] + 0.7 * X["part_1"]
@@ -90,13 +90,13 @@ def test_contributors_that_hang_together_are_no_pair():
     assert of_one(X, worst(np.abs(X["part_1"]), 40)) == []
 
 
-def test_nothing_is_told_of_no_machine_or_no_pair():
+def test_no_units_or_no_pairs_give_an_empty_result():
     X = parts(100, 3, 1)
     assert of_one(X, np.zeros(100, bool)) == of_one(X, np.ones(100, bool)) == []
     assert of_one({"part_1": X["part_1"]}, X["part_1"] > 2) == []
 
 
-def test_parts_that_are_all_but_alike_are_ranked_by_chance():
+def test_nearly_equal_parts_are_ranked_by_chance():
     """Two sizes only: what falls together is in no order."""
     X = {n: np.sign(x) for n, x in parts(2000, 6, 3).items()}
     rng = np.random.default_rng(5)
@@ -115,9 +115,7 @@ def test_parts_that_are_all_but_alike_are_ranked_by_chance():
     ],
     ids=["three values", "half at an end"],
 )
-def test_ties_of_one_contributor_fall_otherwise_than_those_of_another(
-    parts_of, number, machines
-):
+def test_ties_of_contributors_are_ranked_independently(parts_of, number, machines):
     hits, studies = 0, 20
     for seed in range(studies):
         rng = np.random.default_rng(seed)
@@ -127,7 +125,7 @@ def test_ties_of_one_contributor_fall_otherwise_than_those_of_another(
     assert hits / studies < CLEAR + 3.5 * np.sqrt(CLEAR * (1 - CLEAR) / studies)
 
 
-def test_parts_most_of_which_are_alike_do_not_hang_together():
+def test_mostly_equal_parts_are_not_correlated():
     rng = np.random.default_rng(2)
     X = {
         f"part_{i}": np.where(rng.random(4096) < 0.7, 0.0, rng.normal(size=4096))
@@ -137,7 +135,7 @@ def test_parts_most_of_which_are_alike_do_not_hang_together():
     assert [each.members for each in found] == [("part_0", "part_3")]
 
 
-def test_a_chain_links_parts_that_are_not_alike_themselves():
+def test_a_chain_of_correlations_links_its_ends():
     """The first and the last of nine have next to nothing in common."""
     X = parts(4000, 9, 2)
     for i in range(2, 10):

@@ -29,7 +29,7 @@ INF = math.inf
 NORMAL = stats.norm(10, 2).ppf((np.arange(10_000) + 0.5) / 10_000)
 
 
-def test_tails_are_light_by_the_kurtosis_of_scipy():
+def test_light_tails_match_the_kurtosis_of_scipy():
     rng = np.random.default_rng(1)
     for x in (rng.gamma(k, size=500) for k in (0.1, 0.5, 1.0, 2.0, 50.0)):
         assert tails_are_light(x) == (stats.kurtosis(x) <= 0.2 * math.sqrt(500))
@@ -46,7 +46,7 @@ def test_the_mean_of_a_normal_response():
     assert mean_of(np.empty(0)).reason == "no trial is done"
 
 
-def test_what_all_trials_share_tells_no_mean_unless_a_range_is_declared():
+def test_equal_trials_give_no_mean_interval_without_a_range():
     nothing = np.zeros(200)
     found = mean_of(nothing)
     assert (
@@ -88,7 +88,7 @@ def test_the_order_of_the_trials_does_not_matter_to_a_mean():
         assert b.upper == pytest.approx(a.upper, rel=0.05)
 
 
-def test_a_bound_from_below_asks_for_no_upper_end():
+def test_a_lower_bound_needs_no_upper_end():
     x = np.random.default_rng(5).lognormal(size=2000)
     assert least_mean(x, 0.0, 0.025) == mean_between(x, 0.0, 1e9)[0]
     assert mean_between(x, 0.0, 1e9)[1] > 1e3
@@ -105,7 +105,7 @@ def test_sigma_of_a_normal_response():
     assert sigma_of(few, Reach((0.0, 1000.0))).sure
 
 
-def test_what_no_trial_tells():
+def test_reasons_for_missing_intervals():
     # both extremes of n: 1 - n q^(n-1) + (n-1) q^n = 95 %
     for n in (50, 1000, 4096):
         q = 1 - unseen(n)
@@ -143,7 +143,7 @@ def test_performance_of_a_normal_response(limit, pp, ppk):
             assert found.pp.lower < pp < found.pp.upper
 
 
-def test_performance_that_cannot_be_told():
+def test_performance_that_is_not_estimable():
     def by(values, limit):
         return performance(by_percentiles, np.asarray(values), limit)
 
@@ -167,7 +167,7 @@ def test_performance_that_cannot_be_told():
     assert by(1e-9 * NORMAL, (-INF, 1.0)).ppk.reason == "over 100: hardly any spread"
 
 
-def test_one_bar_for_verdict_and_ppk():
+def test_verdict_and_ppk_have_one_threshold():
     """A normal response with Ppk 1: 1350 per million beyond one end."""
     one, two = Limit(-INF, 16.0), Limit(4.0, 16.0)
     assert yield_of_ppk(1.0, 1) == pytest.approx(0.99865, abs=1e-6)
@@ -214,7 +214,7 @@ def test_one_failed_trial_in_384_counts():
     ("beyond", "demanded", "verdict"),
     [(0, 0.99, "met"), (30, 0.99, "not met"), (10, 0.99, "undecided")],
 )
-def test_verdicts_take_the_whole_interval(beyond, demanded, verdict):
+def test_verdicts_use_the_whole_interval(beyond, demanded, verdict):
     values = np.r_[np.zeros(1000 - beyond), np.full(beyond, 2.0)]
     found = judged_of(values, 0, (-INF, 1.0), demanded)
     assert found.verdict == verdict
@@ -232,7 +232,7 @@ def test_all_limits_at_once():
     assert found == anytime_valid(899, 1000)
 
 
-def test_failed_trials_stand_where_the_limit_says_or_anywhere():
+def test_failed_trials_count_out_of_limit_or_anywhere():
     x = np.random.default_rng(6).normal(size=2000)
     failed = x > np.quantile(x, 0.98)
     status = np.where(failed, Status.NOT_FINITE, Status.DONE)

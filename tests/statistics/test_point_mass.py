@@ -29,7 +29,7 @@ def test_units_that_share_a_value_are_a_point_mass():
     assert len(rest) == np.count_nonzero(loss)
 
 
-def test_as_good_as_the_same_is_a_point_mass_too():
+def test_nearly_equal_values_are_a_point_mass():
     """A loss of smoothed friction is never quite zero."""
     rng = np.random.default_rng(2)
     jammed = rng.random(4000) < 0.05

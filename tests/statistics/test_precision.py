@@ -1,4 +1,4 @@
-"""Precision asked for and reached."""
+"""Requested precision, and when it is reached."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def done(n):
     return Sample(np.full(n, Status.DONE))
 
 
-def test_what_is_missing():
+def test_the_missing_precision():
     two_percent = Precision(MEDIAN, 0.02, True)
     assert two_percent.missing(Estimate(10.0, 9.8, 10.2)) == pytest.approx(1.0)
     assert two_percent.missing(Estimate(-10.0, -10.4, -9.6)) == pytest.approx(2.0)
@@ -34,7 +34,7 @@ def test_what_is_missing():
     assert absolute.missing(Estimate(0.0, -0.25, 0.25)) == pytest.approx(0.5)
 
 
-def test_a_stage_is_as_long_as_the_interval_asks():
+def test_the_interval_sets_the_length_of_a_stage():
     y = np.random.default_rng(0).normal(10.0, 1.0, 1024)
     sample = done(1024)
     half = (MEDIAN.of(y, sample).upper - MEDIAN.of(y, sample).lower) / 2
@@ -70,7 +70,7 @@ def test_the_interval_of_a_skewed_mean_shrinks_faster_than_the_root():
     assert 0.5 < np.median(needed) / first < 2
 
 
-def test_a_rule_never_ends_because_nothing_happened():
+def test_a_rule_does_not_end_with_equal_trials():
     nothing, mean = np.zeros(1024), Statistic("y", "mean")
     for rule in (Precision(mean, 0.2, True), Precision(mean, 1e-3, False)):
         for ranges in ({}, {"y": (0.0, 1.0)}):
@@ -78,7 +78,7 @@ def test_a_rule_never_ends_because_nothing_happened():
     assert next_stage(1024, np.inf) == 8 * 1024
 
 
-def test_a_share_beyond_a_limit_counts_failed_trials():
+def test_a_fraction_out_of_limit_counts_failed_trials():
     y = np.full(2000, 1.0)
     y[:100] = np.nan
     status = np.full(2000, Status.DONE)
@@ -88,7 +88,7 @@ def test_a_share_beyond_a_limit_counts_failed_trials():
     assert beyond.value == 0.05 and beyond.lower < 0.05 < beyond.upper
 
 
-def test_errors_are_taken_off_the_trials_like_them():
+def test_errors_are_subtracted_from_similar_trials():
     values = np.array([0.0, 0.0, 10.0, 11.0, 20.0, np.nan])
     trials = np.array([1, 2, 4, 5])
     precise = np.array([0.0, 9.9, 20.4, 3.0])

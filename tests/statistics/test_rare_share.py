@@ -1,4 +1,4 @@
-"""The share of rare machines: what few heavy ones leave open."""
+"""The fraction out of limit of a rare run, with few heavy trials."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ N = 1000
 
 
 @pytest.mark.parametrize("number", [99, 100])
-def test_few_machines_beyond_leave_room_for_the_heaviest_of_all(number):
+def test_with_few_units_out_of_limit_the_heaviest_of_all_bounds(number):
     """Of a hundred the heaviest beyond stands for the next one (Fay and Feuer)."""
     weights = np.full(N, 0.01)
     weights[-1] = 2.0  # not beyond
@@ -31,7 +31,7 @@ def test_few_machines_beyond_leave_room_for_the_heaviest_of_all(number):
     assert found.upper == pytest.approx(upper, rel=1e-6)
 
 
-def test_where_none_is_beyond_the_heaviest_bounds_the_share():
+def test_with_none_out_of_limit_the_heaviest_bounds_the_share():
     weights = np.linspace(0.5, 2.0, N)
     found = rare_share(np.zeros(N, bool), weights)
     assert found == (0, 0, unmet(weights), "")
@@ -39,7 +39,7 @@ def test_where_none_is_beyond_the_heaviest_bounds_the_share():
     assert rare_share(np.zeros(0, bool), weights[:0]).reason
 
 
-def test_plain_trials_are_told_where_their_count_is_nearly_normal():
+def test_plain_trials_are_given_for_a_nearly_normal_count():
     near = Estimate(1e-6, 0.95e-6, 1.05e-6)
     assert plain_trials(near) == pytest.approx(1e6 * (1.96 / 0.05) ** 2, rel=1e-4)
     assert np.isnan(plain_trials(Estimate(6e-6, 2.7e-6, 0.0145)))  # of 0.4 trials
@@ -47,7 +47,7 @@ def test_plain_trials_are_told_where_their_count_is_nearly_normal():
     assert np.isnan(plain_trials(Estimate(0.0, 0.0, 1e-3)))
 
 
-def test_of_two_regions_of_ten_parts_the_smaller_is_not_lost():
+def test_the_smaller_of_two_regions_of_ten_parts_is_found():
     """Without it the share is 0.91e-6: fits on 40 points told 0.87 to 0.94."""
     margins, weights = sought(
         RARE_PROBLEMS["two regions of ten parts, 1e-6"](), 1, 20_000

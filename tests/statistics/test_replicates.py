@@ -91,7 +91,7 @@ def test_quantiles_lie_within_the_trials():
     assert quantile_of_replicates(y, numbers(4096), 0.995).reason == "needs 6000"
 
 
-def test_failed_replicated_trials_stand_where_the_limit_says_or_anywhere():
+def test_failed_replicated_trials_count_out_of_limit_or_anywhere():
     y, replicates = responses("latin", 4, 4096)
     status = np.where(y > np.quantile(y, 0.97), 4, 1)
     values, sample = np.where(status == 1, y, np.nan), Sample(status, replicates)
@@ -103,7 +103,7 @@ def test_failed_replicated_trials_stand_where_the_limit_says_or_anywhere():
     assert "failed" in summarize(values, sample).quantiles[0.99].reason
 
 
-def test_what_replicates_cannot_tell():
+def test_reasons_for_missing_intervals_of_replicates():
     few = mean_of_replicates(np.arange(32.0), numbers(32))
     assert few.value == 15.5 and "no replicates of 16" in few.reason
     alike = mean_of_replicates(np.zeros(512), numbers(512))

@@ -31,7 +31,7 @@ def test_known_indices(name):
             assert abs(each.value - known) < 1.5 * half + 1e-12
 
 
-def test_the_numbers_are_those_of_salib():
+def test_the_numbers_match_salib():
     problem, factors = INDEX_PROBLEMS["Ishigami"], names_of("Ishigami")
     groups = design(problem, np.random.default_rng(5), 2000)
     found = sobol_indices(groups, factors)
@@ -50,7 +50,7 @@ def test_the_numbers_are_those_of_salib():
     assert widths == pytest.approx(known["S1_conf"], rel=0.5)
 
 
-def test_the_index_at_hand_is_that_of_openturns():
+def test_the_index_of_known_data_matches_openturns():
     problem, factors = INDEX_PROBLEMS["Sobol' G"], names_of("Sobol' G")
     X = problem.deviations(np.random.default_rng(6).random((3000, len(factors))))
     y = problem.response(X)
@@ -64,7 +64,7 @@ def test_the_index_at_hand_is_that_of_openturns():
     assert np.maximum(ours, 0) == pytest.approx(np.maximum(known, 0), abs=2e-3)
 
 
-def test_what_cannot_be_told_is_not():
+def test_indices_that_are_not_estimable_have_a_reason():
     few = sobol_indices(np.random.default_rng(0).normal(size=(499, 4)), ["a", "b"])
     assert few["a"].first.reason == "needs 500 groups of 4 trials, 2000 in all"
     flat = sobol_indices(np.ones((600, 4)), ["a", "b"])

@@ -1,4 +1,4 @@
-"""Intervals of weighted trials: what caps and cuts do; coverage is measured apart."""
+"""Intervals of weighted trials: effect of cap and cut. See tests/coverage too."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_weights_of_one_change_nothing_but_rounding():
     assert found.value == pytest.approx(np.quantile(Z, 0.9), abs=0.01)
 
 
-def test_all_numbers_are_those_of_the_other_machines():
+def test_all_numbers_match_units_of_the_new_distribution():
     sample = Sample(np.full(N, Status.DONE), weights=HALVED)
     found = summarize(Z, sample, Limit(-1.2, 1.2, 0.95), (-20.0, 20.0))
     for estimate, truth in (
@@ -47,7 +47,7 @@ def test_all_numbers_are_those_of_the_other_machines():
     assert found.limited.percentiles.ppk.reason.endswith("too few with these weights")
 
 
-def test_what_is_cut_off_widens_every_interval():
+def test_the_cut_widens_every_interval():
     cut = Weights(HALVED.values, 2.0, 0.01)
     beyond = Z > 1.0
     sharp, wide = weighted_share(beyond, HALVED), weighted_share(beyond, cut)
@@ -60,7 +60,7 @@ def test_what_is_cut_off_widens_every_interval():
     assert y.upper > x.upper and y.lower < x.lower
 
 
-def test_where_no_machine_is_left_none_is_said_to_be():
+def test_shares_of_zero_and_one_have_one_sided_intervals():
     # the weights of a sample add up to its number only on the average
     assert abs(HALVED.values.sum() / N - 1) > 1e-3
     all_of_them, none = np.ones(N, np.bool_), np.zeros(N, np.bool_)
@@ -91,7 +91,7 @@ def test_a_quantile_too_far_out_has_no_end_on_either_side(weights):
         assert high[1:3] == pytest.approx(mirrored, nan_ok=True)
 
 
-def test_failed_trials_weigh_too():
+def test_failed_trials_have_weights():
     status = np.where(Z > 0.8, Status.NOT_FINITE, Status.DONE)
     values = np.where(Z > 0.8, np.nan, Z)
     sample = Sample(status, weights=HALVED)
@@ -111,7 +111,7 @@ def test_failed_trials_weigh_too():
     assert found.mean.lower < known < found.mean.upper
 
 
-def test_too_few_effective_trials_give_no_interval():
+def test_too_small_an_effective_sample_size_gives_no_interval():
     heavy = Weights(np.where(np.arange(N) < 100, 30.0, 0.0))
     assert heavy.number == 100
     for found in (weighted_share(Z > 0, heavy), weighted_quantile(Z, heavy, 0.5)):
@@ -120,7 +120,7 @@ def test_too_few_effective_trials_give_no_interval():
         )
 
 
-def test_where_nobody_knows_the_side_of_a_failed_trial_a_quantile_is_weighted_too():
+def test_failed_trials_of_unknown_side_have_weighted_quantiles():
     """Without a limit, or with one of two ends, it may be on either."""
     status = np.full(N, Status.DONE)
     status[7] = Status.NOT_FINITE

@@ -1,4 +1,4 @@
-"""What a run may write over, and that a disk without room is seen before."""
+"""Files that a run may replace; a full disk is detected before."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_only_a_run_is_replaced(toy, tmp_path):
     assert tolstat.open(run.path).sampled.seed == 9
 
 
-def test_a_run_that_is_being_written_is_not_replaced(toy, tmp_path):
+def test_a_run_under_way_is_not_replaced(toy, tmp_path):
     run = tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
     code = (
         "import sys; from pathlib import Path; from tolstat.store.lock import Lock;"
@@ -58,7 +58,7 @@ def test_a_run_that_is_being_written_is_not_replaced(toy, tmp_path):
     tolstat.run(STUDY, model=toy, output=run.path, force=True)
 
 
-def test_what_a_killed_run_left_is_removed_and_nobody_elses(toy, tmp_path):
+def test_only_files_of_killed_runs_are_removed(toy, tmp_path):
     path = tmp_path / "run.h5"
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
@@ -71,7 +71,7 @@ def test_what_a_killed_run_left_is_removed_and_nobody_elses(toy, tmp_path):
     assert aside_of(path) != aside_of(path)
 
 
-def test_neighbours_of_other_names_stay(toy, tmp_path):
+def test_files_of_other_names_are_kept(toy, tmp_path):
     """Nothing that is not exactly ours is removed, or stumbled over."""
     for name in ("4000000-mine", "\u00b2-0", "99999999999999999999-0"):
         (tmp_path / f"run.h5.{name}.part").write_text("mine")
@@ -84,7 +84,7 @@ def test_neighbours_of_other_names_stay(toy, tmp_path):
 
 
 @pytest.mark.parametrize("linked", [False, True])
-def test_a_lock_that_is_none_of_ours_is_left_alone(linked, toy, tmp_path):
+def test_a_foreign_lock_is_kept(linked, toy, tmp_path):
     mine, lock = tmp_path / "mine.txt", tmp_path / "run.h5.lock"
     mine.write_text("precious")
     lock.symlink_to(mine) if linked else mine.rename(lock)
@@ -109,7 +109,7 @@ class Failing(Toy):
         return super().evaluate(deviations, settings)
 
 
-def test_a_machine_that_fails_leaves_what_ran_or_nothing(tmp_path):
+def test_a_failing_model_leaves_done_trials_or_no_file(tmp_path):
     machine, path = Failing(), tmp_path / "run.h5"
     machine.after = 0
     with pytest.raises(ModelError, match="late") as refused:
@@ -123,7 +123,7 @@ def test_a_machine_that_fails_leaves_what_ran_or_nothing(tmp_path):
     assert 0 < tolstat.open(path).ended < 300
 
 
-def test_no_room_is_said_before_anything_runs(toy, tmp_path, monkeypatch):
+def test_a_full_disk_is_reported_before_the_run(toy, tmp_path, monkeypatch):
     check_room(tmp_path / "run.h5", 1000)
     with pytest.raises(RunFileError, match=r"needs 2000000000000\.0 MB, its"):
         check_room(tmp_path / "run.h5", 10**18)
@@ -164,12 +164,12 @@ class Sighing(Toy):
         (Sighing, "assumptions is a tuple of texts"),
     ],
 )
-def test_machines_that_would_falsify_a_run_are_refused(machine, words, tmp_path):
+def test_models_that_would_corrupt_a_run_are_refused(machine, words, tmp_path):
     with pytest.raises((ModelError, StudyError), match=words):
         tolstat.run(STUDY, model=machine(), output=tmp_path / "run.h5")
 
 
-def test_a_class_is_as_good_as_its_object(tmp_path):
+def test_a_model_class_is_accepted_like_its_object(tmp_path):
     assert tolstat.run(STUDY, model=Toy, output=tmp_path / "run.h5").trials == 300
 
 
@@ -185,7 +185,7 @@ class Moody(Toy):
         raise ZeroDivisionError("no more")
 
 
-def test_diagnostics_that_fail_leave_the_trials(toy, tmp_path):
+def test_failing_diagnostics_keep_the_trials(toy, tmp_path):
     run = tolstat.run(STUDY, model=Moody(), output=tmp_path / "run.h5")
     assert run.ended == 300 and np.isfinite(run.column("gap")).any()
     assert "tightened fails: ZeroDivisionError: no more" in run.diagnostics.missing
@@ -193,7 +193,7 @@ def test_diagnostics_that_fail_leave_the_trials(toy, tmp_path):
     assert "ZeroDivisionError: no more" in page
 
 
-def test_a_machine_without_contributors(tmp_path):
+def test_a_model_without_contributors(tmp_path):
     class Fixed(Toy):
         def describe(self, settings):
             return super().describe(settings)._replace(contributors=())

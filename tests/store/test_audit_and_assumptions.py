@@ -1,4 +1,4 @@
-"""What a run file says of its assumptions and of its integration error."""
+"""Assumptions and integration error in a run file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def run(tmp_path_factory):
     return tolstat.run(study)
 
 
-def test_in_plain_h5py(run):
+def test_audit_and_assumptions_in_plain_h5py(run):
     with h5py.File(run.path) as file:
         audit = file["audit"]
         trials = audit["trials"][:]
@@ -46,7 +46,7 @@ def test_in_plain_h5py(run):
         assert "assumed_tolerance" not in file["crank_angle_1"].attrs
 
 
-def test_as_a_run_has_it(run):
+def test_audit_and_assumptions_of_a_run(run):
     assert (
         run.audited.settings == {"rtol": pytest.approx(1e-6)}
         and np.count_nonzero(run.audited.at_random) == 3

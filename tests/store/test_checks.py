@@ -1,4 +1,4 @@
-"""What tells whether a run file is as it was written."""
+"""Checks that a run file is unchanged."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_every_flipped_bit_changes_the_checksum_of_its_row_alone():
             assert changed.tolist() == [False, False, True, False, False]
 
 
-def test_two_signs_and_rows_that_changed_places_are_seen():
+def test_swapped_signs_and_rows_are_detected():
     one, other = np.array([1.0, 2.0]), np.array([3.0, 4.0])
     before = fingerprints([one, other])
     assert np.all(fingerprints([-one, -other]) != before)
@@ -87,7 +87,7 @@ def everything(run):
     return repr((columns, rest, words, run.responses, run.sampled, run.title))
 
 
-def test_flipped_bytes_are_found_and_end_nothing(run, tmp_path):
+def test_flipped_bytes_are_found_without_a_crash(run, tmp_path):
     """460 of them, everywhere in the file: found, or nothing of the run is another."""
     data, path = run.path.read_bytes(), tmp_path / "flipped.h5"
     rng, asked, harmless = random.Random(9), everything(run), 0
@@ -107,7 +107,7 @@ def test_flipped_bytes_are_found_and_end_nothing(run, tmp_path):
     assert harmless < 46  # bytes between the datasets, and of nobody
 
 
-def test_a_damaged_trial_is_named_and_the_others_are_there(run, tmp_path):
+def test_a_damaged_trial_is_named_and_others_are_read(run, tmp_path):
     path = tmp_path / "damaged.h5"
     path.write_bytes(run.path.read_bytes())
     with h5py.File(path, "r+") as file:
@@ -135,7 +135,7 @@ def test_a_truncated_file_is_no_run(run, tmp_path, share):
         tolstat.open(path)
 
 
-def test_what_another_program_changed_is_seen(run, tmp_path):
+def test_changes_by_another_program_are_detected(run, tmp_path):
     path = tmp_path / "changed.h5"
     path.write_bytes(run.path.read_bytes())
     with h5py.File(path, "r+") as file:
@@ -147,6 +147,6 @@ def test_what_another_program_changed_is_seen(run, tmp_path):
     assert tolstat.open(path).title == "mine"
 
 
-def test_numbers_of_trials_in_words():
+def test_numbers_of_trials_as_text():
     assert ranges_of([3, 17, 18, 19, 21]) == "3, 17-19, 21"
     assert ranges_of(range(0, 100, 2)).endswith("38, and 30 more ranges")

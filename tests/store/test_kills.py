@@ -1,4 +1,4 @@
-"""SIGKILL at random moments: making, writing, between, going on, at the end."""
+"""SIGKILL at random moments: at creation, writing, between, resuming, at the end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run in Python: what it says of itself, and how it is made without a file."""
+"""A run in Python: its description, and runs without a file."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_a_line_in_a_console_and_a_table_in_a_notebook(run):
     )  # heads, index, five
 
 
-def test_a_study_in_python_is_the_study_file_that_it_would_be(toy, run, tmp_path):
+def test_a_study_in_python_equals_its_study_file(toy, run, tmp_path):
     path = tmp_path / "again.toml"
     path.write_text(run.study.text)
     assert tolstat.run(path, model=toy).frame().equals(run.frame())
@@ -43,7 +43,7 @@ def test_a_study_in_python_is_the_study_file_that_it_would_be(toy, run, tmp_path
         tolstat.run(STUDY, model=toy, output=run.path)
 
 
-def test_progress_is_told(toy, tmp_path):
+def test_progress_is_reported(toy, tmp_path):
     seen = []
     run = tolstat.run(STUDY, model=toy, output=tmp_path / "p.h5", progress=seen.append)
     trials = [each for each in seen if each.doing == "trials"]

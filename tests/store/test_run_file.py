@@ -75,7 +75,7 @@ def test_it_can_be_read_while_it_is_written(run):
     assert found.stdout.strip() == "1000"
 
 
-def test_a_run_that_is_open_is_returned_as_it_is(run):
+def test_an_open_run_is_returned_unchanged(run):
     assert tolstat.open(run) is run
 
 

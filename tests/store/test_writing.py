@@ -1,4 +1,4 @@
-"""What breaks while a run is written: what was stored before is safe."""
+"""Failures while a run is written: stored data are safe."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def watched(study, path, tell, *, force=False, stopping=lambda: False, model=Non
 
 
 @pytest.mark.parametrize("after", [0, 500, 1000])
-def test_a_disk_that_gets_full_is_a_message(toy_study, tmp_path, after):
+def test_a_disk_that_fills_up_is_a_message(toy_study, tmp_path, after):
     """A file may not grow any more, from some moment on: its end does not fit."""
     path, before = tmp_path / "r.h5", resource.getrlimit(resource.RLIMIT_FSIZE)
     whole = tolstat.run(toy_study, model=Toy(), output=tmp_path / "whole.h5")
@@ -61,9 +61,7 @@ def test_a_disk_that_gets_full_is_a_message(toy_study, tmp_path, after):
 
 
 @pytest.mark.parametrize("size", [0, 100, 5_000, 20_000, 60_000])
-def test_a_disk_that_is_full_already_keeps_nothing(
-    toy_study, tmp_path, monkeypatch, size
-):
+def test_a_full_disk_leaves_no_file(toy_study, tmp_path, monkeypatch, size):
     # somebody else has taken the room since it was looked at
     monkeypatch.setattr(temporary_files, "check_room", lambda *_: None)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -77,7 +75,7 @@ def test_a_disk_that_is_full_already_keeps_nothing(
 
 
 @pytest.mark.parametrize("how", ["removed", "moved", "replaced"])
-def test_a_run_that_vanishes_goes_on_in_another_file(toy_study, tmp_path, how):
+def test_a_run_whose_file_vanishes_continues_in_another(toy_study, tmp_path, how):
     path, whole = tmp_path / "r.h5", tolstat.run(toy_study, model=Toy())
     precious, seen = whole.path.read_bytes(), []
 
@@ -129,7 +127,7 @@ class Broken(Toy):
 
 
 @pytest.mark.parametrize("how", ["force", "resume"])
-def test_the_run_before_stays_until_the_new_one_is_complete(toy_study, tmp_path, how):
+def test_the_old_run_is_kept_until_the_new_one_is_complete(toy_study, tmp_path, how):
     path = tmp_path / "r.h5"
     before = tolstat.run(toy_study, model=Toy(), output=path)
     data = path.read_bytes()

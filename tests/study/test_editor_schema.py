@@ -60,7 +60,7 @@ def test_a_slip_is_refused(slip, validator):
     assert not validator.is_valid({**BASE, **slip})
 
 
-def test_names_are_offered_with_what_they_mean(validator):
+def test_names_are_offered_with_their_meaning(validator):
     (stand,) = (
         each["then"]["properties"]
         for each in validator.schema["allOf"]

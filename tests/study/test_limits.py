@@ -21,7 +21,7 @@ from tolstat.study.limits_section import read_limit
         ({"limit": ">= 1 %", "ppk": 1}, norm.cdf(3)),
     ],
 )
-def test_what_is_demanded(given, demanded):
+def test_demanded_yields_as_written(given, demanded):
     assert read_limit(given, "1").demanded == pytest.approx(demanded, abs=1e-12)
 
 
@@ -44,6 +44,6 @@ def test_what_is_demanded(given, demanded):
         ({"ppk": 1}, 'limit is missing; expected a text such as "<= 3 %"'),
     ],
 )
-def test_what_is_refused(given, words):
+def test_wrong_demands_are_refused(given, words):
     with pytest.raises((UnitError, StudyError), match=words.replace(".", r"\.")):
         read_limit(given, "1")

@@ -28,7 +28,7 @@ def test_a_mutant_is_a_study_or_refused_by_its_key(read):
     assert 0 < right < FEW / 2  # most of them are mistakes
 
 
-def test_on_the_command_line_it_is_a_sentence_and_exit_code_2(read, tmp_path):
+def test_on_the_command_line_a_mutant_is_a_message_and_exit_code_2(read, tmp_path):
     refused = [mutant for mutant, _, right in read if not right]
     for mutant in refused[:: len(refused) // RUN][:RUN]:
         assert not wrong_of_running(mutant, tmp_path)

@@ -1,4 +1,4 @@
-"""Grids and tables: machines that are given."""
+"""Grids and tables: given trials."""
 
 from __future__ import annotations
 
@@ -59,14 +59,14 @@ def test_a_grid_is_the_product_of_its_axes(toy, study):
     )
 
 
-def test_signs_are_no_words(toy, study):
+def test_signs_are_not_names(toy, study):
     text = 'model = "toy"\nsampling = "grid"\n[grid]\nspeed = ["+1 rpm", ".5 rpm"]\n'
     run = tolstat.run(study(text), model=toy)
     assert run.column("speed").dtype.kind == "f"
     assert run.scales["speed"].words(run.column("speed")[1]) == "0.5 rpm"
 
 
-def test_no_block_reaches_into_the_next_settings(toy, study, tmp_path):
+def test_no_block_spans_two_settings(toy, study, tmp_path):
     asked, over = load(study(GRID), model=toy), []
     with Workers(2) as crew:
         execute(
@@ -97,7 +97,7 @@ def test_settings_that_change_the_model_are_refused(toy, study, monkeypatch):
         load(path, model=toy)
 
 
-def test_a_grid_draws_nothing(toy, study):
+def test_a_grid_samples_nothing(toy, study):
     with pytest.raises(StudyError, match="draws nothing"):
         load(study(GRID), model=toy, trials=5)
     with pytest.raises(StudyError, match="draws nothing"):
@@ -119,7 +119,7 @@ def test_a_table_is_built_row_by_row(toy, study, tmp_path):
     assert "3 machines of machines.csv" in run.notes[0]
 
 
-def test_fig_4_by_the_study_that_is_shipped(tmp_path):
+def test_fig_4_by_the_shipped_study(tmp_path):
     """To 0.02 percentage points at every point of the spec's table."""
     run = tolstat.run("runs/khpt75-fig4.toml", output=tmp_path / "fig4.h5")
     assert run.trials == 61
@@ -154,7 +154,7 @@ def test_a_grid_is_bitwise_the_same_for_any_workers(study, tmp_path):
         np.testing.assert_array_equal(one[name][5:], alone[name])
 
 
-def test_drawn_samplings_say_what_they_promise(toy, toy_study):
+def test_samplings_state_their_promise(toy, toy_study):
     for sampling, word in (("latin", "Latin hypercube"), ("sobol", "Sobol'")):
         text = toy_study.read_text()
         path = toy_study.with_name(f"{sampling}.toml")
@@ -164,7 +164,7 @@ def test_drawn_samplings_say_what_they_promise(toy, toy_study):
         assert run.counts["done"] > 950
 
 
-def test_measured_parts_are_told_of(tmp_path):
+def test_measured_parts_are_reported(tmp_path):
     text = Path("runs/khpt75-measured.toml").read_text()
     rods = Path("runs/rods.csv").read_text()
     (tmp_path / "rods.csv").write_text(rods)
@@ -201,7 +201,7 @@ def measured(folder, model, parts):
     return load(study, model=model)
 
 
-def test_what_looks_like_sizes_is_asked_about(toy, tmp_path):
+def test_values_that_look_like_sizes_have_a_warning(toy, tmp_path):
     (note,) = measured(tmp_path, toy, "49.9 50.1 50.3").notes
     assert "from 49.9 to 50.3 mm" in note and "give nominal" in note
     for honest in ("0.1 0.2 0.3", "-0.1 0.1", "0.050 0.060", "0 0"):
@@ -218,7 +218,7 @@ def test_what_looks_like_sizes_is_asked_about(toy, tmp_path):
         ("-1226 -1226 -1226", False),
     ],
 )
-def test_only_what_is_half_a_part_off_is_no_deviation(tmp_path, parts, taken):
+def test_only_values_above_half_the_part_are_refused(tmp_path, parts, taken):
     (tmp_path / "rods.csv").write_text("\n".join(["length [mm]", *parts.split()]))
     text = Path("runs/khpt75-measured.toml").read_text()
     path = tmp_path / "rods.toml"
@@ -230,7 +230,7 @@ def test_only_what_is_half_a_part_off_is_no_deviation(tmp_path, parts, taken):
             load(path, trials=8)
 
 
-def test_a_lognormal_fit_tells_mean_and_sigma_of_the_deviations(toy, tmp_path):
+def test_a_lognormal_fit_reports_mean_and_sigma_of_deviations(toy, tmp_path):
     rows = np.exp(np.random.default_rng(1).normal(np.log(0.2), 0.5, 4000))
     folder, text = tmp_path, "\n".join(["part_1 [mm]", *(f"{row:.6f}" for row in rows)])
     (folder / "parts.csv").write_text(text)
@@ -252,7 +252,7 @@ def warnings(toy, path, text, **instead):
     return study.warnings
 
 
-def test_a_study_says_what_it_will_not_tell(toy, toy_study):
+def test_a_study_has_warnings(toy, toy_study):
     text = toy_study.read_text()
     assert warnings(toy, toy_study, text) == ()
     for sampling in ("random", "latin", "sobol", "saltelli"):
@@ -271,7 +271,7 @@ def test_a_study_says_what_it_will_not_tell(toy, toy_study):
     assert warnings(toy, toy_study, grouped, trials=2500) == ()
 
 
-def test_a_rare_study_says_with_how_many_trials_it_loses_no_kind(tmp_path):
+def test_a_rare_study_states_the_safe_number_of_trials(tmp_path):
     path, names = tmp_path / "rare.toml", [f"L{i}" for i in range(10)]
     links = "".join(
         f'{n} = {{ nominal = "1 mm", tolerance = "+-1 mm" }}\n' for n in names
@@ -290,7 +290,7 @@ def test_a_rare_study_says_with_how_many_trials_it_loses_no_kind(tmp_path):
 
 
 @pytest.mark.parametrize(("parts", "trials"), [(3, 20_000), (20, 36_000)])
-def test_so_many_trials_as_a_refusal_names_are_plenty(tmp_path, parts, trials):
+def test_the_number_of_trials_in_a_refusal_is_enough(tmp_path, parts, trials):
     path, names = tmp_path / "rare.toml", [f"L{i}" for i in range(parts)]
     links = {n: {"nominal": "1 mm", "tolerance": "+-0.3 mm"} for n in names}
     study = {

@@ -1,4 +1,4 @@
-"""What a line says it costs, and a study written with other tolerances."""
+"""Costs of entries, and a study written with other tolerances."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_grades_and_tolerances_that_are_offered():
         ({"tolerance": "0..60 um", "distribution": "uniform"}, "0..43.8 um"),
     ],
 )
-def test_a_tolerance_is_written_as_drawn_and_no_wider(line, words):
+def test_a_tolerance_is_written_in_its_notation_and_no_wider(line, words):
     law = {"law": "reciprocal", "at": "+-1 mm", "price": 20}
     found = priced(law, **line)
     assert tolerance_words(found, found.specified_choice) == line["tolerance"]
@@ -81,7 +81,7 @@ def test_a_tolerance_is_written_as_drawn_and_no_wider(line, words):
         ("+-1.12345 mm", 0.2515, "+-0.282 mm"),
     ],
 )
-def test_figures_are_of_the_width_and_no_end_reaches_farther(tolerance, ratio, words):
+def test_figures_follow_the_width_and_ends_do_not_widen(tolerance, ratio, words):
     law = {"law": "reciprocal", "at": "+-1 mm", "price": 20}
     found = priced(law, tolerance=tolerance, distribution="uniform")
     written = tolerance_words(found, found.specified_choice + math.log(ratio))
@@ -94,14 +94,14 @@ def test_figures_are_of_the_width_and_no_end_reaches_farther(tolerance, ratio, w
     assert found.law.tightest * (1 - 1e-9) <= half_of(again.specified)
 
 
-def test_a_line_as_drawn_has_its_own_words():
+def test_an_unchanged_entry_keeps_its_text():
     law = {"law": "reciprocal", "at": "+-1 mm", "price": 20}
     found = priced(law, tolerance="IT10", size="2 m")
     assert tolerance_words(found, found.specified_choice) == "IT10"
     assert tolerance_words(found, found.specified_choice - 0.01) == "+-0.297 mm"
 
 
-def test_a_study_written_with_other_tolerances_is_otherwise_the_same():
+def test_a_study_with_other_tolerances_is_the_same_except_for_them():
     given = study_of({"IT10": 4, "+-1.2 mm": 1}, tolerance="IT10", size="2 m", cp=1.33)
     study = load(given)
     text = with_tolerances(study.text, {"rod_length": "+-1.2 mm"})
@@ -117,7 +117,7 @@ def test_a_study_written_with_other_tolerances_is_otherwise_the_same():
     assert "size" not in tomllib.loads(back)["deviations"]["rod_length"]
 
 
-def test_a_cost_changes_nothing_of_a_run():
+def test_a_cost_does_not_change_a_run():
     given = study_of({"+-1.2 mm": 1, "+-0.6 mm": 5})
     bare = {**given, "deviations": {"rod_length": "+-1.2 mm"}}
     costly, free = load(given), load(bare)
@@ -164,7 +164,7 @@ def test_costs_that_are_refused(cost, words):
     assert words in str(refused.value)
 
 
-def test_what_has_no_tolerance_has_no_cost():
+def test_entries_without_tolerance_have_no_cost():
     value = {"distribution": "constant", "value": "1 mm", "cost": {"IT9": 1}}
     with pytest.raises(StudyError, match="the entry has none"):
         load({**STUDY, "deviations": {"rod_length": value}})

@@ -1,4 +1,4 @@
-"""What fits a computer, and what is read of a file."""
+"""Memory of studies, and the part of a file that is read."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tolstat.study.study import load
 TOY = described(Toy(), None)  # 3 contributors, 2 responses: 96 bytes a trial
 
 
-def test_what_fits_the_memory(monkeypatch):
+def test_studies_that_fit_the_memory(monkeypatch):
     monkeypatch.setattr(size, "memory", lambda: 96e6)
     assert size.too_large(1_000_000, TOY) == "" != size.too_large(1_000_001, TOY)
     assert size.large(250_000, TOY) == "" != size.large(250_001, TOY)
@@ -33,7 +33,7 @@ def test_what_fits_the_memory(monkeypatch):
     assert "at most about 1000000 fit" in said
 
 
-def test_large_studies_are_told_so(monkeypatch):
+def test_large_studies_have_a_warning_or_are_refused(monkeypatch):
     monkeypatch.setattr(size, "memory", lambda: 96e3)
     study = {"model": "toy", "trials": 500, "seed": 1, "deviations": {"part": "+-1 mm"}}
     (warning,) = load(study, model=Toy()).warnings
@@ -53,7 +53,7 @@ def test_a_limit_of_the_process_counts():
     assert float(done.stdout) <= 2e9
 
 
-def test_files_are_read_as_far_as_they_may_be(tmp_path, monkeypatch):
+def test_files_are_read_up_to_the_largest_size(tmp_path, monkeypatch):
     path = tmp_path / "long.csv"
     path.write_bytes(b"1" * 1_000_001)
     with pytest.raises(DataError, match=r"long\.csv is larger than 1 MB"):

@@ -590,7 +590,7 @@ def test_wrong_studies(name, tmp_path):
     assert not path.with_suffix(".h5").exists()
 
 
-def test_all_problems_are_told_at_once(tmp_path):
+def test_all_problems_are_reported_at_once(tmp_path):
     path = tmp_path / "wrong.toml"
     path.write_text(
         HEAD
@@ -624,11 +624,11 @@ def test_settings_and_presets(tmp_path):
 
 
 @pytest.mark.parametrize("path", sorted(Path("runs").glob("*.toml")), ids=str)
-def test_the_studies_shipped_are_right(path):
+def test_shipped_studies_are_valid(path):
     assert load(path).trials > 0
 
 
-def test_problems_of_all_classes_are_said_at_once(tmp_path):
+def test_problems_of_all_kinds_are_reported_at_once(tmp_path):
     """A wrong type, an unknown name, a unit, a limit: one pass."""
     path = tmp_path / "wrong.toml"
     path.write_text(

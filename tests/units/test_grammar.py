@@ -68,17 +68,17 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("read", "text", "unit", "value"), RIGHT)
-def test_right(read, text, unit, value):
+def test_right_quantities(read, text, unit, value):
     assert read(text, unit) == pytest.approx(value, rel=1e-14)
 
 
 @pytest.mark.parametrize(("read", "text", "unit", "words"), WRONG)
-def test_wrong(read, text, unit, words):
+def test_wrong_quantities(read, text, unit, words):
     with pytest.raises(UnitError, match=words):
         read(text, unit)
 
 
-def test_there_and_back():
+def test_printed_quantities_are_read_back():
     for unit, shown in (("N", "kN"), ("rad", "mrad"), ("1", "%"), ("N m", "kN m")):
         assert from_si(quantity(f"3.7 {shown}", unit), unit, shown) == pytest.approx(
             3.7

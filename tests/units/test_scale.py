@@ -1,4 +1,4 @@
-"""The unit a quantity is shown in: as typed, as declared, or fitting its size."""
+"""Display units of a quantity: as typed, as declared, or by its size."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ def test_the_prefix_follows_the_size(unit, size, shown):
         assert 1e-3 <= found.factor * size < 1e6
 
 
-def test_without_a_size_engineers_units():
+def test_without_a_size_the_unit_is_the_engineers_one():
     for unit, shown in (("m", "mm"), ("J", "kJ"), ("Pa", "MPa"), ("rad", "mrad")):
         assert scale_of(unit).shown == shown == scale_of(unit, "", 0.0).shown
     assert scale_of("J", "", math.inf).shown == "kJ"
 
 
-def test_what_is_said_is_kept():
+def test_a_given_unit_is_kept():
     assert scale_of("rad", "deg", 1e-9).words(math.pi / 180) == "1 deg"
     assert (
         scale_of("1", "1").words(0.25) == "0.25" and Scale("1", "1").label("q") == "q"
@@ -59,7 +59,7 @@ def test_what_is_said_is_kept():
     assert scale_of("1", "ppm").words(1e-5) == "10 ppm"
 
 
-def test_from_study_to_table_units_are_those_that_were_typed(tmp_path):
+def test_tables_use_the_units_of_the_study(tmp_path):
     study = {
         "model": "rich", "seed": 4,
         "trials": {"until": "frequency_2 mean +-50 mHz", "at_most": 1024},
@@ -91,7 +91,7 @@ def test_from_study_to_table_units_are_those_that_were_typed(tmp_path):
     assert "Settings(" not in page and "speeds 10..100 rad/s (default)" in page
 
 
-def test_digits_are_those_that_the_interval_supports():
+def test_the_interval_sets_the_digits():
     """Against decimal arithmetic: two figures of half the interval, ten at most, and
     one of its own of a number on whose side of zero all of the interval lies.
     """
@@ -117,7 +117,7 @@ def test_digits_are_those_that_the_interval_supports():
             )
 
 
-def test_the_end_of_an_interval_that_begins_at_its_estimate_is_a_bound():
+def test_an_interval_with_an_end_at_its_estimate_has_a_bound():
     """None of a million, and all: no machine lies beyond what is printed."""
     ppm = Scale("1", "ppm")
     assert ppm.interval(0.0, 0.0, 263.46e-6) == ("0", "0", "264")
@@ -135,14 +135,14 @@ def test_the_end_of_an_interval_that_begins_at_its_estimate_is_a_bound():
         assert 100 - Decimal(lower) <= Decimal(upper) / 10000 * Decimal("1.011")
 
 
-def test_what_is_not_zero_is_not_printed_as_zero():
+def test_nonzero_numbers_are_not_printed_as_zero():
     ppm = Scale("1", "ppm")
     assert ppm.interval(6.03e-6, 2.69e-6, 14548e-6) == ("6", "3", "14500")
     assert ppm.interval(-6.03e-6, -14548e-6, -2.69e-6) == ("-6", "-14500", "-3")
     assert ppm.interval(6.03e-6, 0.0, 14548e-6)[0] == "0"  # zero is inside
 
 
-def test_what_binary_numbers_add_is_not_rounded():
+def test_binary_rounding_errors_do_not_change_print():
     """One number is written alike wherever it stands: as 12 figures of it are."""
     plain = Scale("1", "1")
     for x in (1125.0, 0.001125e6, 1125 * (1 + 1e-14), 1125 * (1 - 1e-14)):
@@ -183,7 +183,7 @@ def test_an_interval_with_a_width_shows_it():
     assert Scale("1", "1").interval(noise, 0.3, noise) == ("0.3",) * 3
 
 
-def test_a_number_tells_a_thousandth_of_its_spread():
+def test_a_number_resolves_a_thousandth_of_its_spread():
     """Four figures at least, and one place more than what it is held against."""
     gap = Scale("m", "mm")
     assert gap.words(2.41667) == "2417 mm"
@@ -222,7 +222,7 @@ def test_a_bound_is_rounded_to_the_safe_side():
     assert plain.interval(10.8531, math.nan, math.nan)[0] == "10.9"
 
 
-def test_an_exact_number_has_the_figures_that_it_has():
+def test_an_exact_number_keeps_its_figures():
     for value, words in (
         (5.0, "5"), (3 * 0.1, "0.3"), (1 / 3, "0.3333"), (0.99998, "1.000"),
         (123456.7, "123457"), (2e-7, "2e-7"), (1 / 3e7, "3.33e-8"), (2e9, "2e9"),
@@ -233,7 +233,7 @@ def test_an_exact_number_has_the_figures_that_it_has():
     assert PART.interval(*share) == ("99.7", "99.7", "99.8")
 
 
-def test_what_is_nothing_to_an_engineer_is_said_to_be_below():
+def test_negligible_numbers_are_printed_as_below():
     loss = Scale("1", "%").beside(0.03)
     assert loss.least == 1e-5
     assert loss.words(1.06e-8) == "below 1e-5 %" and loss.number(-1e-9) == "above -1e-5"
@@ -253,14 +253,14 @@ def test_slopes_have_both_units():
     assert Ratio(Scale("N m", "kN m"), Scale("m/s", "m/s")).mark == "kN m/(m/s)"
 
 
-def test_energies_of_nothing_are_not_ten_to_the_minus_eleven_kilojoules(tmp_path):
+def test_units_fit_the_size_of_small_energies(tmp_path):
     run = tolstat.run("runs/khpt75.toml", trials=3, output=tmp_path / "three.h5")
     size = np.abs(run.column("contact_energy")).max()
     assert 1e-3 <= run.scales["contact_energy"].factor * size < 1e6
     assert run.scales["crank_angle_1"].shown == "deg"
 
 
-def test_a_speck_beside_an_interval_is_zero():
+def test_a_negligible_end_of_an_interval_is_zero():
     ppm = Scale("1", "ppm")
     assert ppm.interval(9e-9, 1e-9, 3.6e-3) == ("0", "0", "3600")
     assert ppm.interval(240e-6, 3e-8, 1840e-6) == ("240", "0", "1840")

@@ -1,1 +1,1 @@
-"""Deviations of parts: distributions inside tolerances, drawn reproducibly."""
+"""Deviations of parts: distributions inside tolerances, sampled reproducibly."""

@@ -1,7 +1,7 @@
 """Ratio of the densities of each trial in new and in sampled distributions.
 
-The dependence stays: batches and rank correlations act on normal scores, and the new
-deviations have the same ones.
+The dependence stays the same: batches and rank correlations act on normal scores, not
+on deviations.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ SCORES = np.linspace(-FARTHEST, FARTHEST, STEPS)
 class Density:
     """Density of a distribution, as its deviations and their slope over normal scores.
 
-    `ends` hold all but one part in 10^10, `width` is the largest slope, and `size` a
-    power of two that slopes are divided by, all SI. If one density is the other scaled
+    `ends` hold all but one part in 10^10. `width` is the largest slope. Slopes are
+    divided by `size`, a power of two. All are SI. If one density is the other scaled
     by a power of two, their ratio is exact.
 
     Raises
     ------
     DistributionError
-        If many parts have nearly the same deviation: measured ones, those reworked to
-        an end, or of an arcsine distribution.
+        If many parts have nearly the same deviation: measured parts, parts reworked to
+        an end, or an arcsine distribution.
     """
 
     def __init__(
@@ -68,10 +68,10 @@ class Density:
 
 
 class DensityRatio:
-    """Trials, to be weighted as if their parts came from other distributions.
+    """Weights of trials as if their parts came from other distributions.
 
-    Of every contributor that deviates: float64[trial] deviations, SI, and the
-    distributions and the dependence that they were sampled with.
+    Given are, for every contributor that deviates: float64[trial] deviations, SI, and
+    the distributions and the dependence they were sampled with.
     """
 
     def __init__(
@@ -88,8 +88,8 @@ class DensityRatio:
     def weights(self, new: Mapping[str, Distribution]) -> Array:
         """Return the density of each trial with new distributions over that as sampled.
 
-        Of float64[trial] the expectation is 1 where the sampled distributions cover the
-        new ones; contributors that are not given stay as sampled.
+        The expectation of float64[trial] is 1 if the sampled distributions cover the
+        new ones. Contributors that are not given stay as sampled.
 
         Raises
         ------
@@ -140,7 +140,7 @@ class DensityRatio:
         return self._known[name]
 
     def _repeats(self, name: str, new: Mapping[str, Distribution]) -> bool:
-        """Tell whether a part equals an earlier one of its batch: weighted already."""
+        """Return whether a part equals a part of its batch that is weighted already."""
         equal = equal_parts(name, self.dependence)
         if len(equal) < 2:
             return False
@@ -164,7 +164,7 @@ def equal_parts(name: str, dependence: Dependence) -> list[str]:
 
 
 def dependent_groups(names: Iterable[str], dependence: Dependence) -> list[list[str]]:
-    """List each name with those on which it depends."""
+    """List the dependent groups of names; an independent name is alone."""
     batches: dict[str, list[str]] = {}
     for name, batch in dependence.batches.items():
         if batch.share < 1:

@@ -26,7 +26,7 @@ class Batch(NamedTuple):
     Attributes
     ----------
     name : str
-        Of the batch: the contributors' name without their number.
+        Name of the batch: the contributors' name without their number.
     share : float
         Share of the variance of the normal scores due to the batch; with 1 all its
         parts are equal.
@@ -52,9 +52,9 @@ class Dependence(NamedTuple):
 
 
 def joined(unit: Mapping[str, Array], dependence: Dependence) -> dict[str, Array]:
-    """Make independent unit samples of contributors and batches dependent.
+    """Return dependent unit samples from independent ones of contributors and batches.
 
-    Each float64[trial] stays uniform; independent ones stay as they are, bit for bit.
+    Each float64[trial] stays uniform; independent contributors do not change a bit.
     """
     found = dict(unit)
     for name, (batch, share) in dependence.batches.items():
@@ -76,12 +76,12 @@ def joined(unit: Mapping[str, Array], dependence: Dependence) -> dict[str, Array
 
 
 def _unit(scores: Array) -> Array:
-    """Turn normal scores into unit samples; above 8 sigma rounding would reach 1."""
+    """Return unit samples of normal scores; above 8 sigma rounding would reach 1."""
     return np.clip(np.asarray(ndtr(scores), np.float64), 2.0**-53, 1 - 2.0**-53)
 
 
 def groups(pairs: Iterable[Pair]) -> list[list[str]]:
-    """Sort correlated names into independent groups, each in order."""
+    """List independent groups of correlated names, each in order."""
     found: list[list[str]] = []
     for first, second in pairs:
         touched = [group for group in found if first in group or second in group]

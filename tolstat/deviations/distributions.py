@@ -1,9 +1,9 @@
 """Distributions of a deviation, by their names in study files.
 
 A distribution is a frozen dataclass. Its fields, declared with `key`, are its keys in
-the study file, SI; `tolerance` is the permitted zone. It raises `DistributionError`
-when they do not fit each other. Its one method, `deviations(u)`, is the inverse
-distribution function at 0 < u < 1, SI.
+the study file, SI; `tolerance` is the permitted zone. It raises `DistributionError` if
+keys contradict each other. The method `deviations(u)` is the inverse distribution
+function at 0 < u < 1, SI.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from scipy.special import betaincinv, ndtr, ndtri
 from tolstat.arrays import Array
 from tolstat.errors import DistributionError
 
-# share of a centred normal distribution below mean + 3 sigma: where the far end of a
-# tolerance lies at Cp = 1
+# share of a centred normal distribution below mean + 3 sigma, the upper end of a
+# tolerance at Cp = 1
 THREE_SIGMA = 0.9986501019683699
 
 
 class Distribution(Protocol):
-    """What every distribution is."""
+    """Interface of every distribution."""
 
     def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        """Return deviations, SI, at unit samples 0 < u < 1."""
         ...
 
 
@@ -46,9 +46,9 @@ def key(
     reads : str
         "number"; "quantity" or "tolerance", in the unit of the contributor; "word".
     default : optional
-        Value of a key that the study leaves out; without one the key is required.
+        Value of a key that the study omits; without a default the key is required.
     choices : sequence of str
-        The words allowed.
+        Allowed words.
     """
     metadata = {"reads": reads, "choices": tuple(choices)}
     return dataclasses.field(default=default, metadata=metadata)
@@ -83,18 +83,18 @@ class Constant:
     value: float = key("quantity")
 
     def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        """Return deviations, SI, at unit samples 0 < u < 1."""
         return np.full_like(u, self.value)
 
 
 @dataclass(frozen=True)
 class _Toleranced:
-    """A distribution that a tolerance is given for."""
+    """A distribution with a tolerance."""
 
     tolerance: Tolerance = key("tolerance")
 
     def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        """Return deviations, SI, at unit samples 0 < u < 1."""
         return self._between(*self.tolerance, u)
 
     def _between(self, lower: float, upper: float, u: Array) -> Array:
@@ -157,7 +157,7 @@ class Trapezoidal(_Toleranced):
     Attributes
     ----------
     plateau : Tolerance, optional
-        Where all deviations are equally likely; the middle half of the tolerance if not
+        Range of equally likely deviations; the middle half of the tolerance if not
         given.
     """
 
@@ -177,8 +177,8 @@ class Trapezoidal(_Toleranced):
         falling = upper - np.sqrt(2 * (1 - u) * (upper - last) / height)
         share = height * (first - lower) / 2  # of the parts below the plateau
         flat = first + (u - share) / height
-        beyond = 1 - u < height * (upper - last) / 2
-        return np.where(u < share, rising, np.where(beyond, falling, flat))
+        falls = 1 - u < height * (upper - last) / 2
+        return np.where(u < share, rising, np.where(falls, falling, flat))
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ class Beta(_Toleranced):
     beta: float = key()
 
     def __post_init__(self) -> None:
-        """Refuse shapes that are no distribution."""
+        """Refuse shapes that are not above zero."""
         self._above_zero("alpha", "beta")
 
     def _between(self, lower: float, upper: float, u: Array) -> Array:
@@ -214,7 +214,7 @@ class Lognormal(_Toleranced):
     Attributes
     ----------
     median : float
-        Half of the parts lie below, SI.
+        Deviation that half of the parts lie below, SI.
     """
 
     median: float = key("quantity")
@@ -247,7 +247,7 @@ class Weibull(_Toleranced):
     shape: float = key()
 
     def __post_init__(self) -> None:
-        """Refuse a shape that is no distribution."""
+        """Refuse a shape that is not above zero."""
         self._above_zero("shape")
 
     def _between(self, lower: float, upper: float, u: Array) -> Array:
@@ -309,13 +309,13 @@ class Normal(_Toleranced):
 
 @dataclass(frozen=True, kw_only=True)
 class TruncatedNormal(Normal):
-    """Normal process, whose parts outside the tolerance are not used as they are.
+    """Normal process whose parts outside the tolerance are replaced or reworked.
 
     Attributes
     ----------
     outside : str
-        "screened": other parts replace those outside; "clipped": they are reworked to
-        the end that they missed.
+        "screened": other parts replace parts outside; "clipped": parts outside are
+        reworked to the nearer end.
     """
 
     outside: str = key("word", choices=("screened", "clipped"))

@@ -1,4 +1,4 @@
-"""The samplers, by their names in study files, and the deviations that they draw."""
+"""The samplers by their names in study files, and the deviations they sample."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SAMPLERS: dict[str, Sampler] = {
     "sobol": Sobol(),
 }
 
-# stages and their deviations; each is sent what its trials answered
+# yields stages and their deviations; for each it is sent the margins of the trials
 Course = Generator[tuple[Stage, Array], Array, None]
 
 
@@ -35,15 +35,15 @@ def draw_in_stages(
     trials: int,
     dependence: Dependence,
 ) -> Course:
-    """Draw trials stage by stage, with a sampler by its name.
+    """Yield trials stage by stage, from a sampler by its name.
 
-    Contributors are all of the model, in order; those without a distribution stay zero.
+    `contributors` are all of the model, in order; without a distribution they are zero.
 
     Yields
     ------
     tuple of (Stage, float64[trial, contributor])
-        The trials of a stage and their deviations, SI. For each it is sent what
-        `Sampler.stages` wants.
+        The trials of a stage and their deviations, SI. Send the margins of each stage
+        as for `Sampler.stages`.
     """
     streams = streams_of(contributors, distributions, dependence)
     stages = SAMPLERS[sampling].stages(seed, streams, trials)
@@ -59,7 +59,7 @@ def streams_of(
     distributions: Mapping[str, Distribution],
     dependence: Dependence,
 ) -> dict[str, int]:
-    """Return what varies independently, in the order of its numbers: see `Sampler`."""
+    """Return the independent streams with their numbers, in order: see `Sampler`."""
     wanted = factors(distributions, dependence)
     return {name: i for name, i in _numbers(contributors).items() if name in wanted}
 
@@ -70,12 +70,12 @@ def _deviations(
     distributions: Mapping[str, Distribution],
     dependence: Dependence,
 ) -> Array:
-    """Turn float64[trial, stream] unit samples into float64[trial, contributor], SI."""
+    """Return deviations[trial, contributor], SI, of unit samples[trial, stream]."""
     number = _numbers(contributors)
     streams = streams_of(contributors, distributions, dependence)
     unit = joined(dict(zip(streams, table.T, strict=True)), dependence)
     deviations = np.zeros((len(table), len(contributors)))
-    middle = np.full(len(table), 0.5)  # of what is constant
+    middle = np.full(len(table), 0.5)  # of constant contributors
     for name, distribution in distributions.items():
         u = unit.get(name, middle)
         deviations[:, number[name]] = distribution.deviations(u)
@@ -85,9 +85,9 @@ def _deviations(
 def factors(
     distributions: Mapping[str, Distribution], dependence: Dependence
 ) -> set[str]:
-    """Name what varies independently: contributors, and batches of parts.
+    """Return the names that vary independently: contributors, and batches of parts.
 
-    A part that is as its batch is is no factor of its own.
+    A part that equals its batch is not a separate factor.
     """
     batches = dependence.batches
     own = {

@@ -25,9 +25,9 @@ _DECIMAL = Context(prec=40, rounding=ROUND_HALF_UP)
 
 
 def _rounded(micrometres: Decimal) -> float:
-    """Round as 5.2 says: to 1 um above 10 um, to 0.5 um above 5 um, else to 0.1 um.
+    """Return m, rounded by 5.2 to 1 um above 10 um, 0.5 um above 5 um, else 0.1 um.
 
-    Ties go up. The result is in m.
+    Ties are rounded up.
     """
     step = Decimal("1" if micrometres > 10 else "0.5" if micrometres > 5 else "0.1")
     steps = _DECIMAL.divide(micrometres, step).to_integral_value(ROUND_HALF_UP)
@@ -59,7 +59,7 @@ def _checked(
 
 
 def _of_class(micrometres: Decimal, flank_class: int) -> Decimal:
-    """Turn a value of class 5 into that of another: root 2 for each class."""
+    """Return the value of a class from that of class 5: root 2 for each class."""
     twice, once = divmod(flank_class - 5, 2)
     value = _DECIMAL.multiply(micrometres, _DECIMAL.power(Decimal(2), twice))
     return _DECIMAL.multiply(value, _DECIMAL.sqrt(Decimal(2))) if once else value

@@ -19,7 +19,7 @@ from tolstat.errors import GradeError
 GRADES = range(1, 19)
 POSITIONS = ("h", "H", "js", "JS")
 
-# upper end of a range of sizes, mm (it begins above the one before): IT1 to IT18, um
+# upper end of a range of sizes, mm (above that of the row before): IT1 to IT18, um
 _ROWS = """
 3 0.8 1.2 2 3 4 6 10 14 25 40 60 100 140 250 400 600 1000 1400
 6 1 1.5 2.5 4 5 8 12 18 30 48 75 120 180 300 480 750 1200 1800
@@ -52,7 +52,7 @@ _WRITTEN = re.compile(r"(IT|[A-Za-z]{1,2})\s*([0-9]{1,2})")
 
 
 def looks_like_grade(text: str) -> bool:
-    """Tell whether a tolerance is written as a grade: "IT7", "h6", "js9"."""
+    """Return whether a tolerance is written as a grade: "IT7", "h6", "js9"."""
     return _WRITTEN.fullmatch(text.strip()) is not None
 
 
@@ -95,7 +95,7 @@ def zone(text: str, size: float) -> Tolerance:
     Raises
     ------
     GradeError
-        If the grade is unknown here.
+        If the grade is unknown.
     """
     found = _WRITTEN.fullmatch(text.strip())
     if found is None or found[1] not in ("IT", *POSITIONS):

@@ -13,7 +13,7 @@ from tolstat.errors import DistributionError
 
 DOUBTFUL = 0.05  # p-value below which a fit is doubtful
 RESAMPLES = 999
-# parts of a simulated sample, at most: A^2 of more has the same distribution
+# most parts of a simulated sample: A^2 of more has the same distribution
 MOST_SIMULATED = 2000
 
 
@@ -24,14 +24,14 @@ class Measured:
     values: Array
 
     def __eq__(self, other: object) -> bool:
-        """Tell whether all parts are the same."""
+        """Return whether all parts are the same."""
         return isinstance(other, Measured) and np.array_equal(self.values, other.values)
 
     def __hash__(self) -> int:
         return hash(self.values.tobytes())
 
     def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        """Return deviations, SI, at unit samples 0 < u < 1."""
         return self.values[(u * len(self.values)).astype(np.int64)]
 
 
@@ -46,8 +46,8 @@ class Fitted:
     mean, sigma : float
         Of the deviations, SI, or of their natural logarithms; sigma with N - 1.
     p_value : float
-        Of the Anderson-Darling test with both parameters estimated, from 999 simulated
-        samples.
+        p-value of the Anderson-Darling test with both parameters estimated, from 999
+        simulated samples.
     """
 
     kind: str
@@ -56,7 +56,7 @@ class Fitted:
     p_value: float
 
     def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        """Return deviations, SI, at unit samples 0 < u < 1."""
         scores = self.mean + self.sigma * np.asarray(ndtri(u))
         return np.exp(scores) if self.kind == "lognormal" else scores
 
@@ -73,10 +73,10 @@ def fit(values: Array, kind: str) -> Fitted:
         raise DistributionError(f"{len(values)} parts are too few to fit; 8 are needed")
     if kind == "lognormal":
         if values.min() <= 0:
-            raise DistributionError("not all parts are above zero; fit normal ones")
+            raise DistributionError("not all parts are above zero; fit a normal one")
         values = np.log(values)
     if np.ptp(values) == 0:
-        raise DistributionError("all parts are equal; nothing can be fitted to them")
+        raise DistributionError("all parts are equal; a fit needs parts that differ")
     sigma = float(values.std(ddof=1))
     return Fitted(kind, float(values.mean()), sigma, _p_value(values))
 

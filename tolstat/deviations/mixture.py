@@ -1,4 +1,4 @@
-"""Mixtures of normal distributions: their density, draws from them, fits to points."""
+"""Mixtures of normal distributions: density, samples, fits to points."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array
 
 MOST = 8  # parts of a fit
-ROUNDS = 15  # of a fit: each part takes the points that are likelier in it
-EVEN = 0.8  # of a fit that its parts share alike: a small one is met as often
-FEW, PLACES = 0.05, 25  # share of the points that a further part begins with; tried
-WIDER = 0.15  # of the variance that all directions have at least: tails need room
-SETTLED = 1e-4  # by less the mean logarithm of the density rises: the fit has ended
+ROUNDS = 15  # iterations of a fit, at most
+EVEN = 0.8  # of a fit in equal shares of its parts: small parts are sampled too
+FEW, PLACES = 0.05, 25  # share of the points that a new part begins with; tried
+WIDER = 0.15  # least share of `spread` in each variance: tails need room
+LEAST_RISE = 1e-4  # of the mean logarithm of the density; below it a fit ends
 
 
 class Mixture(NamedTuple):
@@ -25,7 +25,7 @@ class Mixture(NamedTuple):
     shares : float64[part]
         Their sum is 1.
     means : float64[part, direction]
-        Of each.
+        Mean of each part.
     roots : float64[part, direction, direction]
         Lower triangles L; the covariance is L L^T.
     """
@@ -38,7 +38,7 @@ class Mixture(NamedTuple):
         """Return float64[part, point], the logarithm of each part's density."""
         found = np.empty((len(self.shares), len(points)))
         for i, (share, mean, root) in enumerate(zip(*self, strict=True)):
-            # einsum, not BLAS: alike for any number of its threads
+            # einsum, not BLAS: the same for any number of threads
             away = np.einsum("nj,ij->ni", points - mean, np.linalg.inv(root))
             found[i] = np.log(share) - 0.5 * np.einsum("ni,ni->n", away, away)
             found[i] -= np.log(np.diag(root)).sum()
@@ -51,14 +51,14 @@ class Mixture(NamedTuple):
 
     def parts(self, which: Array) -> NDArray[np.int64]:
         """Return int64[point]: the part that each unit sample chooses."""
-        # the last part takes what rounding leaves
+        # the last part takes the remainder of rounding
         ends = np.cumsum(self.shares)[:-1]
         return np.asarray(np.searchsorted(ends, which, "right"), np.int64)
 
     def points(self, which: Array, scores: Array) -> Array:
-        """Return points of the parts that unit samples choose, from normal scores.
+        """Return float64[point, direction] points of the mixture.
 
-        Of float64[point] unit samples and float64[point, direction] scores.
+        float64[point] unit samples choose parts; scores are float64[point, direction].
         """
         part = self.parts(which)
         found = np.empty_like(scores)
@@ -68,7 +68,7 @@ class Mixture(NamedTuple):
         return found + self.means[part]
 
     def beside(self, share: float, other: Mixture) -> Mixture:
-        """Return a mixture that has another one beside it, which has some share."""
+        """Return a mixture of this one and another, which has a given share."""
         return Mixture(
             np.concatenate([(1 - share) * self.shares, share * other.shares]),
             np.concatenate([self.means, other.means]),
@@ -77,45 +77,45 @@ class Mixture(NamedTuple):
 
 
 def centred(spreads: Array, directions: int) -> Mixture:
-    """Return normal distributions about zero, of equal shares and in all directions."""
+    """Return isotropic normal distributions about zero, of equal shares."""
     n = len(spreads)
     roots = spreads[:, None, None] * np.eye(directions)
     return Mixture(np.full(n, 1 / n), np.zeros((n, directions)), roots)
 
 
 def log_normal(squares: Array, spread: float, directions: int) -> Array:
-    """Return the logarithm of the density of a normal distribution alike all round.
+    """Return the logarithm of the density of an isotropic normal distribution.
 
-    Of squared distances from its mean, and its standard deviation.
+    Given squared distances from its mean, and its standard deviation.
     """
     logs = -0.5 * squares / spread**2 - directions * np.log(spread)
     return np.asarray(logs - 0.5 * directions * np.log(2 * np.pi), np.float64)
 
 
 def fitted(points: Array, effective: float, spread: float) -> Mixture:
-    """Fit a mixture to points, by expectation and maximisation.
+    """Return a mixture fitted to points, by expectation-maximisation.
 
     Parameters
     ----------
     points : float64[point, direction]
-        Some may be there several times.
+        Points may be repeated.
     effective : float
-        How many points they are worth.
+        Effective sample size of the points.
     spread : float
-        Standard deviation that a direction has of which the points say nothing.
+        Standard deviation in directions in which the points show no other.
 
     Returns
     -------
     Mixture
-        Of as many parts as the information criterion of Schwarz finds.
+        With the number of parts that Schwarz's information criterion chooses.
     """
     everything = np.ones((1, len(points)))
-    best, log_likelihood = _settled(points, everything, effective, spread)
-    # a covariance has few numbers of its own: they lean to the spread
+    best, log_likelihood = _iterated(points, everything, effective, spread)
+    # a covariance has few free numbers: most stay at the spread
     price = 0.5 * (1 + points.shape[1]) * np.log(effective) / effective
     while len(best.shares) < MOST:
         belongs = _one_more(points, best, spread)
-        found, more = _settled(points, belongs, effective, spread)
+        found, more = _iterated(points, belongs, effective, spread)
         if more - log_likelihood <= price:
             break
         best, log_likelihood = found, more
@@ -124,11 +124,11 @@ def fitted(points: Array, effective: float, spread: float) -> Mixture:
 
 
 def _one_more(points: Array, mixture: Mixture, spread: float) -> Array:
-    """Return float64[part, point], what belongs to which with a part more.
+    """Return float64[part, point] memberships with one more part.
 
-    It begins where that helps most, of places in the middle of some neighbours (J. J.
-    Verbeek, N. Vlassis, B. Krose, Neural Computation 15 (2003) 469-485): in many
-    directions points that are far from each other are but the ends of one cloud.
+    It begins at the best of several places, each the mean of neighbours (J. J. Verbeek,
+    N. Vlassis, B. Krose, Neural Computation 15 (2003) 469-485). In many directions,
+    points that are far from each other may be the ends of one cloud.
     """
     n, directions = points.shape
     few = max(round(FEW * n), 1)
@@ -145,10 +145,10 @@ def _one_more(points: Array, mixture: Mixture, spread: float) -> Array:
     return np.asarray(np.exp(each - np.logaddexp.reduce(each)), np.float64)
 
 
-def _settled(
+def _iterated(
     points: Array, belongs: Array, effective: float, spread: float
 ) -> tuple[Mixture, float]:
-    """Fit as many parts; return the mean logarithm of the density too."""
+    """Return a fit with as many parts, and the mean logarithm of its density."""
     parts, (n, directions) = len(belongs), points.shape
     before = -np.inf
     for _ in range(ROUNDS):
@@ -164,19 +164,18 @@ def _settled(
         each = found.log_parts(points)
         total = np.asarray(np.logaddexp.reduce(each), np.float64)
         belongs, mean = np.exp(each - total), float(total.mean())
-        if mean - before < SETTLED:
+        if mean - before < LEAST_RISE:
             break
         before = mean
     return found, mean
 
 
 def _root(scatter: Array, points: float, spread: float) -> Array:
-    """Return the triangle of a covariance that so many points show.
+    """Return the triangle of the covariance that a number of points supports.
 
-    Directions in which it differs from the spread by no more than chance would have it
-    (V. A. Marchenko, L. A. Pastur, Math. USSR Sbornik 1 (1967) 457-483) have the
-    spread: else hundreds of numbers would be fitted where a few matter. In no direction
-    is it small.
+    A direction keeps the spread if it differs by no more than chance (V. A. Marchenko,
+    L. A. Pastur, Math. USSR Sbornik 1 (1967) 457-483). Otherwise hundreds of numbers
+    would be fitted where few matter. No variance is near zero.
     """
     values, vectors = np.linalg.eigh(scatter)
     even = spread**2

@@ -9,7 +9,7 @@ from tolstat.errors import ModelError, allowed_names
 
 
 def expand(name: str, known: Sequence[str]) -> list[str]:
-    """List the known names that a name stands for, at least one.
+    """Return the known names that a name stands for, at least one.
 
     A known name, or one without its number: NAME means exactly NAME_<number> (runout is
     not runout_phase_7).
@@ -17,7 +17,7 @@ def expand(name: str, known: Sequence[str]) -> list[str]:
     Raises
     ------
     ModelError
-        If it stands for none; the message has the nearest known name.
+        If it stands for none; the message names the nearest known name.
     """
     if name in known:
         return [name]
@@ -29,7 +29,7 @@ def expand(name: str, known: Sequence[str]) -> list[str]:
 
 
 def known_or_general(known: Iterable[str]) -> list[str]:
-    """List names, each numbered family also without its number."""
+    """Return names, each numbered family also without its number."""
     names: dict[str, None] = {}
     for each in known:
         names |= {general(each): None, each: None}

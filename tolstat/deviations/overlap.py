@@ -1,7 +1,7 @@
 """Whether the sampled distributions cover new ones.
 
-The weights of the trials do not show it: the heaviest, which dominate, are mostly
-missing. But both distributions are known, and sampling parts of the new ones is cheap.
+The weights of the trials do not show it: the heaviest weights, which dominate, are
+mostly missing. Both distributions are known, so new parts are sampled instead.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from tolstat.errors import DistributionError
 
 PARTS = 100_000  # sampled from the new distributions
 MOST_UNCOVERED = 1e-4  # share of the new parts outside the sampled distribution
-# weights are useless where a share RARE of the parts has this share of all squares
+# weights are useless if a share RARE of the parts has a share HEAVY of all squares
 RARE, HEAVY = 1e-4, 0.1
 LIGHTEST = 1e-300
-NONE_MET = math.log(40)  # most expected parts where none is met
+NONE_MET = math.log(40)  # most expected parts if none is found
 
 
 class Overlap(NamedTuple):
@@ -69,8 +69,8 @@ def overlap_of(
     Raises
     ------
     DistributionError
-        If few weights would dominate, as where only some of several correlated parts
-        change.
+        If few weights would dominate, such as when only some of several correlated
+        parts change.
     """
     joint = dependent_groups(new, dependence)
     names = dict.fromkeys(name for group in joint for name in group)
@@ -101,13 +101,13 @@ def overlap_of(
 
 
 def _outside(parts: Array, drawn: Density) -> Truths:
-    """Tell which of float64[part] parts lie outside a sampled distribution."""
+    """Return which of float64[part] parts lie outside a sampled distribution."""
     lower, upper = drawn.ends
     edge = 1e-9 * (upper - lower)  # rounding of equal ends
     return np.asarray((parts < lower - edge) | (parts > upper + edge))
 
 
 def _dominated_by_few(weights: Array) -> bool:
-    """Tell whether few of float64[part] new parts have much of all squared weights."""
+    """Return whether few of float64[part] parts have much of all squared weights."""
     heaviest = np.sort(weights)[-round(RARE * len(weights)) :]
     return bool(heaviest.sum() > HEAVY * weights.sum())

@@ -1,4 +1,4 @@
-"""Trials out of a limit that few are out of: sought in stages, then weighted."""
+"""Rare-event sampling: trials out of limit are searched in stages, then weighted."""
 
 from __future__ import annotations
 
@@ -14,40 +14,39 @@ from tolstat.deviations.mixture import Mixture, centred, fitted, log_normal
 from tolstat.deviations.samplers import Sampler, uniform
 from tolstat.deviations.subset_simulation import STEPS, subset_simulation
 
-LEAST_TRIALS, PLENTY = 5000, 20_000  # to be sought with, and to tell the share
+LEAST_TRIALS, ENOUGH = 5000, 20_000  # least number of a run; a number that is enough
 SPREADS = np.array([1.5, 2.0, 3.0, 4.0])  # of the first stage, in normal scores
-FIRST, STEP, EACH, SEEKING = 0.1, 0.02, 0.02, 0.6  # of the trials: see `Rare`
+FIRST, STEP, EACH, SEARCHING = 0.1, 0.02, 0.02, 0.6  # of the trials: see `Rare`
 LEAST = 30  # trials out of limit; with fewer, those nearest to it are fitted
-MOST_OF_STAGE = 3 / 8  # independent points that a fit rests on, per trial of a stage
-WORTH, FOR_EACH = 30, 12  # that it needs, and for each direction
-STAGES = 7, 5, 0.5  # that find their way: at least, and more for each direction
-TWICE = 4  # stages at the spread of the study itself, before the last
-POINTS = 400  # that a fit is made to
-MENDED, MEND = 10, 0.03  # parts that the last fits are mended with, share of each
+MOST_OF_STAGE = 3 / 8  # independent points of a fit, per trial of a stage
+WORTH, FOR_EACH = 30, 12  # points that a fit needs; more for each direction
+STAGES = 7, 5, 0.5  # that adapt: least number, base, more for each direction
+MOST_AT_ONE = 4  # stages at the spread of the study, before the last
+POINTS = 400  # of a fit
+ADDED, ADDED_SHARE = 10, 0.03  # parts added to the last fits; share of each
 PLAIN, WIDE = 0.1, 0.05  # shares of the last stage: as the study, twice as wide
-NEAR, NEAR_LAST = 0.2, 0.1  # shares of where the response leads: of a stage, the last
+NEAR, NEAR_LAST = 0.2, 0.1  # shares of `near`: in a stage, in the last
 
 
 class Rare(Sampler):
     """Importance sampling from a mixture that earlier stages have found.
 
-    In the space of independent normal scores. Two ways lead to the limit: what one of
-    them misses the other finds. The first stage, a tenth of the trials, has 1.5 to 4
-    times the spread. In a few directions it meets whatever lies within some ten sigmas.
-    And `subset_simulation` follows the response, step by step of a fiftieth.
+    It works in the space of independent normal scores. Two searches complement each
+    other. The first stage, a tenth of the trials, has 1.5 to 4 times the spread; in a
+    few directions it reaches ten sigmas. `subset_simulation` follows the response
+    towards the limit, in steps of a fiftieth of the trials.
 
-    Each further stage draws from a mixture of normal distributions, and a fifth from
-    where the response led. The mixture is fitted to the out-of-limit trials of the
-    first and the further stages, weighted as with a spread that falls to that of the
-    study. Where hardly any trial is out of limit, those nearest to it are fitted.
+    Each later stage samples from a fitted mixture of normal distributions, a fifth of
+    it from subset simulation. The fit uses the out-of-limit trials of all stages but
+    subset simulation. Their weights are for a spread that falls to that of the study.
+    If hardly any trial is out of limit, the trials nearest to the limit are fitted.
 
-    The last stage has two fifths of the trials at least. It draws from the last fit,
-    mended where few points have much of the fraction; a tenth from where the response
-    led, a tenth as the study has it and a twentieth twice as wide. These trials are
-    independent and weighted, and only they tell the fraction out of limit. Of a region
-    that they have not met, only the tenth as the study has it tells.
+    The last stage has at least two fifths of the trials. It samples from the last fit,
+    extended where few points dominate the fraction. A tenth comes from subset
+    simulation, a tenth from the study, a twentieth from twice its spread. Only these
+    weighted trials estimate the fraction; the tenth as in the study bounds the rest.
 
-    A draw depends on the seed, the number of trials, the names and all answers before.
+    A sample depends on the seed, the number of trials, the names and earlier responses.
 
     References
     ----------
@@ -76,7 +75,7 @@ class Rare(Sampler):
     )
 
     def unfit(self, trials: int, factors: int) -> str:
-        """Say why a number of trials does not fit."""
+        """Return why a number of trials does not fit."""
         if not factors:
             return (
                 "nothing deviates: no machine is rare; give a line in [deviations], "
@@ -90,11 +89,11 @@ class Rare(Sampler):
         return ""
 
     def usual_trials(self, factors: int) -> int:
-        """Return how many trials are enough to seek and to tell."""
-        return max(PLENTY, safe_trials(factors))
+        """Return a number of trials that is enough for search and estimate."""
+        return max(ENOUGH, safe_trials(factors))
 
     def warnings(self, trials: int, factors: int) -> tuple[str, ...]:
-        """Say before a run what so many trials will not tell."""
+        """Return warnings that a number of trials may be too small."""
         safe = safe_trials(factors)
         if trials >= safe:
             return ()
@@ -107,17 +106,17 @@ class Rare(Sampler):
     def stages(
         self, seed: int, streams: Mapping[str, int], trials: int
     ) -> Generator[rare_stage.RareStage, Array, None]:
-        """Draw stage by stage."""
-        seeking = _Seeking(seed, streams)
+        """Yield stages; the arguments are as of `Sampler.stages`."""
+        seeking = _Search(seed, streams)
         mixture = centred(SPREADS, len(streams))
         yield from seeking.stage(mixture, round(FIRST * trials), 0.0)
         near, used = yield from subset_simulation(seed, streams, round(STEP * trials))
         left = trials - used
         at_one, each = 0, trials_of_stage(trials, len(streams))
-        while left - seeking.trials - each >= (1 - SEEKING) * trials:
+        while left - seeking.trials - each >= (1 - SEARCHING) * trials:
             mixture, spread = seeking.fit(each)
             at_one += spread == 1
-            if at_one > TWICE:
+            if at_one > MOST_AT_ONE:
                 break
             wide = centred(np.array([max(spread, SPREADS[0])]), len(streams))
             if near:
@@ -134,20 +133,20 @@ class Rare(Sampler):
 
 
 def trials_of_stage(trials: int, directions: int) -> int:
-    """Return how many trials a stage has: as many as a fit wants, if all are enough.
+    """Return the number of trials of a stage: as many as a fit needs, if possible.
 
-    Of so many directions that deviate independently.
+    `directions` is the number of independent deviations.
     """
     enough = trials >= safe_trials(directions)
     return max(round(EACH * trials), _whole_stage(directions) if enough else 0)
 
 
 def safe_trials(directions: int) -> int:
-    """Return with how many trials a fit may rest on all the points that it wants.
+    """Return the number of trials at which each fit has all the points it needs.
 
-    With fewer, of several kinds of out-of-limit trials a smaller one may be lost.
+    With fewer, a smaller one of several kinds of out-of-limit trials may be lost.
     """
-    left = SEEKING - FIRST - STEPS * STEP
+    left = SEARCHING - FIRST - STEPS * STEP
     least, some, more = STAGES
     each = max(left / max(least, some + more * directions), EACH)
     return math.ceil(_whole_stage(directions) / each)
@@ -157,8 +156,8 @@ def _whole_stage(directions: int) -> int:
     return math.ceil((WORTH + FOR_EACH * directions) / MOST_OF_STAGE)
 
 
-class _Seeking:
-    """The trials of all stages so far, and what the next one is drawn from."""
+class _Search:
+    """The trials of all stages so far, and the mixture for the next stage."""
 
     def __init__(self, seed: int, streams: Mapping[str, int]) -> None:
         self.seed, self.streams = seed, streams
@@ -179,7 +178,7 @@ class _Seeking:
     def stage(
         self, mixture: Mixture, trials: int, spread: float, *, last: bool = False
     ) -> Generator[rare_stage.RareStage, Array, None]:
-        """Draw a stage, and keep what is answered."""
+        """Yield a stage, and store its points and margins."""
         purpose = f"rare {len(self.counts)}"
         which = uniform(self.seed, "parts", trials, f"of {purpose}")
         scores = rare_stage.normal_scores(self.seed, self.streams, trials, purpose)
@@ -192,7 +191,7 @@ class _Seeking:
         spreads = spread if self.counts else SPREADS[mixture.parts(which)]
         margins = yield rare_stage.stage_of(points, spreads, weight)
         if last:
-            return  # nothing is fitted any more
+            return  # no fit follows
         self.logs = [
             np.append(log, before.log_density(points))
             for log, before in zip(self.logs, self.mixtures, strict=True)
@@ -204,10 +203,10 @@ class _Seeking:
         self.logs.append(mixture.log_density(self.points))
 
     def fit(self, trials: int) -> tuple[Mixture, float]:
-        """Fit a mixture to the trials out of limit; return the spread that it is for.
+        """Return a mixture fitted to the trials out of limit, and its spread.
 
-        With fewer points a region that has one of ten of them is lost among
-        many directions; with more, of what a stage draws, the spread stays wide.
+        With fewer points, a region with one in ten of them is lost in many directions.
+        With more points per stage, the spread stays wide.
         """
         inside = self.margins < 0
         if np.count_nonzero(inside) < LEAST:
@@ -232,21 +231,21 @@ class _Seeking:
         spread = float(spreads[place])
         found = fitted(chosen, float(effective[place]), spread)
         if spread == 1:
-            found = _mended(found, points, weights[place])
+            found = _extended(found, points, weights[place])
         return found, spread
 
 
-def _mended(mixture: Mixture, points: Array, weights: Array) -> Mixture:
-    """Put parts where weights would scatter most: at kinds that a fit lost.
+def _extended(mixture: Mixture, points: Array, weights: Array) -> Mixture:
+    """Return a mixture with parts added where weights would scatter most.
 
-    By places where the fraction depends on few points: A. E. Raftery, L. Bao,
-    Biometrics 66 (2010) 1162-1173.
+    These are kinds of trials that the fit lost; after A. E. Raftery, L. Bao, Biometrics
+    66 (2010) 1162-1173.
     """
     directions = points.shape[1]
     squares = np.einsum("ni,ni->n", points, points)
     aimed = np.log(weights + 1e-300) + log_normal(squares, 1.0, directions)
-    for _ in range(MENDED):
+    for _ in range(ADDED):
         place = (aimed - mixture.log_density(points)).argmax()
         one = centred(np.array([1.0]), directions)._replace(means=points[[place]])
-        mixture = mixture.beside(MEND, one)
+        mixture = mixture.beside(ADDED_SHARE, one)
     return mixture

@@ -1,4 +1,4 @@
-"""Trials of a rare run that are drawn at once, in the space of normal scores."""
+"""Trials of a rare run that are sampled at once, in the space of normal scores."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tolstat.arrays import Array
 from tolstat.deviations.samplers import Stage, uniform
 
 LEAST_UNIT = 2.0**-53
-# how each trial of a rare run was drawn; no response can be called so
+# columns of the sampling of each trial; no response can have these names
 STAGE, SPREAD, DISTANCE, WEIGHT = (
     "rare-stage", "rare-spread", "rare-distance", "rare-weight",
 )  # fmt: skip
@@ -20,17 +20,17 @@ STAGE, SPREAD, DISTANCE, WEIGHT = (
 
 @dataclass(frozen=True)
 class RareStage(Stage):
-    """Trials that are drawn at once.
+    """Trials that are sampled at once.
 
     Attributes
     ----------
     spread : float64[trial]
-        Times the spread of the study that was aimed at.
+        Spread of the target of the stage, over that of the study.
     distance : float64[trial]
-        From the middle machine, in normal scores: the likelier the nearer.
+        Distance from the middle trial, in normal scores; near trials are likelier.
     weight : float64[trial]
-        Density of each as the study has it over that as it was drawn; NaN where
-        trials were only sought.
+        Density of each trial in the study over its density in the stage; NaN in a
+        search stage.
     """
 
     spread: Array
@@ -38,7 +38,7 @@ class RareStage(Stage):
     weight: Array
 
     def columns(self, number: int) -> Mapping[str, Array]:
-        """Return what is stored of how each trial was drawn."""
+        """Return the stored columns of the sampling of each trial."""
         return {
             STAGE: np.full(len(self.unit), float(number)),
             SPREAD: self.spread,
@@ -67,7 +67,7 @@ def joined(stages: Sequence[RareStage]) -> RareStage:
 def normal_scores(
     seed: int, streams: Mapping[str, int], trials: int, purpose: str
 ) -> Array:
-    """Draw float64[trial, stream], independent and standard normal."""
+    """Return float64[trial, stream], independent and standard normal."""
     scores = np.empty((trials, len(streams)))
     for column, name in enumerate(streams):
         scores[:, column] = ndtri(uniform(seed, name, trials, purpose))

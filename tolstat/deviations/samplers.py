@@ -1,7 +1,7 @@
 """Samplers: ways to choose unit samples.
 
-Each says what its samples allow, and chooses them: all at once by `unit_samples`, or
-stage by stage, each once the answers to those before are known, by `stages`.
+Each declares the properties of its samples. `unit_samples` chooses all at once;
+`stages` chooses stage by stage, each from the responses of the stages before.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ OWN = 2  # the first trials of a group, A and B, are independent random trials
 
 @dataclass(frozen=True)
 class Stage:
-    """Trials that are drawn at once."""
+    """Trials that are sampled at once."""
 
     unit: Array  # float64[trial, stream]: independent unit samples
 
@@ -35,25 +35,25 @@ class Stage:
 
 
 class Sampler:
-    """What every sampler says of its samples; only the promise has no default.
+    """Interface and properties of every sampler; only the promise has no default.
 
     Attributes
     ----------
     promise : str
-        What may be said about intervals, in a sentence.
+        Properties of the intervals, in a sentence.
     replicates : int
-        Number of independent randomisations, trial i belonging to the one of number
-        i modulo it; 0 where all trials are independent of each other: only then
-        order-statistic and binomial intervals hold.
+        Number of independent randomisations; trial i is of number i modulo it. 0 if
+        all trials are independent: only then order-statistic and binomial intervals
+        hold.
     extensible : bool
-        Whether more trials leave the first as they were.
+        Whether more trials leave the first trials unchanged.
     sample : bool
-        Whether the trials are a sample of production: each number of theirs tells of
-        the units that will be built.
+        Whether the trials are a sample of production: their statistics estimate those
+        of the units that will be built.
     aims : bool
-        Whether it seeks the limit of one response, which the study names.
+        Whether it searches the limit of one response, which the study names.
     columns : mapping of str to str
-        What is stored of how each trial was drawn: name and sentence.
+        Stored columns of the sampling of each trial: name and sentence.
     """
 
     promise: ClassVar[str]
@@ -64,26 +64,26 @@ class Sampler:
     columns: ClassVar[Mapping[str, str]] = {}
 
     def group(self, factors: int) -> int:
-        """Return how many trials belong together where so many factors vary.
+        """Return the number of trials in a group, for a number of factors that vary.
 
-        The number of trials must be a multiple of it; 1 where each stands alone.
+        The number of trials must be a multiple of it; 1 without groups.
         """
         return 1
 
     def unfit(self, trials: int, factors: int) -> str:
-        """Say why a number of trials does not fit; empty where it does."""
+        """Return why a number of trials does not fit; empty if it does."""
         return ""
 
     def usual_trials(self, factors: int) -> int | None:
-        """Return a number of trials that is enough; None where that depends."""
+        """Return a number of trials that is enough; None if it depends."""
         return None
 
     def warnings(self, trials: int, factors: int) -> tuple[str, ...]:
-        """Say before a run what so many trials will not tell."""
+        """Return warnings that a number of trials may be too small."""
         return ()
 
     def unit_samples(self, seed: int, streams: Mapping[str, int], trials: int) -> Array:
-        """Choose all unit samples.
+        """Return all unit samples.
 
         Parameters
         ----------
@@ -101,24 +101,24 @@ class Sampler:
     def stages(
         self, seed: int, streams: Mapping[str, int], trials: int
     ) -> Generator[Stage, Array, None]:
-        """Draw stage by stage; `seed`, `streams`, `trials` as of `unit_samples`.
+        """Yield stages; `seed`, `streams`, `trials` as of `unit_samples`.
 
         Yields
         ------
         Stage
-            For each it is sent float64[trial]: how far the response that it aims at
-            lies within its limit, less than 0 out of limit, minus infinity of failed
-            trials; nothing where it aims at none.
+            For each send float64[trial], the margins of the response that it aims at:
+            distance within the limit, below 0 out of limit, minus infinity of failed
+            trials; nothing if it aims at none.
         """
         yield Stage(self.unit_samples(seed, streams, trials))
 
 
 class Random(Sampler):
-    """Each name has a stream of its own, numbered by trial.
+    """Each name has a separate stream, numbered by trial.
 
-    A draw depends on the seed, the index of the trial and the name alone: adding a
-    contributor, changing a tolerance or asking for more trials leaves every other draw
-    as it was.
+    A sample depends only on the seed, the index of the trial and the name. Adding a
+    contributor, changing a tolerance or requesting more trials leaves every other
+    sample unchanged.
     """
 
     extensible = True
@@ -128,7 +128,7 @@ class Random(Sampler):
     )
 
     def unit_samples(self, seed: int, streams: Mapping[str, int], trials: int) -> Array:
-        """Choose unit samples."""
+        """Return unit samples."""
         samples = np.empty((trials, len(streams)))
         for column, name in enumerate(streams):
             samples[:, column] = uniform(seed, name, trials)
@@ -136,11 +136,11 @@ class Random(Sampler):
 
 
 class Latin(Sampler):
-    """Sixteen Latin hypercubes, independent of each other: trial i is of number i % 16.
+    """Sixteen independent Latin hypercubes: trial i belongs to number i % 16.
 
     In each, one sample of each name lies in each of n strips of equal probability. A
-    draw depends on the seed, the name, the index and the number of trials: another
-    number is another sample.
+    sample depends on the seed, the name, the index and the number of trials: another
+    number gives other trials.
 
     References
     ----------
@@ -155,7 +155,7 @@ class Latin(Sampler):
     )
 
     def unit_samples(self, seed: int, streams: Mapping[str, int], trials: int) -> Array:
-        """Choose unit samples."""
+        """Return unit samples."""
         samples = np.empty((trials, len(streams)))
         for column, name in enumerate(streams):
             for replicate in range(min(REPLICATES, trials)):
@@ -169,12 +169,11 @@ class Latin(Sampler):
 
 
 class Sobol(Sampler):
-    """Sixteen scrambles of Sobol' points: trial i is of number i % 16.
+    """Sixteen scrambles of Sobol' points: trial i belongs to number i % 16.
 
-    A name's dimension is its number among all names of the model, each of its scrambles
-    depends on the seed and the name: a draw depends on seed, index and name alone, and
-    asking for more trials keeps the first. Balanced when the number of trials is a
-    power of 2.
+    A name's dimension is its number among all names of the model. Its scrambles depend
+    on the seed and the name. So a sample depends only on seed, index and name: more
+    trials keep the first. They are balanced if the number of trials is a power of 2.
 
     References
     ----------
@@ -192,7 +191,7 @@ class Sobol(Sampler):
     )
 
     def unit_samples(self, seed: int, streams: Mapping[str, int], trials: int) -> Array:
-        """Choose unit samples."""
+        """Return unit samples."""
         from scipy.stats import qmc  # slow to import
 
         samples = np.empty((trials, len(streams)))
@@ -213,7 +212,7 @@ class Sobol(Sampler):
 def _scrambled(
     points: NDArray[np.uint64], seed: int, name: str, replicate: int
 ) -> NDArray[np.uint64]:
-    """Mix each bit with the higher ones, fill the lower ones, flip some: 64 bits."""
+    """Return 64 bits: each mixed with the higher ones, the lower ones filled."""
     masks = random_bits(seed, name, 64, f"sobol {replicate}: matrix")
     found = np.full_like(
         points, random_bits(seed, name, 1, f"sobol {replicate}: shift")[0]
@@ -231,8 +230,8 @@ def _scrambled(
 class Saltelli(Sampler):
     """Groups of k + 2 trials: A and B, then A with one of k factors from B.
 
-    Trial i is number i % (k + 2) of group i // (k + 2). A draw depends on the seed, the
-    name, the group and which names vary.
+    Trial i is number i % (k + 2) of group i // (k + 2). A sample depends on the seed,
+    the name, the group and the names that vary.
 
     References
     ----------
@@ -247,11 +246,11 @@ class Saltelli(Sampler):
     )
 
     def group(self, factors: int) -> int:
-        """Return how many trials belong together."""
+        """Return the number of trials in a group."""
         return factors + OWN
 
     def unfit(self, trials: int, factors: int) -> str:
-        """Say why a number of trials does not fit: it holds whole groups."""
+        """Return why a number of trials does not fit: groups must be whole."""
         group = self.group(factors)
         if trials % group == 0:
             return ""
@@ -263,7 +262,7 @@ class Saltelli(Sampler):
         )
 
     def unit_samples(self, seed: int, streams: Mapping[str, int], trials: int) -> Array:
-        """Choose unit samples."""
+        """Return unit samples."""
         group = self.group(len(streams))
         points = math.ceil(trials / group)
         samples = np.empty((points, group, len(streams)))
@@ -280,7 +279,7 @@ def random_bits(
 ) -> NDArray[np.uint64]:
     """Return the first uint64[count] numbers of the stream of a contributor or batch.
 
-    They are independent and uniform. A larger count leaves the first as they are; a
+    They are independent and uniform. A larger count leaves the first unchanged; a
     purpose names another stream.
     """
     words = f"{seed}:{name}:{purpose}" if purpose else f"{seed}:{name}"
@@ -290,7 +289,7 @@ def random_bits(
 
 
 def unit_samples_of(bits: NDArray[np.uint64]) -> Array:
-    """Turn bits into numbers above 0 and below 1: 52 bits and a half reach neither."""
+    """Return numbers above 0 and below 1: 52 bits and a half reach neither."""
     return np.asarray(((bits >> np.uint64(12)) + 0.5) * 2.0**-52, np.float64)
 
 

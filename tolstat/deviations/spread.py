@@ -32,7 +32,7 @@ class Spread(NamedTuple):
 
 
 def zone_of(distribution: Distribution) -> Tolerance | None:
-    """Return the tolerance of a distribution; None where it has none."""
+    """Return the tolerance of a distribution; None if it has none."""
     return getattr(distribution, "tolerance", None)
 
 
@@ -51,7 +51,7 @@ def spread_of(distribution: Distribution) -> Spread:
     weight /= np.trapezoid(weight, z)
     x = distribution.deviations(ndtr(z))
     mean = float(np.trapezoid(weight * x, z))
-    size = max(float(np.abs(x - mean).max()), 1e-300)  # squares neither over nor under
+    size = max(float(np.abs(x - mean).max()), 1e-300)  # squares: no overflow
     sigma = size * math.sqrt(np.trapezoid(weight * ((x - mean) / size) ** 2, z))
     return Spread(float(zone.lower), float(zone.upper), mean, sigma)
 
@@ -64,7 +64,7 @@ class Nearer:
     centre: float
 
     def deviations(self, u: Array) -> Array:
-        """Turn unit samples (0 < u < 1) into deviations, SI."""
+        """Return deviations, SI, at unit samples 0 < u < 1."""
         return self.centre + 0.5 * (self.distribution.deviations(u) - self.centre)
 
 
@@ -72,7 +72,7 @@ def halved(distribution: Distribution) -> Nearer:
     """Return a distribution with half its tolerance.
 
     Each deviation is half as far from zero, or from the nearer end of a tolerance on
-    one side of zero: +-0.2 mm becomes +-0.1 mm, 0..60 um becomes 0..30 um, +16..+34 um
+    one side of zero. +-0.2 mm becomes +-0.1 mm, 0..60 um becomes 0..30 um. +16..+34 um
     becomes +16..+25 um, as a finer grade of the same position. Shape and Cp stay.
 
     Raises
@@ -96,7 +96,7 @@ def half_of(distributions: Mapping[str, Distribution]) -> float:
 def resized(distribution: Distribution, half: float) -> Distribution:
     """Return a distribution with another half width, SI, its other keys unchanged.
 
-    The zone changes towards zero, or its end nearest to it, as that of `halved`.
+    The zone changes towards zero, or towards its end nearest to zero, as in `halved`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Machines that come nearer and nearer to a limit: what their response leads to."""
+"""Subset simulation: trials that approach a limit step by step."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from tolstat.deviations.mixture import Mixture, fitted
 from tolstat.deviations.rare_stage import RareStage, joined, normal_scores, stage_of
 from tolstat.deviations.samplers import uniform
 
-GOES = 2  # side by side: what one loses the other may keep
+CHAINS = 2  # independent of each other: one may keep a region that the other loses
 KEPT = 0.25  # of the trials at a step: those nearest to the limit
 STEPS = 14  # to the limit, at most
 MOVES = np.array([0.15, 0.3, 0.6])  # of the spread: how far a trial is moved
-ALIKE = 8  # trials that are worth one: they come from few
+CLONES = 8  # trials per effective one: they descend from few
 
 
 class Nearest(NamedTuple):
-    """Where a response leads.
+    """Trials found along the response.
 
     Attributes
     ----------
     mixture : Mixture or None
-        Fitted to trials out of limit; None if it led to none.
+        Fitted to trials out of limit; None if none was found.
     trials : int
-        That were drawn for it.
+        Number of trials used.
     """
 
     mixture: Mixture | None
@@ -37,14 +37,13 @@ class Nearest(NamedTuple):
 def subset_simulation(
     seed: int, streams: Mapping[str, int], trials: int
 ) -> Generator[RareStage, Array, Nearest]:
-    """Go to the limit step by step.
+    """Yield stages that approach the limit step by step; return the fit at the end.
 
-    Of trials as the study has them the quarter nearest to the limit is kept, and
-    multiplied. Each is moved a little, and stays where it was if it came to lie farther
-    from the limit than that quarter. This finds trials with several parts in a corner,
-    which a greater spread hardly meets. It misses what the response does not lead to.
-    Of two kinds the smaller one may die out by chance among so few: so two halves of
-    the trials go by themselves.
+    The first trials are those of the study. The quarter nearest to the limit is kept
+    and multiplied. Each trial is moved a little; it stays in place if the move leads
+    farther from the limit than that quarter. This finds trials with several extreme
+    parts, which a greater spread hardly meets. It misses regions to which the response
+    does not lead. The smaller of two kinds may die out: two halves run independently.
 
     Returns
     -------
@@ -56,7 +55,7 @@ def subset_simulation(
     by subset simulation, Prob. Eng. Mech. 16 (2001) 263-277. I. Papaioannou et al.,
     MCMC algorithms for subset simulation, Prob. Eng. Mech. 41 (2015) 89-103: the moves.
     """
-    goes = [_go(seed, streams, trials // GOES, f"near {i}") for i in range(GOES)]
+    goes = [_chain(seed, streams, trials // CHAINS, f"near {i}") for i in range(CHAINS)]
     steps = [next(go) for go in goes]
     found, drawn = np.empty((0, len(streams))), 0
     while goes:
@@ -73,14 +72,14 @@ def subset_simulation(
                 found = np.concatenate([found, end.value])
     if not len(found):
         return Nearest(None, drawn)
-    worth = max(len(np.unique(found[:, 0])) / ALIKE, 2.0)
+    worth = max(len(np.unique(found[:, 0])) / CLONES, 2.0)
     return Nearest(fitted(found, worth, 1.0), drawn)
 
 
-def _go(
+def _chain(
     seed: int, streams: Mapping[str, int], trials: int, name: str
 ) -> Generator[RareStage, Array, Array]:
-    """Return float64[trial, stream], trials out of limit, or none."""
+    """Yield the stages of one chain; return its trials out of limit, or none."""
     points = normal_scores(seed, streams, trials, f"{name} 0")
     margins = yield stage_of(points, 1.0, np.nan)
     before = np.inf
@@ -90,12 +89,12 @@ def _go(
         kept = max(int(KEPT * trials), out_of_limit)
         level = margins[order[kept - 1]]
         if level >= before:
-            break  # the response is flat, and leads nowhere
+            break  # the response is flat
         chosen = order[np.arange(trials) * kept // trials]
         purpose = f"{name} {step}"
         which = uniform(seed, "moves", trials, f"of {purpose}") * len(MOVES)
         far = MOVES[which.astype(np.int64)][:, None]
-        # so moved, trials as the study has them remain such
+        # this move keeps the distribution of the study
         moved = np.sqrt(1 - far**2) * points[chosen]
         moved += far * normal_scores(seed, streams, trials, purpose)
         answer = yield stage_of(moved, 1.0, np.nan)

@@ -1,1 +1,1 @@
-"""Runge-Kutta integration of many trials side by side; knows no machine."""
+"""Runge-Kutta integration of many trials in parallel, independent of models."""

@@ -1,4 +1,4 @@
-"""How long the next step may be."""
+"""Control of the step size."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ SAFETY = 0.9
 SHRINK_MOST = 0.2
 GROW_MOST = 5.0
 AFTER_NAN = 0.1
-FIRST_STEP = 1e-3  # of the longest step: the controller finds its way from there
+FIRST_STEP = 1e-3  # of the longest step: the controller adapts from there
 
 
 @compiled(within=True)
 def aim(t, step, target):
-    """Choose the step that is tried, so that it lands on the mark.
+    """Return the step to be tried; it lands on the mark.
 
     Returns
     -------
     tuple
-        The step, the time after it (vectors, s), whether that is the mark (mask).
+        The step, the time after it (vectors, s), whether this is the mark (mask).
     """
     remaining = target - t
     landing = step >= remaining
-    # two alike rather than a long one and a tiny one
+    # two equal steps rather than a long one and a tiny one
     h = np.where(2.0 * step > remaining, 0.5 * remaining, step)
     h = np.where(landing, remaining, h)
     # t + (target - t) can miss the target
@@ -39,20 +39,20 @@ def _sixteenth_root(x):
 
 @compiled(within=True)
 def step_factor(error, last_root):
-    """Scale the step by its error, which is 1 at the tolerance, and by the last one.
+    """Return the factor of the next step, from its error and the last one.
 
     Parameters
     ----------
     error : vector
-        Of this step. Not a number shrinks the step: the state may have left the domain
-        of the equations only because the step was too long.
+        Error of this step, 1 at the tolerance. NaN shrinks the step: the state may have
+        left the domain of the equations only because the step was too long.
     last_root : vector
         Sixteenth root of the error of the last accepted step; 1 at a start.
 
     Returns
     -------
     tuple of vector
-        The factor, and the root to hand over next time.
+        The factor, and the root for the next call.
 
     References
     ----------

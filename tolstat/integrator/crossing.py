@@ -1,14 +1,14 @@
 """Kinks of the rates: a step ends where a quantity behind them changes sign.
 
-A force that acts on one side alone has a kink where it begins. A step over the kink is
-of a low order, and a short visit to the other side can pass between two evaluations of
-the rates, unseen. So the quantities that a system names are looked at in the start, the
-middle and the end of every step that the error permits, and at the vertex of the
-parabola through these. Where one has changed sides, the step is tried again, to end at
-the first crossing found on its dense output; then the march continues with the step it
-had. A start that is zero within rounding is on the side to which the step goes: a step
-that ends at a crossing and the one that begins there lie each on one side. The rates
-themselves do not jump there: the last stage of a step is the first of the next.
+A force that acts on one side only has a kink where it begins. A step over the kink has
+a low order. A short visit to the other side can pass undetected between two evaluations
+of the rates. So the quantities that a system names are evaluated at the start, middle
+and end of every step that the error permits. They are also evaluated at the vertex of
+the parabola through these values. If one changes its sign, the step is tried again and
+ends at the first crossing on its dense output; then the march continues with the former
+step. A start that is zero within rounding is on the side to which the step goes: steps
+before and after a crossing each lie on one side. The rates do not jump there: the last
+stage of a step is the first of the next.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from tolstat.integrator.problem import AFTER, SMALLEST, STEP, TARGET, TIME
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 
-ROUNDING = 1e-9  # of the most that the quantity is in the step: that small is zero
-LOOKS = 50  # at most, for one crossing
+ROUNDING = 1e-9  # of the largest size in the step: smaller values are zero
+LOOKS = 50  # most evaluations for one crossing
 
 
 @compiled(within=True)
 def aim_at_crossing(h, t_new, clock):
-    """Return the step and the time after it: to the crossing, where one was found."""
+    """Return the step and the time after it: to the crossing, if one was found."""
     t, step, target = clock[TIME], clock[STEP], clock[TARGET]
     short = (clock[AFTER] > 0.0) & (step < target - t)
     return np.where(short, step, h), np.where(short, t + step, t_new)
@@ -43,16 +43,16 @@ def _first_of(watch, t, h, permitted, number, lanes, step):
     t, h : vector
         Start of the step and its length, s.
     permitted : mask
-        The lanes that are to be looked at.
+        The lanes to be searched.
     number : int
-        Of the quantity, among those that are watched.
+        Number of the quantity, among the watched ones.
     lanes, step : Lanes, Step
-        With the rates at both ends, and what is watched in the middle.
+        With the rates at both ends, and the watched quantities in the middle.
 
     Returns
     -------
     vector
-        2 where it does not.
+        2 if it does not.
     """
     row = len(lanes.y) + len(lanes.quadratures) + number
     a, b = rows(step.k[0])[row], rows(step.k[6])[row]
@@ -61,7 +61,7 @@ def _first_of(watch, t, h, permitted, number, lanes, step):
     goes = np.where(np.abs(m) > zero, m, b)
     side = np.copysign(1.0 + 0.0 * h, np.where(np.abs(a) > zero, a, goes))
 
-    # a visit to the other side and back, as far as three points show it
+    # a visit to the other side and back, if three points show it
     theta, vertex = vertex_of(a, m, b)
     visit = permitted & (theta > 0.0) & (theta < 1.0) & (side * vertex < -zero)
     between, value = 0.5 + 0.0 * h, m
@@ -72,7 +72,7 @@ def _first_of(watch, t, h, permitted, number, lanes, step):
 
     early = side * value < -zero
     found = permitted & (early | (side * b < -zero))
-    # 0 at the crossing, below behind it
+    # 0 at the crossing, below 0 behind it
     lower, upper = np.where(early, 0.0, between), np.where(early, between, 1.0)
     f_lower = np.maximum(side * np.where(early, a, value), 0.0)
     f_upper = np.where(found, side * np.where(early, value, b), -1.0)
@@ -80,7 +80,7 @@ def _first_of(watch, t, h, permitted, number, lanes, step):
     for _ in range(LOOKS):
         if not np.any(looking):
             break
-        # regula falsi; an end that stays twice counts half (Illinois)
+        # regula falsi; an end that stays twice counts half (Illinois method)
         guess = (lower * f_upper - upper * f_lower) / (f_upper - f_lower)
         at = np.where(looking, guess, at)
         f = side * look(watch, t, h, at, number, lanes, step)
@@ -96,7 +96,7 @@ def _first_of(watch, t, h, permitted, number, lanes, step):
 
 @compiled()
 def first_crossing(watch, t, h, permitted, lanes, step):
-    """Return the fraction of the step at which it first crosses; 2 where it does not.
+    """Return the fraction of the step at the first crossing; 2 if there is none.
 
     Parameters
     ----------
@@ -104,13 +104,13 @@ def first_crossing(watch, t, h, permitted, lanes, step):
         As of `_first_of`.
     """
     smallest = rows(lanes.clock)[SMALLEST]
-    # a step that is as short as steps may be ends at the crossing
+    # a step of the least length ends at the crossing
     looked_at = permitted & (h > 2.0 * smallest)
     first = 2.0 + 0.0 * h
     for i in range(len(step.crossings)):
         number = step.crossings[i]
         found = _first_of(watch, t, h, looked_at, number, lanes, step)
-        # and so does one that goes no farther than that behind it
+        # so does a step that ends less than that behind it
         before = h - h * found > smallest
         first = np.minimum(first, np.where(before, found, 2.0))
     return first
@@ -118,18 +118,18 @@ def first_crossing(watch, t, h, permitted, lanes, step):
 
 @compiled(within=True)
 def go_on(h, first, accepted, max_step, clock):
-    """Choose the next step: to the crossing; behind it, the one before it.
+    """Set the next step: to the crossing, or behind it the step before it.
 
     Parameters
     ----------
     h, first : vector
-        The step, s, and the fraction of it at which it crosses.
+        The step, s, and the fraction of it at the crossing.
     accepted : mask
         The lanes whose step is taken.
     max_step : float
         The longest step, s.
     clock : rows
-        With the step that the controller wants; changed in place.
+        With the step of the controller; changed in place.
     """
     crosses, after = first < 1.0, clock[AFTER]
     resumed = np.minimum(np.maximum(clock[STEP], after), max_step)

@@ -1,4 +1,4 @@
-"""The integrator's face: equations and a block of trials in, their solution out."""
+"""Interface of the integrator: the solution of equations for a block of trials."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from tolstat.integrator.problem import (
     System,
 )
 
-UNWRITTEN = -8.765e300  # no equation says this
-SPARE = 64  # rows behind those that are declared
+UNWRITTEN = -8.765e300  # no equation returns this
+SPARE = 64  # rows after the declared ones
 
 
 def integrate(
@@ -32,7 +32,7 @@ def integrate(
     watch_from: int = 0,
     samples: Array | None = None,
 ) -> Solution:
-    """Integrate a block of trials.
+    """Return the solution of a block of trials.
 
     Parameters
     ----------
@@ -41,12 +41,12 @@ def integrate(
     start : float64[trial, state]
         The states at the first mark.
     parameters : float64[trial, parameter]
-        What the equations get as `p`.
+        Argument `p` of the equations.
     marks : float64[trial, mark]
-        Ascending times, s: the start, every time at which the rates may jump or
-        something is to be stored, the end. The step lands on each and restarts there.
+        Ascending times, s: the start, times at which the rates may jump or states are
+        stored, the end. The step lands on each and restarts there.
     accuracy : Accuracy
-        How well.
+        Tolerance and limits of the steps.
     watch_from : int
         The phase (number of the mark that begins it) from which peaks and times above
         zero are taken.
@@ -57,9 +57,9 @@ def integrate(
     -------
     Solution
         By trial: states and quadratures at the marks, peaks, histories, status, steps.
-        What a failed trial did not reach is NaN.
+        NaN where a failed trial did not arrive.
     """
-    # the compiler is loaded, and compiles, when something is first integrated
+    # the first integration loads the compiler, and compiles
     from tolstat.integrator.march import march
 
     rtol, max_step, max_steps = accuracy
@@ -82,7 +82,7 @@ def integrate(
 
 
 def unsolved(system: System, block: Block) -> Solution:
-    """Make room for what is to be found."""
+    """Return an empty solution of a block."""
     n, n_states = block.start.shape
     n_marks, n_samples = block.marks.shape[1], len(block.samples)
     return Solution(
@@ -98,10 +98,10 @@ def unsolved(system: System, block: Block) -> Solution:
 
 
 def idle_lanes(block: Block, solution: Solution) -> Lanes:
-    """Make lanes of which none has a trial."""
+    """Return lanes without trials."""
     n_extremes = solution.greatest.shape[1]
     clock = _lanes(CLOCK_ROWS)
-    clock[PHASE] = -1.0  # else lanes that never get a trial would run
+    clock[PHASE] = -1.0  # otherwise lanes that never get a trial would run
     return Lanes(
         clock=clock,
         y=_lanes(block.start.shape[1]),
@@ -116,10 +116,10 @@ def idle_lanes(block: Block, solution: Solution) -> Lanes:
 
 
 def room_for_steps(system: System, lanes: Lanes) -> Step:
-    """Make room for the steps of some lanes."""
+    """Return empty arrays for the steps of lanes."""
     n_states, n_damped = len(lanes.y), len(system.damped)
     n_rates = n_states + system.n_quadratures
-    # where there is no `watch`, what is watched is among the rates
+    # without `watch`, the watched quantities are among the rates
     first = 0 if system.watch else n_rates
     watched = slice(first, first + system.n_watched)
     spare = 0 if system.watch else n_damped
@@ -141,9 +141,9 @@ def room_for_steps(system: System, lanes: Lanes) -> Step:
 
 
 def check_rows(system: System, lanes: Lanes, step: Step) -> None:
-    """Refuse equations that fill other rows than are declared.
+    """Refuse equations that fill other rows than declared.
 
-    Compiled, they would write beside the stages and take Python down with them.
+    Compiled equations would write outside the stages and crash Python.
     """
     counts = {
         "states": len(lanes.y),
@@ -159,18 +159,18 @@ def check_rows(system: System, lanes: Lanes, step: Step) -> None:
     for name, function, declared in asked:
         rows = sum(declared.values())
         out = np.full((rows + SPARE, lanes.y.shape[1]), UNWRITTEN)
-        with np.errstate(all="ignore"):  # there is no machine in the lanes yet
+        with np.errstate(all="ignore"):  # the lanes have no trial yet
             function(step.moment, lanes.y, lanes.p, out)
         filled = 1 + np.flatnonzero((out != UNWRITTEN).any(axis=1)).max(initial=-1)
         if filled != rows:
             words = ", ".join(f"{n} {each}" for each, n in declared.items() if n)
             raise ModelError(
-                f"{name} fills {filled} rows, declared are {rows} ({words}); the "
-                "counts of System and the rows of out belong together"
+                f"{name} fills {filled} rows, but {rows} are declared ({words}); make "
+                "the counts of System match the rows of out"
             )
 
 
 def _lanes(*rows: int) -> Array:
-    from tolstat.lanes.vector import WIDTH  # which loads the compiler
+    from tolstat.lanes.vector import WIDTH  # loads the compiler
 
     return np.zeros((*rows, WIDTH))

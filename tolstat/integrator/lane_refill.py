@@ -1,6 +1,6 @@
-"""Which trial is in which lane: beginning, passing marks, ending.
+"""Assignment of trials to lanes: a trial begins, passes marks, ends.
 
-Numbers are moved one by one, in loops: NumPy's assignments of slices would take the
+Numbers are copied one by one, in loops: NumPy's assignments of slices would take the
 compiler half a minute, for checks of shapes that cannot fail.
 """
 
@@ -33,7 +33,7 @@ def _fill(lane, number):
 
 @compiled()
 def _finite(row):
-    """Tell whether all of a row of a table are numbers."""
+    """Return whether all numbers of a row of a table are finite."""
     total = 0.0
     for i in range(len(row)):
         total += row[i]
@@ -89,13 +89,13 @@ def _pass_marks(lane, lanes, block, solution):
 
 @compiled()
 def _end(lane, status, lanes, solution):
-    """Take a trial out of its lane; what it leaves unfinished stays not a number."""
+    """Take a trial out of its lane; its unfinished results stay NaN."""
     clock, trial = lanes.clock[:, lane], lanes.trial[lane]
     if status == Status.DONE:
         _copy(lanes.greatest[:, lane], solution.greatest[trial])
         _copy(lanes.least[:, lane], solution.least[trial])
         _copy(lanes.above[:, lane], solution.above[trial])
-        # what does not steer the step may have blown up unseen
+        # quantities without error control may have diverged
         if not (
             _finite(solution.quadratures[trial, -1])
             and _finite(solution.greatest[trial])
@@ -112,7 +112,7 @@ def _end(lane, status, lanes, solution):
 
 @compiled()
 def _status(lane, lanes, block, solution):
-    """Say how the trial of a lane ended; Status.NOT_RUN while it is under way."""
+    """Return how the trial of a lane ended; Status.NOT_RUN while it runs."""
     clock = lanes.clock[:, lane]
     if lanes.trial[lane] < 0:
         return Status.DONE
@@ -130,12 +130,12 @@ def _status(lane, lanes, block, solution):
 
 @compiled()
 def sort_out(n_begun, lanes, block, solution):
-    """Deal with the lanes in which something happened; refill those that are free.
+    """End and begin trials in the lanes with an event; return trials and busy lanes.
 
     Returns
     -------
     tuple of int
-        How many trials have begun, and how many lanes are busy.
+        Number of trials that have begun, and number of busy lanes.
     """
     n_busy = 0
     for lane in range(WIDTH):

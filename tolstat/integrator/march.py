@@ -1,7 +1,7 @@
-"""Many trials through the lanes, each with its own time, step and error.
+"""Loop of the integration; each trial in a lane has a separate time, step and error.
 
-A lane whose trial ends takes the next trial of the block. Lanes never mix, so a
-trial's result is bitwise the same whatever its neighbours.
+A lane whose trial ends takes the next trial of the block. Lanes never mix: the result
+of a trial is bitwise the same with any neighbours.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from tolstat.lanes.vector import WIDTH
 
 @compiled()
 def _renew_rates(rates, lanes, step):
-    """Evaluate the first stage again where a phase begins: the rates may jump there."""
+    """Evaluate the first stage again if a phase begins: the rates may jump there."""
     now, clock, damped = rows(step.moment), rows(lanes.clock), step.damped
     undamped = step.k.shape[1] - len(damped)
     now[problem.TIME], now[problem.PHASE] = clock[problem.TIME], clock[problem.PHASE]
@@ -64,7 +64,7 @@ def _take_samples(lanes, k, block, solution):
 
 @compiled(within=True)
 def _take_over(accepted, h, lanes, step):
-    """Go on from the end of the step: states, quadratures, and rates as first stage."""
+    """Move to the end of the step: states, quadratures, and rates as first stage."""
     y, end, quadratures = rows(lanes.y), rows(step.end), rows(lanes.quadratures)
     K1, K7 = rows(step.k[0]), rows(step.k[6])
     n = len(y)
@@ -92,14 +92,14 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
     step : Step
         Room for their steps.
     block : Block
-        What is asked.
+        The trials to be integrated.
     solution : Solution
-        Filled with what is found.
+        Filled with the results.
     """
     rtol, max_step, max_steps = block.accuracy
     clock, now = rows(lanes.clock), rows(step.moment)
     crossing = len(step.crossings) > 0
-    # not a literal: with its type it would be compiled a second time
+    # not a literal: the type of a literal would compile a second time
     n_begun, n_busy = sort_out(np.int64(0), lanes, block, solution)
     _renew_rates(rates, lanes, step)
 
@@ -111,7 +111,7 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
         now[problem.PHASE] = clock[problem.PHASE]
         advance(rates, t, h, t_new, lanes.y, lanes.p, step)
         error = worst_error(h, step.k, per_scale) * (1.0 / rtol)
-        # early: its long chain of roots runs beside what follows
+        # early: its long chain of roots runs in parallel with the next lines
         factor, clock[problem.ROOT] = step_factor(error, clock[problem.ROOT])
         running = clock[problem.PHASE] >= 0.0
         accepted = (error <= 1.0) & running

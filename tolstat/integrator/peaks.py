@@ -9,18 +9,18 @@ from tolstat.integrator.step import inside
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 
-# of the bend of the parabola over a step: so near to the greatest it may be beyond it
+# of the bend of the parabola over a step: within it, a vertex may be a new extremum
 NEAR = 0.01
 
 
 @compiled(within=True)
 def vertex_of(a, m, b):
-    """Return where in the step the parabola through three values turns, and its value.
+    """Return the place in the step and the value of the vertex through three values.
 
     Parameters
     ----------
     a, m, b : vector
-        Values in the start, the middle and the end of the step.
+        Values at the start, the middle and the end of the step.
 
     Returns
     -------
@@ -45,15 +45,15 @@ def look(watch, t, h, theta, number, lanes, step):
 def _follow_extremes(watch, taking, t, h, first, lanes, step):
     """Raise the greatest and lower the least value of each watched quantity.
 
-    Where the parabola through start, middle and end turns beyond all before, the
-    quantity is evaluated there: at an extremum its place is of the second order.
+    If the parabola through start, middle and end has its vertex outside all values
+    before, the quantity is evaluated there. An error of its place is of second order.
 
     Parameters
     ----------
     watch, taking, t, h, lanes, step
         As of `follow`.
     first : int
-        The rate that is the first of these quantities.
+        Number of the rate that is the first of these quantities.
     """
     start, middle, end = rows(step.k[0]), rows(step.watched_middle), rows(step.k[6])
     greatest, least = rows(lanes.greatest), rows(lanes.least)
@@ -82,20 +82,20 @@ def _share_above(a, b):
 
 @compiled(within=True)
 def follow(watch, taking, t, h, lanes, step):
-    """Follow the watched quantities over a step.
+    """Update peaks and times above zero over a step.
 
     Parameters
     ----------
     watch
         See `problem.System`.
     taking : mask
-        The lanes that are to be followed.
+        The lanes to be updated.
     t, h : vector
         Start of the step and its length, s.
     lanes : Lanes
         Their peaks and times above zero are changed in place.
     step : Step
-        With the rates at both ends, and what is watched in the middle.
+        With the rates at both ends, and the watched quantities in the middle.
     """
     n_extremes = len(lanes.greatest)
     first_extreme = len(lanes.y) + len(lanes.quadratures)
@@ -106,6 +106,6 @@ def follow(watch, taking, t, h, lanes, step):
     for i in range(len(above)):
         a, b = start[first_above + i], end[first_above + i]
         m = middle[n_extremes + i]
-        # taken as straight over each half
+        # linear over each half
         share = 0.5 * (_share_above(a, m) + _share_above(m, b))
         above[i] = np.where(taking, above[i] + h * share, above[i])

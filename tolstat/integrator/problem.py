@@ -1,4 +1,4 @@
-"""What the integrator is given, what it holds, what it finds."""
+"""Types of the integrator: its input, its state, its solution."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
 
-# the clock of each lane, what its trial has come to, has a row for each of these;
-# the first two are those of a moment, too, which the rates are asked for
+# the clock of each lane, the state of its trial, has a row for each of these;
+# the first two are also those of a moment, at which the rates are evaluated
 TIME = 0  # s
-PHASE = 1  # number of the last mark passed; -1 where no trial is
+PHASE = 1  # number of the last mark passed; -1 without a trial
 
 STEP = 2  # s, to be tried next
-ROOT = 3  # what `control.step_factor` remembers of the last accepted step
+ROOT = 3  # of the last accepted step, for `control.step_factor`
 TARGET = 4  # s, the next mark
-SMALLEST = 5  # s, a trial that needs shorter steps is given up
+SMALLEST = 5  # s, a trial that needs shorter steps fails
 COUNT = 6  # of steps tried
-TRIED = 7  # s, the step tried last; kept up where samples are taken
-ACCEPTED = 8  # whether it was accepted: 1 or 0; kept up there, too
-ERROR = 9  # its error, 1 at the tolerance; kept up where something happens
-EVENT = 10  # what happened: one of the three below
-AFTER = 11  # s, the next step behind a crossing that is aimed at; else 0
+TRIED = 7  # s, the step tried last; kept if samples are taken
+ACCEPTED = 8  # whether it was accepted: 1 or 0; kept if samples are taken
+ERROR = 9  # its error, 1 at the tolerance; kept at an event
+EVENT = 10  # event: one of the three below
+AFTER = 11  # s, the next step behind a targeted crossing; otherwise 0
 
 MOMENT_ROWS = 2
 CLOCK_ROWS = 12
@@ -37,7 +37,7 @@ FAILED = 2.0
 
 
 class Moment(NamedTuple):
-    """When: the time and the phase of the trial."""
+    """Time and phase of the trial."""
 
     t: Array  # s
     phase: Array
@@ -56,26 +56,26 @@ class System:
         the states, the rates of the quadratures, the quantities whose peaks are
         watched, those whose time above zero is, the lambda (1/s) of each damped state.
     scale : float64[state]
-        The size that each state's error is measured by.
+        Size to which the error of each state is related.
     watch : callable, optional
-        Fills the watched quantities alone, from row 0: the same numbers, sooner.
+        Fills only the watched quantities, from row 0: the same numbers, faster.
         Without it `rates` is evaluated.
     n_quadratures, n_extremes, n_above : int
         Numbers of those rows.
     damped : tuple of int
-        The states that relax so fast that they alone would shorten the step: they are
-        damped in it. lambda is minus the derivative of a state's rate by the state
-        itself; one that is ten times too great gives wrong answers, see `damping`.
+        States that are damped in the step, because they relax so fast that only they
+        would shorten it. lambda is minus the derivative of a state's rate by the state;
+        a lambda ten times too great gives wrong results, see `damping`.
     crossings : tuple of int
-        Which of the watched quantities, extremes first, are kinks of the rates where
-        they change their sign: a step ends there, see `crossing`.
+        Watched quantities, counted with extremes first, whose change of sign is a kink
+        of the rates: a step ends there, see `crossing`.
 
     Raises
     ------
     ModelError
-        If what is damped is no state, what crosses is not watched, or either is named
-        twice. `integrate` raises it where the equations fill other rows than are
-        declared here.
+        If a damped number is no state, a crossing is not watched, or one is given
+        twice. `integrate` raises it if the equations fill other rows than declared
+        here.
     """
 
     rates: Callable[..., None]
@@ -88,7 +88,7 @@ class System:
     crossings: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what would be read beside the states, or beside what is watched."""
+        """Refuse numbers outside the states or the watched quantities."""
         for name, given, n, words in (
             ("damped", self.damped, len(self.scale), "states"),
             ("crossings", self.crossings, self.n_watched, "watched quantities"),
@@ -108,16 +108,16 @@ class System:
 
 
 class Accuracy(NamedTuple):
-    """How well to integrate.
+    """Tolerance and limits of the steps.
 
     Attributes
     ----------
     rtol : float
-        A step is accepted when no state's error estimate exceeds rtol times its scale.
+        A step is accepted if no state's error estimate exceeds rtol times its scale.
     max_step : float
         The longest step, s.
     max_steps : int
-        A trial that needs more steps, rejected ones included, is given up.
+        A trial that needs more steps, rejected ones included, fails.
     """
 
     rtol: float
@@ -126,7 +126,7 @@ class Accuracy(NamedTuple):
 
 
 class Block(NamedTuple):
-    """What is asked: trials with their starts, parameters and marks."""
+    """Trials to be integrated, with their starts, parameters and marks."""
 
     start: Array  # [trial, state]
     parameters: Array  # [trial, parameter]
@@ -137,7 +137,7 @@ class Block(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """What comes out, by trial; NaN where a trial did not get."""
+    """Results by trial; NaN where a trial did not arrive."""
 
     states: Array  # [trial, mark, state]
     quadratures: Array  # [trial, mark, quadrature]
@@ -155,7 +155,7 @@ class Solution(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """The trials under way, one in each lane."""
+    """The running trials, one in each lane."""
 
     clock: Array  # [row of the clock, lane]
     y: Array  # [state, lane]
@@ -169,14 +169,14 @@ class Lanes(NamedTuple):
 
 
 class Step(NamedTuple):
-    """The step that is tried, in all lanes at once."""
+    """The tried step, in all lanes at once."""
 
-    moment: Array  # [row of the clock, lane], which the rates are asked for
-    k: Array  # [stage, rate, lane]; last the rates that the damped states had undamped
+    moment: Array  # [row of the clock, lane], at which rates are evaluated
+    k: Array  # [stage, rate, lane]; last the undamped rates of the damped states
     middle: Array  # [state, lane]
     end: Array  # [state, lane]
-    filled_middle: Array  # [row, lane], what `watch` fills there
-    filled_inside: Array  # [row, lane], the same where a crossing is looked for
+    filled_middle: Array  # [row, lane], filled by `watch` there
+    filled_inside: Array  # [row, lane], the same where a crossing is searched
     watched_middle: Array  # [watched, lane], of these rows
     watched_inside: Array  # [watched, lane]
     crossings: NDArray[np.int64]  # [crossing], which of the watched quantities

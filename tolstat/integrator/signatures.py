@@ -1,7 +1,7 @@
-"""What crosses the border of compiled code, in Numba's types.
+"""Numba types of the arguments of compiled code.
 
-Explicit, with the rates as plain function pointers: one compiled integrator serves all
-machines, and the disk cache finds it again.
+They are explicit, with the rates as plain function pointers: one compiled integrator
+serves all models, and the disk cache finds it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ integers = types.int64[::1]
 
 
 def _tuple_type(names: type[Any], **others: Any) -> Any:
-    """Return the type of a named tuple: every field is a table but for these."""
+    """Return the type of a named tuple: every field is a table except for `others`."""
     fields = [others.get(name, table) for name in names._fields]
     return types.BaseTuple.from_types(fields, names)
 

@@ -1,11 +1,11 @@
 """One step of Dormand-Prince 5(4), written out, for all lanes at once.
 
-Coordinates that a machine names are damped in it, see `damping`; without any, and where
-their lambda is zero, it is Dormand and Prince's to the last bit.
+Coordinates that a model names are damped in it, see `damping`. Without any, or with
+their lambda zero, it is Dormand and Prince's step to the last bit.
 
-Everywhere h is the step (s), a vector; y the states at its start, float64[state,
-lanes]; k its stages, float64[7, rate, lanes], of which K1 ... K7, as in the literature,
-are the rows. The derivatives of the states come first among the rates.
+h is the step (s), a vector; y the states at its start, float64[state, lanes]; k its
+stages, float64[7, rate, lanes], with the rows K1 ... K7 of the literature. The
+derivatives of the states come first among the rates.
 """
 
 from __future__ import annotations
@@ -34,21 +34,20 @@ DENSE = np.array([[float(w) for w in row] for row in tableau.DENSE])
 
 @compiled(within=True)
 def advance(rates, t, h, t_new, y, p, step):
-    """Take a step: fill its stages and the state at its end.
+    """Fill the stages of a step and the states at its end.
 
     Parameters
     ----------
     rates : function
-        Of `rates_signature`.
+        Compiled with `rates_signature`.
     t, h, t_new : vector
-        Time before the step, the step, time after it, s; t + h may miss the end of a
-        phase by a rounding.
+        Time before the step, the step, time after it, s; t + h may differ from the end
+        of a phase by rounding.
     y, p : float64[state, lanes], float64[parameter, lanes]
         States before the step, and parameters.
     step : Step
-        The phase of its moment holds for all of the step. K1 holds the rates at (t, y);
-        where a state is damped, what it was undamped. On the way `end` holds the states
-        of each stage.
+        The phase of its moment is that of the whole step. K1 holds the rates at (t, y),
+        undamped for damped states. Meanwhile `end` holds the states of each stage.
     """
     moment, y_new, k = step.moment, step.end, step.k
     now, old, new = rows(moment), rows(y), rows(y_new)
@@ -93,7 +92,7 @@ def advance(rates, t, h, t_new, y, p, step):
 
 @compiled(within=True)
 def error_of(h, k, i):
-    """Estimate the error of the i-th state: the step less the embedded one."""
+    """Return the error estimate of the i-th state: the step less the embedded one."""
     K1, K3, K4, K5 = rows(k[0]), rows(k[2]), rows(k[3]), rows(k[4])
     K6, K7 = rows(k[5]), rows(k[6])
     return h * (
@@ -103,7 +102,7 @@ def error_of(h, k, i):
 
 @compiled(within=True)
 def worst_error(h, k, per_scale):
-    """Measure each lane's error estimate by the state whose scale it exceeds most."""
+    """Return the largest error estimate of each lane, over the scale of its state."""
     worst = 0.0 * h
     for i in range(len(per_scale)):
         worst = np.maximum(worst, np.abs(error_of(h, k, i)) * per_scale[i])
@@ -112,14 +111,14 @@ def worst_error(h, k, per_scale):
 
 @compiled(within=True)
 def quadrature_of(h, k, i):
-    """Integrate the i-th rate over the step."""
+    """Return the integral of the i-th rate over the step."""
     K1, K3, K4, K5, K6 = rows(k[0]), rows(k[2]), rows(k[3]), rows(k[4]), rows(k[5])
     return h * (B1 * K1[i] + B3 * K3[i] + B4 * K4[i] + B5 * K5[i] + B6 * K6[i])
 
 
 @compiled(within=True)
 def halfway(h, y, k, y_middle):
-    """Interpolate the states in the middle of the step."""
+    """Store the interpolated states in the middle of the step."""
     K1, K3, K4, K5 = rows(k[0]), rows(k[2]), rows(k[3]), rows(k[4])
     K6, K7, old, middle = rows(k[5]), rows(k[6]), rows(y), rows(y_middle)
     for i in range(len(y)):
@@ -130,7 +129,7 @@ def halfway(h, y, k, y_middle):
 
 @compiled(within=True)
 def _dense_weight(stage, theta):
-    """Weigh a stage, counted from 0, for the state at a fraction of the step."""
+    """Return the weight of a stage, from 0, for the state at a fraction of the step."""
     weight = DENSE[stage, 0] + theta * (
         DENSE[stage, 1] + theta * (DENSE[stage, 2] + theta * DENSE[stage, 3])
     )
@@ -139,7 +138,7 @@ def _dense_weight(stage, theta):
 
 @compiled(within=True)
 def interpolate(h, theta, y, k, lane, i):
-    """Interpolate the i-th state of one lane at the fraction theta of the step."""
+    """Return the i-th state of a lane at the fraction theta of the step."""
     total = 0.0
     for stage in range(7):
         total += _dense_weight(stage, theta) * k[stage, i, lane]
@@ -148,7 +147,7 @@ def interpolate(h, theta, y, k, lane, i):
 
 @compiled(within=True)
 def inside(h, theta, y, k, y_inside):
-    """Interpolate the states of all lanes, each at its own fraction of its step."""
+    """Store the states of all lanes, each at its fraction theta of the step."""
     old, new = rows(y), rows(y_inside)
     for i in range(len(old)):
         new[i] = old[i]

@@ -42,8 +42,8 @@ E = tuple(high - low for high, low in zip(B, B_EMBEDDED, strict=True))
 #   b A gamma = b G c = b G gamma = 0              order 3, whatever lambda
 #   b^ . gamma = 0                                 the error estimate's order 2
 #   1 - b (A + G)^-1 1 = 0                         the stiff limit, of stages 1 to 6
-# Solved, exactly, for the first entry of rows 5 and 7 and the first four of row 6; the
-# others are chosen so that no stage of u' = -lambda u, lambda real, exceeds its start.
+# Solved exactly for the first entry of rows 5 and 7 and the first four of row 6; the
+# others are chosen: no stage of u' = -lambda u, lambda real, exceeds its start.
 G_DIAGONAL = F(3, 20)
 G = (
     (),
@@ -79,12 +79,12 @@ DENSE = (
 
 
 def dense_weights(theta: F) -> tuple[F, ...]:
-    """Weigh the seven stages for the state inside a step.
+    """Return the weights of the seven stages for the state inside a step.
 
     Parameters
     ----------
     theta : Fraction
-        Where in the step, 0 to 1.
+        Fraction of the step, 0 to 1.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""Several trials side by side, one in each lane of a vector register."""
+"""Several trials in parallel, one in each lane of a vector register."""

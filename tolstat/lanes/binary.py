@@ -1,4 +1,4 @@
-"""What elementary functions are made of: polynomials, doubles taken apart by bits."""
+"""Building blocks of elementary functions: polynomials, and the bits of doubles."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ INTEGERS = ir.VectorType(ir.IntType(64), WIDTH)
 
 
 def each(number):
-    """Return an LLVM constant: a whole number in every lane."""
+    """Return an LLVM constant with a whole number in every lane."""
     return ir.Constant(INTEGERS, [number] * WIDTH)
 
 
 def horner(*coefficients):
-    """Return a function of vectors: the polynomial, the constant comes first."""
+    """Return a polynomial of vectors, from its coefficients, the constant first."""
     *others, last = (ir.Constant(DOUBLES, [each] * WIDTH) for each in coefficients)
 
     @instructions(vector, vector)
@@ -40,7 +40,7 @@ def horner(*coefficients):
 
 
 def two_chains(*coefficients):
-    """Return the same in two interleaved chains: half the waiting."""
+    """Return the polynomial of `horner` in two interleaved chains: half the latency."""
     pairs = [*zip(coefficients[::2], coefficients[1::2], strict=True)]
     *others, last = (tuple(ir.Constant(DOUBLES, [n] * WIDTH) for n in p) for p in pairs)
 
@@ -74,7 +74,7 @@ def exponent_of(builder, x):
 
 @instructions(vector, vector, vector)
 def significand_of(builder, x, k):
-    """Return m = x 2^-k; k stands in the last bits, and m is normal."""
+    """Return m = x 2^-k; k is in the last bits, and m is normal."""
     bits, k = (builder.bitcast(value, INTEGERS) for value in (x, k))
     power = builder.shl(builder.sub(k, each(WHOLE_BITS)), each(EXPONENT))
     return builder.bitcast(builder.sub(bits, power), DOUBLES)
@@ -82,9 +82,9 @@ def significand_of(builder, x, k):
 
 @instructions(vector, vector, vector)
 def times_power(builder, x, n):
-    """Return x 2^n, rounded once; n stands in the last bits, |n| up to 1100.
+    """Return x 2^n, rounded once; n is in the last bits, |n| up to 1100.
 
-    In two factors: each is normal where the result is zero, subnormal or infinite.
+    Two factors are used: each is normal if the result is zero, subnormal or infinite.
     """
     n = builder.sub(builder.bitcast(n, INTEGERS), each(WHOLE_BITS))
     half = builder.ashr(n, each(1))

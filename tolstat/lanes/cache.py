@@ -1,10 +1,10 @@
-"""Where compiled code is kept between sessions.
+"""Folder of compiled code that is kept between sessions.
 
-Numba's cache sees only the file of the outermost function, whose bytes it compares: an
-edit elsewhere would give the old answer. So a folder is named by a digest of all that
-the file computes. Within a folder entries go by file and line, and hold for one state
-of the file: a moved line compiles again, and no two entries cross. The folders of
-digests long unused are removed.
+Numba's cache compares only the file of the outermost function: after an edit of another
+file it would return the old code. So a folder is named by a digest of everything that
+the file computes. Within a folder, entries are by file and line, and for one state of
+the file: a moved line compiles again, and entries never mix. Folders of digests that
+are long unused are removed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import platformdirs
 
 from tolstat.lanes.digest import Place, digest
 
-# what is compiled into every function: it may be reached by no name
+# compiled into every function, although no name may refer to it
 ENGINE = (
     Place(Path(__file__).with_name("compiled.py"), "compiled"),
     Place(Path(__file__).with_name("rows.py"), "rows"),
@@ -34,20 +34,20 @@ UNUSED_DAYS = 14.0
 
 @cache
 def cache_folder(source: Path, module: str) -> str | None:
-    """Find and prepare the folder of the compiled code of a source file.
+    """Return the folder of the compiled code of a source file, and create it.
 
     Parameters
     ----------
     source : Path
-        The file of a function that is compiled.
+        File of a compiled function.
     module : str
-        As what that file is imported: Numba looks for the same again, and a custom
-        model may be a script today and part of a package tomorrow.
+        Name under which the file is imported. Numba looks for the same name, and a
+        custom model may be a script first and part of a package later.
 
     Returns
     -------
     str or None
-        None where nothing can be written: a warning says so, and every session
+        None if nothing can be written: a warning says so, and every session
         compiles again. The environment variable NUMBA_CACHE_DIR moves the folder.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
@@ -70,16 +70,16 @@ def cache_folder(source: Path, module: str) -> str | None:
 
 @contextmanager
 def intact(folder: str) -> Iterator[list[str]]:
-    """Let one process at a time compile, with files that are as they were written.
+    """Yield the names of damaged files, while no other process compiles.
 
-    Yields the names of damaged files. They are removed before, as they could do
-    anything, and so are files that no process finished.
+    Damaged and unfinished files are removed first, because their effect is
+    unpredictable.
     """
     home = Path(folder)
     home.mkdir(exist_ok=True)
     written = home / "written.json"
     with open(home.parent / "used", "ab") as file:
-        with suppress(ImportError, OSError):  # without locks processes compile twice
+        with suppress(ImportError, OSError):  # without locks, processes compile twice
             import fcntl
 
             fcntl.flock(file, fcntl.LOCK_EX)

@@ -1,4 +1,4 @@
-"""Compilation the way tolstat does it: cached by source, without the GIL."""
+"""Compilation in tolstat: cached by source, without the GIL."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from tolstat.lanes.digest import PACKAGE
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# never "nnan" or "ninf": a trial that blows up must be seen
+# never "nnan" or "ninf": a trial that diverges must be detected
 FASTMATH = {"contract", "nsz", "arcp"}
-# LLVM's third level finds nothing more in equations, and takes a tenth longer; the
-# number is one of Numba's own kind
+# LLVM's third level does not make equations faster, and takes a tenth longer; the
+# number has a type of Numba
 LEVEL = type(numba.config.OPT)(2)
 
 
@@ -32,8 +32,8 @@ def compiled(
     Parameters
     ----------
     signature : optional
-        Numba signature; with one the function is compiled at once and its machine code
-        kept between sessions, without one it is compiled into whatever calls it.
+        Numba signature. With one, the function is compiled at once and its machine code
+        is kept between sessions. Without one, it is compiled into its callers.
     within : bool
         Compile the function into its caller, leaving no call: for equations.
 
@@ -52,20 +52,20 @@ def compiled(
     def decorate(function: Function) -> Any:
         source = Path(function.__code__.co_filename)
         own = source.is_relative_to(PACKAGE)
-        # tolstat's own make no arrays: counting who refers to those of the march took a
-        # quarter of its time, one locked instruction for each slice
+        # tolstat's functions create no arrays: reference counting took a quarter of
+        # the time of `march`, one locked instruction for each slice
         options["_nrt"] = not own
         if signature is None:
-            # nor do they need a way in from Python: unpacking arguments is most of
-            # the code, and whoever called would crash
+            # they also need no entry from Python: unpacking arguments is most of the
+            # code, and a call would crash
             return njit(no_cpython_wrapper=own, no_cfunc_wrapper=own, **options)(
                 function
             )
-        typed_in = not source.is_file()  # at a prompt: there is nothing to go by
+        typed_in = not source.is_file()  # at a prompt: without a file to digest
         folder = None if typed_in else cache_folder(source, function.__module__)
         before = numba.config.CACHE_DIR, numba.config.OPT
         try:
-            # global to every user of Numba in the process: put back at once
+            # global to every user of Numba in the process: restored at once
             numba.config.CACHE_DIR = folder or before[0]
             numba.config.OPT = min(LEVEL, before[1])
             if folder is None:
@@ -75,7 +75,7 @@ def compiled(
                     made = njit(signature, cache=True, **options)(function)
             except NumbaError:
                 raise
-            except Exception as error:  # what is kept there cannot be read, or written
+            except Exception as error:  # files in the folder cannot be read or written
                 damaged = [str(error) or type(error).__name__]
                 shutil.rmtree(folder, ignore_errors=True)
                 made = njit(signature, **options)(function)

@@ -1,17 +1,16 @@
-"""What identifies a computation: the code that computes it, and nothing else.
+"""Digest of a computation: of the code that computes it, and of nothing else.
 
 Every name is followed from the roots to its definition, through the imports within
 tolstat, within the package of a file and within its folder. The digest is of the syntax
 trees that are reached. A name stands for its definition: files and functions may be
-moved and renamed. What lies outside counts by its name; its version is stored with a
-run.
+moved and renamed. External code counts by its name; a run stores its version.
 
 These do not count: comments, docstrings, annotations, positions, the arguments of
-`raise` and of warnings, the labels of what a model declares, and what it only shows.
+`raise` and of warnings, the labels of a model's declarations, and its display members.
 
-Functions that register with Numba have no name that others use. They count in every
-file that is entered, as do statements that are carried out when a file is loaded.
-Code that is imported by a text is not seen, and neither is a file of data.
+Functions that register with Numba are not referred to by name. They count in every file
+that is reached, and so do statements that are executed when a file is loaded. Code that
+is imported by a text is not detected, and neither is a data file.
 """
 
 from __future__ import annotations
@@ -25,21 +24,21 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 PACKAGE = Path(__file__).parents[1]
-# what keeps compiled code decides no number
+# the cache of compiled code affects no number
 OPAQUE = ("lanes/digest.py", "lanes/cache.py")
 INSTALLED = {Path(sysconfig.get_path(each)) for each in ("purelib", "platlib")}
 
-# what a model declares, and how many of its first arguments count although they are
-# texts; what else is given counts, but for the labels
+# declarations of a model, and how many of their first arguments count although they are
+# texts; other arguments count, except labels
 DECLARED = {"Contributor": 2, "Response": 2, "setting": 1, "column": 0}
 LABELS = {"symbol", "sentence", "source", "shown", "part", "caveat"}
-# members of a model, a class with both of these, that no trial needs
+# a class with both of these is a model; no trial needs the members in SHOWN
 MODEL = {"describe", "evaluate"}
 SHOWN = {
     "name", "title", "assumptions", "failures", "views",
     "history", "numbers", "moves", "source_digest",
 }  # fmt: skip
-# annotations, messages, and what is not alike in all versions of Python
+# annotations, messages, and fields that differ between versions of Python
 SKIPPED = {
     "annotation", "returns", "exc", "cause", "msg",
     "ctx", "kind", "type_comment", "type_params",
@@ -60,18 +59,18 @@ class _Module(NamedTuple):
     """A file, parsed."""
 
     path: Path
-    defined: dict[str, list[ast.stmt]]  # what binds or changes a name; effects too
+    defined: dict[str, list[ast.stmt]]  # by name that they bind or change; effects
     imported: dict[str, Place | str]
 
 
 @cache
 def digest(*roots: Place | str) -> str:
-    """Digest what computes the roots.
+    """Return the digest of the code that computes the roots.
 
     Parameters
     ----------
     *roots : Place or str
-        Definitions and files; a text counts as it is.
+        Definitions and files; a text counts literally.
 
     Returns
     -------
@@ -83,7 +82,7 @@ def digest(*roots: Place | str) -> str:
         places, text = _reached(wanted.pop())
         found.add(hashlib.sha256(text.encode()).hexdigest())
         paths = [place.path for place in places]
-        for path in paths:  # grows by what is imported as a module
+        for path in paths:  # grows by imported modules
             if path not in entered:
                 entered.add(path)
                 wanted += _effects(path)
@@ -93,13 +92,13 @@ def digest(*roots: Place | str) -> str:
 
 
 def forget() -> None:
-    """Read all files again: they may have changed."""
+    """Forget all files: they may have changed."""
     for each in (digest, _module, _written):
         each.cache_clear()
 
 
 def _reached(root: Place | str) -> tuple[list[Place], str]:
-    """Return what a root reaches, and its text: definitions go by their turn."""
+    """Return the places that a root reaches, and its text with numbered definitions."""
     if isinstance(root, str):
         return [], root
     text, turns, places = list[str](), {root: 0}, [root]
@@ -144,7 +143,7 @@ def _bound(statement: ast.stmt) -> list[str]:
 
 
 def _imports(tree: ast.AST, path: Path) -> dict[str, Place | str]:
-    """Return what a tree imports, by the names that it gets there."""
+    """Return the imports of a tree, by their names in it."""
     found: dict[str, Place | str] = {}
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -163,7 +162,7 @@ def _imports(tree: ast.AST, path: Path) -> dict[str, Place | str]:
 
 
 def _effects(path: Path) -> list[Place]:
-    """List what counts in a file by no name: effects, and what Numba decorates."""
+    """Return the nameless places of a file: effects, and functions for Numba."""
     module, found = _module(path), list[Place]()
     for name, statements in module.defined.items():
         decorators = [d for s in statements for d in getattr(s, "decorator_list", ())]
@@ -174,14 +173,14 @@ def _effects(path: Path) -> list[Place]:
 
 
 def _file_of(dotted: str, path: Path, level: int = 0) -> Place | None:
-    """Find the file of a module that a file imports; None if it lies outside."""
+    """Return the file of a module that a file imports; None if it is external."""
     parts = dotted.split(".") if dotted else []
     top = next(each for each in path.parents if not (each / "__init__.py").exists())
     if level:
         homes = [path.parents[level - 1]]
     elif parts[0] == PACKAGE.name:
         homes = [PACKAGE.parent]
-    elif top in {PACKAGE.parent, *INSTALLED}:  # beside it lies what is outside
+    elif top in {PACKAGE.parent, *INSTALLED}:  # modules next to it are external
         homes = [top] if top / parts[0] in path.parents else []
     else:
         homes = [top, path.parent]
@@ -191,7 +190,7 @@ def _file_of(dotted: str, path: Path, level: int = 0) -> Place | None:
 
 
 def _definition(of: Place | str) -> Place | str:
-    """Follow a name, through imports and shorter names, to its definition."""
+    """Return the definition of a name, through imports and aliases."""
     if isinstance(of, str) or not of.name:
         return of
     if of.name in DECLARED and of.path.is_relative_to(PACKAGE / "model"):
@@ -203,13 +202,13 @@ def _definition(of: Place | str) -> Place | str:
         case None if of.path.name == "__init__.py":
             return _file_of(of.name, of.path, 1) or of
         case [ast.Assign([ast.Name()], ast.Name() | ast.Attribute() as longer)]:
-            itself = ast.unparse(longer) == of.name  # of Python
+            itself = ast.unparse(longer) == of.name  # a built-in name
             return of if itself else _target(longer, module) or of
     return of
 
 
 def _target(node: ast.AST, module: _Module) -> Place | str | None:
-    """Find what an expression names: a definition, a module, what lies outside."""
+    """Return the definition, module or external name that an expression names."""
     match node:
         case ast.Name(name) if name in module.imported:
             return _definition(module.imported[name])
@@ -225,7 +224,7 @@ def _target(node: ast.AST, module: _Module) -> Place | str | None:
 
 @cache
 def _written(place: Place) -> list[Place | str]:
-    """Write a definition, with the places of the definitions that it names."""
+    """Return the text of a definition, with the places of definitions it names."""
     module = _module(place.path)
     if place.name not in module.defined:
         return [Place(place.path, name) for name in module.defined]
@@ -238,7 +237,7 @@ def _written(place: Place) -> list[Place | str]:
 
 
 def _texts(node: Any, module: _Module) -> Iterator[Place | str]:
-    """Yield of a syntax tree what is computed."""
+    """Yield the computed parts of a syntax tree."""
     if isinstance(node, list):
         yield "["
         for each in node:
@@ -255,7 +254,7 @@ def _texts(node: Any, module: _Module) -> Iterator[Place | str]:
 
 
 def _computed(node: ast.AST, module: _Module) -> list[Any]:
-    """List the fields of a node that count."""
+    """Return the fields of a node that count."""
     fields = {n: getattr(node, n, None) for n in node._fields if n not in SKIPPED}
     if isinstance(node, ast.Call):
         function = _target(node.func, module)

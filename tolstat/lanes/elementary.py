@@ -1,7 +1,7 @@
 """NumPy's elementary functions on vectors and masks: `np.sqrt`, `np.where`, ...
 
-Importing this file registers them with Numba, so that equations in plain NumPy compile
-to registers. Each is a few LLVM instructions.
+Importing this file registers them with Numba: equations in plain NumPy compile to
+registers. Each is a few LLVM instructions.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tolstat.lanes.vector import DOUBLES, WIDTH, instructions, mask, vector
 
 
 def call(builder, name, *values):
-    """Call one of LLVM's functions of vectors, or of a mask."""
+    """Return a call of one of LLVM's functions of vectors, or of a mask."""
     of_vector = values[0].type == DOUBLES
     result = DOUBLES if of_vector else ir.IntType(1)
     full_name = f"llvm.{name}.v{WIDTH}{'f64' if of_vector else 'i1'}"
@@ -62,7 +62,7 @@ def multiply_add(builder, a, b, c):
 
 @overload(np.where)
 def where(condition, a, b):
-    """Take a where the condition holds, else b; both are computed."""
+    """Return a if the condition holds, otherwise b; both are computed."""
     if condition is mask:
         return lambda condition, a, b: _select(condition, a, b)
     return None
@@ -70,7 +70,7 @@ def where(condition, a, b):
 
 @overload(np.copysign)
 def copysign(x, sign):
-    """Give x the sign of another number, signed zeros and NaN included."""
+    """Return x with the sign of another number, signed zeros and NaN included."""
     if vector in (x, sign):
         return lambda x, sign: _copysign(x, sign)
     return None
@@ -78,7 +78,7 @@ def copysign(x, sign):
 
 @overload(np.maximum, jit_options={"fastmath": False})
 def maximum(a, b):
-    """Take the greater; a NaN on either side stays, so diverged trials are seen."""
+    """Return the greater; NaN on either side stays, so diverged trials are detected."""
     if vector in (a, b):
         return lambda a, b: _select((a >= b) | (a != a), a, b)
     return None
@@ -86,7 +86,7 @@ def maximum(a, b):
 
 @overload(np.minimum, jit_options={"fastmath": False})
 def minimum(a, b):
-    """Take the lesser; a NaN on either side stays."""
+    """Return the lesser; NaN on either side stays."""
     if vector in (a, b):
         return lambda a, b: _select((a <= b) | (a != a), a, b)
     return None
@@ -94,7 +94,7 @@ def minimum(a, b):
 
 @overload(np.isfinite, jit_options={"fastmath": False})
 def isfinite(x):
-    """Tell which lanes hold a number, not an infinity or NaN."""
+    """Return which lanes hold a number, not infinity or NaN."""
     if x is vector:
         return lambda x: np.abs(x) < np.inf
     return None

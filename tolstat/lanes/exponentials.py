@@ -1,6 +1,6 @@
 """Branch-free log, exp and powers of vectors, each at most 2 ulp.
 
-log and exp have forms in two doubles for what uses them.
+log and exp also have forms in two doubles.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ def _log_near_one(m):
 def log_in_two(x):
     """Return log x in two doubles, their sum off by 2^-65 of itself.
 
-    The second is zero where the first is no finite number: of 0, infinity, NaN; NaN is
-    the answer below 0, too.
+    The second is zero if the first is not finite: for x of 0, infinity or NaN. Below 0
+    the first is NaN.
     """
     tiny = x < SMALLEST_NORMAL
     normal = np.where(tiny, x * TWO_54, x)
@@ -70,7 +70,7 @@ def log_in_two(x):
     total, lost = fast_two_sum(k * LN2_A, near)
     log, log_lost = fast_two_sum(total, lost + multiply_add(k, LN2_B, near_lost))
     finite = (x > 0.0) & (x < np.inf)
-    # of 0, infinity and NaN, and then below 0
+    # for 0, infinity and NaN, and for x below 0
     other = np.where(x == 0.0, -np.inf, np.where(x < 0.0, np.nan, x))
     return np.where(finite, log, other), np.where(finite, log_lost, 0.0)
 
@@ -101,7 +101,7 @@ EXP_SERIES = binary.two_chains(
 
 @register_jitable(**STRICT)
 def exp_of_two(x, x_lost):
-    """Return e^(x + x_lost), x_lost a correction that x cannot hold.
+    """Return e^(x + x_lost); x_lost is a correction below the precision of x.
 
     x + x_lost = n ln 2 + r, |r| <= ln 2/2; e^r = 1 + r + r^2 Q(r), Q the series.
     """
@@ -129,8 +129,8 @@ def exp(x):
 def _power(x, y):
     """Return e^(y log |x|), with the sign and the exceptions of x^y.
 
-    A relative error of 2^-65 of the logarithm is an error of 2^-55 where y makes it
-    745, the most that does not overflow: a quarter of an ulp of the result.
+    A relative error of 2^-65 of the logarithm is an error of 2^-55 at y log |x| = 745,
+    the most that does not overflow: a quarter of an ulp of the result.
     """
     a = np.abs(x)
     log, log_lost = log_in_two(a)

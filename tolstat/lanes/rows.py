@@ -29,7 +29,7 @@ Names = TypeVar("Names")
 
 
 def rows(array: NDArray[np.float64]) -> NDArray[np.float64]:
-    """See an array [row, lane] as rows of lanes.
+    """Return an array [row, lane] as rows of lanes.
 
     Parameters
     ----------
@@ -40,13 +40,13 @@ def rows(array: NDArray[np.float64]) -> NDArray[np.float64]:
     -------
     rows
         `view[i]` is the i-th row of lanes, `view[i] = v` stores one, `len(view)` is n,
-        `view[i:]` and `view[i:j]` are rows, too. Uncompiled it is the array itself.
+        `view[i:]` and `view[i:j]` are rows. Uncompiled it is the array itself.
     """
     return array
 
 
 def named(names: type[Names], array: NDArray[np.float64]) -> Names:
-    """Read an array [row, lane] as a named tuple, one row a field.
+    """Return an array [row, lane] as a named tuple, one row a field.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ make_attribute_wrapper(RowsType, "count", "count")
 
 
 def _row_address(builder, data, index):
-    """Point to one row; NumPy promises only 8-byte alignment."""
+    """Return the address of a row; NumPy guarantees only 8-byte alignment."""
     lane = builder.mul(index, ir.Constant(index.type, WIDTH))
     return builder.bitcast(builder.gep(data, [lane]), DOUBLES.as_pointer())
 
@@ -176,7 +176,7 @@ def getitem(view, index):
     if view is rows_type and isinstance(index, types.Integer):
         return lambda view, index: _get(view, index)
     if view is rows_type and isinstance(index, types.SliceType):
-        # an end that is left out is the greatest whole number
+        # an omitted end is the greatest whole number
         return lambda view, index: _part(view, index.start, min(index.stop, len(view)))
     return None
 
@@ -190,16 +190,16 @@ def setitem(view, index, value):
 
 
 def write(array: NDArray[np.float64], first: int, values: tuple[Any, ...]) -> None:
-    """Store a tuple of rows into an array [row, lane], from a row onwards.
+    """Store a tuple of rows in an array [row, lane], from a row onwards.
 
     Parameters
     ----------
     array : float64[n, lanes]
-        Where to.
+        Destination.
     first : int
         The row that takes the first value.
     values : tuple of float64[lanes], or of such tuples
-        What, in order.
+        Values, in order.
     """
     for i, value in enumerate(_leaves(values)):
         array[first + i] = value
@@ -211,7 +211,7 @@ def _leaves(values: tuple[Any, ...]) -> Iterator[Any]:
 
 
 def _flat(builder, values, kind):
-    """Yield what a tuple and those in it hold, with its types."""
+    """Yield the values of a nested tuple, with their types."""
     for i, each in enumerate(kind):
         value = builder.extract_value(values, i)
         if isinstance(each, types.BaseTuple):

@@ -1,7 +1,7 @@
 """Branch-free sin, cos and arctan of vectors.
 
-sin and cos err by at most 2 ulp up to |x| = 1e6, beyond which they are NaN; arctan by
-1.1e-13 of itself, with one division.
+sin and cos err by at most 2 ulp up to |x| = 1e6, and are NaN above. arctan has a
+relative error of at most 1.1e-13, with one division.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ COS_SERIES = horner(
 
 @instructions(mask, vector)
 def _is_odd(builder, turns):
-    """Tell where the whole number in the last bits is odd."""
+    """Return whether the whole number in the last bits is odd."""
     last = builder.and_(builder.bitcast(turns, INTEGERS), each(1))
     return builder.icmp_unsigned("!=", last, each(0))
 
 
 @instructions(vector, vector, vector)
 def _signed_by(builder, x, turns):
-    """Change the sign of x where the second last bit of the turns is set."""
+    """Return x with its sign changed where the second last bit of `turns` is set."""
     value, turns = (builder.bitcast(arg, INTEGERS) for arg in (x, turns))
     sign = builder.and_(builder.shl(turns, each(62)), each(-(2**63)))
     return builder.bitcast(builder.xor(value, sign), DOUBLES)
@@ -49,7 +49,7 @@ def _signed_by(builder, x, turns):
 
 @register_jitable(**STRICT)
 def _reduce(x):
-    """Write x = n pi/2 + r with |r| <= pi/4; return r, and n in the last bits.
+    """Return r, and n in the last bits, of x = n pi/2 + r with |r| <= pi/4.
 
     x - n A is exact: a multiple of 2^-53 below 1. With n B it is rounded once, so that
     no digit is lost near a multiple of pi/2; n C is below that rounding error.
@@ -123,8 +123,8 @@ def arctan(x):
 
     |x| is reduced to |t| <= tan(pi/8) by atan(x) = pi/4 + atan((x - 1)/(x + 1)) or
     pi/2 - atan(1/x). There atan(t) = t + t^3 A(t^2), A the Chebyshev fit of 8 terms
-    computed with 200 bits, whose error dominates. Three more terms would cost time, and
-    no error control of a smooth friction or contact law would see them.
+    computed with 200 bits, whose error dominates. Three more terms would cost time
+    without any effect on the error control of a smooth friction or contact law.
     """
     if x is not vector:
         return None

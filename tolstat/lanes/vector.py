@@ -1,7 +1,7 @@
 """The vector of lanes: a Numba type holding one float64 of each of WIDTH trials.
 
-LLVM splits it on processors with narrower registers, so the width is a constant of the
-package and not of the processor. Operators of vectors and masks work lane by lane.
+LLVM splits it on processors with narrower registers: the width is a constant of the
+package, not of the processor. Operators of vectors and masks work lane by lane.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class VectorType(types.Type):
         super().__init__(name=f"lanes({WIDTH})")
 
     def can_convert_from(self, typingctx, other):
-        """Let a plain number stand for the same number in every lane."""
+        """Return the conversion of a plain number, to the same number in every lane."""
         if isinstance(other, types.Float | types.Integer):
             return Conversion.unsafe  # worst rank: plain arithmetic stays plain
         return None
@@ -65,7 +65,7 @@ class LanesModel(models.PrimitiveModel):
 
 
 def broadcast(builder, scalar):
-    """Copy an LLVM double into every lane."""
+    """Return a vector with an LLVM double in every lane."""
     one = builder.insert_element(
         ir.Constant(DOUBLES, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0)
     )
@@ -76,19 +76,19 @@ def broadcast(builder, scalar):
 @lower_cast(types.Float, VectorType)
 @lower_cast(types.Integer, VectorType)
 def cast_number(context, builder, fromty, toty, val):
-    """Broadcast a plain number."""
+    """Return a plain number in every lane."""
     return broadcast(builder, context.cast(builder, val, fromty, types.float64))
 
 
 def instructions(result, *arguments):
-    """Make a function of a builder and LLVM values one that compiled code can call.
+    """Return a decorator: compiled code can call a function of builder and LLVM values.
 
     Parameters
     ----------
     result : types.Type
-        What it returns.
+        Type of the result.
     *arguments : types.Type
-        Its arguments, up to three.
+        Types of the arguments, up to three.
     """
 
     def decorate(write):
@@ -107,7 +107,7 @@ def instructions(result, *arguments):
 
 
 def _teach(op, result, arguments, instruction, *first):
-    """Teach Numba an operator: an instruction of the builder, what it gets first."""
+    """Teach Numba an operator: instruction of the builder, and its first arguments."""
 
     @infer_global(op)
     class Template(ConcreteTemplate):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-CONFIDENCE = 0.95  # of every interval that is shown
+CONFIDENCE = 0.95  # of every printed interval
 RANDOM_ONLY = "for random trials only"
 FAILED_THERE = "failed trials may lie there"
 
@@ -16,11 +16,11 @@ class Estimate(NamedTuple):
     Attributes
     ----------
     value : float
-        The estimate; NaN where there is none.
+        The estimate; NaN if there is none.
     lower, upper : float
-        Ends of the interval; NaN where no trustworthy one exists.
+        Ends of the interval; NaN if no trustworthy one exists.
     reason : str
-        Why there is none.
+        Reason why there is no interval.
     """
 
     value: float
@@ -45,7 +45,7 @@ class Estimate(NamedTuple):
 
     @property
     def complement(self) -> Estimate:
-        """Of a share: that of all other units."""
+        """Share of all other units, if the number is a share."""
         ends = 1 - self.upper, 1 - self.lower
         return Estimate(1 - self.value, *ends, self.reason)
 
@@ -56,7 +56,7 @@ NONE_DONE = Estimate(math.nan, reason="no trial is done")
 def enclosing(value: float, lower: float, upper: float) -> Estimate:
     """Return an estimate whose interval always holds its value.
 
-    An infinite end means that failed trials may lie there: then there is no interval.
+    An infinite end means that failed trials may lie there: there is no interval then.
     """
     if not math.isfinite(lower + upper):
         shown = value if math.isfinite(value) else math.nan

@@ -1,4 +1,4 @@
-"""The errors of integration, and how far they move statistics and verdicts."""
+"""Integration errors, and their effect on statistics and verdicts."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ class IntegrationError(NamedTuple):
     Attributes
     ----------
     trials : int64[n]
-        These trials, all of them done both times.
+        Trials that are done in both integrations.
     errors : float64[n]
         Stored response less the precise one.
     representative : bool[n]
         Whether a trial represents those of similar response that were not integrated
         again.
     failed : int
-        Trials left out because they failed one of the two times.
+        Trials left out because they failed in one of the two integrations.
     """
 
     trials: Integers
@@ -38,19 +38,18 @@ class IntegrationError(NamedTuple):
         return float(np.abs(self.errors).max()) if len(self.errors) else math.nan
 
     def of(self, trials: Integers) -> IntegrationError:
-        """Return the errors of those among given trials."""
+        """Return the errors of given trials only."""
         some = np.isin(self.trials, trials)
         return IntegrationError(
             self.trials[some], self.errors[some], self.representative[some], 0
         )
 
     def removed(self, values: Array) -> Array:
-        """Return float64[trial] as precise integration would have found it.
+        """Return float64[trial], the response without its integration error.
 
-        Precise in the trials integrated again. In any other trial, less the error of
-        the representative trial of nearest response; several of equal response take
-        turns. So each counts for as many trials as it represents, even where trials
-        were chosen by their response.
+        Trials that were integrated again have their precise value. Other trials lose
+        the error of the representative trial of nearest response. Representative trials
+        of equal response take turns: each counts for as many trials as it represents.
         """
         if not self.representative.any():
             return np.full_like(values, np.nan)
@@ -83,8 +82,8 @@ def integration_error(
     Parameters
     ----------
     representative : bool[n]
-        Whether a trial represents those of similar response: it was chosen at random or
-        by this response. Another response may choose trials that are rare among these.
+        Whether a trial represents trials of similar response: chosen at random or by
+        this response. A trial chosen by another response may be unusual among these.
     """
     errors = values[trials] - precise
     done = np.isfinite(errors)
@@ -107,15 +106,15 @@ class VerdictChanges(NamedTuple):
     Attributes
     ----------
     near : int
-        Trials nearest to the limit that were integrated again, without a gap.
+        Trials integrated again that are nearer to the limit than all others.
     changed : int
-        Trials integrated again that are within the limit one time only.
+        Trials integrated again that are within the limit in one integration only.
     gap : float
-        Distance from the limit of the nearest trial that was not integrated again:
-        while no error of these is as large, only the changed ones change sides.
+        Distance from the limit to the nearest trial that was not integrated again.
+        If the errors of such trials are smaller, only `changed` trials change sides.
         Infinite if there is none.
     at_most : float
-        Greatest change of the share out of limit then: the changed ones, of all done.
+        Greatest change of the share out of limit then: `changed` over all trials done.
     """
 
     near: int
@@ -135,7 +134,7 @@ def verdict_changes(
     Parameters
     ----------
     trials : int64[n]
-        Which of them were integrated again, done both times.
+        Trials that are done in both integrations.
     precise : float64[n]
         Their precise response.
     """

@@ -1,4 +1,4 @@
-"""A value that many units share, such as no loss at all."""
+"""A value that many units share, such as a loss of zero."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.replicates import share_from_replicates
 from tolstat.statistics.intervals.shares import anytime_valid
 
-LEAST_EQUAL = 0.005  # fraction of the trials with one value that is a point mass
+LEAST_EQUAL = 0.005  # least fraction of the trials in a point mass
 NEAR = 1e-4  # of the range of 99.5 % of the trials: closer values count as equal
-LEAST_NEAR = 5, 0.1  # trials, and fraction of them, that nearly equal values need
+LEAST_NEAR = 5, 0.1  # trials, and fraction of all, for nearly equal values
 
 
 class PointMass(NamedTuple):
-    """A value that many units share: its middle, its ends, the fraction that has it."""
+    """A value that many units share: middle, ends, and fraction of the units."""
 
     value: float
     least: float
@@ -25,17 +25,17 @@ class PointMass(NamedTuple):
     share: Estimate
 
     def without(self, values: Array) -> Array:
-        """Return those of float64[n] that have another value."""
+        """Return float64[n] without the point mass."""
         return values[(values < self.least) | (values > self.largest)]
 
 
 def point_mass_of(values: Array, replicate: Integers | None = None) -> PointMass | None:
-    """Find the value that more of float64[n] units share than chance allows.
+    """Return the value that more of float64[n] units share than chance allows.
 
-    The value that at least 0.5 % have exactly. Else at least 10 % that lie within a ten
-    thousandth of the range of 99.5 % of them (a loss that is zero but for smoothed
-    friction). None for a response without either. `replicate` is the number of the
-    randomisation of each; without it they are independent.
+    At least 0.5 % of the units have exactly this value. Otherwise, at least 10 % lie
+    within a ten thousandth of the range of 99.5 % (zero loss with smoothed friction).
+    None if neither holds. `replicate` is the randomisation number of each unit; without
+    it units are independent.
     """
     n = len(values)
     if n < 2 or np.ptp(values) == 0:
@@ -57,7 +57,7 @@ def point_mass_of(values: Array, replicate: Integers | None = None) -> PointMass
 
 
 def _described(values: Array, replicate: Integers | None, equal: Array) -> PointMass:
-    """Describe the values that count as equal; ascending."""
+    """Return the point mass of ascending values that count as equal."""
     middle, least, largest = (float(equal[i]) for i in (len(equal) // 2, 0, -1))
     if replicate is None:
         # anytime-valid: it is reported only where values are equal

@@ -26,12 +26,12 @@ class Sample(NamedTuple):
     status : int[trial]
         Values of `Status`.
     replicates : int
-        Of the sampling: 0 where the trials are independent.
+        Replicates of the sampling; 0 if the trials are independent.
     each : float
-        Trials of the run for each of these: more than one where a run for Sobol'
-        indices has further trials.
+        Trials of the run for each trial of the sample: above 1 in a run for Sobol'
+        indices.
     weights : Weights or None
-        Where the trials stand for units of other distributions; all of them have run.
+        Given if trials stand for units of other distributions; all trials have run.
     """
 
     status: NDArray[np.integer]
@@ -58,7 +58,7 @@ class Sample(NamedTuple):
 
     @property
     def replicate(self) -> Integers:
-        """Number of the randomisation of each trial: int64[trial]."""
+        """Randomisation number of each trial: int64[trial]."""
         return np.arange(len(self.status)) % max(self.replicates, 1)
 
     def share(
@@ -72,7 +72,7 @@ class Sample(NamedTuple):
         Parameters
         ----------
         counted : function
-            Of a count and of trials: the estimate of independent trials.
+            Estimates a share from a count and a number of independent trials.
         """
         units = units[among]
         if self.replicates:
@@ -82,7 +82,7 @@ class Sample(NamedTuple):
         return counted(int(np.count_nonzero(units)), len(units))
 
     def weights_of(self, trials: Truths) -> Weights | None:
-        """Return the weights of trials of one kind: bool[trial]."""
+        """Return the weights of the trials that bool[trial] selects."""
         return self.weights and self.weights.of(trials)
 
     def first(self, trials: int) -> Sample:

@@ -57,9 +57,9 @@ class Summary:
     mean, sigma : Estimate
         Mean and standard deviation of the trials that are done.
     least, largest : float
-        Of these; NaN if there are none, or if they are weighted.
+        Extremes of the trials that are done; NaN without any, or with weights.
     quantiles : dict of float to Estimate
-        By `QUANTILES`.
+        Quantile by share, for `QUANTILES`.
     limited : Limited or None
         None without a limit.
     """
@@ -80,7 +80,7 @@ def summarize(
 ) -> Summary:
     """Summarize a response: float64[trial], SI, NaN in trials that are not done.
 
-    With its limit and its declared range, whose open ends are infinite.
+    `declared` is the declared range of the response; an open end is infinite.
     """
     done = values[sample.done]
     limited = None

@@ -1,4 +1,4 @@
-"""Tolerances allocated: against closed forms, and by what is asked."""
+"""Allocated tolerances against closed forms and requests."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from tolstat.render.screen import as_text
 from tolstat.study.study import load
 
 
-def test_a_linear_stack_costs_what_lagrange_says(monkeypatch):
+def test_linear_stack_has_the_cost_of_lagranges_solution(monkeypatch):
     monkeypatch.setattr(searches, "CURVE", np.array([0.5, 2.0]))  # less to be searched
     found = tolstat.allocate(reciprocal(), model=Linear())
     cost, halves = closed_form()
@@ -61,7 +61,7 @@ def test_a_linear_stack_costs_what_lagrange_says(monkeypatch):
     assert equal.fraction_out_of_any_limit.value < 0.8 * drawn_share
 
 
-def test_only_what_is_offered_is_chosen_and_the_cheapest_of_it():
+def test_the_cheapest_offered_tolerance_is_chosen():
     found = tolstat.allocate(listed(), trials=4000, model=Linear())
     # normal: which combinations meet the limit, and the cheapest of these
     widths = {words: float(words[2:5].rstrip(" ")) * 1e-3 for words in OFFERED}
@@ -80,7 +80,7 @@ def test_only_what_is_offered_is_chosen_and_the_cheapest_of_it():
     assert all(entry.found in OFFERED for entry in found.entries)
 
 
-def test_where_nothing_meets_the_limit_that_is_said_with_the_best_there_is():
+def test_an_infeasible_limit_is_reported_with_the_best_choice():
     found = tolstat.allocate(
         listed("99.99 %") | {"limits": {"gap": "-0.05..0.05 mm"}},
         trials=1000, model=Linear(),
@@ -92,7 +92,7 @@ def test_where_nothing_meets_the_limit_that_is_said_with_the_best_there_is():
     assert beyond.lower < 2 * ndtr(-0.05e-3 / sigma) < beyond.upper
 
 
-def test_what_weights_cannot_show_a_run_may():
+def test_a_fresh_run_may_prove_a_limit_that_weights_do_not():
     """Nothing out of limit in a short wide run, and no interval narrow enough."""
     given = listed() | {"limits": {"gap": {"limit": "-1..1 mm", "yield": "98 %"}}}
     found = tolstat.allocate(given, trials=120, model=Linear())
@@ -100,7 +100,7 @@ def test_what_weights_cannot_show_a_run_may():
 
 
 @pytest.mark.parametrize("sampling", ["rare", "sobol"])
-def test_machines_are_random_whatever_the_study_draws(sampling):
+def test_allocation_uses_random_trials_for_any_sampling(sampling):
     given = {"sampling": sampling, "trials": 8192}
     only = {"link_1": listed()["deviations"]["link_1"]}
     given["deviations"] = only | {"link_2": "+-0.08 mm", "link_3": "+-0.1 mm"}
@@ -116,7 +116,7 @@ def test_machines_are_random_whatever_the_study_draws(sampling):
     )  # neither is in a file
 
 
-def test_a_response_may_be_named_any_and_the_active_limit_is_named():
+def test_a_response_may_be_named_any_and_active_limits_are_named():
     given = listed()
     given["limits"]["any"] = {"limit": "-0.9..0.9 mm", "yield": "98 %"}
     found = tolstat.allocate(given, model=Two())
@@ -161,7 +161,7 @@ def uniform():
     }  # fmt: skip
 
 
-def test_proportions_are_kept_and_scaled_where_weights_do_not_show_the_way(
+def test_tolerances_are_scaled_together_if_weights_are_not_enough(
     monkeypatch,
 ):
     """The optimum, by trying widths on a grid: 34.41; by weights alone 35.6."""
@@ -172,7 +172,7 @@ def test_proportions_are_kept_and_scaled_where_weights_do_not_show_the_way(
     assert found.cost <= min(each.cost for each in rows)
 
 
-def test_five_uniform_links_cost_what_the_tail_of_their_sum_says(monkeypatch):
+def test_five_uniform_links_have_the_cost_of_the_closed_form_tail(monkeypatch):
     """Of five from -1 to 1 the sum is above 5 - 2 x with a chance of x^5 / 120.
 
     By weights alone, all or nothing, 8 % above the optimum; scaled with weights that a
@@ -192,7 +192,7 @@ def test_five_uniform_links_cost_what_the_tail_of_their_sum_says(monkeypatch):
     assert max(found.fresh_trials) <= 640_000
 
 
-def test_the_tightest_is_the_answer_where_it_alone_is_proved(monkeypatch):
+def test_the_tightest_choice_is_returned_if_only_it_is_proved(monkeypatch):
     monkeypatch.setattr(Search, "proved", lambda search: None)
     monkeypatch.setattr(allocating, "linear_choices", lambda search: ({}, {}))
     given = reciprocal()

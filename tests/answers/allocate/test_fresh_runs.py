@@ -1,4 +1,4 @@
-"""Fresh runs: of the study as written, remembered, and little of them kept."""
+"""Fresh runs: of the study as written, cached, with little memory."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tolstat.study.cost_entry import tolerance_words
 from tolstat.study.study import load
 
 
-def test_as_drawn_is_what_the_study_draws():
+def test_the_fresh_run_as_specified_equals_the_study():
     given = reciprocal()
     given["deviations"]["link_1"]["tolerance"] = "0.1..0.18009 mm"
     given["deviations"]["link_3"]["tolerance"] = "+-0.12349 mm"
@@ -33,7 +33,7 @@ def test_as_drawn_is_what_the_study_draws():
     assert scheme.tolerances["link_1"] == "0.1..0.18009 mm"
 
 
-def test_a_line_as_drawn_stays_as_it_is_written():
+def test_an_unchanged_entry_keeps_its_text():
     law = {"law": "reciprocal", "at": "+-0.02 mm", "price": 2}
     graded = {"iso1328": 7, "module": "12 mm", "cost": law}
     given = {"model": "stand", "trials": 8, "seed": 1}
@@ -48,7 +48,7 @@ def test_a_line_as_drawn_stays_as_it_is_written():
     assert other["deviations"]["runout_7"] == {"tolerance": "0..33 um", "cost": law}
 
 
-def test_what_was_run_once_is_remembered_and_counted():
+def test_repeated_choices_reuse_their_run():
     search = searching(reciprocal())
     runs, drawn = search.runs, search.specified
     wide = runs.workers.machines
@@ -74,7 +74,7 @@ def test_what_was_run_once_is_remembered_and_counted():
     assert runs.workers.machines - wide == sum(runs.made)
 
 
-def test_of_machines_that_were_run_little_is_kept():
+def test_fresh_runs_keep_little_memory():
     """Six runs, and in memory less than a tenth of what one of them answered."""
 
     class Many(Linear):

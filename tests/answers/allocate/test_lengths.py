@@ -1,4 +1,4 @@
-"""How many trials an allocation takes, and what is refused before any."""
+"""Number of trials of an allocation, and refusals before the first."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ARCSINE = {
 GRID = {"link_1": ["0 mm"]}
 
 
-def test_the_strictest_limit_says_how_many_machines(monkeypatch):
+def test_the_strictest_limit_sets_the_number_of_trials(monkeypatch):
     monkeypatch.setattr(allocating, "_answer", lambda search, *_: search.runs.trials)
     given = reciprocal(trials=10)
     given["limits"]["any"] = {"limit": "-9..9 mm", "yield": "99.5 %"}
@@ -32,7 +32,7 @@ def test_the_strictest_limit_says_how_many_machines(monkeypatch):
 @pytest.mark.parametrize(
     ("trials", "memory"), [(None, 1e11), (2000, 1e11), (2000, 1e8)]
 )
-def test_what_a_proof_takes_is_said_before_anything_runs(trials, memory, monkeypatch):
+def test_the_trials_of_a_proof_are_reported_before_the_run(trials, memory, monkeypatch):
     """Or refused where no such run can show what is demanded."""
     monkeypatch.setattr(size, "memory", lambda: memory)
     given, told = reciprocal(), []
@@ -68,7 +68,7 @@ def test_what_a_proof_takes_is_said_before_anything_runs(trials, memory, monkeyp
         ({"sampling": "grid", "grid": GRID, "deviations": {}}, "samples nothing"),
     ],
 )  # fmt: skip
-def test_what_has_nothing_to_be_allocated_is_refused(change, words):
+def test_studies_without_costs_or_limits_are_refused(change, words):
     given = {k: v for k, v in (reciprocal() | change).items() if v or k != "deviations"}
     if "grid" in given:
         given = {k: v for k, v in given.items() if k not in ("trials", "seed")}
@@ -77,6 +77,6 @@ def test_what_has_nothing_to_be_allocated_is_refused(change, words):
 
 
 @pytest.mark.parametrize("trials", [0, -5, 2.5])
-def test_a_number_of_trials_is_whole(trials):
+def test_the_number_of_trials_is_whole(trials):
     with pytest.raises(StudyError, match="a whole number from 1 on"):
         tolstat.allocate(reciprocal(), trials=trials, model=Linear())

@@ -46,7 +46,7 @@ def test_linear_schemes_are_closed_forms(change, correlation):
 
 
 @pytest.mark.parametrize("nearest", [0.0, 0.1])
-def test_a_machine_off_its_limit_as_drawn_has_no_worst_case(nearest):
+def test_a_nominal_out_of_limit_has_no_worst_case(nearest):
     """At an end nothing may scatter at all, and beyond it nothing helps."""
     limits = {"gap": f"{nearest}..0.9 mm", "any": f"-0.9..{-nearest} mm"}
     T = np.array([1, 2, 3]) * 4e-5
@@ -57,7 +57,7 @@ def test_a_machine_off_its_limit_as_drawn_has_no_worst_case(nearest):
     assert found == pytest.approx([np.inf, gap, T[0] / 0.9e-3 - 1, np.inf])
 
 
-def test_linear_schemes_know_what_is_always_so_and_what_lies_to_one_side():
+def test_linear_schemes_include_fixed_and_one_sided_parts():
     given = reciprocal()
     given["deviations"]["link_2"] = {"distribution": "constant", "value": "0.05 mm"}
     one_sided = given["deviations"]["link_3"]
@@ -79,7 +79,7 @@ def test_linear_schemes_know_what_is_always_so_and_what_lies_to_one_side():
     assert linear.root_sum_square(choice) == pytest.approx(math.log(share / 0.02))
 
 
-def test_slopes_are_of_the_machine_with_its_constant_parts():
+def test_slopes_are_taken_with_constant_parts_in_place():
     class Lever(Linear):
         def evaluate(self, deviations, settings):
             return Outcome((deviations[:, :1] * deviations[:, 1:2]) / 1e-3)

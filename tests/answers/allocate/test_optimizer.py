@@ -32,7 +32,7 @@ def excess(widths):
     return np.array([math.log(math.hypot(*widths) / BOUND)])
 
 
-def test_continuous_choices_are_those_of_lagrange():
+def test_continuous_choices_match_lagrange():
     found = cheapest([continuous(cost) for cost in COSTS], lambda x: excess(np.exp(x)))
     T = np.cbrt(COSTS)
     T *= BOUND / math.hypot(*T)
@@ -48,7 +48,7 @@ def by_hand(options):
     )
 
 
-def test_of_lists_every_combination_is_tried_or_they_are_exchanged(monkeypatch):
+def test_lists_are_enumerated_or_searched_by_exchange(monkeypatch):
     variables = [listed(cost) for cost in COSTS]
     found = cheapest(variables, lambda x: excess([*map(width, x)]))
     assert found.exhaustive and found.cost == pytest.approx(by_hand(7))
@@ -78,7 +78,7 @@ def test_lists_and_continuous_choices_together(most, monkeypatch):
     )
 
 
-def test_where_nothing_keeps_to_the_bounds_there_is_none():
+def test_no_feasible_choice_returns_none():
     def never(x):
         return np.array([0.1])
 
@@ -100,7 +100,7 @@ def test_the_tightest_is_not_always_safe(most, monkeypatch):
     assert found.choice == pytest.approx((math.log(BOUND), 3.0), rel=1e-3)
 
 
-def test_what_lies_beyond_moves_towards_what_keeps():
+def test_an_infeasible_choice_moves_towards_a_feasible_one():
     """Solved for a slope that leads astray, between two ends that do not keep."""
     variable = continuous(1.0)
     middle = 0.5 * (variable.tightest + variable.loosest)
@@ -120,7 +120,7 @@ def test_what_lies_beyond_moves_towards_what_keeps():
 
 
 @pytest.mark.parametrize(("kept", "begin"), [(0.5, 0.9), (0.0, 0.9), (0.25, 0.25)])
-def test_where_no_slope_shows_the_way_begin_middle_or_tightest_may_keep(kept, begin):
+def test_start_middle_or_tightest_is_used_without_slopes(kept, begin):
     """Only one of them does; from there as far as it goes towards what was solved."""
     variable = DesignVariable(lambda x: 9.0 - x, 0.0, 1.0)
 
@@ -132,7 +132,7 @@ def test_where_no_slope_shows_the_way_begin_middle_or_tightest_may_keep(kept, be
     assert about(found.choice)[0] < 0
 
 
-def test_of_lists_the_search_begins_where_it_keeps(monkeypatch):
+def test_the_search_of_lists_begins_at_a_feasible_choice(monkeypatch):
     monkeypatch.setattr(module, "MOST_TRIED", 10)
     variables = [DesignVariable(lambda x: 1.0 + x, 4.0, 0.0, 5)] * 4
 

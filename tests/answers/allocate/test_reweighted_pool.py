@@ -25,7 +25,7 @@ from tolstat.study.study import load
 
 
 @pytest.mark.parametrize("correlated", [False, True])
-def test_a_pool_is_as_good_as_a_run_of_any_tolerances(correlated):
+def test_the_pool_agrees_with_runs_of_any_tolerances(correlated):
     given = reciprocal()
     rank = 0.6 if correlated else 0.0
     if correlated:
@@ -52,7 +52,7 @@ def test_without_weights_the_upper_end_is_that_of_a_count():
         assert pool.upper_ends(choice, miss) == pytest.approx([upper, upper])
 
 
-def test_where_none_is_beyond_the_next_may_be_one_of_the_usual_weight():
+def test_without_trials_out_of_limit_the_next_has_the_usual_weight():
     """Of those within all limits one in 29 is kept, and counts 29 times."""
     given = reciprocal(limits={"gap": "-9..9 mm", "any": "-0.1..0.1 mm"})
     study = load(given, model=Two())
@@ -83,7 +83,7 @@ class Chain(Model):
 
 
 @pytest.mark.parametrize("order", ["nut rod pin cap", "nut pin rod cap"])
-def test_lines_in_a_chain_are_weighted_as_one(order):
+def test_correlated_entries_are_weighted_together(order):
     """Neighbours hang together, so all four do; the rod may join two that are there."""
     lines = order.split()
     cost = {"law": "reciprocal", "at": "+-0.1 mm", "price": 1, "loosest": "+-0.1 mm"}

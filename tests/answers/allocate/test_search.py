@@ -1,4 +1,4 @@
-"""The search: what is tried, proved, scaled, and which limits are active."""
+"""The search: choices that are tried, proved and scaled; active limits."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tolstat.answers.allocate.search import _aimed
 from tolstat.statistics.intervals.shares import anytime_valid
 
 
-def test_machines_of_the_pool_are_those_that_were_judged():
+def test_the_pool_has_the_trials_of_the_run():
     """They are drawn again; a run that grew is drawn as long as it is."""
     search = searching(reciprocal(), trials=500)
     near = search.runs.as_written(tuple(np.log(0.9 * closed_form()[1])))
@@ -35,7 +35,7 @@ def test_machines_of_the_pool_are_those_that_were_judged():
         assert np.array_equal(np.abs(gap) > LIMIT, out[0])
 
 
-def test_at_its_loosest_is_as_it_can_be_written():
+def test_the_loosest_tolerance_can_be_written():
     given = reciprocal()
     for line in given["deviations"].values():
         line["cost"]["loosest"] = "+-0.41239 mm"
@@ -48,7 +48,7 @@ def test_at_its_loosest_is_as_it_can_be_written():
     assert search.active_limits(search.loosest) == ()
 
 
-def test_what_a_run_does_not_show_is_made_tighter_until_one_does(monkeypatch):
+def test_choices_are_tightened_until_a_run_proves_them(monkeypatch):
     """Weights that promise a seventh less than is so: only fresh runs tell."""
 
     def promised(pool, choice, miss=0.0, **exact):
@@ -69,7 +69,7 @@ def test_what_a_run_does_not_show_is_made_tighter_until_one_does(monkeypatch):
     assert 3 <= len(tried) < 6 and cost < proof.scheme.cost < 1.03 * cost
 
 
-def test_of_a_list_what_was_tried_in_vain_is_not_tried_again(monkeypatch):
+def test_a_failed_choice_of_a_list_is_not_tried_again(monkeypatch):
     """A step tighter is none where the next one offered is far off."""
     given = listed()
     del given["deviations"]["link_2"], given["deviations"]["link_3"]
@@ -88,7 +88,7 @@ def test_of_a_list_what_was_tried_in_vain_is_not_tried_again(monkeypatch):
     assert len(search.runs.made) == 2 and len(search.failed) == 1
 
 
-def test_a_limit_binds_also_where_a_tolerance_is_nearly_at_its_loosest():
+def test_a_limit_is_active_with_a_tolerance_near_its_loosest():
     given = reciprocal()
     own = given["deviations"]["link_1"]["cost"]
     own["loosest"] = "+-0.0503 mm"
@@ -108,7 +108,7 @@ def test_a_limit_binds_also_where_a_tolerance_is_nearly_at_its_loosest():
     assert search.active_limits(at) == ()  # nothing can be looser
 
 
-def test_a_longer_run_proves_what_is_cheaper_where_that_is_worth_it():
+def test_a_longer_run_is_used_if_it_proves_a_cheaper_choice():
     search, (cost, _) = searching(reciprocal()), closed_form()
     short = search.proved()
     long = search.stretched([short.choice], short, 80_000)
@@ -123,9 +123,7 @@ def test_a_longer_run_proves_what_is_cheaper_where_that_is_worth_it():
 
 
 @pytest.mark.parametrize(("trials", "permitted"), [(10_000, 0.02), (160_000, 0.01)])
-def test_what_is_aimed_at_is_shown_as_likely_as_within_a_standard_error(
-    trials, permitted
-):
+def test_the_target_leaves_a_margin_of_one_standard_error(trials, permitted):
     share = _aimed(trials, permitted)
     counts = np.arange(int(permitted * trials))
     shown = [anytime_valid(n, trials).upper <= permitted for n in counts.tolist()]

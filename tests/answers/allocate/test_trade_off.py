@@ -31,7 +31,7 @@ from tolstat.render.screen import as_text
 from tolstat.statistics.estimate import Estimate
 
 
-def test_that_nothing_is_better_for_the_cost_drawn_is_said():
+def test_no_improvement_at_the_drawings_cost_is_reported():
     given = listed()
     del given["deviations"]["link_2"], given["deviations"]["link_3"]
     found = tolstat.allocate(given, model=Linear())
@@ -54,7 +54,7 @@ def shares_known(monkeypatch):
     return known
 
 
-def test_for_the_cost_drawn_nearly_all_of_it_is_spent(shares_known):
+def test_the_choice_at_the_drawings_cost_spends_nearly_all(shares_known):
     search = searching(reciprocal(), trials=100)
     spent = for_equal_cost(search, [])
     drawn = search.runs.cost(search.specified)
@@ -65,9 +65,7 @@ def test_for_the_cost_drawn_nearly_all_of_it_is_spent(shares_known):
     assert np.exp(spent) == pytest.approx(T * np.sum(c / T) / drawn, rel=0.06)
 
 
-def test_for_the_cost_drawn_it_is_sought_between_its_neighbours(
-    shares_known, monkeypatch
-):
+def test_the_choice_at_the_drawings_cost_is_found_by_halving(shares_known, monkeypatch):
     """Of the dearer points of the curve from the nearest one on: five halvings."""
     search = searching(reciprocal(), trials=100)
     drawn = search.runs.cost(search.specified)
@@ -87,7 +85,7 @@ def test_for_the_cost_drawn_it_is_sought_between_its_neighbours(
     assert for_equal_cost(search, worse) == search.specified
 
 
-def test_what_a_run_shows_to_be_worse_than_as_drawn_is_not_for_the_cost_drawn(
+def test_a_choice_proved_worse_than_the_drawing_is_not_offered(
     monkeypatch,
 ):
     monkeypatch.setattr(searches, "for_equal_cost", lambda search, _: search.loosest)
@@ -96,7 +94,7 @@ def test_what_a_run_shows_to_be_worse_than_as_drawn_is_not_for_the_cost_drawn(
     assert proof.choice == search.specified
 
 
-def test_what_no_run_tells_from_as_drawn_is_not_said_to_be_no_better(monkeypatch):
+def test_no_significant_difference_is_not_called_no_improvement(monkeypatch):
     monkeypatch.setattr(searches, "for_equal_cost", lambda search, _: search.tightest)
     given = reciprocal()
     given["limits"]["gap"]["limit"] = "-1..1 mm"  # none of either is out of it
@@ -114,7 +112,7 @@ def scheme(cost, share, trials=500, lower=0.0):
     return Scheme(cost, words, {}, {"gap": beyond}, beyond, trials, 1)
 
 
-def test_the_picture_shows_intervals_and_none_beyond_has_no_dot():
+def test_the_picture_shows_intervals_and_no_dot_for_zero():
     chart = trade_off_chart(
         [Point(0.001, 12.0, ()), Point(0.01, 9.0, ())],
         {"found": scheme(10.0, 0.004), "worst case": scheme(20.0, 0.0)},
@@ -127,7 +125,7 @@ def test_the_picture_shows_intervals_and_none_beyond_has_no_dot():
     assert [*worst.values] == [20.0, 20.0] and [*worst.at] == [0.0, 0.01]
 
 
-def test_the_same_tolerances_are_drawn_once_by_their_longest_run():
+def test_equal_tolerances_are_plotted_once_from_the_longest_run():
     chart = trade_off_chart([], {
         "as drawn": scheme(10.0, 0.004), "worst case": scheme(20.0, 0.002),
         "root sum square": scheme(10.0, 0.005, trials=2000),
@@ -136,7 +134,7 @@ def test_the_same_tolerances_are_drawn_once_by_their_longest_run():
     assert both.name == "as drawn = root sum square" and both.at[1] == 0.005
 
 
-def test_an_interval_far_below_all_else_comes_in_from_the_end_of_the_axis():
+def test_an_interval_below_the_axis_begins_at_its_end():
     schemes = {"a": scheme(10.0, 4e-3, lower=1e-7), "b": scheme(20.0, 5e-3, lower=2e-3)}
     chart = trade_off_chart([Point(0.01, 9.0, ())], schemes)
     (axes,) = draw_view(chart, "stack").axes
@@ -144,7 +142,7 @@ def test_an_interval_far_below_all_else_comes_in_from_the_end_of_the_axis():
     assert left == pytest.approx(2000) and chart.curves[1].at[0] == 1e-7
 
 
-def test_of_lists_the_cheapest_are_dots_at_their_own_shares():
+def test_list_choices_are_plotted_as_dots():
     """A line between them would be of tolerances that nobody can have."""
     listed = reciprocal()
     listed["limits"] = {"gap": {"limit": "-0.15..0.15 mm", "yield": "95 %"}}
@@ -164,7 +162,7 @@ def test_of_lists_the_cheapest_are_dots_at_their_own_shares():
     [("12345", "45"), ("12345", "12345"), ("12245", ""), ("11145", "5"),
      ("12211", "2"), ("11111", "1"), ("12345", "")],
 )  # fmt: skip
-def test_a_legend_covers_no_name_of_an_axis(alike, none_beyond):
+def test_the_legend_does_not_cover_axis_labels(alike, none_beyond):
     """Whichever tolerances are the same, and have none beyond: columns as they fit."""
     names = "as drawn", "found", "at the cost drawn", "root sum square", "worst case"
     schemes = {}

@@ -1,4 +1,4 @@
-"""The page of a comparison: what holds for every page, and nothing unsafe."""
+"""The page of a comparison: checks of every page, and safe text."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ def comparison(mill, linked, tmp_path_factory):
     return Made(found, tmp_path_factory.mktemp("page") / "comparison.html")
 
 
-def test_every_printed_number_is_one_of_the_answer(comparison):
+def test_every_printed_number_is_in_the_answer(comparison):
     every_number_is_one_of_the_answer(comparison)
 
 
-def test_a_ppk_without_interval_stands_as_small_as_its_reason(comparison):
+def test_a_ppk_without_interval_is_as_small_as_its_reason(comparison):
     (less,) = comparison.answer.differences
     limits = [each.limit for each in less.responses.values() if each.limit]
     table = table_under(comparison.document, "Out of limit, and equivalent Ppk")
@@ -45,27 +45,27 @@ def test_a_ppk_without_interval_stands_as_small_as_its_reason(comparison):
     )
 
 
-def test_the_page_needs_nothing_else(comparison):
+def test_the_page_is_self_contained(comparison):
     the_page_needs_nothing_else(comparison)
 
 
-def test_every_picture_has_words_and_names_of_its_own(comparison):
+def test_every_picture_has_alt_text_and_unique_ids(comparison):
     every_picture_has_words_and_names_of_its_own(comparison)
 
 
-def test_no_words_lie_over_others(comparison):
+def test_no_texts_overlap(comparison):
     no_words_lie_over_others(comparison)
 
 
-def test_tidy_finds_nothing(comparison):
+def test_tidy_finds_no_error(comparison):
     tidy_finds_nothing(comparison.path)
 
 
-def test_the_page_is_drawn_in_light_and_in_dark(comparison, tmp_path):
+def test_the_page_has_light_and_dark_colours(comparison, tmp_path):
     the_page_is_drawn_in_light_and_in_dark(comparison, tmp_path)
 
 
-def test_the_page_is_as_wide_as_its_window(comparison, tmp_path):
+def test_the_page_fits_the_window(comparison, tmp_path):
     the_page_is_as_wide_as_its_window(comparison, tmp_path)
 
 
@@ -73,11 +73,11 @@ def test_the_page_prints_on_a4(comparison, tmp_path):
     the_page_prints_on_a4(comparison, tmp_path)
 
 
-def test_on_paper_no_word_has_less_than_8_points(comparison, tmp_path):
+def test_printed_text_has_at_least_8_points(comparison, tmp_path):
     on_paper_no_word_has_less_than_8_points(comparison, tmp_path)
 
 
-def test_the_verdict_stays_in_sight_on_a_phone(comparison, tmp_path):
+def test_the_verdict_stays_visible_on_a_phone(comparison, tmp_path):
     cells = 5 * (1 + 2 * 5)
     the_verdict_stays_in_sight_on_a_phone(comparison.path, tmp_path, cells)
     long = comparison.text.replace("&lt;= 3 %", "-1234.567 .. 1234.567 kN m")

@@ -1,4 +1,4 @@
-"""The page of a rare run: its numbers, its commands, and how it looks on a phone."""
+"""The page of a rare run: numbers, commands, layout on a phone."""
 
 from __future__ import annotations
 
@@ -37,25 +37,25 @@ def rare(tmp_path_factory):
     return Made(rare_summary(run), folder / "rare.html")
 
 
-def test_a_rare_page_is_whole(rare, tmp_path):
+def test_the_page_of_a_rare_run_is_complete(rare, tmp_path):
     every_number_is_one_of_the_answer(rare, least=100)
     the_page_needs_nothing_else(rare)
     tidy_finds_nothing(rare.path)
     the_page_is_as_wide_as_its_window(rare, tmp_path)
 
 
-def test_rows_out_of_sight_make_no_row_high_on_a_phone(rare, tmp_path):
+def test_hidden_rows_do_not_raise_row_height_on_a_phone(rare, tmp_path):
     rows_out_of_sight_make_no_row_high_on_a_phone(rare.path, tmp_path, 40)
 
 
-def test_rows_of_a_what_if_are_not_high_on_a_phone(tmp_path):
+def test_what_if_rows_are_not_high_on_a_phone(tmp_path):
     path = tmp_path / "w.html"
     run = tolstat.run(chain("<= 2416.9 mm"), output=tmp_path / "run.h5")
     path.write_text(tolstat.what_if(run, {"H": "+-0.1 mm"}).html())
     rows_out_of_sight_make_no_row_high_on_a_phone(path, tmp_path, 60)
 
 
-def test_a_limit_breaks_behind_its_dots_alone_on_a_phone(rare, tmp_path):
+def test_a_limit_wraps_only_after_its_dots_on_a_phone(rare, tmp_path):
     lines = (
         "[...document.querySelectorAll('td:nth-child(2) > .whole')].map(e => {"
         " const line = document.createRange(), tops = [...e.childNodes].flatMap(n => {"
@@ -88,7 +88,7 @@ def yield_of(found):
     return None
 
 
-def test_a_rare_yield_is_no_hundred_per_cent(rare):
+def test_a_rare_yield_is_not_printed_as_100_per_cent(rare):
     """Its line ends short of 100 %, or is left out; the ppm speak."""
     number = yield_of(rare.answer)
     assert number.value == rare.answer.within
@@ -106,7 +106,7 @@ def test_a_rare_yield_is_no_hundred_per_cent(rare):
     assert "A plain run would need" in words and "out of limit, ppm" in words
 
 
-def test_a_command_on_a_rare_page_runs_where_the_page_was_made(tmp_path, monkeypatch):
+def test_commands_on_the_page_run_in_its_folder(tmp_path, monkeypatch):
     """The run is named as it was given, and quoted for a shell."""
     monkeypatch.chdir(tmp_path)
     Path("my runs").mkdir()
@@ -115,7 +115,7 @@ def test_a_command_on_a_rare_page_runs_where_the_page_was_made(tmp_path, monkeyp
     the_command_runs(tolstat.report(run))
 
 
-def test_kinds_of_trials_that_were_not_met_are_said_alike(rare):
+def test_screen_and_page_agree_on_kinds_that_were_not_met(rare):
     """On screen and page: they are one document."""
     words = words_in(*rare.document.blocks)
     (said,) = re.findall(r"Interval and verdict leave out [^.]*never met[^.]*\.", words)

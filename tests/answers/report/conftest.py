@@ -1,4 +1,4 @@
-"""The report that several files look at."""
+"""The report that several files test."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def steps_of(found):
     return []
 
 
-def test_the_pair_is_named_with_what_it_explains(run, capsys):
+def test_the_pair_is_named_with_its_explained_share(run, capsys):
     found = report_of(run)
     causes = found.responses["gap"].causes
     (pair,), out = causes.pairs, int(run.beyond("gap").sum())
@@ -113,7 +113,7 @@ def test_equivalent_parts_are_named_together(run):
     assert words == f"{pair.words}; or equally {as_much.words}"
 
 
-def test_the_single_one_is_named_where_no_pair_explains_more(run):
+def test_a_single_cause_is_named_if_no_pair_explains_more(run):
     found = report_of(run)
     causes = found.responses["gap"].causes
     (pair,) = causes.pairs
@@ -133,7 +133,7 @@ def test_the_single_one_is_named_where_no_pair_explains_more(run):
     [(900e-6, 950e-6, True), (900e-6, 1e-3, False), (0.0, 1.5e-3, False),
      (1e-3, 21e-3, False), (21e-3, 30e-3, True)],
 )  # fmt: skip
-def test_a_gain_is_claimed_only_where_the_intervals_lie_apart(run, lower, upper, told):
+def test_a_gain_is_claimed_only_for_separate_intervals(run, lower, upper, told):
     found = report_of(run)
     gap = found.responses["gap"]
     yields = gap.limited.yields._replace(
@@ -154,7 +154,7 @@ def test_a_gain_is_claimed_only_where_the_intervals_lie_apart(run, lower, upper,
         assert f"tolstat what-if {run.path} {typed}" in halve[0]
 
 
-def test_where_the_effect_is_not_estimable_the_reason_stands_there(run):
+def test_an_effect_that_is_not_estimable_has_a_reason(run):
     found = report_of(run)
     causes = found.responses["gap"].causes
     (pair,) = causes.pairs

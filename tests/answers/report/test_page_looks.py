@@ -1,4 +1,4 @@
-"""A report looked at by a browser: its colours, on a phone, on paper."""
+"""A report in a browser: colours, phone, paper."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tests.answers.page_checks import (
 )
 
 
-def test_the_page_is_drawn_in_light_and_in_dark(report, tmp_path):
+def test_the_page_has_light_and_dark_colours(report, tmp_path):
     the_page_is_drawn_in_light_and_in_dark(report, tmp_path)
 
 
-def test_the_page_is_as_wide_as_its_window(report, tmp_path):
+def test_the_page_fits_the_window(report, tmp_path):
     the_page_is_as_wide_as_its_window(report, tmp_path)
 
 
@@ -25,19 +25,17 @@ def test_the_page_prints_on_a4(report, tmp_path):
     the_page_prints_on_a4(report, tmp_path)
 
 
-def test_on_paper_words_are_large_enough_and_the_first_page_is_one_page(
-    report, tmp_path
-):
+def test_printed_text_is_large_enough_and_page_1_is_one_page(report, tmp_path):
     first = on_paper_no_word_has_less_than_8_points(report, tmp_path)
     assert 0 < first < TALL
 
 
-def test_the_picture_of_all_limits_needs_no_scrolling_on_a_phone(report, tmp_path):
+def test_the_picture_of_all_limits_fits_a_phone(report, tmp_path):
     over = "(e => e.scrollWidth - e.clientWidth)(document.querySelector('figure'))"
     assert asked(report.path, tmp_path, 390, over) == 0
 
 
-def test_the_verdict_stays_in_sight_on_a_phone(report, tmp_path):
+def test_the_verdict_stays_visible_on_a_phone(report, tmp_path):
     cells = 7 * (1 + 5)
     the_verdict_stays_in_sight_on_a_phone(report.path, tmp_path, cells)
     long = report.text.replace("&lt;= 3 %", "-1234.567 .. 1234.567 kN m")
@@ -46,7 +44,7 @@ def test_the_verdict_stays_in_sight_on_a_phone(report, tmp_path):
     the_verdict_stays_in_sight_on_a_phone(tmp_path / "long.html", tmp_path, cells)
 
 
-def test_sentences_out_of_sight_make_no_row_high_on_a_phone(report, tmp_path):
+def test_hidden_sentences_do_not_raise_row_height_on_a_phone(report, tmp_path):
     tables = "[...document.querySelectorAll('#assumptions ~ .table tbody tr')]"
     height = "e => e.getBoundingClientRect().height"
     high = asked(report.path, tmp_path, 390, f"{tables}.map({height})")

@@ -1,4 +1,4 @@
-"""Every number of a report: from the answer, under its head, with its digits."""
+"""Every number of a report: source, column, digits."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ from tolstat.statistics.summary import QUANTILES
 from tolstat.units.scale import Ratio
 
 
-def test_every_printed_number_is_one_of_the_answer(report):
+def test_every_printed_number_is_in_the_answer(report):
     every_number_is_one_of_the_answer(report)
 
 
-def test_a_ppk_without_interval_stands_as_small_as_its_reason(report):
+def test_a_ppk_without_interval_is_as_small_as_its_reason(report):
     small = 0
     for name in report.answer.focus:
         limited = report.answer.responses[name].limited
@@ -50,7 +50,7 @@ def test_a_ppk_without_interval_stands_as_small_as_its_reason(report):
     assert small
 
 
-def test_numbers_are_printed_to_the_digits_their_intervals_support(report, mill):
+def test_numbers_have_the_digits_that_their_intervals_support(report, mill):
     """Two figures of half the interval, ten at most; without an interval four, or as
     many as tell a thousandth of what the trials spread over, or of what is limited.
     """
@@ -103,7 +103,7 @@ def test_numbers_are_printed_to_the_digits_their_intervals_support(report, mill)
 SHARES = ["0.135 %", "5 %", "50 %", "95 %", "99 %", "99.865 %"]
 
 
-def test_each_number_of_the_summary_stands_under_its_head(report, mill):
+def test_summary_numbers_are_in_their_columns(report, mill):
     table = table_under(report.document, "Responses")
     assert [each.head for each in table.columns] == [
         "response", "unit", "nominal", "mean *", "sigma *", "least", *SHARES, "largest",
@@ -121,7 +121,7 @@ def test_each_number_of_the_summary_stands_under_its_head(report, mill):
             assert row[head].main == (Number(value, mill.scales[name]),), (name, head)
 
 
-def test_each_number_of_a_limit_stands_under_its_head(report):
+def test_limit_numbers_are_in_their_columns(report):
     table = table_under(report.document, "Limits")
     assert [each.head for each in table.columns] == [
         "response", "limit", "verdict", "out of limit, ppm", "equivalent Ppk",
@@ -146,7 +146,7 @@ def test_each_number_of_a_limit_stands_under_its_head(report):
         assert number_in(row[head]) == halved
 
 
-def test_a_share_is_printed_per_cent_and_per_million(report):
+def test_shares_are_printed_in_per_cent_and_ppm(report):
     out = report.answer.responses["jam_share"].limited.yields.fraction_out_of_limit
     assert out.value > 1e-3
     row = next(
@@ -163,7 +163,7 @@ def test_a_share_is_printed_per_cent_and_per_million(report):
     assert says(shown, 100 * within)
 
 
-def test_slopes_and_the_worst_corner_stand_with_their_units(report, mill):
+def test_slopes_and_the_worst_corner_have_units(report, mill):
     section = section_of(report.document, "rod_force_1")
     rows = {
         as_text(row["contributor"].main): row
@@ -187,7 +187,7 @@ def test_slopes_and_the_worst_corner_stand_with_their_units(report, mill):
         assert says(worst.split()[0], mill.scales[name].factor * corner[name])
 
 
-def test_a_histogram_says_limit_and_mean(report):
+def test_a_histogram_shows_limit_and_mean(report):
     figures = dict(report.figures)
     for name in report.answer.focus:
         each = report.answer.responses[name]
@@ -200,7 +200,7 @@ def test_a_histogram_says_limit_and_mean(report):
         assert says(mean.split()[1], factor * each.mean.value)
 
 
-def test_what_lies_out_of_limit_is_coloured(report):
+def test_bars_out_of_limit_are_coloured(report):
     words = next(w for w, _ in report.figures if "Histogram of jam_share" in w)
     within, out = (
         (patch.get_data(), patch.get_facecolor())
@@ -254,7 +254,7 @@ def test_one_failed_trial_is_visible_in_every_table(tmp_path, toy, toy_study):
     assert "yield, if failed trials were good" in found.html()
 
 
-def test_captions_of_groups_count_what_statistics_rest_on(toy, toy_study):
+def test_captions_of_groups_count_the_trials_used(toy, toy_study):
     """Of a run for Sobol' indices: two trials of each group, and whole groups."""
     toy_study.write_text(f'sampling = "saltelli"\n{toy_study.read_text()}')
     run = tolstat.run(toy_study, model=toy, trials=4000)
@@ -278,7 +278,7 @@ def test_captions_of_groups_count_what_statistics_rest_on(toy, toy_study):
     assert f"Each of the {done} trials done" in words
 
 
-def test_main_causes_are_told_of_the_stored_columns(report, mill):
+def test_main_causes_come_from_the_stored_columns(report, mill):
     found = report.json["responses"]["jam_share"]["causes"]
     out = mill.column("jam_share") > 0.5
     assert found["out_of_limit"] == out.sum() > 10 and found["reason"] == ""
@@ -318,7 +318,7 @@ def test_main_causes_are_told_of_the_stored_columns(report, mill):
         ({}, "for 99.73 %", "demanded 0.9274"),
     ],
 )
-def test_what_is_demanded_is_an_exact_number(demand, share, ppk, tmp_path):
+def test_a_demanded_value_is_printed_exactly(demand, share, ppk, tmp_path):
     """As it is typed, or of four figures to the nearest: it is no bound."""
     study = chain({"limit": "<= 2416.9 mm", **demand}, trials=100)
     run = tolstat.run(study, output=tmp_path / "run.h5")

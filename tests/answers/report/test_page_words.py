@@ -1,4 +1,4 @@
-"""What a report says: its parts in order, its sentences, and nothing unsafe."""
+"""Text of a report: order of its parts, sentences, safe text."""
 
 from __future__ import annotations
 
@@ -72,12 +72,12 @@ def test_the_page_has_its_parts_in_order(report):
     assert "source digest" in report.page.text and "[deviations]" in report.page.text
 
 
-def test_the_first_page_says_once_how_many_trials_are_done(report):
+def test_the_first_page_states_the_number_of_trials_once(report):
     words = words_in(report.document.blocks[0])
     assert words.count("2200 trials done") == 1 and "2200 of 2200" not in words
 
 
-def test_a_run_in_part_with_other_limits_names_nothing_that_it_lacks(toy, toy_study):
+def test_a_partial_run_with_new_limits_names_no_missing_part(toy, toy_study):
     run = tolstat.run(toy_study, model=toy)
     status = np.where(np.arange(run.trials) < 600, run.status, 0)
     columns = {**run.columns, "status": status.astype(np.uint8)}
@@ -93,11 +93,11 @@ def test_a_run_in_part_with_other_limits_names_nothing_that_it_lacks(toy, toy_st
     assert missing in words
 
 
-def test_the_page_needs_nothing_else(report):
+def test_the_page_is_self_contained(report):
     the_page_needs_nothing_else(report)
 
 
-def test_every_picture_has_words_and_names_of_its_own(report):
+def test_every_picture_has_alt_text_and_unique_ids(report):
     every_picture_has_words_and_names_of_its_own(report)
     drawn = [each for each in blocks_of(report.document) if isinstance(each, Figure)]
     for each in blocks_of(report.document):
@@ -106,7 +106,7 @@ def test_every_picture_has_words_and_names_of_its_own(report):
     assert len(drawn) == len(report.figures)
 
 
-def test_no_words_lie_over_others(report):
+def test_no_texts_overlap(report):
     no_words_lie_over_others(report)
 
 
@@ -116,7 +116,7 @@ def test_many_points_are_rasterised(report, toy, toy_study):
     assert "data:image/png" not in few
 
 
-def test_tidy_finds_nothing(report):
+def test_tidy_finds_no_error(report):
     tidy_finds_nothing(report.path)
 
 
@@ -146,7 +146,7 @@ def test_texts_of_a_study_are_escaped(toy_study, tmp_path):
 
 
 @pytest.mark.parametrize("approval", ["", "A. Engineer, 2026-11-22"])
-def test_the_title_block_is_what_the_study_says(toy, toy_study, approval):
+def test_the_title_block_is_that_of_the_study(toy, toy_study, approval):
     drawing = "رسم <b>\\u202e 7"  # from right to left, and not to be obeyed
     document = f'project = "P-1"\nauthor = " "\ndrawing = "{drawing}"\n'
     text = toy_study.read_text().replace(
@@ -174,7 +174,7 @@ def test_the_title_block_is_what_the_study_says(toy, toy_study, approval):
     ("trials", "deviations"),
     [(1, 'part = "+-0.5 mm"'), (20, 'part = "+-0.5 mm"'), (9, "")],
 )
-def test_a_few_trials_make_a_page_too(tmp_path, toy, trials, deviations):
+def test_a_few_trials_make_a_page(tmp_path, toy, trials, deviations):
     """What cannot be told with one trial is left out, or says why."""
     study = tmp_path / "few.toml"
     head = f'model = "toy"\ntrials = {trials}\nseed = 1\n'
@@ -188,7 +188,7 @@ def test_a_few_trials_make_a_page_too(tmp_path, toy, trials, deviations):
     tidy_finds_nothing(path)
 
 
-def test_indices_that_cannot_be_told_say_what_they_need(toy, toy_study):
+def test_indices_without_estimate_state_the_trials_needed(toy, toy_study):
     text = toy_study.read_text().replace('"+-1 mm"', '"+-0.5 mm"')
     toy_study.write_text(f'sampling = "saltelli"\n{text}')
     words = words_in(*report_of(tolstat.run(toy_study, model=toy)).document().blocks)
@@ -198,7 +198,7 @@ def test_indices_that_cannot_be_told_say_what_they_need(toy, toy_study):
     assert "No Sobol' indices" not in words_in(*report_of(enough).document().blocks)
 
 
-def test_the_first_page_names_main_causes_and_what_halving_them_gains(report):
+def test_the_first_page_names_main_causes_and_the_gain_of_halving(report):
     """For out-of-limit trials, and for the variance: these need not be the same."""
     found = report.answer
     loss, jam = found.responses["extra_loss"], found.responses["jam_share"]
@@ -249,7 +249,7 @@ def test_the_first_page_names_main_causes_and_what_halving_them_gains(report):
         assert below[name].startswith("variance: ") == told
 
 
-def test_where_few_trials_dominate_noise_is_not_drawn(report):
+def test_noise_is_not_plotted_if_few_trials_dominate(report):
     few = {
         name: report.answer.responses[name].contributions.dominated_by_few
         for name in report.answer.focus
@@ -282,7 +282,7 @@ def test_no_bar_is_negative(report):
         assert all(patch.get_width() >= 0 for patch in figure.axes[0].patches)
 
 
-def test_indices_dominated_by_few_trials_are_not_drawn(toy, toy_study):
+def test_indices_dominated_by_few_trials_are_not_plotted(toy, toy_study):
     class Jams(type(toy)):
         def evaluate(self, deviations, settings):
             apart = np.abs(deviations[:, 0] - deviations[:, 1]) / 1e-3
@@ -299,7 +299,7 @@ def test_indices_dominated_by_few_trials_are_not_drawn(toy, toy_study):
     assert "Contributions, the largest first" not in words
 
 
-def test_trials_that_depend_on_each_other_name_no_cause(toy, toy_study):
+def test_dependent_trials_name_no_cause(toy, toy_study):
     text = toy_study.read_text().replace("trials = 1000", "trials = 1024")
     toy_study.write_text('sampling = "sobol"\n' + text)
     found = report_of(tolstat.run(toy_study, model=toy))
@@ -311,7 +311,7 @@ def test_trials_that_depend_on_each_other_name_no_cause(toy, toy_study):
     assert as_text(row["main cause"].main) == "causes are named for random trials only"
 
 
-def test_that_no_trial_is_out_of_limit_is_said_once_for_each_limit(toy, toy_study):
+def test_no_trial_out_of_limit_is_stated_once_for_each_limit(toy, toy_study):
     study = toy_study.read_text().replace("+-1 mm", "+-0.5 mm")
     toy_study.write_text(
         study[: study.index("[limits]")]
@@ -325,7 +325,7 @@ def test_that_no_trial_is_out_of_limit_is_said_once_for_each_limit(toy, toy_stud
     assert first.count("no trial out of limit") == 2
 
 
-def test_a_command_on_a_page_runs_where_the_page_was_made(tmp_path, monkeypatch):
+def test_commands_on_the_page_run_in_its_folder(tmp_path, monkeypatch):
     """The run is named as it was given, and quoted for a shell."""
     monkeypatch.chdir(tmp_path)
     Path("my runs").mkdir()

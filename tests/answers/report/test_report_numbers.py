@@ -1,4 +1,4 @@
-"""What a report says, computed again from the stored columns by other means."""
+"""Numbers of a report, computed again from the stored columns."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def ever_looked_at(count, n):
     return p[possible].min(), p[possible].max()
 
 
-def test_summaries_are_those_of_the_stored_columns(found, columns):
+def test_summaries_match_the_stored_columns(found, columns):
     assert (columns["status"] == 1).all()
     for name, each in found["responses"].items():
         x = np.sort(columns[name])
@@ -83,7 +83,7 @@ def test_summaries_are_those_of_the_stored_columns(found, columns):
                 assert quantile["reason"].startswith("needs")
 
 
-def test_limits_are_those_of_the_stored_columns(mill, found, columns):
+def test_limits_match_the_stored_columns(mill, found, columns):
     for name, (lower, upper, *_) in mill.limits.items():
         x, limit = columns[name], found["responses"][name]["limited"]
         beyond = int(((x < lower) | (x > upper)).sum())
@@ -113,7 +113,7 @@ def test_limits_are_those_of_the_stored_columns(mill, found, columns):
         )
 
 
-def test_machines_within_all_limits_are_counted(mill, found, columns):
+def test_trials_within_all_limits_are_counted(mill, found, columns):
     within = np.ones(mill.trials, bool)
     for name, (lower, upper, *_) in mill.limits.items():
         within &= (columns[name] >= lower) & (columns[name] <= upper)
@@ -123,7 +123,7 @@ def test_machines_within_all_limits_are_counted(mill, found, columns):
     assert joint["wrongly_met"] == pytest.approx(5 * 0.025)
 
 
-def test_contributions_are_those_of_the_stored_columns(mill, found, columns):
+def test_contributions_match_the_stored_columns(mill, found, columns):
     deviating = {
         c.name: columns[c.name] for c in mill.contributors if c.name in mill.assumed
     }
@@ -136,7 +136,7 @@ def test_contributions_are_those_of_the_stored_columns(mill, found, columns):
     assert shares["unexplained"]["value"] == pytest.approx(known.unexplained.value)
 
 
-def test_jamming_is_told_apart(found):
+def test_a_point_mass_is_reported_separately(found):
     """Most machines never jam: the distribution is said of those that do."""
     mass = found["responses"]["extra_loss"]["point_mass"]
     assert 0.9 < mass["share"]["value"] < 0.99
@@ -145,14 +145,12 @@ def test_jamming_is_told_apart(found):
     assert jam["value"] == 0.0 and jam["largest"] == 0.0
 
 
-def test_json_says_the_same(mill, found):
+def test_json_has_the_same_numbers(mill, found):
     again = json.loads(report_of(mill).json())
     assert again["responses"]["yaw"]["mean"] == found["responses"]["yaw"]["mean"]
 
 
-def test_the_table_for_spreadsheets_holds_the_findings_in_the_units_it_names(
-    mill, found, columns
-):
+def test_the_csv_table_has_findings_in_its_units(mill, found, columns):
     table = pd.read_csv(io.StringIO(report_of(mill).csv())).set_index("response")
     assert list(table.index) == list(found["responses"])
     times = {"%": 100, "kN": 1e-3, "kJ": 1e-3, "J": 1, "kN m": 1e-3, "mrad": 1e3}
@@ -182,7 +180,7 @@ def test_the_table_for_spreadsheets_holds_the_findings_in_the_units_it_names(
     assert (table["trials done"] == 2200).all() and (table["trials failed"] == 0).all()
 
 
-def test_what_is_infinite_stays_json(tmp_path, toy_study):
+def test_infinite_numbers_stay_valid_json(tmp_path, toy_study):
     toy_study.write_text(toy_study.read_text().replace('part = "+-1 mm"\n', ""))
     run = tolstat.run(toy_study, model=Toy())
     text = report_of(run).json()
@@ -190,7 +188,7 @@ def test_what_is_infinite_stays_json(tmp_path, toy_study):
     assert '"inf"' in text
 
 
-def test_failed_trials_turn_no_number_better(toy, toy_study):
+def test_failed_trials_improve_no_number(toy, toy_study):
     run = tolstat.run(toy_study, model=toy)
     found = said(run)
     failed = found["trials"]["failed"]
@@ -204,7 +202,7 @@ def test_failed_trials_turn_no_number_better(toy, toy_study):
     assert found["responses"]["gap"]["mean"]["value"] is not None
 
 
-def test_indices_of_a_run_made_for_them(toy, toy_study, monkeypatch):
+def test_indices_of_a_saltelli_run(toy, toy_study, monkeypatch):
     text = toy_study.read_text().replace("trials = 1000", "trials = 5000")
     toy_study.write_text(
         'sampling = "saltelli"\n' + text.replace('"+-1 mm"', '"+-0.5 mm"')
@@ -237,9 +235,7 @@ def test_indices_of_a_run_made_for_them(toy, toy_study, monkeypatch):
 
 
 @pytest.mark.parametrize("sampling", ["latin", "sobol"])
-def test_trials_that_depend_on_each_other_have_other_intervals(
-    toy, toy_study, sampling
-):
+def test_dependent_trials_have_replicate_intervals(toy, toy_study, sampling):
     text = toy_study.read_text().replace("trials = 1000", "trials = 1024")
     toy_study.write_text(
         f'sampling = "{sampling}"\n' + text.replace("+-1 mm", "+-.5 mm")
@@ -254,7 +250,7 @@ def test_trials_that_depend_on_each_other_have_other_intervals(
         assert each["lower"] is None and each["reason"] == "for random trials only"
 
 
-def test_groups_with_a_failed_trial_are_left_out_and_counted(toy, toy_study):
+def test_groups_with_a_failed_trial_are_omitted_and_counted(toy, toy_study):
     text = toy_study.read_text().replace("trials = 1000", "trials = 5000")
     toy_study.write_text('sampling = "saltelli"\n' + text)
     run = tolstat.run(toy_study, model=toy)
@@ -264,7 +260,7 @@ def test_groups_with_a_failed_trial_are_left_out_and_counted(toy, toy_study):
     assert indices["groups"] == 1000 - broken
 
 
-def test_what_cannot_be_reported_is_refused(tmp_path, toy, toy_study, mill):
+def test_runs_without_a_report_are_refused(tmp_path, toy, toy_study, mill):
     grid = tmp_path / "grid.toml"
     grid.write_text(
         'model = "toy"\nsampling = "grid"\n[grid]\npart_1 = ["0 mm", "1 mm"]\n'
@@ -278,7 +274,7 @@ def test_what_cannot_be_reported_is_refused(tmp_path, toy, toy_study, mill):
     assert none_done.done == 0 and none_done.failed == none_done.ran > 0
 
 
-def test_no_share_is_more_than_all(toy, toy_study, monkeypatch):
+def test_no_share_exceeds_100_per_cent(toy, toy_study, monkeypatch):
     """Chance may estimate more; no answer says so, but of sums that overlap."""
     estimated = Estimate(1.2, 0.9, 1.5)
 
@@ -321,7 +317,7 @@ gap = "2416.42..2416.92 mm"
 """
 
 
-def test_what_is_small_beside_its_size_is_told_apart(tmp_path):
+def test_small_differences_of_large_values_are_printed(tmp_path):
     """A gap of 2.4 m that differs by tenths of millimetres; on screen and page."""
     path = tmp_path / "chain.toml"
     path.write_text(CHAIN)

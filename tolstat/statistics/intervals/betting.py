@@ -9,7 +9,7 @@ import numpy as np
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.intervals.weights import Weights
 
-MOST_STAKED = 0.75  # of the capital in one bet, so that none ruins
+MOST_STAKED = 0.75  # of the capital in one bet, at most: no bet ruins
 PRECISION = 1e-6  # of an end, relative
 
 
@@ -20,13 +20,13 @@ def mean_between(
     confidence: float = 0.95,
     weights: Weights | None = None,
 ) -> tuple[float, float]:
-    """Bound the mean of a distribution that lies between two ends, whatever its shape.
+    """Return bounds of a mean, for any distribution between two ends.
 
     A gambler bets in each trial that the mean is more than m, with a stake that the
     earlier trials suggest. If the mean is m, the capital grows by 2/(1 - confidence)
     with at most half the error probability. The interval holds each m at which neither
-    this gambler nor one who bets on less grows so rich. It needs no moment, no shape
-    and no number of trials. Of a normal distribution it is 1.4 times as wide as
+    this gambler nor one who bets on less gains that much. It assumes no moment, no
+    shape and no number of trials. Of a normal distribution it is 1.4 times as wide as
     Student's with near ends. With ends at 16 sigmas it is 2.6 times as wide at 200
     trials and 1.4 times at 10 000.
 
@@ -35,9 +35,9 @@ def mean_between(
     values : float64[n]
         Independent, none NaN, in an order independent of their size.
     weights : Weights, optional
-        With these the mean is that of the units that the values stand for: a bet pays
-        the weight times value less m, whose mean is zero if the mean is m. What the cap
-        cuts off may at worst all lie at the near end.
+        The mean is then that of the units that the values stand for. A bet pays the
+        weight times value less m, whose mean is zero if the mean is m. All units above
+        the cap may lie at the near end.
 
     References
     ----------
@@ -52,13 +52,13 @@ def mean_between(
 def least_mean(
     values: Array, lower: float, miss: float, weights: Weights | None = None
 ) -> float:
-    """Bound the mean from below; the distribution has no upper end.
+    """Return a lower bound of the mean; the distribution has no upper end.
 
     The bound lies above the mean with a probability of at most `miss`.
     """
     from scipy.optimize import brentq  # slow to import
 
-    # only the size of the first stakes depends on it: measured to do no harm
+    # affects only the size of the first stakes; measured to be harmless
     scale = float(values.max()) - lower
     if scale <= 0:
         return lower
@@ -68,13 +68,13 @@ def least_mean(
     bets = y, _stakes(y, wanted, weights), wanted, weights
     if not _gain(tiny, *bets) > 0:
         return lower
-    # no bet on more than the largest wins; a closure would stay in memory
+    # a bet above the largest value loses; a closure would stay in memory
     m = brentq(_gain, tiny, 1.0, args=bets, xtol=1e-15, rtol=PRECISION)
     return lower + scale * float(m)
 
 
 def surely_more(machines: Truths, share: float, miss: float, weights: Weights) -> bool:
-    """Tell whether the share of flagged units exceeds a share above 0.
+    """Return whether the share of flagged units surely exceeds a share above 0.
 
     It errs with a probability of at most `miss`; the order is that of `mean_between`.
     """
@@ -83,11 +83,11 @@ def surely_more(machines: Truths, share: float, miss: float, weights: Weights) -
 
 
 def _stakes(y: Array, wanted: float, weights: Weights) -> Array:
-    """Choose the stake of each trial."""
+    """Return the stake of each trial."""
     n, w = len(y), weights.capped
     mean = (0.5 + np.cumsum(w * y)) / (np.cumsum(w) + 1)
     variance = (0.25 + np.cumsum((w * (y - mean)) ** 2)) / np.arange(2, n + 2)
-    # each stake knows the trials before it, and not its own, but for the scale
+    # except for its scale, each stake depends only on the trials before it
     return np.asarray(np.sqrt(2 * wanted / (n * np.append(0.25, variance[:-1]))))
 
 

@@ -1,4 +1,4 @@
-"""How many trials reach a requested precision."""
+"""Number of trials that reaches a requested precision."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from tolstat.statistics.intervals.statistic import Statistic
 from tolstat.statistics.sample import Sample
 
 FIRST = 1024  # trials of the first stage
-RESERVE = 1.1  # more trials than the first stage alone would suggest
-AHEAD = 8  # times as many trials are foreseen, and no more
-MULTIPLE = 256  # stages are a multiple of it
+RESERVE = 1.1  # times the trials that the first stage suggests
+AHEAD = 8  # times as many trials are predicted, at most
+MULTIPLE = 256  # numbers of trials are multiples of it
 
 
 class Precision(NamedTuple):
@@ -27,11 +27,11 @@ class Precision(NamedTuple):
     Attributes
     ----------
     statistic : Statistic
-        Of a response.
+        Statistic of a response.
     within : float
         Half the width of its 95 % interval: SI, or a share of the number itself.
     relative : bool
-        Which of the two.
+        Whether `within` is a share of the number.
     """
 
     statistic: Statistic
@@ -39,7 +39,7 @@ class Precision(NamedTuple):
     relative: bool
 
     def missing(self, estimate: Estimate) -> float:
-        """Return half the interval over what is requested: at most 1 when reached."""
+        """Return half the interval over the requested half; at most 1 when reached."""
         if not estimate.sure:
             return math.inf
         wanted = self.within * (abs(estimate.value) if self.relative else 1.0)
@@ -61,9 +61,9 @@ def trials_wanted(
     Returns
     -------
     float
-        0 when all is reached; else as many as reach it if more trials are like these,
-        and a tenth more. The interval at eight times as many shows how it shrinks; from
-        there on it shrinks with the root of the trials. Infinite where there is none.
+        0 if all precisions are reached; otherwise the predicted number and a tenth
+        more. The interval at eight times as many trials shows how it shrinks; above
+        that it shrinks with the root of the trials. Infinite without an interval.
     """
     wanted, trials = 0.0, len(sample.status)
     for each in precisions:
@@ -74,7 +74,7 @@ def trials_wanted(
         now = each.missing(of(responses[name], sample))
         if now <= 1:
             continue
-        # repeated, replicates do not average, and neighbours in rank are equal
+        # repeated trials neither average replicates nor move quantiles
         then = now / math.sqrt(AHEAD)
         if not sample.replicates and each.statistic.kind != "quantile":
             often = sample._replace(status=np.tile(sample.status, AHEAD))
@@ -84,19 +84,19 @@ def trials_wanted(
 
 
 def _trials_until(now: float, then: float) -> float:
-    """Return the trials at which nothing is missing, over those so far.
+    """Return the trials that reach a precision, over the trials so far.
 
-    `now`, more than 1, is missing now, `then` with eight times as many trials.
+    `now`, above 1, is `Precision.missing`; `then` is it at eight times as many trials.
     """
     if then > 1 or math.isinf(now):
         return AHEAD * max(then, 1.0) ** 2
-    # in between by a power, but no interval shrinks faster than the trials grow
+    # a power law between; no interval shrinks faster than the trials grow
     shrunk = min(now / then, AHEAD) if then else AHEAD
     return float(now ** (math.log(AHEAD) / math.log(shrunk)))
 
 
 def next_stage(trials: int, wanted: float) -> int:
-    """Return the trials of the next look: at most eight times as many as now.
+    """Return the trials of the next stage: at most eight times as many as now.
 
     References
     ----------

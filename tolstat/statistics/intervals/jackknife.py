@@ -18,10 +18,10 @@ HEAVY = "no trustworthy interval: few trials dominate the variance"
 def jackknifed(
     whole: Array, left_out: Array, *, trusted: bool = True
 ) -> list[Estimate]:
-    """Give the interval of the jackknife to each number of float64[number].
+    """Return the numbers of float64[number] with jackknife intervals.
 
-    Student's, from float64[part, number] with one of `PARTS` parts left out. None where
-    it is not trusted, because few trials dominate the variance.
+    `left_out` is float64[part, number], each without one of `PARTS` parts; the interval
+    is Student's. There is none if not `trusted`: few trials dominate the variance.
     """
     if not trusted:
         return [Estimate(float(v), reason=HEAVY) for v in whole]
@@ -35,15 +35,15 @@ def jackknifed(
 
 
 def spreads(values: Array) -> bool:
-    """Tell whether float64[n] differ by more than the rounding of their mean."""
+    """Return whether float64[n] differ by more than the rounding of their mean."""
     return bool(values.std(ddof=1) > 1e-14 * abs(values.mean()))
 
 
 def tails_are_light(values: Array) -> bool:
-    """Tell whether few extreme ones of float64[n] do not dominate the variance."""
+    """Return whether the variance of float64[n] is not dominated by few values."""
     if not spreads(values):
         return True
     scores = (values - values.mean()) / values.std()
-    squares = scores * scores  # a power costs NumPy a hundred products
+    squares = scores * scores  # NumPy's power takes as long as a hundred products
     kurtosis = np.mean(squares * squares) - 3
     return bool(kurtosis <= MOST_KURTOSIS * math.sqrt(len(values)))

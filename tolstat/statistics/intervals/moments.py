@@ -1,10 +1,10 @@
 """Mean and standard deviation (sigma), with intervals for any distribution.
 
 No sample bounds the mean of an arbitrary response: one unit in a thousand, far enough
-away, changes it, and is mostly not in the sample. A check of the sample for such units
-fails exactly when they are missing. So each interval holds for any distribution between
-two ends: those that the response declares (a share: 0 to 1); otherwise twice the spread
-of trials and limit outside these, an assumption that is printed with the number.
+away, changes the mean and is mostly missing from the sample. So each interval holds for
+any distribution between two ends. The ends are those of the declared range (a share: 0
+to 1). Without one, no unit is assumed to lie more than twice the range of trials and
+limit outside that range; the assumption is printed with the number.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ Ends = tuple[float, float]
 OPEN: Ends = (-math.inf, math.inf)
 
 LEAST = 20  # trials from which an interval is narrower than its ends
-REACH = 2.0  # assumed distance outside trials and limit, over their own spread
+REACH = 2.0  # assumed distance outside trials and limit, over their range
 LEAST_LEAVING = 20  # trials outside a point mass from which sigma has an interval
-MOST_EQUAL = 0.5  # share of the trials from which one value is such a point mass
+MOST_EQUAL = 0.5  # least share of the trials in such a point mass
 PILOT = 10  # one trial in so many gives the centre of the squares
 SHARED = 0.8  # of the error of sigma for the squares; the rest is for the mean
 
@@ -35,7 +35,7 @@ SHARED = 0.8  # of the error of sigma for the squares; the rest is for the mean
 def unseen(trials: int) -> float:
     """Return the share of the units that may lie outside all independent trials.
 
-    With 95 % confidence no more lie below the least or above the largest of them.
+    With 95 % confidence no larger share lies below the least or above the largest.
 
     References
     ----------
@@ -62,7 +62,7 @@ class Reach(NamedTuple):
     limit: Ends | None = None
 
     def times(self, factor: float) -> Reach:
-        """Return it in another unit."""
+        """Return the reach in another unit."""
         declared, limit = (
             None if ends is None else (factor * ends[0], factor * ends[1])
             for ends in self
@@ -96,13 +96,13 @@ def mean_of(
     confidence: float = 0.95,
     weights: Weights | None = None,
 ) -> Estimate:
-    """Estimate the mean of independent draws.
+    """Estimate the mean of independent trials.
 
     Returns
     -------
     Estimate
         With an interval that holds for any distribution between the ends; see
-        `mean_between`. None where all trials are equal and no end is known.
+        `mean_between`. None if all trials are equal and no end is known.
     """
     mean = _average(values, weights) if len(values) else math.nan
     if reason := _missing(values, reach, weights):
@@ -122,8 +122,8 @@ def sigma_of(
 ) -> Estimate:
     """Estimate the standard deviation, as `mean_of` does the mean.
 
-    The interval comes from that of the mean of squares. There is none where fewer than
-    twenty trials differ from a value that half of them share: these dominate sigma.
+    The interval comes from that of the mean of squares. There is none if fewer than
+    twenty trials differ from a value that half of all share: these dominate sigma.
     """
     sigma = float(values.std(ddof=1)) if len(values) > 1 else math.nan
     met = values
@@ -153,9 +153,9 @@ def sigma_of(
 
 
 def few_leave(values: Array, reach: Reach = ANYWHERE) -> str:
-    """Say that few trials differ from the value that half of them share.
+    """Return a warning if few trials differ from the value that half of all share.
 
-    Empty otherwise, and with a declared range: there they dominate nothing.
+    Empty otherwise, and with a declared range: few trials cannot dominate there.
     """
     if not len(values) or reach.known:
         return ""
@@ -177,7 +177,7 @@ def _average(values: Array, weights: Weights | None) -> float:
 
 
 def _missing(values: Array, reach: Reach, weights: Weights | None = None) -> str:
-    """Say why there is no interval; empty if there is one."""
+    """Return why there is no interval; empty if there is one."""
     if not len(values):
         return NONE_DONE.reason
     if weights and weights.too_few:
@@ -194,5 +194,5 @@ def _missing(values: Array, reach: Reach, weights: Weights | None = None) -> str
 @lru_cache(maxsize=8)
 def order_of(n: int) -> Integers:
     """Return the order in which n trials are bet on, independent of their values."""
-    # an old generator, whose numbers never change
+    # the numbers of this generator never change
     return np.random.RandomState(n).permutation(n)

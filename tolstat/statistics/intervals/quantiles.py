@@ -37,16 +37,15 @@ def quantiles(
     failed : int
         Trials that have no value.
     worst : int
-        Where these are counted: 1 above all others, -1 below. 0: unknown; the interval
-        holds wherever they lie, and the value is that of the others.
+        Where these count: 1 above all others, -1 below, 0 unknown. If unknown, the
+        interval holds for any place, and the value is that of the others.
 
     Returns
     -------
     dict of float to Estimate
-        Median-unbiased, with an interval that holds for any continuous distribution and
-        is conservative for one with point masses; none where no order statistic bounds
-        one of its sides at this number of trials, or where a failed trial may lie. Of
-        all units, failed ones included.
+        Median-unbiased quantiles of all units, failed ones included. The interval holds
+        for any continuous distribution; with point masses it is conservative. There is
+        none if no order statistic bounds a side, or if failed trials may lie there.
 
     References
     ----------

@@ -1,8 +1,8 @@
 """Intervals of Latin hypercube and Sobol' samples, from their replicates.
 
-The scatter between replicates shows how well the trials average what they contain. It
-does not show units so rare that no replicate contains one: every interval is widened by
-what these could contribute.
+The scatter between replicates shows how well the trials average. It does not show units
+so rare that no replicate contains one: every interval is widened by their possible
+contribution.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from tolstat.statistics.intervals.quantiles import median_unbiased
 
 EQUAL = "all trials are equal"
 LEAST_IN_EACH = 16
-LEAST_BEYOND = 30  # expected trials beyond a quantile
-WIDER = 1.1  # than Student's interval: replicates of skewed statistics are not normal
+LEAST_OUTSIDE = 30  # expected trials outside a quantile
+WIDER = 1.1  # times Student's interval: replicates of skewed statistics are not normal
 
 
 def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
@@ -30,12 +30,12 @@ def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
     Parameters
     ----------
     confidence : float
-        A larger share is missed with half the rest.
+        A larger share is missed with a probability of half of 1 - confidence.
 
     Returns
     -------
     float
-        By the one-sided inequality of Chebyshev for the number met in each replicate,
+        By Chebyshev's one-sided inequality for the number of units in each replicate,
         whose variance is assumed to be at most that of independent trials.
 
     References
@@ -66,8 +66,8 @@ def mean_of_replicates(
     Returns
     -------
     Estimate
-        With Student's interval of the replicates' means, a tenth wider, and what the
-        share that was never met could add at the ends.
+        With Student's interval of the replicates' means, a tenth wider, and wider by
+        the possible contribution of units that no replicate contains.
 
     References
     ----------
@@ -92,11 +92,11 @@ def _between(
     upper: float,
     confidence: float,
 ) -> Estimate:
-    """Give a mean its interval: from the replicates' means, and what they never met."""
+    """Return a mean with its interval, from the means of replicates."""
     half = half_width(each, confidence)
     rare = never_met(trials, len(each), confidence)
     low, high = value - half, value + half
-    # met too often or too seldom, by as much as what was never met
+    # replicates may contain too many or too few units, by that share
     most = rare * max(low - lower, upper - high)
     return Estimate(value, max(low - most, lower), min(high + most, upper))
 
@@ -137,8 +137,8 @@ def quantile_of_replicates(
     Returns
     -------
     Estimate
-        With the values at the ends of the interval of the share below it; none where
-        fewer than thirty trials are expected beyond it.
+        With the values at the ends of the interval of the share below it; none if
+        fewer than thirty trials are expected outside it.
 
     References
     ----------
@@ -150,7 +150,7 @@ def quantile_of_replicates(
     if reason := missing(values, replicate):
         return Estimate(value, reason=reason)
     n, sizes = len(values), np.bincount(replicate)
-    needed = math.ceil(LEAST_BEYOND / min(share, 1 - share))
+    needed = math.ceil(LEAST_OUTSIDE / min(share, 1 - share))
     if n < needed:
         return Estimate(value, reason=f"needs {needed}")
     in_order = replicate[np.argsort(values)]
@@ -173,7 +173,7 @@ def quantile_of_replicates(
 
 
 def missing(values: Array, replicate: Integers) -> str:
-    """Say why replicates give no interval; empty if they give one."""
+    """Return why replicates give no interval; empty if they give one."""
     if not len(values):
         return NONE_DONE.reason
     sizes = np.bincount(replicate)

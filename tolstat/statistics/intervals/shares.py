@@ -37,15 +37,14 @@ def anytime_valid(count: int, trials: int, confidence: float = 0.95) -> Estimate
     Parameters
     ----------
     confidence : float
-        That the interval holds the share after every trial that is ever added; each
-        side errs with at most half the rest.
+        Probability that the interval holds the share after every added trial; each
+        side errs with at most half of 1 - confidence.
 
     Returns
     -------
     Estimate
-        With an interval 1.2 to 2.2 times as wide as that of Clopper and Pearson, which
-        holds at one number of trials, chosen beforehand: 1.2 with a count of 0, more
-        with larger counts.
+        With an interval 1.2 (count 0) to 2.2 times as wide as that of Clopper and
+        Pearson. Theirs holds only at one number of trials, chosen beforehand.
 
     References
     ----------
@@ -60,11 +59,11 @@ def anytime_valid(count: int, trials: int, confidence: float = 0.95) -> Estimate
 
 
 def evidence_against(count: int, trials: int, share: float) -> float:
-    """Return the evidence that the property is rarer than a share: a logarithm.
+    """Return the log evidence that the property is rarer than a share.
 
-    Of the likelihood of smaller shares, averaged over Jeffreys' prior, over that of
-    this one. If the true share is not smaller, it ever exceeds log(k) with a
-    probability of at most 1/k.
+    The ratio is the likelihood of smaller shares, averaged over Jeffreys' prior, over
+    that of this share. If the true share is not smaller, the evidence ever exceeds
+    log(k) with a probability of at most 1/k.
     """
     a, b = count + PRIOR, trials - count + PRIOR
     left = betainc(a, b, share)
@@ -101,9 +100,9 @@ def gamma_ends(
     Parameters
     ----------
     counts : float64[unit]
-        What each counted unit adds to the sum.
+        Contribution of each counted unit to the sum.
     one_more : float
-        What the next one might add; above 0.
+        Possible contribution of the next unit; above 0.
 
     References
     ----------

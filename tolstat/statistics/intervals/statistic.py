@@ -22,7 +22,7 @@ from tolstat.statistics.limits.limit import worst_side
 from tolstat.statistics.limits.yields import yield_of
 from tolstat.statistics.sample import Sample
 
-SQUARED = 1e-100, 1e100  # between which sizes squares are numbers
+SQUARED = 1e-100, 1e100  # sizes between which squares are finite and not 0
 
 
 def mean(
@@ -63,13 +63,13 @@ def quantiles_at(
     limit: tuple[float, float] | None = None,
     confidence: float = 0.95,
 ) -> dict[float, Estimate]:
-    """Estimate the values that shares of the units lie below.
+    """Estimate quantiles by their shares.
 
     Parameters
     ----------
     limit : tuple of float, optional
         Permitted values. A failed trial is out of a limit with one end. Otherwise its
-        place is unknown, and the interval holds wherever it lies.
+        value is unknown, and the interval holds for any value.
     """
     done = values[sample.done]
     if not len(done):
@@ -80,7 +80,7 @@ def quantiles_at(
     replicate, weights = sample.replicate[sample.ran], sample.weights_of(sample.ran)
 
     def of(share: float, side: float) -> Estimate:
-        """Estimate one with failed trials on one side of all others."""
+        """Estimate a quantile with failed trials on one side of all others."""
         placed = np.where(sample.done, values, side)[sample.ran]
         if weights:
             return weighted_quantile(placed, weights, share, confidence)
@@ -103,7 +103,7 @@ def quantiles_at(
 
 
 class Statistic(NamedTuple):
-    """A number of a response.
+    """A statistic of a response.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class Statistic(NamedTuple):
     kind : str
         "mean", "sigma", "quantile" or "beyond".
     share : float
-        Of a quantile.
+        Share of a quantile.
     """
 
     response: str
@@ -126,7 +126,7 @@ class Statistic(NamedTuple):
         limit: tuple[float, float] | None = None,
         declared: tuple[float, float] | None = None,
     ) -> Estimate:
-        """Estimate it; `declared` is the range of the response, infinite where open."""
+        """Return its estimate; `declared` is the response range, infinite if open."""
         if self.kind == "quantile":
             return quantiles_at(values, sample, [self.share], limit)[self.share]
         if self.kind == "beyond":

@@ -26,8 +26,8 @@ def weighted_share(units: Truths, weights: Weights) -> Estimate:
     -------
     Estimate
         With the gamma interval of a sum of weighted counts. The next unit is assumed as
-        heavy as the heaviest of all trials: conservative, and above zero even where no
-        trial has the property. A value above one half is one less that of the others.
+        heavy as the heaviest trial: conservative, and above zero even if no trial has
+        the property. A value above one half is 1 less the share of the other units.
     """
     if weights.too_few:
         return Estimate(math.nan, reason=weights.too_few)
@@ -49,7 +49,7 @@ def weighted_quantile(
     """Estimate a quantile of other distributions; values are infinite in failed trials.
 
     The ends are the trials at which bets do not show that more, or fewer, units lie
-    below; none where the heaviest trials would leave one of them open.
+    below. There is no interval if the heaviest trials leave an end open.
     """
     if not len(values):
         return NONE_DONE
@@ -86,15 +86,15 @@ def rare_share(out: Truths, weights: Array) -> Estimate:
     out : bool[trial]
         Which of the independent trials are out of limit.
     weights : float64[trial]
-        Density of each in the study over that of the sample.
+        Density of each trial in the study over its density in the sample.
 
     Returns
     -------
     Estimate
-        With the gamma interval of a sum of weighted counts. The next one out of limit
-        is assumed as heavy as the heaviest of these, or, where their effective sample
-        size is below a hundred, of all trials. Where none is out of limit the upper end
-        is that of `unmet`.
+        With the gamma interval of a sum of weighted counts. The next unit is assumed as
+        heavy as the heaviest trial out of limit. If the effective sample size of these
+        is below 100, it is as heavy as the heaviest of all. If none is out of limit,
+        the upper end is `unmet`.
     """
     n = len(weights)
     if n == 0:
@@ -108,7 +108,7 @@ def rare_share(out: Truths, weights: Array) -> Estimate:
 
 
 def unmet(weights: Array) -> float:
-    """Return the largest share of a kind of unit that no weighted trial met.
+    """Return the largest share of a kind of unit that is in no weighted trial.
 
     A larger one is missed with a chance of at most 2.5 %.
     """
@@ -119,9 +119,9 @@ def unmet(weights: Array) -> float:
 
 
 def plain_trials(share: Estimate) -> float:
-    """Return how many random trials would give as narrow an interval of a share.
+    """Return the number of random trials with an equally narrow interval of a share.
 
-    NaN where these would be too few for a normal distribution of their count.
+    NaN if their count out of limit is too small for a normal distribution.
     """
     width, p = share.upper - share.lower, share.value
     if not (share.sure and p > 0 and width > 0):

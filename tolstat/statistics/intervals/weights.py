@@ -44,17 +44,17 @@ class Weights:
 
     @property
     def too_few(self) -> str:
-        """Say that the effective sample size is too small; empty if it is enough."""
+        """Return that the effective sample size is too small; empty if it is enough."""
         if self.number >= LEAST_EFFECTIVE:
             return ""
         return f"effective sample size {self.number}; {LEAST_EFFECTIVE} needed"
 
     def part(self, trials: Integers) -> Weights:
-        """Return those of some trials, chosen independently of them, in this order."""
+        """Return the weights of some trials, in order, chosen independently of them."""
         return Weights(self.values[trials], self.most, self.cut)
 
     def of(self, trials: Truths) -> Weights:
-        """Return those of trials of one kind: all units above the cap may be of it."""
+        """Return the weights of a selection; all units above the cap may be in it."""
         left = len(trials) / max(int(np.count_nonzero(trials)), 1)
         return Weights(self.values[trials], self.most, self.cut * left)
 

@@ -1,7 +1,7 @@
 """Performance of a simulated response against its limit: Pp and Ppk.
 
-Simulated units do not prove a stable process. So it is performance (Pp, Ppk) and not
-capability (Cp, Cpk), ISO 22514-1.
+Simulated units do not prove a stable process: by ISO 22514-1 the indices are those of
+performance (Pp, Ppk), not of capability (Cp, Cpk).
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ def by_moments(
     """Estimate Pp and Ppk from mean and sigma, as for normal responses.
 
     Pp = (U - L)/6s, Ppk the lesser of (U - mean)/3s and (mean - L)/3s. The intervals
-    follow from those of mean and sigma, each with half the error. They say something
-    about the share out of limit for normal responses alone.
+    follow from those of mean and sigma, each with half the error. They describe the
+    share out of limit for normal responses only.
     """
     if not sample.done.any():
         return Performance(NONE_DONE, NONE_DONE)
@@ -94,7 +94,7 @@ def by_moments(
 def by_share(share: Estimate, limit: Limit) -> Estimate:
     """Estimate the Ppk of a normal response with a share of the units out of limit.
 
-    Of a limit with two ends: centred, with half of them outside each end.
+    With two ends the response is centred: half of these units are outside each end.
     """
     ppk, upper, lower = (ppk_of(each, limit.ends) for each in share[:3])
     if not share.sure:
@@ -103,7 +103,7 @@ def by_share(share: Estimate, limit: Limit) -> Estimate:
 
 
 def _ends_of(limit: Limit) -> list[tuple[float, int]]:
-    """List the ends that there are, each with its side."""
+    """List the finite ends, each with its side."""
     lower, upper = limit.permitted
     return [
         (end, sign) for end, sign in ((upper, 1), (lower, -1)) if math.isfinite(end)
@@ -113,7 +113,7 @@ def _ends_of(limit: Limit) -> list[tuple[float, int]]:
 def _performance(
     limit: Limit, sides: list[Estimate], widths: int, spread: Estimate, reason: str
 ) -> Performance:
-    """Join the sides of Ppk, and divide the limit by so many widths for Pp."""
+    """Return Ppk from its sides, and Pp as the limit over `widths` times the spread."""
     values = [side.value for side in sides]
     ppk = Estimate(
         math.nan if np.isnan(values).any() else min(values),
@@ -153,14 +153,14 @@ def _side(end: float, middle: Estimate, far: Estimate, sign: int) -> Estimate:
 
 
 def _ratio(distance: float, spread: float) -> float:
-    """Divide distances of one sign; what does not spread is infinitely good, or bad."""
+    """Return distance over spread; without spread, infinity of the sign of distance."""
     if spread == 0 and distance != 0:
         return math.inf if distance > 0 else -math.inf
     return distance / spread if spread != 0 else math.nan
 
 
 def _worth_printing(found: Estimate) -> Estimate:
-    """Say why there is no interval, or that the spread is too small for a number."""
+    """Return the estimate, or the reason why its interval or number is not printed."""
     if found.value > FAR or (found.sure and found.lower > FAR):
         return Estimate(math.nan, reason=f"over {FAR:g}: hardly any spread")
     if found.reason or not found.sure:

@@ -27,14 +27,14 @@ NONE_OUT = "none out of limit in either"
 
 
 class Exchange(NamedTuple):
-    """Truths that change sides of a limit between two designs.
+    """Units that change sides of a limit between two designs.
 
     Attributes
     ----------
     worse, better : int
-        Within in the first and out of limit in the second; the reverse.
+        Units within in the first design, out of limit in the second; the reverse.
     out_of_limit : Estimate
-        Share out of limit in the second less that in the first.
+        Share out of limit in the second design less the share in the first.
     """
 
     worse: int
@@ -54,9 +54,9 @@ def exchange(first: Truths, second: Truths) -> Exchange:
     -------
     Exchange
         With an exact interval. The difference of yields is the share that changes
-        sides, times the worse less the better among these. Both factors have intervals
-        of Clopper and Pearson, each with half the error; the second given how many
-        change sides, as in the test of McNemar.
+        sides, times the fraction worse less better of these. Both factors have
+        intervals of Clopper and Pearson, each with half the error. The second is
+        conditional on the number that changes sides, as in McNemar's test.
 
     References
     ----------
@@ -77,11 +77,11 @@ def exchange(first: Truths, second: Truths) -> Exchange:
 
 
 def difference(first: Estimate, second: Estimate, correlation: float = 0.0) -> Estimate:
-    """Subtract the first design's number from the second's, with an interval.
+    """Return the second design's number less the first's, with an interval.
 
-    The interval comes from both by squares, end by end; with the correlation of their
-    errors, 0 for independent trials. Where one is infinite, from the ends alone: it
-    holds for any correlation.
+    Both intervals are combined by squares, end by end, with the correlation of their
+    errors: 0 for independent trials. If a number is infinite, the ends are subtracted;
+    that interval holds for any correlation.
 
     References
     ----------
@@ -111,8 +111,8 @@ def difference(first: Estimate, second: Estimate, correlation: float = 0.0) -> E
 def correlation_of_shares(first: Truths, second: Truths) -> float:
     """Return the correlation of the errors of two shares of the same trials.
 
-    Two units more are counted that have the property in one alone, for that number is
-    uncertain. At most 0.9.
+    Two units with the property in one design only are added, because the number of such
+    units is uncertain. At most 0.9.
     """
     n = len(first) + 2
     both = np.count_nonzero(first & second)
@@ -126,8 +126,8 @@ def correlation_of_quantiles(
 ) -> float:
     """Return the correlation of the errors of a quantile of two paired designs.
 
-    0 where an end of an interval is a value that several units share: the interval is
-    wider than the error.
+    0 if several units share the value at an end of an interval: that interval is wider
+    than the error.
     """
     a, b = quantiles
     for values, each in ((first, a), (second, b)):
@@ -141,7 +141,7 @@ def difference_of_ppk(
     second: Array,
     limits: tuple[Limit, Limit],
 ) -> Estimate:
-    """Compare Ppk by moments, from mean and sigma.
+    """Return the difference of Ppk by moments, from mean and sigma.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def difference_of_ppk(
     -------
     Estimate
         Second less first, with the interval of a jackknife that leaves out a twentieth
-        of both at a time, a tenth wider; none where few trials dominate a variance.
+        of both at a time, a tenth wider; none if few trials dominate a variance.
     """
     few = min(len(first), len(second))
     if few < LEAST_OF_MOMENTS:

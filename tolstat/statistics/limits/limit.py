@@ -12,8 +12,8 @@ from scipy.special import ndtr, ndtri
 from tolstat.arrays import Array, Integers, Truths
 from tolstat.status import Status
 
-DEMANDED = 0.9973  # yield where the study demands no other
-WORST = 10  # trials of a limited response
+DEMANDED = 0.9973  # yield if the study demands no other
+WORST = 10  # trials listed for a response with a limit
 
 
 class Limit(NamedTuple):
@@ -22,13 +22,13 @@ class Limit(NamedTuple):
     Attributes
     ----------
     lower, upper : float
-        Least and greatest permitted value, SI; infinite where an end is open.
+        Least and greatest permitted value, SI; infinite if an end is open.
     demanded : float
         Demanded yield.
     words : str
         The values as the study writes them.
     typed_ppk : float or None
-        The Ppk that the study demands; None where it demands a yield.
+        The Ppk that the study demands; None if it demands a yield.
     """
 
     lower: float
@@ -44,7 +44,7 @@ class Limit(NamedTuple):
 
     @property
     def ends(self) -> int:
-        """How many there are."""
+        """Number of finite ends."""
         return sum(math.isfinite(end) for end in self.permitted)
 
     @property
@@ -59,7 +59,7 @@ class Limit(NamedTuple):
 
 
 def within(values: Array, permitted: tuple[float, float]) -> Truths:
-    """Tell which values are permitted; NaN, of a failed trial, is not."""
+    """Return which values are permitted; the NaN of a failed trial is not."""
     lower, upper = permitted
     with np.errstate(invalid="ignore"):
         found: Truths = (values >= lower) & (values <= upper)
@@ -67,7 +67,7 @@ def within(values: Array, permitted: tuple[float, float]) -> Truths:
 
 
 def margins(values: Array, permitted: tuple[float, float]) -> Array:
-    """Return how far values lie within a limit; less than 0 out of it."""
+    """Return the distances of values within a limit; below 0 out of limit."""
     lower, upper = permitted
     return np.asarray(np.minimum(upper - values, values - lower))
 
@@ -86,7 +86,7 @@ def worst_trials(
 
 
 def worst_side(permitted: tuple[float, float] | None) -> int:
-    """Tell on which side of all others a failed trial counts, by its limit."""
+    """Return the side on which failed trials count: 1 above, -1 below, 0 unknown."""
     lower, upper = permitted or (-math.inf, math.inf)
     return int(math.isfinite(upper)) - int(math.isfinite(lower))
 

@@ -1,4 +1,4 @@
-"""How many trials decide whether a demanded yield is met."""
+"""Number of trials that decides whether a demanded yield is met."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tolstat.statistics.intervals.replicates import (
 from tolstat.statistics.intervals.shares import PRIOR, evidence_against
 
 CHANCE = 0.8  # that the printed number of trials decides
-GROWTH = 1.25  # between numbers of trials that are tried
+GROWTH = 1.25  # ratio of successive numbers of trials that are tried
 MOST_TRIALS = 10**9
 POSTERIOR = 200  # shares that represent the posterior
 
@@ -28,8 +28,8 @@ def trials_that_decide(count: int, trials: int, share: float) -> int:
     """Return how many trials decide whether a property is rarer than a share.
 
     The least number, in steps of a quarter, that decides with a chance of 80 % over
-    Jeffreys' posterior, and at which the property can be found rarer; 0 if it exceeds
-    1e9. Arguments as of `anytime_valid`.
+    Jeffreys' posterior. At this number the property can be found rarer. 0 above 1e9.
+    Arguments as of `anytime_valid`.
     """
     wanted = math.log(2 / (1 - CONFIDENCE))
     a, b = count + PRIOR, trials - count + PRIOR
@@ -54,9 +54,9 @@ def replicates_that_decide(
 ) -> int:
     """Return how many trials decide whether a share is as large as demanded.
 
-    The least number, in steps of a quarter, that decides with a chance of 80 % if the
-    scatter of the replicates falls with the root of the trials; 0 if it exceeds 1e9.
-    Where replicates are too small, as many as make them large enough. Arguments as of
+    The least number, in steps of a quarter, that decides with a chance of 80 %; 0 above
+    1e9. The scatter of replicates is assumed to fall with the root of the trials. If
+    replicates are too small, the number that makes them large enough. Arguments as of
     `share_from_replicates`.
     """
     values = machines.astype(np.float64)
@@ -71,7 +71,7 @@ def replicates_that_decide(
     while (trials := math.ceil(GROWTH * trials)) <= MOST_TRIALS:
         part = n / trials
         wide, beyond = half * math.sqrt(part), rare * part
-        # the estimate then differs from that now, and from the truth
+        # the later estimate differs from the present one, and from the truth
         scatter = max(error * math.sqrt(1 + part), 1e-12)
         met = ndtr((share - wide - beyond * share - demanded) / scatter)
         missed = ndtr((demanded - share - wide - beyond * (1 - share)) / scatter)
@@ -87,7 +87,7 @@ def grown(n: float) -> int:
 
 
 def _deciding(trials: int, share: float, wanted: float) -> tuple[int, int]:
-    """Return the largest count that shows "rarer", and the least that shows "not"."""
+    """Return the largest count that meets a share, and the least that misses it."""
     middle = math.floor(share * trials) + 1
 
     def rarer(count: int) -> bool:
@@ -102,7 +102,7 @@ def _deciding(trials: int, share: float, wanted: float) -> tuple[int, int]:
 
 
 def _at_most(count: int, trials: int, shares: Array) -> Array:
-    """Return the probability of at most so many."""
+    """Return the probabilities of at most `count` of `trials`, at shares."""
     if count < 0:
         return np.zeros_like(shares)
     return np.asarray(bdtr(min(count, trials), trials, shares))

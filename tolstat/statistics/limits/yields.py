@@ -1,4 +1,4 @@
-"""The yield of a limit, when some trials failed, and its verdict."""
+"""The yield of a limit, with failed trials, and its verdict."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class Yield(NamedTuple):
         "met" when the whole interval of the yield lies at or above the demanded one,
         "not met" when it lies below, else "undecided"; failed trials count against.
     needed : int
-        Trials that decide an undecided one with a chance of 80 %; 0 otherwise, and
-        where they exceed 1e9.
+        Trials that decide an undecided verdict with a chance of 80 %; 0 otherwise, and
+        above 1e9.
     """
 
     fraction_out_of_limit: Estimate
@@ -55,9 +55,9 @@ def yield_of(
     Returns
     -------
     Yield
-        Of independent trials with anytime-valid intervals: adding trials until there is
-        a verdict errs no oftener. Else from the scatter of replicates, or of weighted
-        counts.
+        For independent trials intervals are anytime-valid: adding trials until there is
+        a verdict does not raise the error. Otherwise intervals come from replicates or
+        weighted counts.
     """
     ran = sample.ran
     good = within(values, limit) & sample.done
@@ -77,7 +77,7 @@ def yield_of(
 def joint_yield(
     responses: Mapping[str, Array], sample: Sample, limits: Mapping[str, Ends]
 ) -> Estimate:
-    """Estimate the yield of all limits together, at least one, by response: SI."""
+    """Estimate the yield, all limits, of at least one limit by response, SI."""
     good = np.all(
         [within(responses[name], limit) for name, limit in limits.items()], axis=0
     )

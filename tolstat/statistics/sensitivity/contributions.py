@@ -1,8 +1,8 @@
 """Variance contributions of deviations to a response, from the trials of a run.
 
-No further trials: the rank regression shows what is monotonic, the first-order Sobol'
-index any main effect; the remainder is interaction or chance. Where a linear regression
-explains nearly all, the indices come from it: their intervals are far narrower.
+They need no additional trials. The rank regression shows monotonic effects, the
+first-order Sobol' index any main effect; the remainder is interaction or chance. If a
+linear regression explains nearly all, the indices come from it: intervals are narrower.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from tolstat.statistics.sensitivity.regression import (
 )
 
 LEAST = 200  # trials from which the indices are given
-LARGEST_GROUP = 4  # contributors whose neighbours still are near
+LARGEST_GROUP = 4  # contributors; in larger groups neighbours are too far apart
 MANY = 'needs a run with sampling = "saltelli": too many for neighbours'
 
 
@@ -50,11 +50,11 @@ class Contributions(NamedTuple):
     unexplained : Estimate
         Remainder: interaction, correlation or chance.
     linear : bool
-        Whether the shares come from a linear regression that explains nearly all; else
-        from neighbours.
+        Whether the shares come from a linear regression that explains nearly all;
+        otherwise from neighbours.
     dominated_by_few : bool
-        Whether few trials dominate the variance: its shares are noise then, except for
-        the lower end of that of a group together.
+        Whether few trials dominate the variance. Its shares are noise then, except the
+        lower end of the share of a group together.
     """
 
     rank_regression: dict[str, Estimate]
@@ -92,8 +92,8 @@ def contributions(
     -------
     dict of str to Contributions
         By response, with intervals from a jackknife that leaves out a twentieth of the
-        trials at a time. Shares of a variance that few trials dominate have none, but
-        for those of groups together, which are understated all the same.
+        trials at a time. If few trials dominate the variance, only shares of groups
+        together have intervals: these shares are understated in any case.
 
     References
     ----------
@@ -116,7 +116,7 @@ def contributions(
     columns = list(deviations.values())
     orders = [ascending(column) for column in columns]
     rows = [Row(order) for order in orders]
-    # on two threads: NumPy and the search for neighbours keep no other waiting
+    # on two threads: NumPy and the neighbour search release the GIL
     with ThreadPoolExecutor(1) as other:
         near = other.map(
             nearest, [np.column_stack([deviations[n] for n in groups[g]]) for g in few]
@@ -125,7 +125,7 @@ def contributions(
         ranks = rank_regressions(columns, orders, list(spreading.values()))
     neighbours = list(near)
     computed = dict(zip(spreading, zip(ranks, alone, strict=True), strict=True))
-    # which contributors each group sums: float64[group, contributor]
+    # contributors of each group: float64[group, contributor]
     sums = np.array([[n in members for n in names] for members in groups.values()])
     sums = sums.reshape(len(groups), len(names)).astype(float)
     straight = Regressed(columns, spreading) if independent else None
@@ -176,7 +176,7 @@ def _together(joined: Estimate | None) -> Estimate:
 def _nothing(
     names: Sequence[str], groups: Mapping[str, Sequence[str]], y: Array
 ) -> Contributions:
-    """Say why a response has no contributions."""
+    """Return contributions without values, with the reason."""
     reason = f"no trustworthy interval at {len(y)} trials"
     if len(y) and np.ptp(y) == 0:
         reason = "the response does not spread"

@@ -12,7 +12,7 @@ from scipy.special import ndtri
 from tolstat.arrays import Array
 from tolstat.statistics.estimate import Estimate
 
-MATTERS = 0.05  # departure over the distance from the median that is reported
+MATTERS = 0.05  # least reported departure, over the distance from the median
 
 
 class Linear(NamedTuple):
@@ -56,7 +56,7 @@ def root_sum_square(
 ) -> Linear:
     """Combine slopes at the nominal unit, by contributor, with the scatter; SI.
 
-    NaN throughout if a slope is.
+    All are NaN if a slope is NaN.
     """
     s = np.array([slopes[name] for name in scatter.names])
     variance = float(s @ scatter.covariance @ s)
@@ -75,14 +75,14 @@ class Departure(NamedTuple):
     Attributes
     ----------
     share : float
-        Of the quantile.
+        Share of the quantile.
     linear : float
-        Its value by linear analysis.
+        Value by linear analysis.
     relative : float
-        Its distance from the simulated value, over that value's distance from the
-        median; negative: too optimistic.
+        Distance from the simulated value, over the distance of the simulated value from
+        the median; negative if too optimistic.
     fails : bool
-        Clearly outside the interval, and off by more than a twentieth.
+        Whether it is clearly outside the interval and off by more than 5 %.
     """
 
     share: float
@@ -92,9 +92,9 @@ class Departure(NamedTuple):
 
 
 def departures(linear: Linear, quantiles: Mapping[float, Estimate]) -> list[Departure]:
-    """Compare the linear answer with simulated quantiles, the median among them.
+    """Return the departures at the outermost quantiles with an interval, lower first.
 
-    At the outermost quantiles that have an interval: the lower, then the upper.
+    `quantiles` are simulated, the median among them.
     """
     middle = quantiles[0.5].value
     sure = sorted(share for share, found in quantiles.items() if found.sure)
@@ -110,7 +110,7 @@ def departures(linear: Linear, quantiles: Mapping[float, Estimate]) -> list[Depa
         relative = off / spread if spread > 0 else math.copysign(math.inf, off)
         if off == 0:
             relative = 0.0
-        # clearly: by more than half the interval beyond its nearer end
+        # clearly: by more than half the interval outside its nearer end
         far = (simulated.upper - simulated.lower) / 2
         outside = not simulated.lower - far <= value <= simulated.upper + far
         fails = outside and abs(relative) > MATTERS

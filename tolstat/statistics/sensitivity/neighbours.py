@@ -22,9 +22,9 @@ class Row:
         self.part = part[self.first]
 
     def differences(self, y: Array) -> tuple[float, Array]:
-        """Sum the squared differences of neighbours, and again without each part."""
+        """Return summed squared differences of neighbours, and without each part."""
         y = y[self.order]
-        # up to each trial, with as much room at either end
+        # cumulative sum up to each trial
         upto = np.append(0.0, np.cumsum(np.diff(y) ** 2))
         before, after = self.first - 1, self.last + 1
         gone = upto[np.minimum(after, len(y) - 1)] - upto[np.maximum(before, 0)]
@@ -63,7 +63,7 @@ def nearest(X: Array) -> Integers:
     ranks = np.empty_like(order)
     np.put_along_axis(ranks, order, np.arange(len(X))[:, None], axis=0)
     tree = cKDTree(ranks)
-    # in the order of the tree, whose leaves are then in the cache: three times faster
+    # in the order of the tree, so that its leaves are in the cache: 3 times faster
     places = tree.indices
     _, near = tree.query(tree.data[places], k=2)
     found = np.empty(len(X), dtype=np.int64)

@@ -20,10 +20,10 @@ class Difference(NamedTuple):
     Attributes
     ----------
     shift : float
-        Its mean among them less its mean in all trials, over its sigma in all.
+        Mean in units out of limit less mean in all trials, over sigma in all trials.
     width : float
-        Its root mean square distance from the mean of all trials, over sigma: 1 as in
-        all trials, above 1 farther from the mean, to either side.
+        Root mean square distance from the mean of all trials, over sigma: 1 as in all
+        trials, above 1 if farther from the mean on either side.
     level : float
         p-value, corrected for the number of contributors after Holm.
     """
@@ -34,7 +34,7 @@ class Difference(NamedTuple):
 
     @property
     def clear(self) -> bool:
-        """Whether it is significant."""
+        """Whether the difference is significant."""
         return self.level < CLEAR
 
 
@@ -43,9 +43,9 @@ def differences(
 ) -> dict[str, dict[str, Difference]]:
     """Compare the units out of limit with the others, contributor by contributor.
 
-    Two rank sum tests each (Wilcoxon): of the deviations, which sees a shift to one
-    side; and of their distances from the median, which sees that they are far from it,
-    or near. The smaller of the two levels counts, doubled.
+    Each contributor has two rank sum tests (Wilcoxon). That of the deviations finds a
+    shift to one side. That of their distances from the median finds deviations far from
+    it or near it. The smaller of the two levels counts, doubled.
 
     Parameters
     ----------
@@ -55,8 +55,8 @@ def differences(
     Returns
     -------
     dict of str to dict of str to Difference
-        By response and contributor; none where all or no units are out of limit. With
-        few units out of limit levels are conservative: normal scores have longer tails
+        By response and contributor; none if all or no units are out of limit. With few
+        units out of limit, levels are conservative: normal scores have longer tails
         than sums of few ranks.
 
     References
@@ -65,14 +65,14 @@ def differences(
     and R. A. Bradley, Ann. Math. Statist. 31 (1960) 1174-1189; S. Holm, Scand. J.
     Statist. 6 (1979) 65-70.
     """
-    told = {n: each for n, each in out.items() if 0 < each.sum() < len(each)}
+    tested = {n: each for n, each in out.items() if 0 < each.sum() < len(each)}
     found: dict[str, dict[str, Difference]] = {name: {} for name in out}
     for name, x in deviations.items():
         mean, sigma = float(x.mean()), float(x.std())
         if sigma == 0:
             continue
         ranks, of_far = _ranks(x), _ranks(np.abs(x - np.median(x)))
-        for response, units in told.items():
+        for response, units in tested.items():
             level = 2 * min(_level(ranks, units), _level(of_far, units))
             off = (x[units] - mean) / sigma
             width = float(np.sqrt(np.mean(off**2)))
@@ -86,7 +86,7 @@ def differences(
 
 
 def least_level(units: int, contributors: int) -> float:
-    """Return the least level that so few units out of limit allow."""
+    """Return the least level that this number of units out of limit allows."""
     return float(min(1.0, 4 * contributors * ndtr(-math.sqrt(3 * units))))
 
 
@@ -98,7 +98,7 @@ def of_kind(members: Sequence[str], found: Mapping[str, Difference]) -> float:
 def _ranks(x: Array) -> Array:
     """Rank float64[n] from 1, equal values at random.
 
-    At their mean rank few values that differ from many would seem significant.
+    With mean ranks, few values that differ from many equal ones seem significant.
     """
     chance = np.random.RandomState(len(x)).permutation(len(x))  # never changes
     ranks = np.empty(len(x))

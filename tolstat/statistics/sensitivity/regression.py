@@ -1,4 +1,4 @@
-"""Linear regression of responses, and of ranks, without each part of the trials too."""
+"""Linear regression of responses and of ranks, of all trials and without each part."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ class Regressed:
             self.explained[name] = jackknifed(r[0], r[1:])[0]
 
     def linear(self, response: str) -> bool:
-        """Tell whether the regression explains nearly all of a response."""
+        """Return whether the regression explains nearly all of a response."""
         return self.explained[response].lower >= NEARLY_ALL
 
     def shares(self, response: str, sums: Array, *, trusted: bool) -> list[Estimate]:
         """Estimate sums of contributions: float64[sum, contributor], 0 or 1.
 
-        Any contributor may have the remainder: upper ends are higher by it.
+        Upper ends include the remainder, which may be any contributor's.
         """
         every = self._shares[response] @ sums.T
         rest = max(1 - self.explained[response].lower, 0.0)
@@ -84,7 +84,7 @@ def _shares_of(among: Array, with_y: Array, variance: float) -> Array:
 
 
 def ascending(x: Array) -> Integers:
-    """Return the order of float64[n]; equal values keep theirs."""
+    """Return the order of float64[n]; equal values keep their order."""
     order = np.argsort(x)
     ordered = x[order]
     # sorting stably takes four times as long, and only ties need it
@@ -102,15 +102,15 @@ def rank_regressions(
 
     `orders` holds the trials in ascending order of each deviation. Returns for each
     response float64[contributor + 1] of all trials, and float64[part, contributor + 1]
-    with one part left out. The rest is ranked again: ranks of the whole would hide
-    their own scatter.
+    with one part left out. The other parts are ranked again: ranks of all trials would
+    hide their scatter.
     """
     k = len(deviations)
     columns = [_Column(x, order) for x, order in zip(deviations, orders, strict=True)]
     columns += [_Column(y, ascending(y)) for y in responses]
     found = np.empty((PARTS + 1, len(responses), k + 1))
     ranks = np.empty((len(columns), len(orders[0])))
-    for left_out in range(PARTS + 1):  # the last time none
+    for left_out in range(PARTS + 1):  # the last one leaves out none
         for row, column in zip(ranks, columns, strict=True):
             row[:] = column.centred_ranks(left_out)
         if left_out < PARTS:
@@ -118,7 +118,7 @@ def rank_regressions(
         # of whole numbers: these sums are exact up to 300 000 trials
         products = ranks @ ranks.T
         scale = np.sqrt(np.diag(products))
-        scale[scale == 0] = 1.0  # of what is equal in all trials
+        scale[scale == 0] = 1.0  # of columns that are equal in all trials
         correlations = products / np.outer(scale, scale)
         for i in range(len(responses)):
             g = correlations[:k, k + i]
