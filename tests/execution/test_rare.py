@@ -266,7 +266,7 @@ def test_it_is_no_sample(run, tmp_path):
         tolstat.compare(run, run)
     with pytest.raises(PictureError, match="are no random sample"):
         tolstat.what_if(run, {"A": "+-0.1 mm"})
-    with pytest.raises(PictureError, match="drawn for the limit that its study has"):
+    with pytest.raises(PictureError, match="is sampled for one limit, that of"):
         tolstat.limited(run, {"gap": ">= 0.1 mm"})
     with pytest.raises(StudyError, match="did you mean 'gap'"):
         tolstat.limited(run, {"gab": ">= 0.1 mm"})

@@ -268,7 +268,7 @@ WRONG = (
         {"links": {"e": E}, "deviations": {"e": "+-1 mm"}},
         r"\[links\] e.*\[deviations\]",
     ),
-    ({"links": {"e": E}, "settings": {"gap": "e", "links": {"e": E}}}, "them once"),
+    ({"links": {"e": E}, "settings": {"gap": "e", "links": {"e": E}}}, "links once"),
     ({"links": {"e": E, "in": "2 mm"}}, "a link cannot be called 'in'"),
     ({"links": {"e": E, "R-out": "2 mm"}}, "a link cannot be called 'R-out'"),
     ({"links": {"e": E, "\u00b5": "2 mm"}}, "a link cannot be called"),
