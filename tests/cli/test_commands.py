@@ -207,7 +207,7 @@ def test_the_machines_of_a_table_are_listed(table_study):
         "rod_force_1",
     ]
     assert rows["2"][2:] == ["failed"] * 3 + ["does", "not", "fit"]
-    assert "in all of them friction 5 %" in shown
+    assert "in all trials: friction 5 %" in shown
     with h5py.File(run, "r+") as file:
         file["status"][4] = 0
     refused = call("show", run)

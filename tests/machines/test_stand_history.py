@@ -116,7 +116,7 @@ def test_a_machine_that_cannot_exist_has_no_history():
 def test_wrong_questions(toy):
     with pytest.raises(ModelError, match="does not move"):
         tolstat.trajectory(toy)
-    with pytest.raises(ModelError, match="one machine is shown, not 2"):
+    with pytest.raises(ModelError, match="a view shows one trial, not 2"):
         tolstat.trajectory("stand", {"friction": [0.1, 0.2]})
     with pytest.raises(ModelError, match="did you mean 'friction'"):
         tolstat.trajectory("stand", {"frction": 0.1})

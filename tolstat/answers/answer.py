@@ -1,4 +1,4 @@
-"""What every answer can do: be printed, saved, shown in a notebook."""
+"""The base of all answers: printed, saved, shown in a notebook."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class Answer(ABC):
 
     @abstractmethod
     def document(self) -> Document:
-        """Return what it says: headings, sentences, tables, figures."""
+        """Return its document: headings, sentences, tables, figures."""
 
     @abstractmethod
     def rows(self) -> Sequence[Row]:
-        """Return its wide table: what CSV and `frame` hold."""
+        """Return its wide table, as in CSV and `frame`."""
 
     @property
     @abstractmethod
@@ -58,7 +58,7 @@ class Answer(ABC):
         return rows_as_csv(self.rows())
 
     def html(self) -> str:
-        """Return it as a page that needs nothing else."""
+        """Return it as a self-contained page."""
         from tolstat.render.page import page
 
         return page(self.document())
@@ -69,7 +69,7 @@ class Answer(ABC):
         Raises
         ------
         RunFileError
-            If the ending is another, or the file cannot be written or replaced.
+            If the ending is not allowed, or the file cannot be written or replaced.
         """
         path = Path(path)
         written = {".html": self.html, ".csv": self.csv, ".json": self.json}
@@ -81,7 +81,7 @@ class Answer(ABC):
         return f"<tolstat {self.answers}: {self.short}>"
 
     def _repr_html_(self) -> str:
-        """Show its page in a notebook, in a frame of its own."""
+        """Show its page in a notebook, in a frame."""
         from html import escape
 
         return (

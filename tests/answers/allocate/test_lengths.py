@@ -43,7 +43,7 @@ def test_what_a_proof_takes_is_said_before_anything_runs(trials, memory, monkeyp
         raise KeyboardInterrupt
 
     if trials:
-        words = "No first proof of 8000 trials.* ask for 120000 trials or more"
+        words = "No first proof of 8000 trials.* give 120000 trials or more"
         with pytest.raises(StudyError, match=words):
             tolstat.allocate(given, model=Linear(), trials=trials)
         trials = 120_000
@@ -62,8 +62,8 @@ def test_what_a_proof_takes_is_said_before_anything_runs(trials, memory, monkeyp
     ("change", "words"),
     [
         ({"limits": {}}, "no [limits]"),
-        ({"deviations": {"link": "+-0.1 mm"}}, "says what it costs"),
-        ({"deviations": {"link": ARCSINE}}, "link has a cost, and cannot be weighted"),
+        ({"deviations": {"link": "+-0.1 mm"}}, "has a cost; give one or more"),
+        ({"deviations": {"link": ARCSINE}}, "link has a cost, but cannot be weighted"),
         ({"limits": {"gap": {"limit": "<= 1 mm", "ppm": 1e-3}}}, "trials"),
         ({"sampling": "grid", "grid": GRID, "deviations": {}}, "samples nothing"),
     ],
@@ -78,5 +78,5 @@ def test_what_has_nothing_to_be_allocated_is_refused(change, words):
 
 @pytest.mark.parametrize("trials", [0, -5, 2.5])
 def test_a_number_of_trials_is_whole(trials):
-    with pytest.raises(StudyError, match="a whole number from 1 on"):
+    with pytest.raises(StudyError, match="a whole number from 1 is expected"):
         tolstat.allocate(reciprocal(), trials=trials, model=Linear())

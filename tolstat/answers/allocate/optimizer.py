@@ -51,7 +51,7 @@ class Cheapest(NamedTuple):
 def cheapest(
     variables: Sequence[DesignVariable], excess: Excess, start: Choice | None = None
 ) -> Cheapest | None:
-    """Find the cheapest choice within all bounds.
+    """Return the cheapest choice within all bounds.
 
     Continuous variables by sequential quadratic programming from a start, or halfway;
     lists by trying their combinations in order of cost.

@@ -70,8 +70,8 @@ class Difference(NamedTuple):
 
     design: str  # its label
     pairing: Pairing
-    # those that differ, as they are written: in the first, in this one; empty in a
-    # study that has no such one
+    # those that differ, as written: in the first, in this one; empty where a study
+    # has none
     settings: Mapping[str, tuple[str, str]]
     deviations: Mapping[str, tuple[str, str]]
     focus: tuple[str, ...]  # responses

@@ -31,7 +31,7 @@ MOMENTS = (
 JUDGED = (
     "A limit is met when the whole interval of its yield lies at or above what is "
     "demanded, and not met when it lies below. Failed trials count as out of limit.",
-    "The trials that decide do so with a chance of 80 %.",
+    "The number of trials that decide does so with a chance of 80 %.",
     "Equivalent Ppk: of a normal response with the same fraction out of limit, half of "
     "it at each end where there are two. 1.00 is 1350 ppm at one end.",
     "Main cause: it differs significantly among out-of-limit trials. Rarer kinds of "
@@ -89,7 +89,7 @@ def sheet(
 
 
 def assumptions_section(given: Assumptions, said: list[Parts]) -> blocks.Section:
-    """Say what the numbers rest on: distributions, tolerances, and some sentences."""
+    """Return the assumptions: distributions, tolerances, and some sentences."""
     rows: list[dict[str, blocks.Given]] = [
         {
             "contributor": name,
@@ -151,7 +151,7 @@ def _correlation(found: Report) -> Parts:
 
 
 def _judged(found: Report) -> list[Parts]:
-    """Say how limits are judged."""
+    """Return sentences on how limits are judged."""
     if found.all_limits is None:
         return []
     rule, *others = map(text, JUDGED)

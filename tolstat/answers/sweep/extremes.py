@@ -1,4 +1,4 @@
-"""What a run of chosen trials says: extremes, and how many are out of limit."""
+"""The answer about a run of given trials: extremes, and trials out of limit."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ResponseExtremes(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Extremes(Answer):
-    """What a run of a grid or a table says: its trials are no sample of production."""
+    """Extremes of a grid or a table, whose trials are no sample of production."""
 
     title: str
     run: str
@@ -86,7 +86,7 @@ def _value(extreme: Extreme | None, scale: Scale) -> Number:
 
 
 def extremes_of(run: Run) -> Extremes:
-    """Say what a run says whose trials were chosen and not sampled."""
+    """Return the extremes of a run whose trials are given and not sampled."""
     responses = {}
     for name in (each.name for each in run.responses):
         limit = run.limits.get(name)
