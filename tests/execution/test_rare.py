@@ -213,7 +213,7 @@ def test_another_tolstat_that_sought_otherwise_is_named(run, study, whole, tmp_p
     assert said.exit_code == 1
     words = " ".join(said.output.split())
     assert "made with processor abacus" in words  # fits hang on it
-    assert "its study gives something else here: its data or number of" in words
+    assert "its study has other results here: its data or number of" in words
     assert "by a tolstat 0.0.9 that searched for rare trials" in words
     assert f"differently (here: {version('tolstat')})" in words
     assert f"Run its study again: tolstat run {study} --force" in words
@@ -317,7 +317,7 @@ def test_another_response_is_sought_by_a_run_of_its_own(toy, tmp_path):
     run = tolstat.run(study, model=toy, output=tmp_path / "run.h5")
     with pytest.raises(PictureError) as refused:
         rare_summary(run, ["ratio"])
-    assert "tells of gap alone" in str(refused.value)
+    assert "answers for gap only" in str(refused.value)
     with pytest.raises(PictureError):
         tolstat.limited(run, {"ratio": "<= 0.8"})
     text = tolstat.fresh_study(run, {}, limits={"ratio": "<= 0.8"}, model=toy)
@@ -329,7 +329,7 @@ def test_another_response_is_sought_by_a_run_of_its_own(toy, tmp_path):
     only = tolstat.run(
         {**study, "limits": {"gap": "<= 4 mm"}}, model=toy, output=tmp_path / "only.h5"
     )
-    with pytest.raises(PictureError, match="tells of gap alone"):
+    with pytest.raises(PictureError, match="answers for gap only"):
         rare_summary(only, ["ratio"])
 
 

@@ -43,7 +43,7 @@ class Answer(ABC):
     @property
     @abstractmethod
     def short(self) -> str:
-        """What it is, in a few words."""
+        """A description in a few words."""
 
     def frame(self) -> pd.DataFrame:
         """Return its wide table as a DataFrame, SI."""
@@ -77,7 +77,7 @@ class Answer(ABC):
         return replace(path, written[path.suffix.lower()]().encode())
 
     def __repr__(self) -> str:
-        """Say in a line what it is."""
+        """Return a description in one line."""
         return f"<tolstat {self.answers}: {self.short}>"
 
     def _repr_html_(self) -> str:

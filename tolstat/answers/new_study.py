@@ -122,7 +122,7 @@ def _limits(responses: Sequence[Response]) -> Iterator[str]:
 
 
 def _toml(kind: Kind, value: Any) -> str:
-    """Write a setting as a study has it: with quotes around what is not a number."""
+    """Return a setting as in a study, with quotes around all but numbers."""
     if isinstance(kind, Numbers):
         return "[" + ", ".join(_toml(kind.each, each) for each in value) + "]"
     if isinstance(kind, Rows):

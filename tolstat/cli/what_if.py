@@ -106,7 +106,7 @@ def limits_in(texts: Sequence[str]) -> dict[str, Any]:
 
 
 def _entries_in(texts: Sequence[str], option: str, example: str) -> dict[str, Any]:
-    """Return entries by name; after = stands a value of TOML, or a text."""
+    """Return entries by name; the value after = is TOML or a text."""
     found: dict[str, Any] = {}
     for text in texts:
         named, given = NAMED.fullmatch(text), f'{option}"{text}"'

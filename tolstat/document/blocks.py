@@ -22,7 +22,7 @@ class Cell(NamedTuple):
 class Column:
     """A column of a table."""
 
-    head: str  # what it holds, with its unit
+    head: str  # the quantity, with its unit
     words: bool = False  # whether it holds sentences, which wrap
     page_only: bool = False  # whether a screen leaves it out
 
@@ -43,7 +43,7 @@ class Table:
 
     @property
     def sides(self) -> tuple[str, ...]:
-        """What each column holds: "words" that wrap, "left" names, else numbers."""
+        """The content of each column: "words" that wrap, "left" names, else numbers."""
         return tuple(
             "words" if column.words else "" if any(map(_is_number, cells)) else "left"
             for column, *cells in zip(self.columns, *self.rows, strict=True)

@@ -23,7 +23,7 @@ Written = tuple[str | Digits, ...]
 def in_cell(number: Number) -> tuple[Written, Written]:
     """Return a number for a table without its unit, and its interval below.
 
-    Below an estimate without interval stands the reason why.
+    An estimate without interval has the reason below it.
     """
     found = number.value
     if not isinstance(found, Estimate):
@@ -52,7 +52,7 @@ def in_line(number: Number) -> Written:
 
 
 def plain(written: Written) -> str:
-    """Return what is written as text."""
+    """Return a written number as text."""
     return "".join(each if isinstance(each, str) else each.text for each in written)
 
 

@@ -73,7 +73,7 @@ class Points:
     swept: tuple[Swept, ...] = ()
     # by swept setting, a value for each trial: SI, or a word
     settings: Mapping[str, NDArray[Any]] | None = None
-    note: str = ""  # what they are, for the summary of the run
+    note: str = ""  # for the summary of the run
 
 
 def read_grid(

@@ -30,7 +30,7 @@ AXIS = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
 
 
 def key(expected: str, default: Any = ..., **more: Any) -> Any:
-    """Declare a key: what is expected as its value; required without a default."""
+    """Declare a key and its expected value in words; required without a default."""
     return Field(default, description=expected, **more)
 
 

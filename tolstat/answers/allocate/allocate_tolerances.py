@@ -56,7 +56,7 @@ def allocate(
     Parameters
     ----------
     study : path or mapping
-        A study file, or what one would hold; entries of [deviations] have a `cost`.
+        A study file or its content; entries of [deviations] have a `cost`.
     trials : int, optional
         Of the wide run, and of each proof at its first look; else as many as the
         strictest limit needs, or as the study has if these are more.

@@ -111,7 +111,7 @@ class Allocation(Answer):
 
     @property
     def chart(self) -> Chart:
-        """The trade-off with all schemes; of what was found its proof."""
+        """The trade-off with all schemes; the found one by its proof."""
         schemes = self.schemes | ({FOUND: self.proof} if self.met else {})
         named = {WORDS[name]: scheme for name, scheme in schemes.items()}
         return trade_off_chart(self.trade_off, named, listed=self.listed)

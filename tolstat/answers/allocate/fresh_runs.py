@@ -31,7 +31,7 @@ GROWTH = 1.25  # of a run whose verdicts are not settled, at least
 
 
 class Scheme(NamedTuple):
-    """Tolerances, what they cost, and the fraction out of limit in a fresh run."""
+    """Tolerances, their cost, and fractions out of limit in a fresh run."""
 
     cost: float  # of all parts that have one
     tolerances: dict[str, str]  # by entry of the study, as written

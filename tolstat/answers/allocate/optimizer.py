@@ -59,7 +59,7 @@ def cheapest(
     Parameters
     ----------
     variables : sequence of DesignVariable
-        What can be chosen.
+        The variables to choose.
     excess : callable
         float64[bound] of a choice: how far it exceeds each bound, 0 or less within;
         smooth in the continuous variables, and not always least at the tightest.

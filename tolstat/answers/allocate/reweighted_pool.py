@@ -115,7 +115,7 @@ class _Rows:
         }
         self.priced = study.deviating.priced
         # densities are over that of the loosest tolerances, which the mixture contains:
-        # where that is next to nothing any other number would do
+        # where that is negligible, any other number would do
         loosest = dict(study.deviating.distributions)
         for entry in self.priced:
             loosest.update(entry.distributions(entry.ends[1]))

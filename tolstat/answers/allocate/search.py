@@ -254,7 +254,7 @@ def points_about(search: Search, start: Choice) -> list[Point]:
 
 
 def own_fractions(search: Search, points: list[Point]) -> list[Point]:
-    """Return each set of tolerances once, at its own fraction out of any limit.
+    """Return each set of tolerances once, at the fraction out of limit of that set.
 
     One set of options of lists is the cheapest for many fractions.
     """
@@ -265,9 +265,9 @@ def own_fractions(search: Search, points: list[Point]) -> list[Point]:
 
 
 def at_equal_cost(search: Search, points: list[Point], seed: int) -> Proof:
-    """Run the best tolerances for the cost of the drawing; or the drawing's own.
+    """Return a run of the best tolerances for the drawing's cost, or of the drawing's.
 
-    Weighted trials may promise what a run does not keep: then they are the drawing's.
+    It is the drawing's run if a run does not confirm the weighted trials.
     """
     specified = search.runs.of(search.specified, seed)
     spent = search.runs.of(for_equal_cost(search, points), seed)

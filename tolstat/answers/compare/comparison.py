@@ -26,7 +26,7 @@ UNLIMITED = LimitDifference(
 
 
 class ComparedResponse(NamedTuple):
-    """What a response is, and how it is shown: as the first study has it."""
+    """The description and scale of a response, as in the first study."""
 
     sentence: str
     scale: Scale
@@ -104,7 +104,7 @@ class Comparison(Answer):
 
     @property
     def short(self) -> str:
-        """What it is, in a few words."""
+        """A description in a few words."""
         kinds = (f"{each.design} {each.pairing.kind}" for each in self.differences)
         runs = ", ".join(f"{each.label} {each.run}" for each in self.designs)
         return f"{runs}; {', '.join(kinds)}"

@@ -134,7 +134,7 @@ def _that_differ(
 def _reading(one: Difference) -> blocks.Paragraph:
     """Return the note for readers of the tables."""
     return note(
-        f"Below each number stands its 95 % interval: {one.pairing.promise}. ",
+        f"Each number has its 95 % interval below it: {one.pairing.promise}. ",
         "A design without a limit is judged by that of the other. ",
         f"Worse: trials within in A and out of limit in {one.design}; better: the "
         "other way round. " if one.pairing.paired else None,

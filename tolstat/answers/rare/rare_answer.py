@@ -83,7 +83,7 @@ class RareSummary(run_answer.RunAnswer):
 
     @property
     def short(self) -> str:
-        """What it is, in a few words."""
+        """A description in a few words."""
         value = PPM.interval(*self.fraction_out_of_limit[:3])[0]
         return f"{self.run}, {self.response} {self.verdict}, {value} ppm"
 

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from tolstat.answers.rare.rare_answer import RareSummary
 
 STAGES = (
-    "Stage 0 is wide. Stages at 1 times the spread right after it approach the limit "
-    "step by step (subset simulation). Later stages sample where out-of-limit trials "
+    "Stage 0 is wide. The next stages, at 1 times the spread, approach the limit step "
+    "by step (subset simulation). Later stages sample where out-of-limit trials "
     "were found, or the nearest ones. The last stage gives the fraction."
 )
 FIRST_ORDER = (

@@ -43,7 +43,7 @@ MOST_NAMED = 4  # parts in a sentence
 LEVEL = PER_CENT.beside(1.0)  # of chance: no test is better than that
 STARRED = {"mean": "mean *", "sigma": "sigma *"}  # their assumption stands below
 PAGE_ONLY = ("mean *", "sigma *", "least", "largest", "0.135 %", "99.865 %")
-INTERVAL = "Below each number stands its 95 % interval"
+INTERVAL = "Each number has its 95 % interval below it"
 READING = (
     "Quantiles: order statistics, for any distribution. Fractions out of limit: "
     "anytime-valid, trials may be added. Equivalent Ppk: of a normal response with the "

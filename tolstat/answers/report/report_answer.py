@@ -291,7 +291,7 @@ class RunSummary(RunAnswer):
 
     @property
     def short(self) -> str:
-        """What it is, in a few words."""
+        """A description in a few words."""
         verdicts = ", ".join(map(" ".join, self.verdicts.items())) or "-"
         return f"{self.run}, {self.trials.done} trials; {verdicts}"
 

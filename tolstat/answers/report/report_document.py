@@ -26,11 +26,11 @@ LONGEST = 60  # letters of a title at the foot of a sheet
 MOMENTS = (
     "Mean and sigma are of the trials that do not fail. Quantiles count failed trials "
     "as out of limit where the limit has one end. With two ends or none the interval "
-    "holds wherever they stand."
+    "holds for any value of failed trials."
 )
 JUDGED = (
-    "A limit is met when the whole interval of its yield lies at or above what is "
-    "demanded, and not met when it lies below. Failed trials count as out of limit.",
+    "A limit is met when the whole interval of its yield lies at or above the demanded "
+    "yield, and not met when it lies below. Failed trials count as out of limit.",
     "The number of trials that decide does so with a chance of 80 %.",
     "Equivalent Ppk: of a normal response with the same fraction out of limit, half of "
     "it at each end where there are two. 1.00 is 1350 ppm at one end.",

@@ -62,7 +62,7 @@ LEVELS = (
     "corrected for the number of pairs). Halved: the "
     "stored trials weighted by the ratio of densities; a fresh run is more precise."
 )
-CORRELATED = "Deviations are correlated: what is correlated with a cause differs too."
+CORRELATED = "Deviations are correlated: parts correlated with a cause differ too."
 FEW = (
     "Few trials dominate the variance. The trials show the least joint contribution of "
     "parts, and not the contribution of each alone."
@@ -356,7 +356,7 @@ def _sides(each: ReportedResponse, errors: IntegrationErrors) -> Parts:
     gap = Number(sides.gap, each.scale.exact)
     rest = say(
         f"All {sides.near} less than {{}} from the limit were evaluated again. "
-        "While no other errs by so much, the fraction out of limit moves by at most "
+        "If all others err by less, the fraction out of limit moves by at most "
         "{}.",
         gap, Number(sides.at_most, PER_CENT, "at_most"),
     )  # fmt: skip

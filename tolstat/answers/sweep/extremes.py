@@ -35,7 +35,7 @@ class ResponseExtremes(NamedTuple):
     scale: Scale
     least: Extreme | None  # None where no trial is done
     largest: Extreme | None
-    limit: Limit | None  # what is permitted
+    limit: Limit | None  # the permitted range
     out_of_limit: int  # trials, failed ones among them; 0 without a limit
 
 
@@ -51,14 +51,14 @@ class Extremes(Answer):
     ran: int
     failed: int
     responses: Mapping[str, ResponseExtremes]
-    notes: tuple[str, ...]  # what must be known to read the numbers
+    notes: tuple[str, ...]  # for readers of the numbers
     of: Run = field(metadata={"json": False})
     answers: ClassVar[str] = "extremes"
     not_met: ClassVar[tuple[str, ...]] = ()  # no limit is judged
 
     @property
     def short(self) -> str:
-        """What it is, in a few words."""
+        """A description in a few words."""
         return f"{self.run}, {self.ran} trials of a {self.sampling}"
 
     def document(self) -> Document:

@@ -68,7 +68,7 @@ def _extreme(head: str, extreme: Extreme | None, scale: Scale) -> dict[str, Give
 
 
 def table_rows(run: Run) -> list[Block]:
-    """Return the trials of a table: how they differ, what they answer, how they ended.
+    """Return the trials of a table: their deviations, responses and statuses.
 
     A row has the deviations that differ between trials, the limited responses (or the
     first ones), the status and the limits it is out of. Common deviations follow. Empty

@@ -38,7 +38,7 @@ class Quantity(NamedTuple):
 
     value: float | str  # SI
     scale: Scale  # how it is shown
-    sentence: str = ""  # what it is
+    sentence: str = ""  # its description
     limit: str = ""  # of a response, in words; empty where it has none
     out_of_limit: bool = False
 
@@ -64,7 +64,7 @@ class Replay(Answer):
     trial: int | None  # None for the nominal one
     status: str  # how it ended
     steps: int | None  # None where nothing is integrated
-    settings: dict[str, Quantity]  # what a grid changed for it
+    settings: dict[str, Quantity]  # those that a grid changed
     deviations: dict[str, float]  # by contributor, SI
     responses: dict[str, Quantity]
     stored: bool = False  # whether there is a stored row to compare with

@@ -39,7 +39,7 @@ class ResponseWhatIf(NamedTuple):
     baseline: Summary  # of the trials as they are
     scenario: Summary  # of the weighted trials
     nominal: float  # of the nominal trial
-    sentence: str  # what it is
+    sentence: str  # its description
     scale: Scale
 
 
@@ -185,8 +185,8 @@ class WhatIf(Answer):
         )
         yield from map(blocks.note, self.notes)
         yield blocks.note(
-            "Below each number stands its 95 % interval: of fractions out of limit "
+            "Each number has its 95 % interval below it: of fractions out of limit "
             "from weighted counts, of all others for any distribution. Fractions and "
             "verdicts of the baseline are anytime-valid, those of the scenario for a "
-            "single look. So they may differ where the trials do not."
+            "single look. So they may differ although the trials are equal."
         )
