@@ -107,7 +107,7 @@ def content(path: Path, megabytes: int) -> bytes:
             found = file.read(most + 1)
     except FileNotFoundError:
         near = [each.name for each in sorted(path.parent.glob(f"*{path.suffix}"))]
-        hint = f"in this folder: {', '.join(near)}" if near else "and none like it"
+        hint = f"in this folder: {', '.join(near)}" if near else "this folder has none"
         if close := get_close_matches(path.name, near, n=1):
             hint = f"did you mean '{close[0]}'?"
         raise DataError(f"{path}: no such file; {hint}") from None
