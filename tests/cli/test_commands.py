@@ -397,5 +397,5 @@ def test_a_run_until_precise_says_so(tmp_path):
     done = call("run", study, "--force")
     said = " ".join(done.stderr.split())
     assert "+-1 %: about" in said
-    assert "trials are needed (first estimate); at_most = 1100 is probably" in said
+    assert "needed (first estimate); at_most = 1100 is probably too small" in said
     assert "not reached" in done.output

@@ -31,7 +31,7 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
     check_ending(path, "a table", ENDINGS)
     if path.exists() and not (force and path.is_file()):
         raise RunFileError(
-            f"{path} already exists",
+            f"{path} already exists, and is replaced only by force",
             Advice("replace", path),
         )
     table = table_of(run)
