@@ -183,7 +183,7 @@ def test_grids_and_tables_have_no_statistics(toy, tmp_path):
         'model = "toy"\nsampling = "grid"\n[grid]\npart_1 = ["0 mm", "1 mm"]\n'
     )
     run = tolstat.run(study, model=toy)
-    with pytest.raises(PictureError, match="were chosen, and have no statistics"):
+    with pytest.raises(PictureError, match="are no sample: no statistics"):
         pair_of(run, run)
 
 

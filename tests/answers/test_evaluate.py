@@ -39,7 +39,7 @@ def test_a_frame_keeps_its_index(toy):
         ),
         ({"part": [1.0, np.nan]}, {}, "finite"),
         ({"part": "long"}, {}, "part"),
-        ({"part": np.zeros((2, 2))}, {}, "in a row"),
+        ({"part": np.zeros((2, 2))}, {}, "give a list of finite numbers"),
         ({}, {"gian": 1.0}, "did you mean 'gain'"),
         ({}, {"gain": 0.0}, "above 0"),
         ({}, {"gain": float("inf")}, "finite"),

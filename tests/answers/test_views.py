@@ -170,9 +170,9 @@ def test_the_history_is_a_view_like_any_other(toy):
         tolstat.view(toy, "history")
     with pytest.raises(ModelError, match="did you mean 'spectrum'"):
         tolstat.view(Rich(), "spectra")
-    with pytest.raises(ModelError, match="one machine is shown, not 2"):
+    with pytest.raises(ModelError, match="a view shows one trial, not 2"):
         tolstat.view(Rich(), "spectrum", {"A1": [0.0, 1.0]})
-    with pytest.raises(ModelError, match="a study has its own settings"):
+    with pytest.raises(ModelError, match="a study has settings; change them"):
         tolstat.view(STUDY, "spectrum", settings={"hoop": False}, model=Rich())
     with pytest.raises(ModelError, match="this machine cannot be built: cannot exist"):
         tolstat.view("rolling_block", "history", {"inertia_1": -2.0})

@@ -102,7 +102,7 @@ def test_scenarios_outside_the_sample_are_refused_with_a_reason(run, toy, asked,
     [
         ({"part": 5}, r"\[deviations\] part = 5: expected a (tolerance|limit) such as"),
         ({"part": None}, r"\[deviations\] part: expected a (tolerance|limit) such as"),
-        ({1: "+-1 mm"}, r"\[deviations\] 1: a name is expected"),
+        ({1: "+-1 mm"}, r"\[deviations\] 1: a text is expected as the name"),
         (
             [("part", "+-1 mm")],
             r"deviations = .*: expected a (tolerance|limit)",
@@ -227,9 +227,9 @@ def test_a_written_study_is_valid_and_replaces_no_file(tmp_path):
     assert write(tmp_path / "new.toml").exit_code == 0
     for options, said in (
         ([tmp_path / "new.toml"], "exists and is not replaced"),
-        ([tmp_path / "new.txt"], "a study ends in .toml"),
+        ([tmp_path / "new.txt"], "the name of a study ends in .toml"),
         ([tmp_path / "no" / "new.toml"], "no such folder"),
-        ([tmp_path / "other.toml", "--json"], "writes a study, and no answer"),
+        ([tmp_path / "other.toml", "--json"], "--write takes no -o, --json or --csv"),
     ):
         refused = write(*options)
         assert refused.exit_code == 2 and said in refused.output

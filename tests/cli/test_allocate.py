@@ -74,8 +74,8 @@ def test_a_study_that_runs_tables_and_a_picture(study):
     assert "found" in picture.read_text()
     assert "Verdicts rest on the proof" in done.output
     assert "note: gap permits 50000 ppm out of limit" in done.stderr
-    assert f"the proof again: tolstat run {new} --trials {int(trials)}" in done.output
-    assert done.output.split("the proof again: ")[1].splitlines()[0].endswith(MACHINE)
+    assert f"repeat the proof: tolstat run {new} --trials {int(trials)}" in done.output
+    assert done.output.split("repeat the proof: ")[1].splitlines()[0].endswith(MACHINE)
     again = call(study, "-o", new)
     assert again.exit_code == 2 and "--force" in again.stderr
     itself = call(study, "-o", study, "--force")
@@ -92,7 +92,7 @@ def test_a_study_is_written_only_if_it_finds_its_measured_parts(study, tmp_path)
     new = other.with_name("new.toml")
     new.parent.mkdir()
     missing = call(study, "-o", new)
-    assert missing.exit_code == 2 and "there is no such file" in missing.stderr
+    assert missing.exit_code == 2 and "no such file" in missing.stderr
     other.write_text("length [mm]\n0.03\n-0.01\n")
     others = call(study, "-o", new)
     assert others.exit_code == 2 and "data of that name differ" in others.stderr
@@ -100,7 +100,7 @@ def test_a_study_is_written_only_if_it_finds_its_measured_parts(study, tmp_path)
     other.write_bytes(parts.read_bytes())
     done = call(study, "-o", new)
     assert done.exit_code == 0, done.output
-    again = shlex.split(done.output.split("the proof again: ")[1].splitlines()[0])
+    again = shlex.split(done.output.split("repeat the proof: ")[1].splitlines()[0])
     run = CliRunner().invoke(main, again[1:])
     assert run.exit_code == 0 and new.with_suffix(".h5").exists(), run.output
 
@@ -137,7 +137,7 @@ def test_an_infeasible_allocation_writes_no_study(study):
 
 
 def test_errors_are_reported_before_the_run(study):
-    assert "a study ends in .toml" in call(study, "-o", "new.txt").stderr
+    assert "the name of a study ends in .toml" in call(study, "-o", "new.txt").stderr
     assert "a view ends in" in call(study, "--plot", "curve.doc").stderr
     study.write_text(STUDY.replace("IT9 = 2", "IT99 = 2"))
     assert "IT99" in call(study).stderr and call(study).exit_code == 2

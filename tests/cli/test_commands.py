@@ -159,10 +159,10 @@ def test_commands_offered_for_a_grid_without_limits_work(tmp_path):
 def test_warnings_are_printed_before_a_run(tmp_path):
     path = tmp_path / "few.toml"
     head = 'model = "stand"\ntrials = 12\nseed = 1\n'
-    deviating = 'sampling = "saltelli"\n[deviations]\ncrank_difference = "+-1 mm"\n'
+    few = 'sampling = "saltelli"\n[deviations]\ncrank_difference = "+-1 mm"\n'
     for text, words in (
-        (head, "nothing deviates: all 12 trials are one and the same machine"),
-        (head + deviating, "they need 500 groups of 3 trials, trials = 1500 or more"),
+        (head, "nothing deviates: all 12 trials are equal"),
+        (head + few, "they need 500 groups of 3 trials; give trials = 1500 or more"),
     ):
         path.write_text(text)
         done = call("run", path, "--force")
@@ -207,7 +207,7 @@ def test_the_trials_of_a_table_are_listed(table_study):
         "rod_force_1",
     ]
     assert rows["2"][2:] == ["failed"] * 3 + ["does", "not", "fit"]
-    assert "in all of them friction 5 %" in shown
+    assert "in all trials: friction 5 %" in shown
     with h5py.File(run, "r+") as file:
         file["status"][4] = 0
     refused = call("show", run)
@@ -310,7 +310,7 @@ def test_report_as_a_page_and_for_other_tools(twins, tmp_path):
 @pytest.mark.parametrize("both", [("--json", "--csv"), ("--csv", "--json")])
 def test_numbers_are_written_in_one_form(twins, both):
     done = call("report", twins[0], *both)
-    assert done.exit_code == 2 and "--json or --csv, not both" in done.stderr
+    assert done.exit_code == 2 and "give --json or --csv, not both" in done.stderr
     assert done.stdout == ""
 
 
@@ -396,6 +396,6 @@ def test_a_run_until_precise_reports_it(tmp_path):
     study.write_text(re.sub(r"trials = 4096.*", rule, text))
     done = call("run", study, "--force")
     said = " ".join(done.stderr.split())
-    assert "+-1 %: as far as the first look can tell, that takes about" in said
-    assert "at_most = 1100 will hardly do" in said
+    assert "+-1 %: about" in said
+    assert "needed (first estimate); at_most = 1100 is probably too small" in said
     assert "not reached" in done.output

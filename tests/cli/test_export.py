@@ -134,7 +134,7 @@ def test_a_run_is_followed_until_it_ends(tmp_path):
     writer.join()
     assert followed.exit_code == 0 and seen[0] < 1000
     assert "1000 trials" in followed.stdout and "have not run" not in followed.stdout
-    assert "nothing writes" not in followed.stderr
+    assert "no process writes" not in followed.stderr
     # into a pipe a line for each change, and no other
     lines = followed.stderr.splitlines()
     assert len(lines) == len(set(lines)) > 1

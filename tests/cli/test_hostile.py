@@ -159,5 +159,5 @@ def test_a_full_disk_during_output_is_reported(folder):
             stdout=full, stderr=subprocess.PIPE, text=True, check=False,
         )  # fmt: skip
     assert ended.returncode == 1
-    assert ended.stderr.startswith("tolstat: standard output is on a full disk")
+    assert ended.stderr.startswith("tolstat: the disk of standard output is full")
     assert len(ended.stderr.splitlines()) == 1

@@ -211,7 +211,7 @@ def test_a_different_version_with_other_samples_is_named(run, study, whole, tmp_
     assert said.exit_code == 1
     words = " ".join(said.output.split())
     assert "made with processor abacus" in words  # fits hang on it
-    assert "its study gives something else here: its data or number of" in words
+    assert "its study has other results here: its data or number of" in words
     assert "by a tolstat 0.0.9 that searched for rare trials" in words
     assert f"differently (here: {version('tolstat')})" in words
     assert f"Run its study again: tolstat run {study} --force" in words
@@ -264,7 +264,7 @@ def test_a_rare_run_is_no_sample_of_production(run, tmp_path):
         tolstat.compare(run, run)
     with pytest.raises(PictureError, match="are no random sample"):
         tolstat.what_if(run, {"A": "+-0.1 mm"})
-    with pytest.raises(PictureError, match="drawn for the limit that its study has"):
+    with pytest.raises(PictureError, match="is sampled for one limit, that of"):
         tolstat.limited(run, {"gap": ">= 0.1 mm"})
     with pytest.raises(StudyError, match="did you mean 'gap'"):
         tolstat.limited(run, {"gab": ">= 0.1 mm"})
@@ -315,7 +315,7 @@ def test_another_response_needs_a_separate_run(toy, tmp_path):
     run = tolstat.run(study, model=toy, output=tmp_path / "run.h5")
     with pytest.raises(PictureError) as refused:
         rare_summary(run, ["ratio"])
-    assert "tells of gap alone" in str(refused.value)
+    assert "answers for gap only" in str(refused.value)
     with pytest.raises(PictureError):
         tolstat.limited(run, {"ratio": "<= 0.8"})
     text = tolstat.fresh_study(run, {}, limits={"ratio": "<= 0.8"}, model=toy)
@@ -327,7 +327,7 @@ def test_another_response_needs_a_separate_run(toy, tmp_path):
     only = tolstat.run(
         {**study, "limits": {"gap": "<= 4 mm"}}, model=toy, output=tmp_path / "only.h5"
     )
-    with pytest.raises(PictureError, match="tells of gap alone"):
+    with pytest.raises(PictureError, match="answers for gap only"):
         rare_summary(only, ["ratio"])
 
 

@@ -116,7 +116,7 @@ def test_an_impossible_trial_has_no_history():
 def test_wrong_requests_are_refused(toy):
     with pytest.raises(ModelError, match="does not move"):
         tolstat.trajectory(toy)
-    with pytest.raises(ModelError, match="one machine is shown, not 2"):
+    with pytest.raises(ModelError, match="a view shows one trial, not 2"):
         tolstat.trajectory("stand", {"friction": [0.1, 0.2]})
     with pytest.raises(ModelError, match="did you mean 'friction'"):
         tolstat.trajectory("stand", {"frction": 0.1})

@@ -37,7 +37,7 @@ def test_a_study_in_python_equals_its_study_file(toy, run, tmp_path):
     assert run.study.table == STUDY
     with pytest.raises(StudyError, match=r'output="run.h5"'):
         tolstat.run(STUDY, model=toy)
-    with pytest.raises(StudyError, match="the study holds what no study file can"):
+    with pytest.raises(StudyError, match="the study has a value that is not TOML"):
         tolstat.run({**STUDY, "seed": object()}, model=toy, output=run.path)
     with pytest.raises(RunFileError, match="replaced only by force"):
         tolstat.run(STUDY, model=toy, output=run.path)

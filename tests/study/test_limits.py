@@ -28,12 +28,12 @@ def test_demanded_yields_as_written(given, demanded):
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"limit": "<= 3 %", "ppk": 1, "ppm": 5}, "ppk and ppm say the same twice"),
+        ({"limit": "<= 3 %", "ppk": 1, "ppm": 5}, "ppk and ppm set the same demand"),
         (
             {"limit": "<= 3 %", "ppk": "1.33"},
             "expected a number such as ppk = 1.33",
         ),
-        ({"limit": "<= 3 %", "ppk": -1}, "ppk = -1: between 0 and 2.7"),
+        ({"limit": "<= 3 %", "ppk": -1}, "ppk = -1: a value between 0 and 2.7"),
         ({"limit": "<= 3 %", "ppk": 9}, "ppk = 9"),
         ({"limit": "<= 3 %", "ppm": 2_000_000}, "between 0 and 1 000 000"),
         ({"limit": "<= 3 %", "ppm": True}, "expected a number"),

@@ -98,9 +98,9 @@ def test_settings_that_change_the_model_are_refused(toy, study, monkeypatch):
 
 
 def test_a_grid_samples_nothing(toy, study):
-    with pytest.raises(StudyError, match="draws nothing"):
+    with pytest.raises(StudyError, match="samples nothing"):
         load(study(GRID), model=toy, trials=5)
-    with pytest.raises(StudyError, match="draws nothing"):
+    with pytest.raises(StudyError, match="samples nothing"):
         load(study(GRID), model=toy, seed=5)
 
 
@@ -116,7 +116,7 @@ def test_a_table_is_built_row_by_row(toy, study, tmp_path):
     np.testing.assert_allclose(frame["angle"], np.radians([90, 0, -90]))
     np.testing.assert_allclose(frame["gap"][:2], [6e-4, 1e-4])
     assert list(frame["status"]) == ["done", "done", "not finite"]
-    assert "3 machines of machines.csv" in run.notes[0]
+    assert "3 trials of machines.csv" in run.notes[0]
 
 
 def test_fig_4_by_the_shipped_study(tmp_path):
@@ -261,12 +261,12 @@ def test_a_study_has_warnings(toy, toy_study):
             '[deviations]\nangle = { distribution = "constant", value = "1 deg" }\n'
         )
         (warning,) = warnings(toy, toy_study, still, trials=1000)
-        assert "all 1000 trials are one and the same machine" in warning
+        assert "all 1000 trials are equal" in warning
         if sampling != "saltelli":
             assert warnings(toy, toy_study, still, trials=1) == ()
     grouped = f'sampling = "saltelli"\n{text}'
     (warning,) = warnings(toy, toy_study, grouped)
-    assert "500 groups of 5 trials, trials = 2500 or more" in warning
+    assert "500 groups of 5 trials; give trials = 2500 or more" in warning
     assert "1000 are 200 groups" in warning
     assert warnings(toy, toy_study, grouped, trials=2500) == ()
 

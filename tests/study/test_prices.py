@@ -148,7 +148,7 @@ LAW = {"law": "reciprocal", "at": "+-1 mm", "price": 1}
         (LAW | {"loosest": "+-1 mm"}, "does not lie between"),
         (LAW | {"loosest": "+-1 km"}, "no run covers both"),
         (LAW | {"law": ["reciprocal"]}, "mean 'reciprocal'"),
-        (LAW | {"tightest": "+-3 mm"}, "no tighter"),
+        (LAW | {"tightest": "+-3 mm"}, "tightest must be tighter than loosest"),
         ({"+-1.2 mm": 1, "IT99": 2}, "IT99"),
         ({"+-1.2 mm": 1, "+-120e-2 mm": 2}, "are the same"),
         ({"+-1 mm": 1, "+-0.5 mm": 2}, "of the entry has no price"),
@@ -166,5 +166,5 @@ def test_costs_that_are_refused(cost, words):
 
 def test_entries_without_tolerance_have_no_cost():
     value = {"distribution": "constant", "value": "1 mm", "cost": {"IT9": 1}}
-    with pytest.raises(StudyError, match="the entry has none"):
+    with pytest.raises(StudyError, match="cost needs a tolerance"):
         load({**STUDY, "deviations": {"rod_length": value}})

@@ -30,7 +30,7 @@ def test_studies_that_fit_the_memory(monkeypatch):
         "200000000 trials take about 19.2 GB of memory and, at 1000 a second," in said
     )
     assert "2.31 days" in said and "may have 0.096 GB" in said
-    assert "at most about 1000000 fit" in said
+    assert "give at most about 1000000" in said
 
 
 def test_large_studies_have_a_warning_or_are_refused(monkeypatch):

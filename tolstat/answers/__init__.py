@@ -1,1 +1,1 @@
-"""What is asked of runs: a room for each question."""
+"""Answers about runs: one folder for each question."""

@@ -1,4 +1,4 @@
-"""What every answer can do: be printed, saved, shown in a notebook."""
+"""The base of all answers: printed, saved, shown in a notebook."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ class Answer(ABC):
 
     @abstractmethod
     def document(self) -> Document:
-        """Return what it says: headings, sentences, tables, figures."""
+        """Return its document: headings, sentences, tables, figures."""
 
     @abstractmethod
     def rows(self) -> Sequence[Row]:
-        """Return its wide table: what CSV and `frame` hold."""
+        """Return its wide table, as in CSV and `frame`."""
 
     @property
     @abstractmethod
     def short(self) -> str:
-        """What it is, in a few words."""
+        """A description in a few words."""
 
     def frame(self) -> pd.DataFrame:
         """Return its wide table as a DataFrame, SI."""
@@ -58,7 +58,7 @@ class Answer(ABC):
         return rows_as_csv(self.rows())
 
     def html(self) -> str:
-        """Return it as a page that needs nothing else."""
+        """Return it as a self-contained page."""
         from tolstat.render.page import page
 
         return page(self.document())
@@ -69,7 +69,7 @@ class Answer(ABC):
         Raises
         ------
         RunFileError
-            If the ending is another, or the file cannot be written or replaced.
+            If the ending is not allowed, or the file cannot be written or replaced.
         """
         path = Path(path)
         written = {".html": self.html, ".csv": self.csv, ".json": self.json}
@@ -77,11 +77,11 @@ class Answer(ABC):
         return replace(path, written[path.suffix.lower()]().encode())
 
     def __repr__(self) -> str:
-        """Say in a line what it is."""
+        """Return a description in one line."""
         return f"<tolstat {self.answers}: {self.short}>"
 
     def _repr_html_(self) -> str:
-        """Show its page in a notebook, in a frame of its own."""
+        """Show its page in a notebook, in a frame."""
         from html import escape
 
         return (

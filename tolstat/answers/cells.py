@@ -1,4 +1,4 @@
-"""Cells that several answers have in common: limits, verdicts, estimates."""
+"""Cells that several answers share: limits, verdicts, estimates."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ NONE = Estimate(math.nan)
 
 
 def limit_cell(limit: Limit) -> Cell:
-    """Write a limit over what is demanded of it."""
+    """Return a limit above its demand."""
     return Cell((Word(limit.words, "limit"),), text(f"for {demand_words(limit)}"))
 
 
 def demand_words(limit: Limit) -> str:
-    """Say what a limit demands: 99.73 %, or a Ppk where one is typed."""
+    """Return the demand of a limit: 99.73 %, or a Ppk where one is typed."""
     if limit.typed_ppk:
         return f"Ppk {limit.typed_ppk:.{KNOWN}g}"
     return share_words(limit.demanded)
 
 
 def verdict_cell(judged: Yield) -> Cell:
-    """Write a verdict, over the trials that would decide an undecided one."""
+    """Return a verdict, above the trials that would decide an undecided one."""
     word = Word(judged.verdict, judged.verdict)
     if judged.needed:
         return Cell((word,), text("about ", counted(judged.needed, "trial"), " decide"))
@@ -45,21 +45,21 @@ def ppm(share: Estimate) -> Number:
 
 
 def ppk_cell(found: Estimate) -> Cell:
-    """Write a Pp or Ppk; one without an interval no larger than the reason why."""
+    """Return a Pp or Ppk; one without an interval is small, with the reason."""
     if found.sure or found.needs_more or not math.isfinite(found.value):
         return Cell((Number(found, AS_IS),))
     return Cell((), text(Number(found.value), f": {found.reason}"))
 
 
 def changes(both: Mapping[str, tuple[str, str]]) -> Parts:
-    """Write what is before and after, by name: those together that change alike."""
-    alike: dict[tuple[str, str], list[str]] = {}
+    """Return changes by name; names with equal changes stand together."""
+    equal: dict[tuple[str, str], list[str]] = {}
     for name, words in both.items():
-        alike.setdefault(words, []).append(name)
+        equal.setdefault(words, []).append(name)
     return listed(
         [
             text(listed([Name(n) for n in names]), f": {a or 'none'} -> {b or 'none'}")
-            for (a, b), names in alike.items()
+            for (a, b), names in equal.items()
         ],
         joint="",
     )
@@ -88,7 +88,7 @@ def limit_cells(
     fraction_out_of_limit: Estimate = NONE,
     equivalent_ppk: Estimate = NONE,
 ) -> Cells:
-    """Return cells of a wide table: a limit, and what was found of it."""
+    """Return cells of a wide table: a limit, and its results."""
     ends = limit.permitted if limit else (math.nan, math.nan)
     lower, upper = (end if math.isfinite(end) else math.nan for end in ends)
     return {
@@ -112,5 +112,5 @@ def summary_cells(each: Summary, scale: Scale, whose: str = "") -> Cells:
             yields.fraction_out_of_limit, limited.equivalent_ppk,
         )  # fmt: skip
     found["Ppk by percentiles"] = Number(percentiles)
-    told = {f"{whose}{head}": cell for head, cell in found.items()}
-    return number_cells(each, scale, whose) | told
+    named = {f"{whose}{head}": cell for head, cell in found.items()}
+    return number_cells(each, scale, whose) | named

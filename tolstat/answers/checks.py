@@ -1,4 +1,4 @@
-"""Checks in words: of a stored run, and of the computer here."""
+"""Documents of checks: of a stored run, and of this computer."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ from tolstat.store.checksums import ranges_of
 
 
 def verified_document(path: Path, found: Verification) -> Document:
-    """Return what of a run is not as it was written, and what to do then."""
+    """Return the differences of a run from what was written, and the next step."""
     run = found.run
     stored = int(np.count_nonzero(run.status != Status.NOT_RUN))
     counts = [f"{count} {word}" for word, count in run.counts.items() if count]
-    facts: list[tuple[str, Parts]] = [
+    rows: list[tuple[str, Parts]] = [
         (f"{run.trials} trials", listed(counts, "")),
         (f"checksums of {stored} trials and the nominal trial",
          text(run.damage.words or "all fit")),
     ]  # fmt: skip
     for what, trials in (
         ("status and responses", found.contradicting),
-        (f"deviations of {run.trials} trials, drawn again", found.drawn_otherwise),
+        (f"deviations of {run.trials} trials, sampled again", found.drawn_otherwise),
         (f"{len(found.evaluated)} trials, evaluated again", found.different),
     ):
         words = f"different in {ranges_of(trials)}" if len(trials) else "as stored"
-        facts.append((what, text(words)))
+        rows.append((what, text(words)))
     if found.nominal_differs:
-        facts.append(("nominal trial, evaluated again", text("different")))
-    redrawn = run.aim and len(found.drawn_otherwise)  # draws depend on the computer
+        rows.append(("nominal trial, evaluated again", text("different")))
+    redrawn = run.aim and len(found.drawn_otherwise)  # samples depend on the computer
     reasons = []
     if len(found.different) or found.nominal_differs or redrawn:
         reasons = [paragraph(each) for each in found.reasons]
-    return Document("", (Facts(tuple(facts)), *reasons, _conclusion(path, found)))
+    return Document("", (Facts(tuple(rows)), *reasons, _conclusion(path, found)))
 
 
 def _conclusion(path: Path, found: Verification) -> Paragraph:
@@ -49,12 +49,12 @@ def _conclusion(path: Path, found: Verification) -> Paragraph:
     if run.damage:
         repair = Typed(to_resume(path, run.machine))
         return paragraph(f"{path} is damaged. Repair it with: ", repair)
-    why = "its data, or what evaluates it, differ"
+    why = "its data or its program differ"
     if run.aim and len(found.drawn_otherwise):
         why = why_drawn_otherwise(run)
     again = to_run_again(run)
     return paragraph(
-        f"{path} is as it was written, but its study gives something else here: {why}",
+        f"{path} is as it was written, but its study has other results here: {why}",
         ". Run its study again",
         text(": ", Typed(again)) if again else ".",
     )

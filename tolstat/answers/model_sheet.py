@@ -1,4 +1,4 @@
-"""Models: which there are, and what one is given, answers and shows."""
+"""Models: their list, and settings, contributors, responses and views of one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def models_document() -> Document:
     for name in catalogue.names():
         try:
             title = catalogue.find(name).title
-        except ModelError as error:  # a package that is broken breaks no other
+        except ModelError as error:  # a broken package hides no other model
             title = str(error)
         rows.append({"model": name, "title": title})
     return Document("", (table_of(rows, words=["title"]),))
@@ -62,7 +62,7 @@ def model_document(name: str) -> Document:
 
 
 def _nominal(part: Contributor) -> str:
-    """Say what a grade or a class of gears refers to."""
+    """Return the size that a grade or a class of gears refers to."""
     scale = scale_of("m")
     if part.gear:
         return f"gear of {scale.factor * part.gear.diameter:g} {scale.mark}"

@@ -18,13 +18,13 @@ from tolstat.study.links_section import NOMINAL, SETTING
 
 WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
 BEGIN = 34
-# what to replace, by SI unit; 1 % where the unit is none of them
+# example tolerances by SI unit; 1 % of any other unit
 EXAMPLES = {"m": "0.1 mm", "rad": "0.1 deg", "s": "1 ms", "N m": "1 N m"}
 HEAD = """\
 # {title}
 # tolstat run STUDY.toml, then tolstat report STUDY.h5
-# Settings stand as they are by default: leave out what stays. Remove the # of what
-# deviates and of what is limited, and set your numbers.
+# Settings have their default values: delete those that you keep. Remove the # before
+# deviations and limits that you need, and set your numbers.
 
 title = "{name}"
 model = "{name}"
@@ -123,7 +123,7 @@ def _limits(responses: Sequence[Response]) -> Iterator[str]:
 
 
 def _toml(kind: Kind, value: Any) -> str:
-    """Write a setting as a study has it: with quotes around what is not a number."""
+    """Return a setting as in a study, with quotes around all but numbers."""
     if isinstance(kind, Numbers):
         return "[" + ", ".join(_toml(kind.each, each) for each in value) + "]"
     if isinstance(kind, Rows):
@@ -146,7 +146,7 @@ def _rows(kind: Rows, value: Any) -> str:
 
 
 def _entry(line: str, words: str) -> str:
-    """Put a comment behind an entry, and under itself where it is long."""
+    """Return an entry with its comment behind it, or above it where both are long."""
     place = max(BEGIN, len(line) + 2)
     if place + 24 > WIDTH:
         comment = textwrap.wrap(words, WIDTH - 2, break_on_hyphens=False)

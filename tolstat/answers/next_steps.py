@@ -1,4 +1,4 @@
-"""Commands that documents and errors name: what is typed next about a run."""
+"""Commands that documents and errors suggest as the next step."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from tolstat.store.stored_run import Run
 from tolstat.units.scale import figures
 
 WORDS = {
-    "custom model": "a custom model is named by --machine FILE.py:NAME",
+    "custom model": "name a custom model by --machine FILE.py:NAME",
     "replace": "--force replaces it, -o gives another name",
 }
 
 
 def command(*words: object, machine: str = "") -> str:
-    """Return a command of tolstat as a shell takes it, in the folder of this one.
+    """Return a command of tolstat, quoted for a shell in this folder.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def command(*words: object, machine: str = "") -> str:
 
 
 def _word(given: object) -> str:
-    """Return a word of a command; a file is no option, however it begins."""
+    """Return a word of a command; a file that begins with - is no option."""
     if isinstance(given, Path) and str(given).startswith("-"):
         return f".{os.sep}{given}"
     return str(given)
@@ -81,8 +81,8 @@ def to_extend(run: Run, trials: int) -> str:
 def to_halve(run: Run, parts: Sequence[str]) -> str:
     """Return the command that writes a study with some tolerances halved.
 
-    Empty where a tolerance is not the same to both sides, or its distribution is not
-    normal: what half of it is has to be chosen then.
+    Empty unless all tolerances are symmetric and their distributions normal: the user
+    must choose half of any other.
     """
     halves = {}
     for name in parts:
@@ -98,9 +98,9 @@ def to_halve(run: Run, parts: Sequence[str]) -> str:
         and len({*halves.values()}) == 1
     ):  # all parts of one name
         halves = {stem: halves[parts[0]]}
-    asked = (f"{name}={words}" for name, words in halves.items())
+    entries = (f"{name}={words}" for name, words in halves.items())
     study = run.path.with_name(f"{run.path.stem}-halved.toml")
-    return command("what-if", run.path, *asked, "--write", study, machine=run.machine)
+    return command("what-if", run.path, *entries, "--write", study, machine=run.machine)
 
 
 def typed_options(run: Run, trials: int | None = None) -> list[object]:
@@ -122,7 +122,7 @@ def as_typed(path: Path) -> Path:
 
 
 def worded(error: TolstatError) -> str:
-    """Say what is wrong, and what is to be typed."""
+    """Return the message of an error, and the command to type."""
     return "; ".join([str(error), *map(_typed, error.advice)])
 
 

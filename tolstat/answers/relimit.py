@@ -36,17 +36,17 @@ def limited(
     run : Run or path
         Stored; its file stays as it is.
     limits : mapping of str to str or dict
-        As the section [limits] of a study has them, `{"rod_force": "<= 120 kN"}`: each
-        is added, or takes the place of the one that there was, whose demanded yield
-        stays where none is given.
+        As in the section [limits] of a study, `{"rod_force": "<= 120 kN"}`. Each is
+        added, or replaces the limit of the response. A replaced limit keeps its
+        demanded yield unless a new one is given.
     model : Model, optional
         A custom model, if the run is of one. Without it the effect of halved tolerances
-        on new limits is not told.
+        on new limits is unknown.
 
     Raises
     ------
     StudyError
-        If a limit cannot be read, or no such response is there.
+        If a limit cannot be read, or there is no such response.
     PictureError
         If it is a rare run.
 
@@ -68,15 +68,15 @@ def limited(
 
 
 def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
-    """Return a run with other limits, and the diagnostics of its own; see `limited`."""
+    """Return a run with other limits and unchanged diagnostics; see `limited`."""
     problems = Problems(f"{run.path}", "cannot answer this")
     check_section("limits", limits, problems)
     read = read_limits(limits, run.responses, problems)
     problems.raise_if_any()
     if run.aim:
         raise PictureError(
-            f"{run.path}: the trials of a rare run were drawn for the limit that its "
-            f"study has of {run.aim}, and tell of no other limit"
+            f"{run.path}: a rare run is sampled for one limit, that of {run.aim} in "
+            "its study, and cannot answer for another"
         )
     before = run.limits
     for name, given in limits.items():
@@ -94,10 +94,10 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
 
 
 def _halved(run: Run, model: Model | None) -> Any:
-    """Weight the trials as if tolerances were halved; nothing where they cannot be."""
+    """Return fractions with halved tolerances; empty if trials cannot be weighted."""
     if not run.complete:
         return {}
-    with suppress(TolstatError):  # no machine at hand: the page says what is missing
+    with suppress(TolstatError):  # without a model the page says so
         study = replace(study_of(run, model=model), limits=run.limits)
         columns = [run.column(each.name) for each in run.contributors]
         trials = Trials.planned(study.description, np.stack(columns, axis=1))

@@ -1,4 +1,4 @@
-"""What every answer about a run says of it: notes, title block, how it came to be."""
+"""Fields of every answer about a run: notes, title block, provenance."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOST_IN_FOCUS = 8  # responses, where no limit says which ones matter
 
 
 class TrialCounts(NamedTuple):
-    """What became of the trials."""
+    """Counts of the trials, by how they ended."""
 
     requested: int
     ran: int
@@ -34,12 +34,12 @@ class TrialCounts(NamedTuple):
     failures: Estimate  # fraction that failed
     unseen: float  # fraction of production that may lie outside all trials done
     sampling: str
-    promise: str  # what the sampling allows to say
-    notes: tuple[str, ...]  # what must be known to read the numbers, failures first
+    promise: str  # what the intervals hold for
+    notes: tuple[str, ...]  # for readers of the numbers, failures first
 
 
 class TitleBlock(NamedTuple):
-    """What the study says of the sheet that is signed; empty texts if nothing."""
+    """The title block of the signature page; empty texts where not given."""
 
     project: str
     drawing: str
@@ -49,7 +49,7 @@ class TitleBlock(NamedTuple):
 
 
 class SampledDeviation(NamedTuple):
-    """What was assumed of a deviation: words, tolerance, how it is shown."""
+    """The assumed distribution of a deviation: words, tolerance, scale."""
 
     words: str
     lower: float
@@ -59,7 +59,7 @@ class SampledDeviation(NamedTuple):
 
 
 class Assumptions(NamedTuple):
-    """What the numbers rest on."""
+    """The assumptions behind the numbers."""
 
     deviations: Mapping[str, SampledDeviation]  # by contributor that deviates
     correlation: Mapping[str, Mapping[str, float]]  # of ranks, as the study has them
@@ -115,7 +115,7 @@ def fields_of(run: Run, trials: TrialCounts) -> dict[str, Any]:
 
 
 def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
-    """Return the chosen responses; else what has a limit, else the first eight.
+    """Return the chosen responses; else those with a limit, else the first eight.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def responses_in_focus(run: Run, chosen: Sequence[str] = ()) -> list[str]:
 
 
 def notes_of(run: Run, sample: Sample | None) -> list[str]:
-    """Say what must be known to read the numbers of a run, failures first.
+    """Return the notes for readers of a run's numbers, failures first.
 
     `sample`: the trials that its statistics rest on; None where they were not sampled.
     """
@@ -176,7 +176,7 @@ def _failed(run: Run, sample: Sample | None) -> str:
 
 
 def _rerun(run: Run, rerun: Audited) -> str:
-    """Say how failed trials ended when they were evaluated again."""
+    """Return how failed trials ended when they were evaluated again."""
     settings = ", ".join(f"{key} = {value:g}" for key, value in rerun.settings.items())
     codes, counts = np.unique(rerun.status, return_counts=True)
     pairs = zip(codes.tolist(), counts, strict=True)
@@ -188,7 +188,7 @@ def _rerun(run: Run, rerun: Audited) -> str:
 
 
 def _in_words(run: Run, number: StudyNumber) -> str:
-    """Write a number of the study, and what it does not say."""
+    """Return a number of the study in words, with its caveat."""
     value = run.scale_of(number).words(number.value)
     if math.isnan(number.value):
         value = "none"

@@ -1,4 +1,4 @@
-"""Stored runs beside each other: a row for each."""
+"""Stored runs as a table: a row for each."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ SIZE = AS_IS._replace(most=2)
 
 
 class Entry(NamedTuple):
-    """A run, or what stands where one should be, in a row."""
+    """A run, or a file that is no readable run, as a row."""
 
     study: str
     title: str = ""  # empty where nothing can be read
     model: str = ""
-    state: str = ""  # "complete", ..., "no run"; of a queue what became of the study
+    state: str = ""  # "complete", ..., "no run"; of a batch the state of the study
     trials: int = 0  # requested
     ended: int = 0
-    failed: int | None = 0  # None of a rare run, whose trials are no sample
-    verdicts: str = ""  # on its limits, those that are not met first
+    failed: int | None = 0  # None for a rare run, whose trials are no sample
+    verdicts: str = ""  # on its limits, not met first
     written: str = ""  # when, with its zone
     seconds: float = 0.0  # that it took
     bytes: int = 0
@@ -47,7 +47,7 @@ class Entry(NamedTuple):
 
     @property
     def progress(self) -> Parts:
-        """How many of its trials are over."""
+        """The number of its finished trials."""
         if not self.trials:
             return ()
         of = () if self.ended == self.trials else (Number(self.ended), " of ")
@@ -70,7 +70,7 @@ class RunIndex(Answer):
         return f"{len(self.entries)} runs in {self.folder}"
 
     def document(self) -> blocks.Document:
-        """Return a table of them, and what is wrong with some."""
+        """Return a table of the runs, and their problems."""
         none = blocks.paragraph(f"no run is stored in {self.folder}")
         problems = (
             blocks.Verbatim(
@@ -84,7 +84,7 @@ class RunIndex(Answer):
         return blocks.Document(self.title, found if self.entries else (none,))
 
     def progress(self) -> blocks.Table:
-        """Return a row for each: how far it is, and what is known of it."""
+        """Return a table with a row for each: state, limits, trials."""
         rows: list[dict[str, blocks.Given]] = []
         for each in self.entries:
             page, failed = self._seen(each.report), each.failed
@@ -107,7 +107,7 @@ class RunIndex(Answer):
         )
 
     def rows(self) -> list[Row]:
-        """Return all that is known of each; files are named as seen from the folder."""
+        """Return a row for each with all fields; paths are relative to the folder."""
         known: list[dict[str, Any]] = [each._asdict() for each in self.entries]
         for each in known:
             del each["not_met"]
@@ -117,12 +117,12 @@ class RunIndex(Answer):
         return [*known]
 
     def _seen(self, path: Path | None) -> str:
-        """Name a file as seen from the folder."""
+        """Return a path relative to the folder."""
         return Path(os.path.relpath(path, self.folder)).as_posix() if path else ""
 
 
 def stored_runs(folder: Path) -> RunIndex:
-    """Return the runs of a folder, and of those in it.
+    """Return the runs of a folder and its subfolders.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def stored_runs(folder: Path) -> RunIndex:
 
 
 def entry_of(run: Run) -> Entry:
-    """Say of a run what fits into a row."""
+    """Return the row of a run."""
     verdicts = verdicts_of(run)
     return Entry(
         run.path.stem,
@@ -162,14 +162,14 @@ def verdicts_of(run: Run) -> dict[str, list[str]]:
     if run.aim:
         return {rare_summary(run).verdict: [run.aim]} if run.ended else {}
     found: dict[str, list[str]] = {}
-    drawn = drawn_trials(run)
+    sampled = drawn_trials(run)
     for name, limit in run.limits.items() if run.ended else ():
-        if drawn is None:
+        if sampled is None:
             out = np.count_nonzero(run.beyond(name))
             word = f"{out} of {run.ended} out of limit"
-        elif drawn.sample.ran.any():
-            values = drawn.values(name)
-            judged = yield_of(values, drawn.sample, limit.permitted, limit.demanded)
+        elif sampled.sample.ran.any():
+            values = sampled.values(name)
+            judged = yield_of(values, sampled.sample, limit.permitted, limit.demanded)
             word = judged.verdict
         else:
             continue
@@ -189,7 +189,7 @@ def _stored_in(folder: Path) -> Iterable[Path]:
 
 
 def entry_at(path: Path) -> Entry:
-    """Say of a file what fits into a row, whatever it is."""
+    """Return the row of a file, also of one that is no run."""
     state = "damaged"
     try:
         run = open_run(path, damaged=True)

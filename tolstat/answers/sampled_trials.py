@@ -71,12 +71,12 @@ def no_sample(run: Run) -> PictureError:
     """Return the error that says why the trials of a run are no sample."""
     if run.aim:
         return PictureError(
-            f"{run.path}: trials of a rare run are no random sample; its report says "
-            f"how many are out of the limit of {run.aim}; all other answers need a run "
+            f"{run.path}: trials of a rare run are no random sample; its report has "
+            f"the fraction out of the limit of {run.aim}; all other answers need a run "
             'with sampling = "random"',
             Advice("report", run.path, run.machine),
         )
     return PictureError(
-        f"{run.path}: trials of a grid or a table were chosen, and have no statistics",
+        f"{run.path}: trials of a grid or a table are no sample: no statistics",
         Advice("plot" if run.grid else "export", run.path, run.machine, run=run),
     )

@@ -23,15 +23,15 @@ def export(run: Run, path: Path, *, force: bool = False) -> None:
     Raises
     ------
     RunFileError
-        If the ending is another, the file exists, or Parquet cannot be written here.
+        If the ending is not allowed, the file exists, or Parquet is not installed.
     BrokenError
-        If it cannot be written; nothing is left of it.
+        If it cannot be written; no part of it remains.
     """
     ending = path.suffix.lower()
     check_ending(path, "a table", ENDINGS)
     if path.exists() and not (force and path.is_file()):
         raise RunFileError(
-            f"{path} exists already, and is replaced only by force",
+            f"{path} already exists, and is replaced only by force",
             Advice("replace", path),
         )
     table = table_of(run)
@@ -62,7 +62,7 @@ def table_of(run: Run) -> pd.DataFrame:
 
 
 def _as_cells(table: pd.DataFrame) -> pd.DataFrame:
-    """Let no text of a table be a formula to a spreadsheet."""
+    """Return a table in which no text is a formula to a spreadsheet."""
     found = table.copy(deep=False)
     for name, column in table.items():
         if column.dtype.kind not in "iuf":

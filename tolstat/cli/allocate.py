@@ -30,13 +30,13 @@ from tolstat.study.study import Study, load
 @click.option(
     "--trials",
     type=options.COUNT,
-    help="Of the wide run, and of each proof; as many as the limits need if not given.",
+    help="Trials of the wide run and of each proof; default: as many as limits need.",
 )
 @options.computing
 @options.output_option("Write the study with the tolerances found: a .toml file.")
 @options.plot_option("Cost over ppm: a .png, .svg, .pdf, .csv or .html file.")
 @options.form
-@options.force("Replace an existing file of -o.")
+@options.force("Replace an existing output file.")
 def allocate(
     study: Path,
     trials: int | None,
@@ -48,25 +48,25 @@ def allocate(
 ) -> None:
     """Find the cheapest tolerances with which STUDY.toml meets its limits.
 
-    Its entries of [deviations] say what they cost by tolerance. A fresh run proves what
-    is found; where nothing meets the limits the exit code is 3.
+    Entries of [deviations] give costs by tolerance. A fresh run proves the result. The
+    exit code is 3 if no tolerances meet the limits.
     """
-    asked = load(study)
+    loaded = load(study)
     if output:
-        _check_output(output, asked, force=force)
+        _check_output(output, loaded, force=force)
     if plot:
         check_ending(plot, "a view", VIEWS)
     with stop_on_interrupt() as stop:
         try:
             with ProgressBar("trials") as bar, compute.crew(stop.is_set) as crew:
-                found = allocated(asked, crew, trials=trials, progress=bar.tell)
+                found = allocated(loaded, crew, trials=trials, progress=bar.tell)
         except Interrupted:
             leave(signal.SIGINT, None)
             raise
         # from here on Ctrl-C waits until whole files are written
         proved = ""
         if output and found.met:
-            machine, proof = place_of(asked.model), found.proof
+            machine, proof = place_of(loaded.model), found.proof
             given = ["--trials", trials] if trials else []
             by = visible(command("allocate", study, *given, machine=machine))
             if found.reproducible:
@@ -74,21 +74,21 @@ def allocate(
                 proved = visible(command("run", output, *given, machine=machine))
             replace(output, found.study_file(by, proved).encode())
         if plot:
-            save_view(found.chart, plot, f"{asked.title}: cost over ppm", CHART)
+            save_view(found.chart, plot, f"{loaded.title}: cost over ppm", CHART)
         options.deliver(found, None, form)
     if output and not form:
-        again = f"; the proof again: {proved}" if proved else ""
+        again = f"; repeat the proof: {proved}" if proved else ""
         said = f"written to {visible(str(output))}{again}"
         missed = f"{visible(str(output))} is not written: limits are not met"
         click.echo(said if found.met else missed)
     if plot and not form:
-        click.echo(f"drawn in {visible(str(plot))}")
+        click.echo(f"picture in {visible(str(plot))}")
     if not found.met:
         sys.exit(LIMITS_NOT_MET)
 
 
 def _check_output(output: Path, study: Study, *, force: bool) -> None:
-    """Refuse a file that the study cannot be written to, before anything runs."""
+    """Refuse an output file that cannot be written, before anything runs."""
     options.check_study_output(output)
     assert study.path
     if output.exists() and output.samefile(study.path):

@@ -31,25 +31,24 @@ from tolstat.store.stored_run import Run
 
 WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
 TITLE = "tolstat batch"
-HEADS = ",".join(Entry._fields[:5])  # with which the table of an index begins
+HEADS = ",".join(Entry._fields[:5])  # how the table of an index begins
 
 
 @click.command()
 @options.path_argument("studies", "STUDY.toml...", nargs=-1, required=True)
 @options.computing
 @options.output_option(
-    "Where batch.html and batch.csv go; where the studies lie if not given.",
+    "Folder of batch.html and batch.csv; default: that of the studies.",
     metavar="FOLDER",
 )
 def batch(
     studies: tuple[Path, ...], compute: options.Compute, output: Path | None
 ) -> None:
-    """Run studies one after the other, each with all there is to evaluate it.
+    """Run studies one after the other, each on all workers.
 
-    Runs and reports lie beside their studies. What is finished is skipped, what was
-    interrupted is resumed, and what fails does not stop the others. The exit code is
-    that of the first of these that happened: 1 something broke, 2 a study was refused,
-    3 a limit is not met.
+    Runs and reports lie beside their studies. Finished studies are skipped, interrupted
+    ones are resumed, and a failure does not stop the others. The exit code is the first
+    that applies: 1 something broke, 2 a study was refused, 3 a limit is not met.
     """
     files = list({path.resolve(): path for path in studies}.values())
     page = _index_in(output, files)
@@ -77,7 +76,7 @@ def batch(
 
 @dataclass
 class Queue:
-    """Studies in their order, and what has become of them."""
+    """Studies in order, with their states."""
 
     entries: dict[Path, Entry]  # by study file
     page: Path  # of the index
@@ -86,15 +85,15 @@ class Queue:
 
     @property
     def index(self) -> RunIndex:
-        """All of them as they stand."""
+        """The index of all studies."""
         return RunIndex(TITLE, self.page.parent, tuple(self.entries.values()))
 
     def table(self) -> Table:
-        """Return all of them for the live display."""
+        """Return the index for the live display."""
         return as_rich(self.index.progress())
 
     def work_off(self, study: Path, crew: Workers) -> None:
-        """Work off one study; what fails of it stops no other."""
+        """Run one study and write its report; a failure stops no other study."""
         began = time.monotonic()
 
         def note(notes: Iterable[str]) -> None:
@@ -123,7 +122,7 @@ class Queue:
         except TolstatError as error:
             self._fail(study, worded(error), error.exit_code)
         except MemoryError:
-            self._fail(study, "there is not enough memory for this", 1)
+            self._fail(study, "not enough memory", 1)
         replace(self.page, self.index.html().encode())
         replace(self.page.with_suffix(".csv"), self.index.csv().encode())
 
@@ -136,7 +135,7 @@ class Queue:
 
 
 def _report(run: Run) -> Path | None:
-    """Write the report of a run, unless it is there; None where it can have none."""
+    """Return the report of a run, written if missing; None for a grid or a table."""
     page = run.path.with_suffix(".html")
     with suppress(OSError):
         if page.stat().st_mtime >= run.path.stat().st_mtime:
@@ -148,7 +147,7 @@ def _report(run: Run) -> Path | None:
 
 
 def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
-    """Name the page of the index; refuse to replace what is none."""
+    """Return the page of the index; refuse to replace any other file."""
     shared = os.path.commonpath([path.absolute().parent for path in files])
     folder = folder or Path(shared)
     with suppress(ValueError):
@@ -161,7 +160,7 @@ def _index_in(folder: Path | None, files: Sequence[Path]) -> Path:
         known = not os.path.lexists(path) or _begins_with(path, mark)
         if path.resolve() in taken or not known:
             raise RunFileError(
-                f"{path} is no index of a batch, and is not replaced; name another "
+                f"{path} is not an index of a batch and is not replaced; name another "
                 "folder (-o)"
             )
     return page

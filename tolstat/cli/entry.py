@@ -1,4 +1,4 @@
-"""How the command line begins, and how Ctrl-C ends it: what is done is kept."""
+"""Start of the command line, and its end by Ctrl-C: finished work is stored."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def entry() -> None:
 
 
 def leave(number: int, frame: FrameType | None) -> NoReturn:
-    """End the process, whatever its threads still compute."""
+    """End the process, even while threads compute."""
     with suppress(OSError):  # the terminal may be gone
         sys.stderr.write("stopped: nothing is written\n")
         sys.stderr.flush()
@@ -49,9 +49,9 @@ def leave_interrupted() -> NoReturn:
 
 
 def on_interrupt(handler: Handler) -> dict[signal.Signals, Any]:
-    """Let a function handle Ctrl-C and its like; return what did before.
+    """Let a function handle Ctrl-C and similar signals; return the earlier handlers.
 
-    What is ignored stays so: `nohup`, jobs in the background.
+    Ignored signals stay ignored: `nohup`, background jobs.
     """
     before: dict[signal.Signals, Any] = {}
     for name in SIGNALS:

@@ -1,4 +1,4 @@
-"""The commands of tolstat: loaded when they are called, and how refusals end them."""
+"""The commands of tolstat, loaded when they are called; errors are sentences."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ EXIT_CODES = """
 \b
 Exit codes:
   0    done
-  1    something broke, or is damaged; what was stored before is safe
+  1    something broke or is damaged; data stored before is safe
   2    the command, its options or its files are wrong; nothing was done
   3    done, and a limit is not met (run, resume, extend, batch, allocate)
-  130  stopped by Ctrl-C, SIGTERM or SIGHUP; what is finished is stored
+  130  stopped by Ctrl-C, SIGTERM or SIGHUP; finished trials are stored
 """
 
 
 class Group(click.Group):
-    """Commands loaded when they are called, whose refusals are sentences."""
+    """Commands loaded when they are called; their errors are sentences."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all commands."""
         return list(FILES)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Load a command, which then knows --machine."""
+        """Load a command and add --machine to it."""
         if cmd_name not in FILES:
             return None
         if cmd_name not in self.commands:
@@ -59,7 +59,7 @@ class Group(click.Group):
             formatter.write_dl([(name, _sentence(name)) for name in FILES])
 
     def invoke(self, ctx: click.Context) -> object:
-        """Run a command; what it refuses ends in a sentence."""
+        """Run a command; an error ends it with a sentence."""
         try:
             return super().invoke(ctx)
         except TolstatError as error:
@@ -68,16 +68,16 @@ class Group(click.Group):
             click.echo(f"tolstat: {visible(worded(error))}", err=True)
             sys.exit(error.exit_code)
         except MemoryError:
-            click.echo("tolstat: there is not enough memory for this", err=True)
+            click.echo("tolstat: not enough memory", err=True)
             sys.exit(1)
         except OSError as error:
             if error.errno != errno.ENOSPC or error.filename is not None:
                 raise
-            # what waits would be written, and fail again, when Python ends
+            # at exit Python would write its buffer, and fail again
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             click.echo(
-                "tolstat: standard output is on a full disk, and cuts off what is "
-                "shown; what was stored before is safe",
+                "tolstat: the disk of standard output is full, and the output is cut "
+                "off; data stored before is safe",
                 err=True,
             )
             sys.exit(1)
@@ -127,6 +127,6 @@ def note(message: Warning | str, *_: object) -> None:
 def main() -> None:
     """Monte Carlo tolerance analysis with the dynamics in the loop.
 
-    A machine is built thousands of times on paper, each time with its own random
-    manufacturing deviations; every one of them is simulated.
+    It builds thousands of machines on paper, each with random manufacturing
+    deviations, and simulates each.
     """

@@ -15,18 +15,18 @@ from tolstat.render.output_file import check_folder
 @click.command()
 @click.argument("model")
 @click.option(
-    "-o", "--output", metavar="STUDY.toml", help="The study; the screen if not given.",
+    "-o", "--output", metavar="STUDY.toml", help="The study file; default: the screen.",
     type=click.Path(path_type=Path, dir_okay=False),
 )  # fmt: skip
 def new(model: str, output: Path | None) -> None:
-    """Write a commented study of a model, to be edited."""
+    """Write a commented study of a model, for you to edit."""
     text = new_study(model)
     if output is None:
         click.echo(text, nl=False)
         return
     check_folder(output)
     try:
-        with output.open("x") as file:  # a study that is there has been edited
+        with output.open("x") as file:  # an existing study may have been edited
             file.write(text)
     except FileExistsError:
         raise RunFileError(f"{output} exists; give another name") from None

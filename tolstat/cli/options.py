@@ -1,4 +1,4 @@
-"""Arguments and options that several commands have in common, and what they do."""
+"""Arguments and options that several commands share."""
 
 from __future__ import annotations
 
@@ -24,38 +24,38 @@ COUNT = click.IntRange(min=1)
 
 
 def path_argument(name: str, metavar: str | None = None, **more: Any) -> Decorator:
-    """Let a command be given a file, or several."""
+    """Return an argument for a file, or several."""
     kind = click.Path(path_type=Path)
     return click.argument(name, metavar=metavar, type=kind, **more)
 
 
 def path_option(*names: str, **more: Any) -> Decorator:
-    """Let a command be given a file by an option."""
+    """Return an option for a file."""
     return click.option(*names, type=click.Path(path_type=Path), **more)
 
 
 def output_option(help: str, **more: Any) -> Decorator:
-    """Let a command be told where to write."""
+    """Return the option for the output file."""
     return path_option("-o", "--output", help=help, **more)
 
 
 def plot_option(help: str) -> Decorator:
-    """Let a command be told where to draw."""
+    """Return the option for a picture."""
     return path_option("--plot", help=help)
 
 
 def force(help: str) -> Decorator:
-    """Let a command replace what is there."""
+    """Return the option that replaces an existing file."""
     return click.option("--force", is_flag=True, help=help)
 
 
 def form(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Let a command be asked for its numbers, for other tools: its argument `form`."""
+    """Add --json and --csv to a command: its argument `form`."""
 
     def choose(ctx: click.Context, option: click.Parameter, given: bool) -> None:
         before = ctx.params.setdefault("form", None)
         if given and before:
-            raise click.UsageError("--json or --csv, not both")
+            raise click.UsageError("give --json or --csv, not both")
         if given:
             ctx.params["form"] = option.name
 
@@ -78,27 +78,27 @@ closely = click.option(
     "--response",
     "responses",
     multiple=True,
-    help="Put it in focus, instead of all that is limited. May be repeated.",
+    help="Response in focus; default: all with a limit. May be repeated.",
 )
 limits = click.option(
     "--limit",
     "limits",
     multiple=True,
     metavar='"NAME <= VALUE"',
-    help="Judged beside or instead of the study's limits. May be repeated.",
+    help="Adds a limit, or replaces one of the study. May be repeated.",
 )
 
 
 class Compute(NamedTuple):
-    """Who evaluates."""
+    """Where trials are evaluated."""
 
-    workers: int | None = None  # threads; as many as there are processors if not given
-    # address of a Dask scheduler; threads of this process if not given
+    workers: int | None = None  # threads; default: all processors
+    # address of a Dask scheduler; default: threads of this process
     cluster: str | None = None
 
     @contextmanager
     def crew(self, stopping: Callable[[], bool]) -> Iterator[Workers]:
-        """Let them work until they are not needed any more, or have to stop."""
+        """Start workers; end them when they are not needed, or have to stop."""
         from tolstat.execution.workers.crew import Workers
 
         with ExitStack() as stack:
@@ -114,31 +114,31 @@ class Compute(NamedTuple):
 workers = click.option(
     "--workers",
     type=click.IntRange(1, MOST),
-    help="Threads; all processors if not given. The numbers do not depend on it.",
+    help="Threads; default: all processors. Results do not depend on it.",
 )
 _cluster = click.option(
     "--cluster",
     metavar="tcp://HOST:8786",
-    help="Evaluate on the workers of this Dask scheduler, instead of here.",
+    help="Evaluate on the workers of this Dask scheduler.",
 )
 
 
 def computing(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Let a command be told who evaluates: its argument `compute`."""
+    """Add --workers and --cluster to a command: its argument `compute`."""
 
     @wraps(command)
-    def told(
+    def computed(
         *arguments: Any, workers: int | None, cluster: str | None, **options: Any
     ) -> Any:
         if workers and cluster:
-            raise click.UsageError("--workers are of this computer, not of a --cluster")
+            raise click.UsageError("give --workers or --cluster, not both")
         return command(*arguments, compute=Compute(workers, cluster), **options)
 
-    return workers(_cluster(told))
+    return workers(_cluster(computed))
 
 
 def check_delivery(output: Path | None, form: str | None) -> None:
-    """Refuse a file that the answer cannot be written to, before it is computed."""
+    """Refuse a file that cannot be written, before the answer is computed."""
     from tolstat.answers.answer import ENDINGS
     from tolstat.render.output_file import check_ending, check_output
 
@@ -149,12 +149,12 @@ def check_delivery(output: Path | None, form: str | None) -> None:
 
 
 def check_study_output(path: Path) -> None:
-    """Refuse a file that no study can be written to, before anything is done for it."""
+    """Refuse a file that cannot hold a study, before anything is computed."""
     from tolstat.render.output_file import check_folder
 
     check_folder(path)
     if path.suffix != ".toml":
-        raise RunFileError(f"{path}: a study ends in .toml")
+        raise RunFileError(f"{path}: the name of a study ends in .toml")
 
 
 def deliver(answer: Answer, output: Path | None, form: str | None) -> None:

@@ -1,4 +1,4 @@
-"""The progress bar of all that evaluates trials, and how such a command ends."""
+"""The progress bar of commands that evaluate trials, and how they end."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ class ProgressBar(bars.Progress):
             transient=True,
         )
         self._named = {"trials": visible(title), **AFTERWARDS}
-        start = "starting; code that is new is compiled first"
+        start = "starting; new code is compiled first"
         self._task = self.add_task(start, total=None, rate="", failed="")
 
     def tell(self, progress: Progress) -> None:
-        """Show how far it is."""
+        """Show the progress."""
         for each in notes_of(progress):
             self.print(f"note: {each}", soft_wrap=True)
         if progress.warning:
@@ -65,23 +65,23 @@ class ProgressBar(bars.Progress):
 
 
 def notes_of(progress: Progress) -> Iterator[str]:
-    """Say what has to be known while trials are evaluated."""
+    """Yield the notes to show while trials are evaluated."""
     if progress.warning:
         yield progress.warning
-    elif wanted := progress.wanted:  # more trials than the stopping rule may have
+    elif wanted := progress.wanted:  # more trials than the stopping rule permits
         rules = "; ".join(progress.rules)
         if math.isinf(wanted):
-            yield f"{rules}: the first look cannot tell yet how many trials that takes"
+            yield f"{rules}: too early to estimate the trials needed"
             return
         more = f"{float(f'{wanted:.2g}'):,.0f}".replace(",", " ")
         yield (
-            f"{rules}: as far as the first look can tell, that takes about {more} "
-            f"trials; at_most = {progress.at_most} will hardly do"
+            f"{rules}: about {more} trials are needed (first estimate); at_most = "
+            f"{progress.at_most} is probably too small"
         )
 
 
 def watch(path: Path, compute: Compute, work: Callable[..., Run]) -> None:
-    """Let a run be worked on, show how it goes, then its summary; end the command."""
+    """Work on a run, show its progress and its summary, and end the command."""
     console = Screen(stderr=True)
     with stop_on_interrupt() as stop:
         with ProgressBar(path.stem) as bar, compute.crew(stop.is_set) as crew:

@@ -1,4 +1,4 @@
-"""What stored runs answer: report, comparison, their trials as a table."""
+"""Answers of stored runs: report, comparison, trials as a table."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tolstat.store.open_run import open as open_run
 
 @click.command()
 @options.run_file
-@options.output_option("The page; beside the run, ending in .html, if not given.")
+@options.output_option("The page; default: the run's name ending in .html.")
 @options.form
 @options.closely
 @options.limits
@@ -34,7 +34,7 @@ def report(
 ) -> None:
     """Write the statistical tolerance report of a run: one page of HTML.
 
-    With --json or --csv the numbers alone, to the screen or into the file of -o.
+    With --json or --csv it writes the numbers alone, to the screen or to a file (-o).
     """
     gc.disable()  # the process ends with the page: nothing needs collecting
     if output:
@@ -56,7 +56,7 @@ def report(
 
 @click.command()
 @options.path_argument("runs", "A.h5 B.h5...", nargs=-1, required=True)
-@options.output_option("Also into a file: .html, .csv or .json.")
+@options.output_option("Also write a file: .html, .csv or .json.")
 @options.form
 @options.closely
 def compare(
@@ -65,10 +65,10 @@ def compare(
     form: str | None,
     responses: tuple[str, ...],
 ) -> None:
-    """Compare runs, each with the first: B less A.
+    """Compare each run with the first: B less A.
 
-    Trial by trial where both have the same trials, or common random numbers: the same
-    seed, sampling and, of a Latin hypercube, number of trials.
+    It compares trial by trial if seed and sampling are the same. A Latin hypercube also
+    needs the same number of trials.
     """
     options.check_delivery(output, form)
     options.deliver(comparison(*runs, responses=responses), output, form)
@@ -79,7 +79,7 @@ def compare(
 @options.output_option("The table.", metavar="FILE.csv|.parquet", required=True)
 @options.force("Replace an existing file.")
 def export(source: Path, output: Path, force: bool) -> None:
-    """Write the trials of a run as a table: a row for each, units in the heads, SI."""
+    """Write the trials of a run as a table, SI: a row for each, units in the heads."""
     run = open_run(source)
     write_trials(run, output, force=force)
     click.echo(f"{run.trials} trials in {visible(str(output))}")

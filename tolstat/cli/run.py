@@ -1,4 +1,4 @@
-"""A study run, and its run resumed or extended."""
+"""Run a study; resume or extend its run."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from tolstat.study.study import load
 
 @click.command()
 @options.path_argument("study")
-@click.option("--trials", type=options.COUNT, help="Instead of the study's.")
-@click.option("--seed", type=click.IntRange(min=0), help="Instead of the study's.")
+@click.option("--trials", type=options.COUNT, help="Replaces that of the study.")
+@click.option("--seed", type=click.IntRange(min=0), help="Replaces that of the study.")
 @options.computing
-@options.output_option("Run file; beside the study, ending in .h5, if not given.")
+@options.output_option("Run file; default: the study's name ending in .h5.")
 @options.force(
     "Replace an existing run file, which stays until the new one is complete."
 )
@@ -33,14 +33,14 @@ def run(
 ) -> None:
     """Run the study STUDY.toml and store it in an HDF5 file.
 
-    Ctrl-C stops within two seconds. What is finished by then is stored, and `tolstat
-    resume` continues it.
+    Ctrl-C stops within two seconds. Finished trials are stored; `tolstat resume`
+    continues the run.
     """
-    asked = load(study, trials=trials, seed=seed)
+    loaded = load(study, trials=trials, seed=seed)
     path = output or study.with_suffix(".h5")
-    for each in asked.warnings:
+    for each in loaded.warnings:
         Screen(stderr=True).print(f"note: {each}", soft_wrap=True)
-    watch(path, compute, partial(execute, asked, path, force=force))
+    watch(path, compute, partial(execute, loaded, path, force=force))
 
 
 @click.command()
@@ -50,15 +50,15 @@ def run(
     "--rerun-failed",
     "rerun",
     is_flag=True,
-    help="Evaluate failed trials again with tighter settings, and keep that apart.",
+    help="Evaluate failed trials again with tighter settings, stored separately.",
 )
 @options.regardless
 def resume(
     source: Path, compute: options.Compute, rerun: bool, regardless: bool
 ) -> None:
-    """Finish what is missing of a run, and repair what is damaged.
+    """Finish an interrupted run, and repair a damaged one.
 
-    It becomes, bit for bit, the run that was never interrupted.
+    The result is, bit for bit, that of an uninterrupted run.
     """
     watch(source, compute, partial(go_on, source, rerun=rerun, regardless=regardless))
 
@@ -69,7 +69,7 @@ def resume(
     "--trials",
     type=options.COUNT,
     required=True,
-    help="How many there are to be in all.",
+    help="Number of trials in all.",
 )
 @options.computing
 @options.regardless
@@ -78,7 +78,7 @@ def extend(
 ) -> None:
     """Add trials to a run of random or Sobol' sampling.
 
-    It becomes, bit for bit, one run of so many trials.
+    The result is, bit for bit, that of one run with all trials.
     """
     work = partial(go_on, source, trials=trials, regardless=regardless)
     watch(source, compute, work)

@@ -1,4 +1,4 @@
-"""Runs and models on the screen: one of them, all of them, one that is written."""
+"""Runs and models on the screen: summaries, lists, progress of a run."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from tolstat.store.lock import writer_of
 from tolstat.store.open_run import open as open_run
 from tolstat.study.editor_schema import editor_schema
 
-LOOK_AGAIN = 1.0  # s, between two looks
-SHARE = 5.0  # times as long as a look takes, at least
+LOOK_AGAIN = 1.0  # s, between two reads
+SHARE = 5.0  # times the duration of a read, at least
 
 
 @click.command()
@@ -38,17 +38,17 @@ SHARE = 5.0  # times as long as a look takes, at least
     "--response",
     "responses",
     multiple=True,
-    help="What to draw; what has a limit if not given. May be repeated.",
+    help="Response to draw; default: all with a limit. May be repeated.",
 )
 @click.option("--follow", is_flag=True, help="Follow a run while it is being written.")
 def show(
     what: tuple[str, ...], plot: Path | None, responses: tuple[str, ...], follow: bool
 ) -> None:
-    """Show the summary of stored runs, or what a model is given and answers."""
+    """Show the summary of stored runs, or inputs and responses of a model."""
     if responses and not plot:
-        raise click.UsageError("--response belongs to --plot")
+        raise click.UsageError("--response needs --plot")
     if follow and (plot or len(what) > 1):
-        raise click.UsageError("--follow takes one run, and draws nothing")
+        raise click.UsageError("--follow takes one run and no --plot")
     if follow:
         follow_run(Path(what[0]))
     if plot:
@@ -56,7 +56,7 @@ def show(
         save_sweeps(runs, plot, responses)
         for run in runs:
             print_document(Document("", tuple(comparisons(run))))
-        screen().print(f"drawn in {plot}")
+        screen().print(f"picture in {plot}")
         return
     for each in what:
         if each.endswith((".h5", ".toml")) or Path(each).is_file():
@@ -68,9 +68,9 @@ def show(
 @click.command()
 @path_argument("folder", default=".")
 def runs(folder: Path) -> None:
-    """List the runs that are stored in FOLDER, and in the folders in it.
+    """List the runs stored in FOLDER and its subfolders.
 
-    Exit code 1 if one of them is damaged, of another format, or no run.
+    Exit code 1 if a file is damaged, has another format, or is not a run.
     """
     found = stored_runs(folder)
     print_document(found.document())
@@ -79,9 +79,9 @@ def runs(folder: Path) -> None:
 
 
 @click.command()
-@click.option("--schema", is_flag=True, help="A JSON Schema of their studies instead.")
+@click.option("--schema", is_flag=True, help="Print a JSON Schema of studies instead.")
 def models(schema: bool) -> None:
-    """List the models: tolstat's own, of installed packages, and --machine's."""
+    """List the models: built-in, of installed packages, and of --machine."""
     if schema:
         found = editor_schema(map(catalogue.find, catalogue.names()))
         click.echo(json.dumps(found, indent=1))
@@ -90,13 +90,13 @@ def models(schema: bool) -> None:
 
 
 def follow_run(path: Path) -> None:
-    """Show how far a run is, until it is complete or no process writes it."""
+    """Show the progress of a run, until it is complete or no process writes it."""
     console, said = Screen(stderr=True), ""
     live = Live(console=console, transient=True) if console.is_terminal else None
     with stop_on_interrupt() as stop, live or nullcontext():
         while True:
             began = time.monotonic()
-            writer = writer_of(path)  # first: what it writes before it ends is seen
+            writer = writer_of(path)  # first: else its last trials might be missed
             run = open_run(path)
             failed = "" if run.aim else f", {run.failed} failed"
             now = f"{path}: {run.ended} of {run.trials} trials{failed}"
@@ -111,7 +111,7 @@ def follow_run(path: Path) -> None:
                 sys.exit(INTERRUPTED)
     if not run.complete:
         console.print(
-            f"nothing writes {path}: {run.ended} of {run.trials} trials have run; "
+            f"no process writes {path}: {run.ended} of {run.trials} trials have run; "
             f"continue it with: {to_resume(path, run.machine)}",
             soft_wrap=True,
         )

@@ -1,4 +1,4 @@
-"""One trial simulated again, and what else a model can show."""
+"""One trial simulated again, and the views of a model."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from tolstat.study.study import load
 def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> None:
     """Simulate one stored trial again, bit for bit, with its histories.
 
-    Exit code 1 if it is not as stored.
+    Exit code 1 if it differs from the stored trial.
     """
     if nominal == (index is not None):
         raise click.UsageError("give the number of a trial, or --nominal")
     if source.suffix == ".toml" and index is not None:
         raise click.UsageError(
-            f"{source} is a study, and trials are in its run: "
+            f"{source} is a study; its trials are in its run "
             f"{source.with_suffix('.h5')}; or give --nominal"
         )
     if plot:
@@ -46,7 +46,7 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
         if found.history is None:
             raise ModelError("this model does not move: it has no histories")
         save_view(found.history, plot, found.title)
-        screen().print(f"drawn in {plot}")
+        screen().print(f"picture in {plot}")
     if found.differences:
         sys.exit(1)
 
@@ -55,21 +55,21 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
 @path_argument("study", "STUDY.toml")
 @click.argument("name")
 @output_option(
-    "A .png, .svg, .pdf, .csv or .html file; a table on the screen if not given."
+    "A .png, .svg, .pdf, .csv or .html file; default: a table on the screen."
 )
 def view(study: Path, name: str, output: Path | None) -> None:
-    """Show what a model can show, by name; `tolstat show MODEL` lists the names.
+    """Show a view of a model, by name; `tolstat show MODEL` lists the names.
 
-    A frequency diagram, a stability chart, a catalogue of designs, a history: of the
-    nominal trial of STUDY.toml, with the bands that its tolerances open.
+    Views are diagrams, charts, lists and histories of the nominal trial of STUDY.toml.
+    Bands show the effect of its tolerances.
     """
     if output:
         check_ending(output, "a view", VIEWS)
-    asked = load(study)
-    found = view_of(asked.model, asked.settings, name, study=asked)
-    title = f"{asked.title}: {name}"
+    loaded = load(study)
+    found = view_of(loaded.model, loaded.settings, name, study=loaded)
+    title = f"{loaded.title}: {name}"
     if output:
-        save_view(found, output, title, offers(asked.model)[name].sentence)
+        save_view(found, output, title, offers(loaded.model)[name].sentence)
         screen().print(f"written to {output}")
     else:
         show(view_on_screen(found, title))

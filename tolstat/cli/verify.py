@@ -1,4 +1,4 @@
-"""Whether a run is as it was written, and whether tolstat computes as it should."""
+"""Checks of a stored run, and of the installation."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from tolstat.render.screen import show
 @click.option("--all", "every", is_flag=True, help="Evaluate all trials again.")
 @workers
 def verify(source: Path, every: bool, workers: int | None) -> None:
-    """Say whether a run is as it was written, and name what is damaged.
+    """Check whether a run is as it was written, and list the damage.
 
-    The checksum of every trial is compared, all deviations are drawn again, and one
-    trial of each hundred is evaluated again. Exit code 1 if anything is not as stored.
+    It compares the checksum of every trial, samples all deviations again, and evaluates
+    one trial in a hundred again. Exit code 1 if anything is not as stored.
     """
     found = verification.verify(source, every=every, workers=workers)
     show(verified_document(source, found))
@@ -36,10 +36,10 @@ def verify(source: Path, every: bool, workers: int | None) -> None:
 
 @click.command()
 def doctor() -> None:
-    """Say what tolstat runs on here, and whether it computes as it should.
+    """Check the installation: its versions, speed and repeatability.
 
-    Versions, processor, cores, compiled code that is kept, and how many trials a
-    second it does. Exit code 1 if the same trials have different responses.
+    It shows versions, processor, cores, stored compiled code and trials per second.
+    Exit code 1 if the same trials have different responses.
     """
     show(surroundings_document(surroundings()))
     found = check()

@@ -13,7 +13,7 @@ import click
 
 from tolstat.answers.next_steps import as_typed, command
 from tolstat.answers.what_if.fresh_study import fresh_study
-from tolstat.answers.what_if.reweighted_trials import what_if as ask
+from tolstat.answers.what_if.reweighted_trials import what_if as estimate
 from tolstat.cli import options
 from tolstat.errors import PictureError, RunFileError, StudyError, TolstatError
 from tolstat.literal import visible
@@ -27,13 +27,13 @@ NAMED = re.compile(r"\s*([^\W\d]\w*)\s*([^\w\s].*?)\s*", re.DOTALL)
 @click.command("what-if")
 @options.run_file
 @click.argument("deviations", metavar="NAME=TOLERANCE...", nargs=-1)
-@options.output_option("Also into a file: .html, .csv or .json.")
+@options.output_option("Also write a file: .html, .csv or .json.")
 @options.form
 @options.limits
 @options.path_option(
     "--write",
     metavar="STUDY.toml",
-    help="Instead of an answer, write the study of a fresh run that proves it.",
+    help="Write the study of a fresh run that proves the answer, and no answer.",
 )
 def what_if(
     source: Path,
@@ -43,22 +43,22 @@ def what_if(
     limits: tuple[str, ...],
     write: Path | None,
 ) -> None:
-    """Say what a run would have found with other tolerances; nothing is simulated.
+    """Estimate the results of a run with other tolerances; nothing is simulated.
 
     As in [deviations] of a study: rod_length="+-0.6 mm" crank_radius=IT11
     runout='{ tolerance = "0..30 um", distribution = "uniform" }'. The stored trials are
-    weighted by the ratio of densities. What they do not cover is refused, with the
-    reason; --write STUDY.toml writes the study of a fresh run that covers it.
+    weighted by the ratio of densities. Tolerances that they do not cover are refused;
+    --write STUDY.toml writes the study of a fresh run that covers them.
     """
-    asked = deviations_in(deviations), limits_in(limits)
+    scenario = deviations_in(deviations), limits_in(limits)
     if write:
         if output or form:
-            raise click.UsageError("--write writes a study, and no answer")
-        _write(write, source, *asked)
+            raise click.UsageError("--write takes no -o, --json or --csv")
+        _write(write, source, *scenario)
         return
     options.check_delivery(output, form)
     try:
-        found = ask(source, asked[0], limits=asked[1])
+        found = estimate(source, scenario[0], limits=scenario[1])
     except (PictureError, StudyError) as error:
         advice = fresh_run_advice(source, deviations, limits)
         raise type(error)(f"{error}{advice}", *error.advice) from None
@@ -66,7 +66,7 @@ def what_if(
 
 
 def _write(path: Path, source: Path, deviations: Any, limits: Any) -> None:
-    """Write the study of a fresh run, and say how it is run."""
+    """Write the study of a fresh run, and print the command that runs it."""
     options.check_study_output(path)
     if os.path.lexists(path):
         raise RunFileError(f"{path} exists and is not replaced; give another name")
@@ -80,7 +80,7 @@ def _write(path: Path, source: Path, deviations: Any, limits: Any) -> None:
 def fresh_run_advice(
     source: Path, deviations: tuple[str, ...], limits: tuple[str, ...]
 ) -> str:
-    """Say what writes the study of a fresh run; nothing where no study can say it."""
+    """Return the command for the study of a fresh run; empty if there is none."""
     run = open_run(source)
     try:
         fresh_study(run, deviations_in(deviations), limits=limits_in(limits))
@@ -96,17 +96,17 @@ def fresh_run_advice(
 
 
 def deviations_in(texts: Sequence[str]) -> dict[str, Any]:
-    """Read deviations: NAME=TOLERANCE, or NAME={ ... } as in TOML."""
+    """Return deviations: NAME=TOLERANCE, or NAME={ ... } as in TOML."""
     return _entries_in(texts, "", 'NAME=TOLERANCE, such as rod_length="+-0.6 mm"')
 
 
 def limits_in(texts: Sequence[str]) -> dict[str, Any]:
-    """Read limits: "NAME <= 120 kN", or NAME = { ... } as in TOML."""
+    """Return limits: "NAME <= 120 kN", or NAME = { ... } as in TOML."""
     return _entries_in(texts, "--limit ", 'such as "rod_force <= 120 kN"')
 
 
 def _entries_in(texts: Sequence[str], option: str, example: str) -> dict[str, Any]:
-    """Read what is given by name; what begins with = as a value of TOML, or a text."""
+    """Return entries by name; the value after = is TOML or a text."""
     found: dict[str, Any] = {}
     for text in texts:
         named, given = NAMED.fullmatch(text), f'{option}"{text}"'
@@ -120,7 +120,7 @@ def _entries_in(texts: Sequence[str], option: str, example: str) -> dict[str, An
 
 
 def value_in(value: str, given: str) -> Any:
-    """Read a value: as of TOML in braces or quotes, else a text."""
+    """Return a value: TOML in braces or quotes, else a text."""
     value = value.strip()
     if value[:1] not in ("{", '"', "'"):
         return value

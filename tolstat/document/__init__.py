@@ -1,1 +1,1 @@
-"""What an answer says, as data: sentences, tables, figures; no medium, no question."""
+"""Documents as data: sentences, tables and figures, for any medium."""

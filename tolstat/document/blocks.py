@@ -1,4 +1,4 @@
-"""What a document consists of: headings, sentences, tables, figures."""
+"""The blocks of a document: headings, sentences, tables, figures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tolstat.model.view import Chart
 
 
 class Cell(NamedTuple):
-    """What stands in a table: one number or words, and smaller what stands below."""
+    """A cell of a table: a number or words, with smaller text below."""
 
     main: Parts
     below: Parts = ()
@@ -22,7 +22,7 @@ class Cell(NamedTuple):
 class Column:
     """A column of a table."""
 
-    head: str  # what it holds, with its unit
+    head: str  # the quantity, with its unit
     words: bool = False  # whether it holds sentences, which wrap
     page_only: bool = False  # whether a screen leaves it out
 
@@ -43,7 +43,7 @@ class Table:
 
     @property
     def sides(self) -> tuple[str, ...]:
-        """What each column holds: "words" that wrap, "left" names, else numbers."""
+        """The content of each column: "words" that wrap, "left" names, else numbers."""
         return tuple(
             "words" if column.words else "" if any(map(_is_number, cells)) else "left"
             for column, *cells in zip(self.columns, *self.rows, strict=True)
@@ -64,7 +64,7 @@ def table_of(
     keys: int = 1,
     look: str = "",
 ) -> Table:
-    """Make a table of cells by head; a column that is empty everywhere is left out.
+    """Return a table of cells by head; empty columns are left out.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def _cell(given: Given) -> Cell:
 
 @dataclass(frozen=True)
 class Paragraph:
-    """A sentence or a few; `role`: "lead" above all, "note" for what is smaller."""
+    """A sentence or a few; `role`: "lead" at the top, "note" for small print."""
 
     parts: Parts
     role: str = ""
@@ -99,7 +99,7 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Bullets:
-    """Sentences, one below the other; numbered where one follows from the other."""
+    """Sentences, one below the other; numbered if their order matters."""
 
     items: tuple[Parts, ...]
     numbered: bool = False
@@ -107,7 +107,7 @@ class Bullets:
 
 @dataclass(frozen=True)
 class Facts:
-    """Names and what they are; `role` "sheet": the title block that is signed."""
+    """Names and their values; `role` "sheet": the title block."""
 
     rows: tuple[tuple[str, Parts], ...]
     role: str = ""
@@ -122,7 +122,7 @@ class Verbatim:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture, as data; `alt` says what it shows to those who do not see it."""
+    """A picture, as data; `alt` describes it for screen readers."""
 
     alt: str
     picture: Plot | Chart
@@ -164,7 +164,7 @@ Block = (
 
 @dataclass(frozen=True)
 class Document:
-    """What an answer says."""
+    """The document of an answer."""
 
     title: str
     blocks: tuple[Block, ...]
@@ -172,7 +172,7 @@ class Document:
 
 
 def shown(*given: Block | None) -> tuple[Block, ...]:
-    """Return the blocks that say something: an empty one is left out, as None is."""
+    """Return the blocks without empty ones and None."""
     return tuple(each for each in given if each is not None and not _is_empty(each))
 
 
@@ -184,10 +184,10 @@ def _is_empty(block: Block) -> bool:
 
 
 def note(*parts: Said) -> Paragraph:
-    """Make a paragraph of what must be known to read the rest."""
+    """Return a note: a paragraph in small print."""
     return Paragraph(text(*parts), "note")
 
 
 def paragraph(*parts: Said) -> Paragraph:
-    """Make a paragraph."""
+    """Return a paragraph."""
     return Paragraph(text(*parts))

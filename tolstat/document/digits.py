@@ -1,4 +1,4 @@
-"""Numbers written out: the digits of a number, its interval, and why it has none."""
+"""Numbers in writing: digits, interval, or the reason why there is none."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ Written = tuple[str | Digits, ...]
 
 
 def in_cell(number: Number) -> tuple[Written, Written]:
-    """Write a number for a table, whose head has the unit: it, and its interval below.
+    """Return a number for a table without its unit, and its interval below.
 
-    Below an estimate without interval stands the reason why.
+    An estimate without interval has the reason below it.
     """
     found = number.value
     if not isinstance(found, Estimate):
@@ -38,7 +38,7 @@ def in_cell(number: Number) -> tuple[Written, Written]:
 
 
 def in_line(number: Number) -> Written:
-    """Write a number in a sentence, with its unit: 3.1 kN m (2.9 to 3.3)."""
+    """Return a number for a sentence, with its unit: 3.1 kN m (2.9 to 3.3)."""
     found, mark = number.value, number.scale.mark
     unit = (f" {mark}",) if mark else ()
     if not isinstance(found, Estimate):
@@ -52,7 +52,7 @@ def in_line(number: Number) -> Written:
 
 
 def plain(written: Written) -> str:
-    """Return what is written as text."""
+    """Return a written number as text."""
     return "".join(each if isinstance(each, str) else each.text for each in written)
 
 
@@ -71,7 +71,7 @@ def _digits(number: Number, value: float) -> Digits:
 
 
 def _estimate(number: Number, found: Estimate) -> tuple[Written, Written]:
-    """Write an estimate, and its interval; an open one as a bound."""
+    """Return an estimate and its interval; an open interval is a bound."""
     assert isinstance(number.scale, Scale)
     value, lower, upper = number.scale.interval(*found[:3])
     ends = Digits(lower, found.lower), " to ", Digits(upper, found.upper)

@@ -1,4 +1,4 @@
-"""What a sentence consists of: words, names, commands, and numbers with their scale.
+"""The parts of a sentence: words, names, commands, and numbers with their scale.
 
 A sentence is worded once, with the numbers in it as numbers: a renderer writes each
 with its unit and its interval, in one form everywhere.
@@ -24,7 +24,7 @@ class Number:
 
 @dataclass(frozen=True)
 class Name:
-    """The name of a contributor or a response, as somebody wrote it; `link`: anchor."""
+    """The name of a contributor or a response, as written; `link`: anchor."""
 
     text: str
     link: str = ""
@@ -40,7 +40,7 @@ class Word:
 
 @dataclass(frozen=True)
 class Typed:
-    """What is to be typed: it never wraps."""
+    """A command to type; it never wraps."""
 
     text: str
 
@@ -59,7 +59,7 @@ Said = Inline | Iterable["Said"] | None  # as a sentence is given
 
 
 def text(*given: Said) -> Parts:
-    """Return the parts of a sentence; None is left out, what is nested is flattened."""
+    """Return the parts of a sentence; None is left out, nested parts are flattened."""
     parts: list[Inline] = []
     for each in given:
         if isinstance(each, Inline):
@@ -83,17 +83,17 @@ def say(sentence: str, *given: Said) -> Parts:
 
 
 def with_unit(number: Number | None) -> Parts:
-    """Write a number of a table with its unit, where the head has none."""
+    """Return a number of a table with its unit, where the head has none."""
     return (number, "") if number else ()
 
 
 def counted(count: int, noun: str, plural: str = "") -> Parts:
-    """Write a count with its noun: 1 trial, 2 trials."""
+    """Return a count with its noun: 1 trial, 2 trials."""
     return (Number(count), f" {noun if count == 1 else plural or noun + 's'}")
 
 
 def listed(items: Sequence[Said], joint: str = "and") -> Parts:
-    """List items: a; a and b; a, b and c. Without a joint by commas alone."""
+    """Return a list in words: a; a and b; a, b and c. Without a joint only commas."""
     found: list[Inline] = []
     for i, item in enumerate(items):
         if i:

@@ -40,7 +40,7 @@ class Fill(NamedTuple):
 
 
 class Area(NamedTuple):
-    """What lies within an outline."""
+    """The area within an outline."""
 
     x: Array
     y: Array
@@ -112,10 +112,10 @@ Layer = (
 class PlotAxis(NamedTuple):
     """An axis."""
 
-    label: str  # what goes along it, with its unit
+    label: str  # the quantity, with its unit
     scale: str = ""  # or "log", "symlog", "normal" for shares as normal scores
-    ends: tuple[float, float] | None = None  # None: by what is shown
-    words: tuple[str, ...] = ()  # what stands at 0, 1, 2, ... instead of numbers
+    ends: tuple[float, float] | None = None  # None: by the data
+    words: tuple[str, ...] = ()  # at 0, 1, 2, ... instead of numbers
 
 
 class PlotPanel(NamedTuple):

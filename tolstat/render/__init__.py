@@ -1,1 +1,1 @@
-"""Documents and figures as screen, page, CSV, JSON and pictures; knows no question."""
+"""Documents and figures as screen, page, CSV, JSON and pictures."""

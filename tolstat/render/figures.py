@@ -62,13 +62,13 @@ MOST_ROWS = 60  # of a listing that is drawn
 
 
 def as_svg(picture: Plot | Chart, alt: str) -> Markup:
-    """Draw a figure into a page; `alt` says what it shows."""
+    """Return a figure as SVG for a page; `alt` describes it."""
     with mpl.rc_context(PAGE_STYLE):
         return inline(_drawn(picture), alt)
 
 
 def draw(picture: Plot | View, title: str) -> Figure:
-    """Draw a figure, or a listing as a table, for a file.
+    """Return a figure for a file, drawn from data; a listing as a table.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def draw(picture: Plot | View, title: str) -> Figure:
 
 
 def _drawn(picture: Plot | Chart) -> Figure:
-    """Draw panels, with one legend above them or each its own."""
+    """Return drawn panels, with one legend above them or one for each."""
     plot = plot_of(picture) if isinstance(picture, Chart) else picture
     figure = Figure(figsize=(plot.width, plot.height), layout="constrained")
     n = len(plot.panels)
@@ -137,7 +137,7 @@ def _thin_out(axes: Axes) -> None:
 
 
 def _draw_legend(axes: Axes, panel: PlotPanel, handles: list[Any]) -> None:
-    """Draw what stands against the right, and a legend on the line of the title."""
+    """Draw the right axis, and a legend on the line of the title."""
     axes.set_title(panel.title or " ")
     if panel.right:
         right = axes.twinx()
@@ -169,7 +169,7 @@ def _word_at(words: tuple[str, ...], x: float, _: int) -> str:
 
 
 def _wrapped(name: str) -> str:
-    """Write a name in lines, so that it leaves room for the picture."""
+    """Return a name in lines, short enough to leave room for the picture."""
     return "\n".join(wrap(visible(name), NAME))
 
 

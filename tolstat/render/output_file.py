@@ -1,4 +1,4 @@
-"""Files that answers go to: what may be replaced, and how, so that none is half."""
+"""Output files: which may be replaced, and how, so that none is incomplete."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tolstat.errors import RunFileError, TolstatError
 from tolstat.store.seal import is_run
 from tolstat.store.temporary_files import aside_of
 
-KEPT = {".h5": "a run", ".toml": "a study"}  # by what its name ends in
+KEPT = {".h5": "a run", ".toml": "a study"}  # by the ending of its name
 MOST = 1_000_000  # bytes of a study
 
 
 def check_folder(path: Path) -> None:
-    """Refuse a file whose folder does not exist, before anything is done for it.
+    """Refuse a file whose folder does not exist, before anything is computed.
 
     Raises
     ------
@@ -25,23 +25,23 @@ def check_folder(path: Path) -> None:
         If there is no such folder.
     """
     if not path.parent.is_dir():
-        raise RunFileError(f"{path} cannot be written: there is no such folder")
+        raise RunFileError(f"{path} cannot be written: no such folder")
 
 
 def check_output(path: Path) -> None:
-    """Refuse a file that no answer may replace, before anything is done for it.
+    """Refuse a file that no answer may replace, before anything is computed.
 
     Parameters
     ----------
     path : Path
-        Where a page, a picture or numbers are to go. What an earlier answer left there
-        is replaced.
+        File for a page, a picture or numbers. The file of an earlier answer is
+        replaced.
 
     Raises
     ------
     RunFileError
-        If there is no such folder; it ends as runs or studies do; or it is there, and
-        is a run or what a study reads.
+        If the folder does not exist, the ending is that of a run or a study, or the
+        file is a run or is read by a study.
     """
     check_folder(path)
     for each in (path, path.resolve()):
@@ -70,7 +70,7 @@ def check_ending(
     check_output(path)
     if path.suffix.lower() not in endings:
         *some, last = endings
-        raise error(f"{path}: {what} ends in {', '.join(some)} or {last}")
+        raise error(f"{path}: the name of {what} ends in {', '.join(some)} or {last}")
 
 
 def _reader(path: Path) -> Path | None:
@@ -85,9 +85,9 @@ def _reader(path: Path) -> Path | None:
 
 
 def replace(path: Path, content: bytes | Callable[[Path], object]) -> Path:
-    """Write a file aside and give it its name: what was there stays until it is whole.
+    """Write a file under a temporary name, then rename it; return its path.
 
-    Its content is bytes, or what writes them to a path.
+    An earlier file stays until then. The content is bytes, or a function that writes.
 
     Raises
     ------

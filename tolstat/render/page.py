@@ -1,4 +1,4 @@
-"""A document as a page of HTML that needs nothing else."""
+"""A document as a self-contained page of HTML."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LONG, THIN = re.compile(r"(?<![\d.])\d{5,}(?!\d*e)"), "\u202f"
 
 
 def page(document: Document) -> str:
-    """Make the page of a document: HTML with its style and pictures.
+    """Return the page of a document: HTML with its style and pictures.
 
     Each number has its full value beside it, SI, for programs (`data-value`).
     """
@@ -38,7 +38,7 @@ def page(document: Document) -> str:
 
 @cache  # templates are compiled once
 def environment() -> Environment:
-    """Return where pages are made: every text is escaped, every name must exist."""
+    """Return the template environment: texts are escaped, names must exist."""
     made = Environment(
         loader=PackageLoader("tolstat.render"),
         autoescape=True,
@@ -58,7 +58,7 @@ def _svg(figure: Figure) -> Markup:
 
 
 def _parts(parts: Parts) -> Markup:
-    """Write the parts of a sentence."""
+    """Return the parts of a sentence as HTML."""
     return Markup("").join(map(_inline, parts))
 
 
@@ -88,7 +88,7 @@ def _inline(part: Inline) -> Markup:
 
 
 def _written(written: Written) -> Markup:
-    """Write a number: its digits and its unit are never parted."""
+    """Return a number as HTML; no line ends between its digits and its unit."""
     made = Markup("").join(
         escape(each)
         if isinstance(each, str)
@@ -101,13 +101,13 @@ def _written(written: Written) -> Markup:
 
 
 def _digits(text: str) -> Markup:
-    """Group long numbers, and keep an exponent with its number."""
+    """Return digits in groups; no line ends before an exponent."""
     grouped = LONG.sub(lambda m: f"{int(m[0]):,}".replace(",", THIN), text)
     return Markup(re.sub(r"\S+e-\d+", r"<bdi>\g<0></bdi>", str(escape(grouped))))
 
 
 def _cell(cell: Cell) -> Markup:
-    """Write a number over its interval, or words over smaller ones."""
+    """Return a number above its interval, or words above smaller ones."""
     below = Markup("")
     made = Markup("")
     if len(cell.main) == 1 and isinstance(cell.main[0], Number):
@@ -124,11 +124,11 @@ def _cell(cell: Cell) -> Markup:
 
 
 def _breaking(name: str) -> Markup:
-    """Let a long name end its line behind any _ of it."""
+    """Return a name whose line may end behind any _."""
     return Markup("_<wbr>").join(escape(visible(name)).split("_"))
 
 
 def _css_string(text: str) -> str:
-    """Write a text for a style sheet, where none of it is an instruction."""
+    """Return a text for a style sheet, escaped."""
     plain = (c if c.isalnum() else f"\\{ord(c):x} " for c in visible(text))
     return '"' + "".join(plain) + '"'

@@ -1,4 +1,4 @@
-"""How pictures of tolstat look, and how they get into a page or a file."""
+"""The style of pictures, and their output into a page or a file."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ STYLE: dict[Any, Any] = {
     "grid.linewidth": 0.6,
     "lines.linewidth": 1.2,
     "legend.frameon": False,
-    "text.parse_math": False,  # titles and names are anybody's
+    "text.parse_math": False,  # titles and names are from users
     "legend.fontsize": 9,
     "svg.hashsalt": "tolstat",  # the same picture is the same file
 }
-# stand-ins that the page's style replaces: the same picture in light and in dark
+# placeholders that the page's style replaces, in light and in dark
 INK, GRID = "#101418", "#e1e3e6"
 SMALLEST = 8.4  # points, so that on paper no word of a picture has less than 8
 PAGE_STYLE = {
@@ -63,7 +63,7 @@ _numbers = count(1)
 
 
 def logarithmic(axis: Axis, **options: Any) -> None:
-    """Make an axis logarithmic, with plain numbers: pictures read no markup.
+    """Make an axis logarithmic, with plain numbers: pictures have no markup.
 
     With `linthresh` it is linear up to that, through zero.
     """
@@ -76,7 +76,7 @@ def logarithmic(axis: Axis, **options: Any) -> None:
 
 
 class _Plain(LogFormatter):
-    """Numbers along a logarithmic axis, those of them that have room."""
+    """Numbers along a logarithmic axis, where they have room."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         return f"{x:g}" if super().__call__(x, pos) else ""
@@ -99,15 +99,15 @@ def write(figure: Figure, path: Path) -> None:
 
 
 def inline(figure: Figure, alternative: str) -> Markup:
-    """Write a figure as SVG for a page: one element, whose names are its own there.
+    """Return a figure as SVG for a page: one element with unique names.
 
-    The style of the page holds meanwhile; `alternative` says what the figure shows, for
-    those who do not see it.
+    It has the style of the page. `alternative` describes the figure for screen
+    readers.
     """
     text = _drawn(figure, "svg", dpi=110).decode()
     svg = text[text.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
-    # its style would hold for the whole page; page.css says the same of pictures
+    # its style would apply to the whole page; page.css has the same rules
     svg = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", svg, flags=re.DOTALL)
     svg = svg.replace(INK, "currentColor").replace(GRID, "var(--grid)")
     prefix = f"p{next(_numbers)}-"
@@ -123,7 +123,7 @@ def inline(figure: Figure, alternative: str) -> Markup:
 
 
 def _drawn(figure: Figure, form: str, dpi: int) -> bytes:
-    """Write a figure, every text of which is what it is."""
+    """Return a figure in a file format, with its texts shown literally."""
     for text in figure.findobj(Text):
         assert isinstance(text, Text)
         if (words := visible(text.get_text())) != text.get_text():

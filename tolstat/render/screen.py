@@ -1,4 +1,4 @@
-"""A document on the screen: nothing is cut, and every text is what it is."""
+"""A document on the screen: nothing is cut, texts are shown literally."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from tolstat.document.digits import in_cell, in_line, plain
 from tolstat.document.inline import Inline, Number, Parts, Typed
 from tolstat.literal import visible
 
-PIPED_WIDTH = 120  # where the output is no terminal
+PIPED_WIDTH = 120  # if the output is no terminal
 UNBOUNDED = 100_000
 PADDING = 0, 1, 0, 0  # of a cell
 AT_SPACES: Any = {"break_long_words": False, "break_on_hyphens": False}
@@ -37,13 +37,13 @@ LETTERS = 24, 14, 10  # in a line of a head or below a number: the most that fit
 
 
 class Screen(Console):
-    """A terminal on which every text is what it is: no markup, no ESC, no emoji."""
+    """A terminal that shows texts literally: no markup, no ESC, no emoji."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(highlight=False, markup=False, emoji=False, **options)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """Make a text, of which everything is seen."""
+        """Return a text in which every character is visible."""
         return super().render_str(visible(text), **options)
 
 
@@ -84,7 +84,7 @@ def _show(block: Block) -> None:
 
 
 def as_text(parts: Parts) -> str:
-    """Write the parts of a sentence as plain text."""
+    """Return the parts of a sentence as plain text."""
     return "".join(
         plain(in_line(part))
         if isinstance(part, Number)
@@ -117,9 +117,9 @@ def _print_wrapped(words: str) -> None:
     """Print words in lines that end at spaces alone."""
     console, lines = screen(), list[str]()
     for line in visible(words).splitlines():
-        further = "    " if line.startswith(" ") else ""
+        indent = "    " if line.startswith(" ") else ""
         lines += textwrap.wrap(
-            line, console.width, subsequent_indent=further, **AT_SPACES
+            line, console.width, subsequent_indent=indent, **AT_SPACES
         )
     console.print("\n".join(lines).replace(UNBROKEN, " "), soft_wrap=True)
 
@@ -129,15 +129,15 @@ def _print_title(title: str) -> None:
 
 
 def as_rich(given: Table) -> RichTable:
-    """Return a table for a live display; what does not fit is folded."""
+    """Return a table for a live display, folded to fit."""
     return _folded(given, LETTERS[-1])
 
 
 def show_table(given: Table) -> None:
     """Print a table: words to the left, numbers to the right.
 
-    Nothing is ever cut: a number without its last digits is another number. Where the
-    columns do not fit beside each other, each row stands by itself, a line a column.
+    Nothing is cut: a number without its last digits is wrong. If the columns do not fit
+    beside each other, each row is a list, with a line for each column.
     """
     if given.title:
         _print_title(given.title)
@@ -167,7 +167,7 @@ def _print_row(given: Table, row: Sequence[Cell]) -> None:
 
 
 def _written(cell: Cell) -> tuple[str, list[str]]:
-    """Write a number, and its interval or the reason why it has none; or words."""
+    """Return a number, and its interval or the reason why it has none; or words."""
     main, interval = as_text(cell.main), ""
     if len(cell.main) == 1 and isinstance(cell.main[0], Number):
         main, interval = map(plain, in_cell(cell.main[0]))
@@ -175,7 +175,7 @@ def _written(cell: Cell) -> tuple[str, list[str]]:
 
 
 def _made(given: Table, letters: int) -> RichTable:
-    """Make a table; heads, and lines below a number, have so many letters."""
+    """Return a table; heads, and lines below a number, have at most these letters."""
     made = RichTable(box=box.SIMPLE_HEAD, padding=PADDING)
     shown = [i for i, each in enumerate(given.columns) if not each.page_only]
     for i in shown:
@@ -193,7 +193,7 @@ def _made(given: Table, letters: int) -> RichTable:
 
 
 def _in_lines(given: Table, column: int, cell: Cell, letters: int) -> str:
-    """Write a cell over what is below; what explains a row's name is for pages."""
+    """Return the lines of a cell; explanations of row names are for pages."""
     main, below = _written(cell)
     if column < given.keys:
         below = []
@@ -211,14 +211,14 @@ def _wrapped(words: str, letters: int) -> str:
 
 
 def _width(made: RichTable) -> int:
-    """Return how wide a table is where nothing of it is cut."""
+    """Return the width of a table of which nothing is cut."""
     return Screen(width=UNBOUNDED).measure(made).maximum
 
 
 def _folded(given: Table, letters: int) -> RichTable:
-    """Make a table whose words wrap, to so many letters in a line at least.
+    """Return a table whose words wrap, with at least these letters in a line.
 
-    They share the room so that no word of them is cut; Rich would not regard that.
+    Columns share the room so that no word is cut; Rich does not ensure that.
     """
     made = _made(given, letters)
     widths, longest = dict[int, int](), dict[int, int]()

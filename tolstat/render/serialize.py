@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SCHEMA = 1  # raised when a name or a meaning changes
-FIGURES = 12  # what is left when units are converted
+FIGURES = 12  # significant after a conversion of units
 Row = Mapping[str, Number | str | int]  # by head: "mean [unit]", "failed"
 ENDS = ("", " lower", " upper")
 
 
 def as_json(answer: Any, name: str) -> str:
-    """Write a typed answer as JSON, SI.
+    """Return a typed answer as JSON, SI.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ def as_json(answer: Any, name: str) -> str:
     Returns
     -------
     str
-        An estimate is value, lower, upper (its 95 % interval) and reason; what is not
-        known is null, and what is infinite "inf" or "-inf".
+        An estimate is value, lower, upper (its 95 % interval) and reason. Unknown
+        numbers are null, infinite ones "inf" or "-inf".
     """
     found = {"schema": SCHEMA, "answer": name, **_plain(answer)}
     return json.dumps(found, indent=1, allow_nan=False) + "\n"
@@ -69,28 +69,28 @@ def _plain(found: Any) -> Any:
 
 
 def _key(key: object) -> str:
-    """Name a key: a quantile by its share, several contributors by their names."""
+    """Return a key: a quantile by its share, several contributors by their names."""
     if isinstance(key, float):
         return share_words(key)
     return ", ".join(key) if isinstance(key, tuple) else str(key)
 
 
 def public_fields(record: Any) -> list[str]:
-    """List the fields of a dataclass that are part of its schema."""
+    """Return the fields of a dataclass that are part of its schema."""
     return [each.name for each in fields(record) if each.metadata.get("json", True)]
 
 
 def rows_as_csv(rows: Sequence[Row]) -> str:
-    """Write rows that have the same heads as CSV, in the units shown.
+    """Return rows with the same heads as CSV, in the units shown.
 
     A head may end in its unit in brackets; "[unit]" is that of the row. An estimate
     takes three columns: itself and the ends of its 95 % interval.
     """
-    told = [
+    shown = [
         {head: _shown(value, factor) for head, value, factor in _cells(row)}
         for row in rows
     ]
-    return csv_text(told[0], [list(each.values()) for each in told])
+    return csv_text(shown[0], [list(each.values()) for each in shown])
 
 
 def rows_as_frame(rows: Sequence[Row], index: str) -> pd.DataFrame:
@@ -113,7 +113,7 @@ def rows_as_frame(rows: Sequence[Row], index: str) -> pd.DataFrame:
 
 
 def _cells(row: Row) -> Iterator[tuple[str, Any, float]]:
-    """Yield heads, values in SI, and what they are multiplied by to be shown."""
+    """Yield heads, values in SI, and the factors to the units shown."""
     for head, given in row.items():
         if not isinstance(given, Number):
             yield head, given, 0.0
@@ -126,14 +126,14 @@ def _cells(row: Row) -> Iterator[tuple[str, Any, float]]:
 
 
 def _shown(value: Any, factor: float) -> Any:
-    """Return a number without the noise of its conversion; nothing for none."""
+    """Return a number without rounding errors of its conversion; empty for none."""
     if isinstance(value, str | int):
         return value
     return "" if math.isnan(value) else float(f"{factor * value:.{FIGURES}g}")
 
 
 def csv_text(heads: Iterable[str], rows: Iterable[Sequence[Any]]) -> str:
-    """Write a table as CSV; no text in it is a formula to a spreadsheet."""
+    """Return a table as CSV; no text in it is a formula to a spreadsheet."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(map(csv_cell, heads))

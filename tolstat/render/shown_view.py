@@ -41,7 +41,7 @@ def _scaled(view: View) -> Iterator[Scaled]:
 
 
 def _long(chart: Chart) -> Iterator[Scaled]:
-    """Yield what shares no points as rows of name, place, value, unit."""
+    """Yield curves without common points as rows of name, place, value, unit."""
     scales = {}
     drawn: list[Curve | Band | Region] = [*chart.curves, *chart.bands, *chart.regions]
     for each in drawn:
@@ -60,7 +60,7 @@ def _long(chart: Chart) -> Iterator[Scaled]:
 
 
 def view_scale(unit: str, shown: str, *values: NDArray[np.generic]) -> Scale:
-    """Choose how numbers of a view, SI, are shown: by the largest; a ratio as it is."""
+    """Return the scale of numbers of a view, SI: by the largest; a ratio as it is."""
     if unit == "1" and not shown:
         whole = all(each.dtype.kind in "iu" for each in values)
         return Scale(unit, COUNT if whole and values else PLAIN)
@@ -88,7 +88,7 @@ def _number(scale: Scale | None, value: float | str) -> Number | str | None:
 
 
 def as_csv(view: View) -> str:
-    """Write a view as CSV, all figures, in the units that its heads name."""
+    """Return a view as CSV, all figures, in the units that its heads name."""
     columns = list(_scaled(view))
     heads = (
         f"{name} [{scale.mark}]" if scale and scale.mark else name
@@ -104,8 +104,7 @@ def as_csv(view: View) -> str:
 def plot_of(chart: Chart) -> Plot:
     """Return a chart as panels one above the other.
 
-    Spans are shaded, marks are dots on their curves, and the legend says how high they
-    are.
+    Spans are shaded, marks are dots on their curves, and the legend has their values.
     """
     panels = chart.pictures
     shaded = [*chart.spans, *(span for panel in panels for span in panel.spans)]
@@ -144,7 +143,7 @@ def _panel(chart: Chart, panel: Panel, x: PlotAxis, along: Scale) -> PlotPanel:
 def _side(
     chart: Chart, names: tuple[str, ...], first: int, along: float
 ) -> tuple[Scale, tuple[float, float] | None, list[data.Layer]]:
-    """Return the unit, ends and layers of what is shown against one axis."""
+    """Return the unit, ends and layers of one axis."""
     curves = [each for each in chart.curves if each.name in names]
     bands = [each for each in chart.bands if each.name in names]
     regions = [each for each in chart.regions if each.name in names]
@@ -185,7 +184,7 @@ def _side(
 
 
 def _ends(chart: Chart, factor: float) -> tuple[float, float] | None:
-    """Return where the axis begins and ends; dots there have room."""
+    """Return the ends of the axis, with room for dots there."""
     places = np.concatenate([at for _, at, _ in chart.parts()] or [chart.at])
     places = places[np.isfinite(places)]
     if chart.axis.logarithmic:

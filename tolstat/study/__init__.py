@@ -1,1 +1,1 @@
-"""What is asked: a study, read and checked."""
+"""Studies, read and checked."""

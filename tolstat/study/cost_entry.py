@@ -1,4 +1,4 @@
-"""What parts cost by tolerance: the key `cost` of an entry of [deviations], read.
+"""Costs by tolerance: the key `cost` of an entry of [deviations], read.
 
 The price of one part follows a law of half the tolerance's width, T, or a list of
 tolerances, of which one is chosen.
@@ -32,7 +32,7 @@ from tolstat.units.grammar import quantity, tolerance
 from tolstat.units.scale import Scale, scale_of
 
 EXAMPLE = (
-    '{ law = "reciprocal", at = "+-0.02 mm", price = 10 }, or what may be chosen, '
+    '{ law = "reciprocal", at = "+-0.02 mm", price = 10 }, or a list of tolerances, '
     '{ "+-1.2 mm" = 10, "+-0.6 mm" = 25 }'
 )
 LAWS: dict[str, type[Reciprocal]] = {
@@ -42,7 +42,7 @@ LAWS: dict[str, type[Reciprocal]] = {
 SPAN = 4.0, 2.0  # times tighter and looser than on the drawing, by default
 DIGITS, MOST_DIGITS = 3, 12  # of half the width of a tolerance that is written
 WIDEST = 1000  # times the tightest tolerance
-MOST_RATES = 200  # of an exponential law: farther off, its price is no number
+MOST_RATES = 200  # of an exponential law: farther away its price overflows
 ROUNDING = 1e-9  # of a tolerance
 
 Found = TypeVar("Found")
@@ -84,7 +84,7 @@ class Priced:
     name: str  # of the entry
     words: str  # the specified tolerance, as written
     specified: Mapping[str, Distribution]  # by contributor, as in the study, SI
-    scale: Scale  # in which the tolerance is written
+    scale: Scale  # of the tolerance, as written
     law: Law | None  # of the price
     offered: tuple[Offered, ...] = ()  # without a law: all choices, the loosest first
 
@@ -128,13 +128,13 @@ def read_cost(
     parts: Sequence[Contributor],
     found: Mapping[str, Distribution],
 ) -> Priced:
-    """Read what the parts of an entry cost by tolerance; `keys` are its other keys."""
+    """Return the costs of an entry by tolerance; `keys` are its other keys."""
     if not isinstance(given, dict) or not given:
         raise CostError(f"cost: a table is expected, {EXAMPLE}")
     specified = {each.name: found[each.name] for each in parts}
     zones = {zone_of(each) for each in specified.values()}
     if None in zones:
-        raise CostError("cost is by tolerance, and the entry has none")
+        raise CostError("cost needs a tolerance; add one to the entry")
     graded, unit = "iso1328" in keys, parts[0].unit
     words = f"iso1328 = {keys['iso1328']}" if graded else str(keys["tolerance"])
     scale = scale_of(unit, written_unit(keys), half_of(specified))
@@ -148,8 +148,8 @@ def read_cost(
         return Priced(name, words, specified, scale, None, offered)
     if len(zones) > 1:
         raise CostError(
-            "cost: the parts have different tolerances; give each an entry of its own, "
-            "or a table of grades"
+            "cost: the parts have different tolerances; give each a separate entry, or "
+            "a table of grades"
         )
     return Priced(name, words, specified, scale, _law(given, specified, unit))
 
@@ -203,11 +203,11 @@ def _law(
             )
     found = Law(price=entry.price, rate=rate, **halves)
     if not found.tightest < found.loosest:
-        raise CostError("cost: the tightest tolerance is no tighter than the loosest")
+        raise CostError("cost: tightest must be tighter than loosest")
     if found.loosest > WIDEST * found.tightest:
         raise CostError(
-            f"cost: the loosest tolerance is more than {WIDEST} times the tightest; no "
-            "run covers both"
+            f"cost: loosest is more than {WIDEST} times tightest, and no run covers "
+            "both; give a smaller range"
         )
     ends = found.tightest * (1 - ROUNDING), found.loosest * (1 + ROUNDING)
     if not ends[0] <= half <= ends[1]:
@@ -226,7 +226,7 @@ def _law(
             ) from None
         if abs(found.at - end) > MOST_RATES * rate > 0:
             raise CostError(
-                f"cost, rate: the price at the {key} tolerance is no number; give a "
+                f"cost, rate: the price at the {key} tolerance is too large; give a "
                 "larger rate"
             )
     return found
@@ -243,9 +243,9 @@ def _read(
 
 
 def with_tolerances(text: str, chosen: Mapping[str, str]) -> str:
-    """Write a study with other tolerances, by entry of [deviations] or [links].
+    """Return a study with other tolerances, by entry of [deviations] or [links].
 
-    Its comments are gone.
+    Its comments are lost.
     """
     table = tomllib.loads(text)
     for name, words in chosen.items():
@@ -267,10 +267,10 @@ def with_tolerance(entry: Mapping[str, Any], words: str) -> dict[str, Any]:
 
 
 def tolerance_words(priced: Priced, choice: float) -> str:
-    """Write a tolerance that is chosen: the entry's own in its words, else in figures.
+    """Return a chosen tolerance as text; the specified one as the study writes it.
 
-    Three figures of half its width or, where they would be tighter than the tightest,
-    as many as that needs; it reaches no farther to either side than what is chosen.
+    Half its width has three figures, or more where three would make it tighter than the
+    tightest. Rounding never widens it.
     """
     if not priced.law:
         return priced.offered[round(choice)].words
@@ -281,7 +281,7 @@ def tolerance_words(priced: Priced, choice: float) -> str:
     scale = priced.scale
     lower, upper = (end * scale.factor for end in zone)
     half, least = zone.half * scale.factor, priced.law.tightest * (1 - ROUNDING)
-    slack = ROUNDING * half  # binary numbers are a little off what they stand for
+    slack = ROUNDING * half  # for the rounding of binary numbers
     for figures in range(DIGITS, MOST_DIGITS + 1):
         place = math.floor(math.log10(half)) + 1 - figures
         ends = (

@@ -1,4 +1,4 @@
-"""CSV files beside a study: measured parts, machines, points of a publication."""
+"""CSV files beside a study: measured parts, trials, published points."""
 
 from __future__ import annotations
 
@@ -57,9 +57,9 @@ class CsvTable(NamedTuple):
 
 
 def read_csv(folder: Path | None, name: str) -> CsvTable:
-    """Read a CSV file: commas between columns, a head, `#` before remarks.
+    """Return a CSV file: commas between columns, a head, `#` before remarks.
 
-    A head may carry its unit: `rod_length_1 [mm]`. There is one row at least.
+    A head may carry its unit: `rod_length_1 [mm]`. At least one row is required.
     """
     path = beside(folder, name)
     found = content(path, MOST_MEGABYTES)
@@ -74,8 +74,8 @@ def read_csv(folder: Path | None, name: str) -> CsvTable:
     (_, head), *lines = numbered
     if len(head) == 1 and ";" in head[0]:
         raise DataError(
-            f"{path} has semicolons between its columns; commas are expected, and "
-            "points as decimal signs"
+            f"{path} has semicolons between its columns; use commas, and points as "
+            "decimal signs"
         )
     for line, cells in lines:
         if len(cells) != len(head):
@@ -85,19 +85,19 @@ def read_csv(folder: Path | None, name: str) -> CsvTable:
     read = [each for cell in head if (each := _HEAD.fullmatch(cell))]
     units = {each["name"]: (each["unit"] or "").strip() for each in read}
     if len(units) < len(head):
-        raise DataError(f"{path}: every column needs a name of its own")
+        raise DataError(f"{path}: every column needs a different name")
     return CsvTable(path, hashlib.sha256(found).hexdigest(), units, lines)
 
 
 def _cells(path: Path, line: int, row: str) -> list[str]:
-    """Return the cells of a row, and refuse those that no table has."""
+    """Return the cells of a row; refuse a cell that is too long."""
     try:
         cells = [cell.strip() for cell in next(csv.reader([row]))]
     except csv.Error as error:
         raise DataError(f"{path}, line {line}: {error}") from None
     if (longest := max(map(len, cells))) > LONGEST_CELL:
         raise DataError(
-            f"{path}, line {line}: a cell of {longest} characters; up to "
-            f"{LONGEST_CELL} are read"
+            f"{path}, line {line}: a cell has {longest} characters; at most "
+            f"{LONGEST_CELL} are allowed"
         )
     return cells

@@ -24,27 +24,27 @@ from tolstat.study.problems import Problems
 
 
 class Deviations(NamedTuple):
-    """What deviates, and what is correlated."""
+    """Distributions of the deviations, and their correlations."""
 
     distributions: dict[str, Distribution]  # by contributor, SI
     dependence: Dependence  # batches and correlations
-    words: dict[str, str]  # how each is distributed, as the study says it
+    words: dict[str, str]  # the distribution of each, as the study writes it
     shown: dict[str, str]  # the unit in which each is written
-    notes: tuple[str, ...]  # what the summary of the run has to say of them
-    priced: tuple[Priced, ...] = ()  # lines that say what their parts cost by tolerance
+    notes: tuple[str, ...]  # for the summary of the run
+    priced: tuple[Priced, ...] = ()  # entries with a cost
 
 
 def read_deviations(
-    lines: Mapping[str, str | dict[str, Any]],
+    entries: Mapping[str, str | dict[str, Any]],
     correlations: Mapping[str, Mapping[str, float]],
     contributors: Sequence[Contributor],
     folder: Path | None,
     problems: Problems,
     linked: Container[str] = (),
 ) -> Deviations:
-    """Read the distributions of all deviations, and what is correlated.
+    """Return the distributions of all deviations, and their correlations.
 
-    `linked` are those that stand in the section [links].
+    `linked` are those of the section [links].
     """
     known = {each.name: each for each in contributors}
     found: dict[str, Distribution] = {}
@@ -53,7 +53,7 @@ def read_deviations(
     shown: dict[str, str] = {}
     notes: list[str] = []
     priced: list[Priced] = []
-    for name, given in lines.items():
+    for name, given in entries.items():
         section = "links" if name in linked else "deviations"
         with problems.noting(f"[{section}] {name}", given):
             keys = {"tolerance": given} if isinstance(given, str) else dict(given)
@@ -87,7 +87,7 @@ def read_deviations(
 
 
 def _in_words(keys: Mapping[str, Any], fitted: str, batch: Batch | None) -> str:
-    """Say how a deviation is distributed: its kind, its keys as written, its fit."""
+    """Return a distribution in words: its kind, its keys as written, its fit."""
     rest = dict(keys)
     if "data" in rest:
         kind = f"{rest.pop('fit')} fitted to" if "fit" in rest else "as measured in"
@@ -115,11 +115,11 @@ def _batch(name: str, common: Any, members: list[str]) -> Batch | None:
         return None
     if not isinstance(common, int | float) or not 0 < common <= 1:
         raise DependenceError(
-            "common is true (all parts alike), or the share of the variance that the "
-            "parts of one batch have in common, above 0 and at most 1"
+            "common: true is expected (all parts are equal), or the common share of "
+            "the variance of a batch, above 0 and at most 1"
         )
     if len(members) < 2:
-        raise DependenceError(f"common is for several parts; {name} is a single one")
+        raise DependenceError(f"common needs several parts; {name} is one part")
     return Batch(name, float(common))
 
 
@@ -154,8 +154,8 @@ def _add_pairs(
 ) -> None:
     if not -1 < rank < 1:
         raise DependenceError(
-            f"a rank correlation lies between -1 and 1, both excluded, not at {rank:g}"
-            "; parts that are all alike are given by common = true"
+            f"rank correlation {rank:g}: a number between -1 and 1 is expected, both "
+            "excluded; for equal parts give common = true"
         )
     of_one_name = firsts == seconds and len(firsts) > 1
     found = combinations(firsts, 2) if of_one_name else product(firsts, seconds)
@@ -174,5 +174,5 @@ def _check_deviates(
         raise DependenceError(f"{name} does not deviate; add it to [deviations]")
     if name in batches:
         raise DependenceError(
-            f"{name} is of a batch already; give common or a correlation, not both"
+            f"{name} belongs to a batch; give common or a correlation, not both"
         )

@@ -1,4 +1,4 @@
-"""One line of [deviations], read."""
+"""One entry of [deviations], read."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from tolstat.units.grammar import MOST, quantity, tolerance, unit_of
 from tolstat.units.scale import scale_of
 
 DEFAULT = "normal"
-# the least and the largest unit sample that is ever drawn, and the middle
+# the least and the largest possible unit sample, and the middle
 OUTERMOST = np.array([2.0**-53, 0.5, 1 - 2.0**-53])
 OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module")
 
 
 def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distribution:
-    """Read the distribution of one contributor's deviation.
+    """Return the distribution of one contributor's deviation.
 
-    Of `tolerance` ("+-1.2 mm", "IT7" with or without `size`), or `iso1328` and
+    From `tolerance` ("+-1.2 mm", "IT7" with or without `size`), or `iso1328` and
     `module`; `distribution`, and the keys of that distribution. SI.
     """
     keys = dict(given)
@@ -61,8 +61,8 @@ def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distri
     if not _computable(found):
         words = ", ".join(f"{k} {v}" for k, v in given.items() if k != "distribution")
         raise DistributionError(
-            f"the {name} distribution with {words} has deviations too large to "
-            "be computed with, or none: it is too lopsided"
+            f"the {name} distribution with {words} cannot be computed: it is too wide "
+            "or too skewed"
         )
     return found
 
@@ -100,7 +100,7 @@ def _value(key: str, value: Any, declared: Any, unit: str) -> Any:
 
 
 def _zone(keys: dict[str, Any], contributor: Contributor) -> Tolerance | None:
-    """Take the tolerance out of the keys: limits, a grade or a class of gears."""
+    """Return the tolerance and remove its keys: limits, a grade or a class of gears."""
     text, size = keys.pop("tolerance", None), keys.pop("size", None)
     flank_class, module = keys.pop("iso1328", None), keys.pop("module", None)
     if flank_class is not None or module is not None:

@@ -47,7 +47,7 @@ def editor_schema(models: Iterable[Model]) -> Schema:
 
 
 def _of(model: Model) -> Schema:
-    """Return what is special to the studies of a model."""
+    """Return the part of the schema that depends on a model."""
     contributors, responses = described(model, model_settings.make(model))
     declared = model_settings.settings_of(model)
     settings = {

@@ -1,4 +1,4 @@
-"""What a study may hold and name: files beside it, of a bounded size and depth."""
+"""Bounds of a study: the size and depth of its text, and the files that it may name."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LONGEST, LONGEST_KEY = 10_000, 200  # characters
 TOO_DEEP = f"more than {DEEPEST} tables or lists inside each other"
 MEGABYTE = 1_000_000
 MOST_MEGABYTES = 1  # of a study
-TOO_LONG = "a number of thousands of digits; no key of a study takes one"
+TOO_LONG = "a number has thousands of digits; no key allows that"
 NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a.b.c ...
 
@@ -30,7 +30,7 @@ DEEP_KEY = re.compile(rf"(?<![\w.-])(?:{NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}")  # a
 def check_bounds(
     table: Mapping[Any, Any], problems: Problems, place: tuple[Any, ...] = ()
 ) -> None:
-    """Refuse what no key of a study can hold; `place` is where the table stands."""
+    """Refuse values that no key of a study can hold; `place`: the keys of the table."""
     for key, value in table.items():
         path = (*place, key)
         if wrong := _unusable(value, path):
@@ -43,11 +43,11 @@ def check_bounds(
 
 
 def _unusable(value: Any, path: tuple[Any, ...]) -> str:
-    """Say why a study cannot hold a value there; empty where it can."""
+    """Return why a study cannot hold a value there; empty if it can."""
     if len(path) > DEEPEST:
         return TOO_DEEP
     if not isinstance(path[-1], str):
-        return "a name is expected, a text"
+        return "a text is expected as the name"
     if wrong := _unusable_text(path[-1], "key", LONGEST_KEY):
         return wrong
     if isinstance(value, str):
@@ -61,27 +61,27 @@ def _unusable(value: Any, path: tuple[Any, ...]) -> str:
 
 def _unusable_text(text: str, what: str, longest: int) -> str:
     if len(text) > longest:
-        return f"a {what} of {len(text)} characters; up to {longest} are read"
+        return f"a {what} has {len(text)} characters; at most {longest} are allowed"
     if "\0" in text:
-        return f"a {what} holds the character NUL; leave it"
+        return f"a {what} contains the character NUL; remove it"
     try:
         text.encode()
     except UnicodeEncodeError:
-        return f"a {what} holds half a character; leave it"
+        return f"a {what} contains half a character; remove it"
     return ""
 
 
 def _key(path: tuple[Any, ...]) -> str:
-    """Name a place in a study: "trials", "[deviations] rod_length, cp"."""
+    """Return a place in a study: "trials", "[deviations] rod_length, cp"."""
     section, *rest = map(str, path)
     return f"[{section}] {', '.join(rest)}" if rest else section
 
 
 def beside(folder: Path | None, name: str) -> Path:
-    """Return the file that a study names; it lies in the study's folder, or below.
+    """Return the path of a file that a study names.
 
-    One that lies elsewhere, links resolved, is refused. Who writes Python, without a
-    folder, reads anything.
+    It must lie in the study's folder or below, links resolved. Without a folder, as for
+    a study given in Python, any file is allowed.
     """
     path = Path(name) if folder is None else folder / name
     try:
@@ -91,35 +91,35 @@ def beside(folder: Path | None, name: str) -> Path:
         raise DataError(f"{path} cannot be read: {error}") from None
     if folder and not inside:
         raise DataError(
-            f"{path} lies outside the folder of the study, and a study reads nothing "
-            f"there; put the file into {folder.resolve()}"
+            f"{path} lies outside the folder of the study; put the file into "
+            f"{folder.resolve()}"
         )
     if other:
-        raise DataError(f"{path} is no file, but a folder or a device")
+        raise DataError(f"{path} is a folder or a device; a file is expected")
     return path
 
 
 def content(path: Path, megabytes: int) -> bytes:
-    """Return the content of a file; refuse a larger one, read no further."""
+    """Return the content of a file; refuse a larger one."""
     most = megabytes * MEGABYTE
     try:
         with path.open("rb") as file:
             found = file.read(most + 1)
     except FileNotFoundError:
         near = [each.name for each in sorted(path.parent.glob(f"*{path.suffix}"))]
-        hint = f"in this folder: {', '.join(near)}" if near else "nor any like it"
+        hint = f"in this folder: {', '.join(near)}" if near else "this folder has none"
         if close := get_close_matches(path.name, near, n=1):
             hint = f"did you mean '{close[0]}'?"
-        raise DataError(f"{path}: there is no such file; {hint}") from None
+        raise DataError(f"{path}: no such file; {hint}") from None
     except OSError as error:
         raise DataError(f"{path} cannot be read: {error}") from None
     if len(found) > most:
-        raise DataError(f"{path} is larger than {megabytes} MB, and no more is read")
+        raise DataError(f"{path} is larger than {megabytes} MB, the most allowed")
     return found
 
 
 def as_text(path: Path, found: bytes, encoding: str) -> str:
-    """Decode the content of a text file; every line ends as Python's do."""
+    """Return the text of a file; every line ends as in Python."""
     try:
         return io.TextIOWrapper(io.BytesIO(found), encoding).read()
     except UnicodeDecodeError as error:
@@ -127,13 +127,13 @@ def as_text(path: Path, found: bytes, encoding: str) -> str:
 
 
 def read_toml(source: Path | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return the text of a study, and what it holds; Python's is written as TOML."""
+    """Return the text of a study and its keys; a study from Python becomes TOML."""
     if not isinstance(source, Path):
         try:
             text = tomli_w.dumps(source)
         except (TypeError, ValueError, RecursionError) as error:
             why = TOO_DEEP if isinstance(error, RecursionError) else error
-            raise StudyError(f"the study holds what no study file can: {why}") from None
+            raise StudyError(f"the study has a value that is not TOML: {why}") from None
         return text, _table(text, "the study")
     if source.suffix == ".h5":
         raise StudyError(f"{source} is a stored run; a study is a .toml file")
@@ -145,7 +145,7 @@ def read_toml(source: Path | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
 
 
 def _table(text: str, source: str) -> dict[str, Any]:
-    """Return what a TOML file holds."""
+    """Return the keys of a TOML file."""
     lines, deep = text.split("\n"), DEEP_KEY.search(text)
     try:
         if deep:  # which tomllib would take minutes to read

@@ -1,4 +1,4 @@
-"""Machines that are given and not drawn, a grid or a table; points shown beside."""
+"""Trials of a grid or a table, given and not sampled; reference points."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from tolstat.study.problems import Problems
 from tolstat.units.grammar import quantity, unit_of
 
 MOST_CASES = 10_000  # of a grid: other settings
-DEVIATIONS = "deviations"  # in [grid]: the table of what is meant as a deviation
+DEVIATIONS = "deviations"  # in [grid]: the table of names that are deviations
 TAKEN = "settings."  # before the column of a setting that bears a contributor's name
 
 
 class Swept(NamedTuple):
-    """What one axis of a grid changes."""
+    """One axis of a grid: a setting or contributors, and their values."""
 
     name: str  # as the study has it
-    # the contributors that take its values, all alike; empty for a setting
+    # the contributors that take its values together; empty for a setting
     members: tuple[str, ...]
-    values: list[Any]  # SI; for a setting as its dataclass wants it
+    values: list[Any]  # SI; for a setting as its dataclass holds it
     # a setting's values as written, where they are no plain numbers
     words: list[str] | None
     unit: str  # SI unit, "1" where there is none
@@ -64,7 +64,7 @@ def cases_among(cases: Sequence[Case], chosen: NDArray[np.int64]) -> list[Case]:
 
 @dataclass(frozen=True)
 class Points:
-    """Machines as given."""
+    """Trials as given."""
 
     deviations: Array  # float64[trial, contributor], SI
     cases: tuple[Case, ...]  # their settings, in the order of the trials
@@ -73,7 +73,7 @@ class Points:
     swept: tuple[Swept, ...] = ()
     # by swept setting, a value for each trial: SI, or a word
     settings: Mapping[str, NDArray[Any]] | None = None
-    note: str = ""  # what they are, for the summary of the run
+    note: str = ""  # for the summary of the run
 
 
 def read_grid(
@@ -83,10 +83,10 @@ def read_grid(
     description: Description,
     problems: Problems,
 ) -> Points | None:
-    """Read the section [grid].
+    """Return the points of the section [grid]; None if something is wrong.
 
-    None if something is wrong. By contributor or setting: a list, or a table with from,
-    to and points. A swept setting takes the place of that of the study.
+    Each contributor or setting has a list, or a table with from, to and points. A swept
+    setting replaces that of the study.
     """
     axes: list[Swept] = []
     before = len(problems.found)
@@ -98,7 +98,7 @@ def read_grid(
                 raise ModelError(f"{double[0]} is given twice")
             swept = axes[-1].name
             if not axes[-1].members and setting_name(swept) in document.settings:
-                problems.add(f"[grid] {swept}", None, "stands in [settings] already")
+                problems.add(f"[grid] {swept}", None, "is also in [settings]")
     if len(problems.found) > before:
         return None
     # settings outermost: trials of the same settings are integrated together
@@ -115,9 +115,9 @@ def _product(
     trials = math.prod(len(axis.values) for axis in axes)
     number = math.prod(len(axis.values) for axis in chosen)
     if number > MOST_CASES:
-        raise ModelError(f"{number} combinations of settings exceed {MOST_CASES}")
+        raise ModelError(f"{number} combinations of settings; at most {MOST_CASES}")
     if trials > schema.MOST_TRIALS:
-        raise ModelError(f"{trials} points are more than {schema.MOST_TRIALS}")
+        raise ModelError(f"{trials} points; at most {schema.MOST_TRIALS}")
     if wrong := too_large(trials, description):
         raise ModelError(wrong)
     names = [contributor.name for contributor in description.contributors]
@@ -138,7 +138,7 @@ def _product(
         if _columns(described(model, case.settings)) != _columns(description):
             raise ModelError(
                 f"{', '.join(changes)}: these settings change which contributors or "
-                "responses the model has; make a study of each"
+                "responses the model has; write a study for each"
             )
         cases.append(case)
     shown = {m: axis.shown for axis in axes for m in axis.members or (axis.name,)}
@@ -146,7 +146,7 @@ def _product(
 
 
 def _columns(description: Description) -> list[tuple[str, str]]:
-    """Return names and units: sizes and sentences may follow the settings."""
+    """Return names and units: sizes and sentences may depend on settings."""
     return [(each.name, each.unit) for some in description for each in some]
 
 
@@ -168,7 +168,7 @@ def _axes(given: Mapping[str, Any]) -> Iterator[tuple[str, Any, bool]]:
 def _axis(
     name: str, given: Any, deviation: bool, model: Model, description: Description
 ) -> Swept:
-    """Read the values of one setting or contributor; a setting goes first."""
+    """Return the axis of a setting or contributor; a setting has precedence."""
     units = {each.name: each.unit for each in description.contributors}
     known = settings_of(model)
     if name in known and not deviation:
@@ -194,7 +194,7 @@ def _setting_axis(name: str, given: Any, model: Model, *, taken: bool) -> Swept:
     if isinstance(given, dict):
         if not isinstance(kind, Number):
             raise ModelError(
-                f"a list of values is expected; it is no number: {schema.AXIS}"
+                f"this setting is no number; give a list of values, see {schema.AXIS}"
             )
         values = [kind.checked(value) for value in _steps(given, unit)]
         return Swept(column, (), values, None, unit, _written(given))
@@ -228,10 +228,10 @@ def _steps(given: dict[str, Any], unit: str) -> list[float]:
 def read_table(
     folder: Path | None, name: str, settings: Any, description: Description
 ) -> Points:
-    """Read the deviations of machines from a CSV file.
+    """Return the trials of a CSV file.
 
-    Heads are contributors with their unit, `rod_length_1 [mm]`; a row is a machine, and
-    a trial.
+    Heads are contributors with their unit, `rod_length_1 [mm]`; a row is a trial, with
+    its deviations.
     """
     table = read_csv(folder, name)
     path = table.path
@@ -249,7 +249,7 @@ def read_table(
                 raise DataError(f"{path}: {member} is given twice")
             shown[member] = written
             deviations[:, names.index(member)] = column
-    note = f"{len(deviations)} machines of {path.name} (SHA-256 {table.digest[:12]})"
+    note = f"{len(deviations)} trials of {path.name} (SHA-256 {table.digest[:12]})"
     return Points(deviations, (Case(0, len(deviations), settings),), shown, note=note)
 
 
@@ -259,17 +259,17 @@ def read_reference(
     description: Description,
     folder: Path | None,
 ) -> tuple[str, dict[str, Array]]:
-    """Read the section [reference]: its label, and the columns of its points, SI.
+    """Return the label of the section [reference], and the columns of its points, SI.
 
-    The first column is swept, the others are responses, or swept too where the grid has
-    several axes, each with its unit in the head.
+    The first column is swept. The others are responses, or swept too if the grid has
+    several axes. Each head has its unit.
     """
     entry = schema.read_entry(schema.ReferenceEntry, given, "there is")
     table = read_csv(folder, entry.data)
     units = {axis.name: axis.unit for axis in swept if axis.words is None}
     if (first := next(iter(table.units))) not in units:
         raise DataError(
-            f"{table.path}: the first column, '{first}', is to be swept by [grid]; "
+            f"{table.path}: the first column, '{first}', must be swept by [grid]; "
             f"{allowed_names(first, units)}"
         )
     units |= {each.name: each.unit for each in description.responses}

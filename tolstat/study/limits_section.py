@@ -19,7 +19,7 @@ def read_limits(
     responses: Iterable[Response],
     problems: Problems,
 ) -> dict[str, Limit]:
-    """Read the limits of responses, SI; a name without number is each of them."""
+    """Return the limits of responses, SI; a name without number means each of them."""
     units = {each.name: each.unit for each in responses}
     found: dict[str, Limit] = {}
     for name, value in given.items():
@@ -32,12 +32,11 @@ def read_limits(
 
 
 def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
-    """Read the limit of a response.
+    """Return the limit of a response, SI.
 
-    "<= 3 %", or with what is demanded, { limit = "<= 3 %", yield = "99 %" }: a yield,
-    the greatest share beyond per million (`ppm = 100`), or the Ppk of a normal response
-    with as many beyond each end (`ppk = 1.33`); a yield of 99.73 % where none is given.
-    SI.
+    "<= 3 %", or with a demand, { limit = "<= 3 %", yield = "99 %" }. The demand is a
+    yield (99.73 % by default), the largest fraction nonconforming (`ppm = 100`), or the
+    equivalent Ppk (`ppk = 1.33`).
     """
     keys = {"limit": given} if isinstance(given, str) else given
     entry = read_entry(LimitEntry, keys, "a limit has")
@@ -47,11 +46,11 @@ def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
 
 
 def _demanded(entry: LimitEntry, ends: int) -> float:
-    """Read which share of the machines is to be within."""
+    """Return the demanded yield."""
     said = {"yield": entry.demanded, "ppk": entry.ppk, "ppm": entry.ppm}
     given = [key for key, value in said.items() if value is not None]
     if len(given) > 1:
-        raise UnitError(f"{' and '.join(given)} say the same twice; give one of them")
+        raise UnitError(f"{' and '.join(given)} set the same demand; give one of them")
     demanded, expected = DEMANDED, ""
     if entry.demanded is not None:
         demanded, expected = quantity(entry.demanded, "1"), "0 and 100 %"
@@ -63,5 +62,5 @@ def _demanded(entry: LimitEntry, ends: int) -> float:
     if not (0 < demanded < 1 and 1 - demanded < 1):
         value = said[given[0]]
         shown = value if isinstance(value, str) else f"{value:g}"
-        raise UnitError(f"{given[0]} = {shown}: between {expected} is expected")
+        raise UnitError(f"{given[0]} = {shown}: a value between {expected} is expected")
     return demanded

@@ -1,4 +1,4 @@
-"""The section [links] of a study: what each link is, and how it deviates."""
+"""The section [links] of a study: links with their sizes and deviations."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from tolstat.study.study_schema import Document
 from tolstat.units.grammar import Measure
 from tolstat.units.scale import scale_of
 
-SETTING = "links"  # of a machine: a table by name, one of whose columns is `nominal`
+SETTING = "links"  # of a model: a table by name with the column `nominal`
 NOMINAL = "nominal"
 
 
 def settings_with_links(table: Mapping[str, Any], model: Model) -> dict[str, Any]:
-    """Return the settings of a study, what its links are among them."""
+    """Return the settings of a study, including its links."""
     given = dict(table.get("settings", {}))
     if links := table.get("links"):
         columns = _columns(model)
@@ -33,15 +33,15 @@ def settings_with_links(table: Mapping[str, Any], model: Model) -> dict[str, Any
 
 
 def read_links(document: Document, model: Model, problems: Problems) -> Document:
-    """Read a link as what it is: a setting, and a deviation beside it."""
+    """Return a study with each link as a setting and a deviation."""
     if not document.links:
         return document
     columns = _columns(model)
     with problems.noting("[links]", None):
         if NOMINAL not in columns:
-            raise ModelError(f"model '{model.name}' has no links; [deviations] has")
+            raise ModelError(f"model '{model.name}' has no links; use [deviations]")
         if SETTING in document.settings:
-            raise ModelError("[settings] links says the same; give them once")
+            raise ModelError("[settings] links exists too; give links once")
     deviations: dict[str, Any] = {}
     for name, link in document.links.items():
         with problems.noting(f"[links] {name}", link):
@@ -50,7 +50,7 @@ def read_links(document: Document, model: Model, problems: Problems) -> Document
                 raise ModelError(f"the key {NOMINAL} is missing, {example}")
             if name in document.deviations:
                 raise ModelError(
-                    "it stands in [deviations] as well; give its tolerance here, as "
+                    "also given in [deviations]; give its tolerance here only, as "
                     "{ nominal = ..., tolerance = ... }"
                 )
             if deviates := _deviation(_keys(link), columns):
@@ -69,7 +69,7 @@ def check_sizes(
     units: Mapping[str, str],
     problems: Problems,
 ) -> None:
-    """Refuse tolerances that are sizes: they hold the nominal, and not nothing."""
+    """Refuse tolerances given as sizes: they contain the nominal, but not zero."""
     for name, link in links.items():
         zone = getattr(distributions.get(name), "tolerance", None)
         if zone is None:
@@ -80,21 +80,21 @@ def check_sizes(
             scale = scale_of(units[name], written_unit(link))
             ends = ((end - nominal) * scale.factor for end in zone)
             written = "..".join(f"{end:.6g}" for end in ends)
-            message = "a tolerance is what a link may be off its nominal, such as "
+            message = "a tolerance is relative to the nominal size, such as "
             problems.add(f"[links] {name}", link, f'{message}"{written} {scale.mark}"')
 
 
 def with_deviation(
-    link: Any, line: str | Mapping[str, Any], model: Model
+    link: Any, entry: str | Mapping[str, Any], model: Model
 ) -> dict[str, Any]:
     """Return a link as it is, with another deviation."""
     columns = _columns(model)
     own = {key: value for key, value in _keys(link).items() if key in columns}
-    return own | ({"tolerance": line} if isinstance(line, str) else dict(line))
+    return own | ({"tolerance": entry} if isinstance(entry, str) else dict(entry))
 
 
 def _columns(model: Model) -> tuple[str, ...]:
-    """Return what a link has besides its deviation; nothing where there are none."""
+    """Return the keys of a link besides its deviation; empty without links."""
     declared = settings_of(model).get(SETTING)
     if declared is None or not isinstance(declared.kind, Rows):
         return ()
@@ -107,8 +107,8 @@ def _keys(link: Any) -> Mapping[str, Any]:
 
 
 def _deviation(link: Mapping[str, Any], columns: tuple[str, ...]) -> dict[str, Any]:
-    """Return what a link says of its deviation; empty for one that has none."""
+    """Return the keys of a link's deviation; empty if it has none."""
     found = {key: value for key, value in link.items() if key not in columns}
-    if "data" in found:  # measured sizes are taken off their nominal
+    if "data" in found:  # the nominal is subtracted from measured sizes
         found[NOMINAL] = link[NOMINAL]
     return found

@@ -20,14 +20,14 @@ from tolstat.units.grammar import quantity
 from tolstat.units.scale import Scale, scale_of
 
 PART_OF_SIZE = 0.5  # of its nominal size: half of the parts cannot deviate so much
-FAR = 10  # times their spread off zero: measured values may well be sizes
+FAR = 10  # times their spread away from zero: the values may be sizes
 
 
 class Parts(NamedTuple):
     """Measured parts."""
 
     distribution: Distribution  # of their deviations, SI
-    note: str  # what they are, for the summary of the run
+    note: str  # for the summary of the run
     written: str  # unit in which they are given
     # mean and sigma of the fitted distribution, in that unit; empty without one
     fitted: str = ""
@@ -36,7 +36,7 @@ class Parts(NamedTuple):
 def read_parts(
     keys: dict[str, Any], contributor: Contributor, folder: Path | None
 ) -> Parts:
-    """Read measured parts from a CSV file.
+    """Return measured parts from a CSV file.
 
     From `data` (the file), `column`; `unit`, if the head has none; `nominal` (a
     quantity to subtract, where the column holds sizes and not deviations); `fit`
@@ -61,7 +61,7 @@ def read_parts(
     hint = "" if nominal else _hint_at_sizes(parts, contributor, written)
     what = f"{len(parts)} parts of {entry.data} (SHA-256 {table.digest[:12]})"
     if entry.fit is None:
-        note = f"{what}, each as likely as any other"
+        note = f"{what}, all equally likely"
         return Parts(Measured(parts), note + hint, written)
     fitted: Fitted = fit(parts, entry.fit)
     warning = ": doubtful" if fitted.p_value < DOUBTFUL else ""
@@ -76,7 +76,7 @@ def read_parts(
 
 
 def _fitted_in_words(fitted: Fitted, scale: Scale) -> str:
-    """Say mean and sigma of the deviations, not of their logarithms alone."""
+    """Return mean and sigma of the deviations, not only of their logarithms."""
     if fitted.kind == "normal":
         return f"mean {scale.words(fitted.mean)}, sigma {scale.words(fitted.sigma)}"
     variance = fitted.sigma**2
@@ -92,23 +92,22 @@ def _fitted_in_words(fitted: Fitted, scale: Scale) -> str:
 def _refuse_sizes(
     parts: Array, entry: PartsEntry, contributor: Contributor, written: str
 ) -> None:
-    """Refuse parts of which every other one is off by half of this nominal size."""
+    """Refuse values if half of them deviate by half the nominal size or more."""
     size = contributor.size
     if not size or np.median(np.abs(parts)) < PART_OF_SIZE * size:
         return
     scale = scale_of(contributor.unit, written)
     less = f" less nominal = '{entry.nominal}'" if entry.nominal else ""
     raise DistributionError(
-        f"column {entry.column}{less} goes {_from_to(parts, scale)}, and "
+        f"column {entry.column}{less} goes {_from_to(parts, scale)}, but "
         f"{contributor.name} is nominally {scale.factor * size:g} {scale.mark}: "
-        "deviations of half of that and more, for every other part, are none; where "
-        "the column holds sizes give the nominal one, "
-        f'nominal = "{scale.factor * size:g} {scale.mark}", and it is taken off'
+        "these are too large for deviations; if they are sizes, give the nominal to "
+        f'subtract, nominal = "{scale.factor * size:g} {scale.mark}"'
     )
 
 
 def _hint_at_sizes(parts: Array, contributor: Contributor, written: str) -> str:
-    """Say that parts without a known nominal size look like sizes."""
+    """Return a hint if parts without a known nominal size look like sizes."""
     off = np.abs(parts).min()
     one_sided = parts[0] * parts[-1] > 0
     if contributor.size or not one_sided or off < FAR * np.ptp(parts):
@@ -121,6 +120,6 @@ def _hint_at_sizes(parts: Array, contributor: Contributor, written: str) -> str:
 
 
 def _from_to(parts: Array, scale: Scale) -> str:
-    """Say where parts lie; six figures tell sizes apart."""
+    """Return the range of parts in words; six figures separate sizes."""
     least, largest = scale.factor * parts[0], scale.factor * parts[-1]
     return f"from {least:.6g} to {largest:.6g} {scale.mark}".rstrip()

@@ -1,4 +1,4 @@
-"""How much memory and time the trials of a study take, and whether that can be."""
+"""Memory and time of the trials of a study, and whether the memory suffices."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 from tolstat.model.description import Description
 
 NUMBER = 8  # bytes
-RATE = 1000  # trials per second that times are said for
-LARGE = 0.25  # share of the memory from which on it is said beforehand
+RATE = 1000  # trials per second, assumed for times
+LARGE = 0.25  # share of the memory above which there is a warning
 LIMITS = (  # of the group of processes that this one belongs to
     "/sys/fs/cgroup/memory.max",
     "/sys/fs/cgroup/memory/memory.limit_in_bytes",
@@ -19,20 +19,20 @@ TIMES = (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0), ("minutes", 6
 
 
 def too_large(trials: int, description: Description) -> str:
-    """Say why a computer cannot hold so many trials; empty where it can."""
+    """Return why the memory cannot hold so many trials; empty if it can."""
     needed, there = trials * _row(description), memory()
     if needed <= there:
         return ""
     most = there // _row(description)
     most -= most % 10 ** max(0, len(f"{most:.0f}") - 2)  # two figures, rounded down
     return (
-        f"{_takes(trials, needed)}, and this process may have {_gigabytes(there)}; at "
-        f"most about {most:.0f} fit"
+        f"{_takes(trials, needed)}, and this process may have {_gigabytes(there)}; "
+        f"give at most about {most:.0f}"
     )
 
 
 def large(trials: int, description: Description) -> str:
-    """Say what many trials take, if that is worth knowing beforehand; else nothing."""
+    """Return a warning if trials take much memory; else an empty text."""
     needed = trials * _row(description)
     if needed <= LARGE * memory():
         return ""
@@ -57,7 +57,7 @@ def memory() -> float:
 
 
 def _row(description: Description) -> int:
-    """Estimate what a trial takes: what is drawn, deviations, answers; bytes."""
+    """Return the bytes of a trial: unit samples, deviations, responses."""
     contributors, responses = description
     return NUMBER * (2 * len(contributors) + len(responses) + 4)
 

@@ -1,4 +1,4 @@
-"""Everything that is wrong with a study, collected, then said at once."""
+"""All problems of a study, collected and reported at once."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tolstat.errors import Advice, StudyError, TolstatError
 from tolstat.model.setting_kinds import as_typed
 
 Found = TypeVar("Found")
-LONGEST = 300  # characters of what a message repeats
+LONGEST = 300  # characters that a message quotes
 LONGEST_MESSAGE = 2000
 MOST_SAID = 50  # problems of one study
 
@@ -27,11 +27,11 @@ class Problems:
     def add(self, key: str, value: Any, message: str) -> None:
         """Note one problem.
 
-        The key says where: "trials", "[limits] extra_loss"; the message what is wrong,
-        what is allowed, what to do. Beyond a number that
-        can be read they are raised at once.
+        The key says where: "trials", "[limits] extra_loss". The message says what is
+        wrong, what is allowed and what to do. More than MOST_SAID problems are raised
+        immediately.
         """
-        if value is None and key in self._places:  # what was wrong is missing now
+        if value is None and key in self._places:  # wrong, not missing
             return
         self._places.add(key)
         shown = "" if value is None else f" = {shortened(toml_of(value))}"
@@ -42,17 +42,17 @@ class Problems:
 
     @contextmanager
     def noting(self, key: str, value: Any) -> Iterator[None]:
-        """Note what is refused inside, and continue behind it."""
+        """Note an error that is raised inside, and continue after it."""
         try:
             yield
         except TolstatError as error:
             self.advice += error.advice
             self.add(key, value, str(error))
 
-    def required(self, key: str, value: Any, asked: Callable[[], Found]) -> Found:
-        """Return what is asked for; where that is refused, nothing can go on."""
+    def required(self, key: str, value: Any, read: Callable[[], Found]) -> Found:
+        """Return the result of `read`; if it is refused, raise all problems."""
         with self.noting(key, value):
-            return asked()
+            return read()
         raise self.refusal
 
     def raise_if_any(self) -> None:
@@ -62,7 +62,7 @@ class Problems:
 
     @property
     def refusal(self) -> StudyError:
-        """The error that says what was noted, with one line for each problem."""
+        """The error with one line for each problem."""
         said = self.found[:MOST_SAID]
         said += ["there are more"] * (len(self.found) > MOST_SAID)
         lines = "\n".join(f"  {problem}" for problem in said)
@@ -70,10 +70,10 @@ class Problems:
 
 
 def shortened(text: str, longest: int = LONGEST) -> str:
-    """Return what a message can repeat of a text."""
+    """Return a text, cut to the length that a message quotes."""
     return text if len(text) <= longest else f"{text[:longest]}..."
 
 
 def toml_of(value: Any) -> str:
-    """Write a value as it stands behind a key, in one line."""
+    """Return a value as TOML, in one line."""
     return as_typed(value, quoted=True)

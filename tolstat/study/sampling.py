@@ -1,4 +1,4 @@
-"""How the trials of a study are chosen: what goes with which sampling."""
+"""Sampling of a study: how its trials are chosen, and the keys for each sampling."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from tolstat.study.given_points import Points
 from tolstat.study.problems import Problems
 from tolstat.study.study_schema import MISSING, Document, RareEntry, read_entry
 
-GIVEN = ("grid", "table")  # samplings that draw nothing
+GIVEN = ("grid", "table")  # samplings whose trials are given
 EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
 
 
 def read_sampling(given: str | dict[str, Any], problems: Problems) -> tuple[str, str]:
-    """Return a sampling, and the response whose limit it is to seek; empty for none."""
+    """Return a sampling, and the response whose limit it aims at; empty for none."""
     if isinstance(given, str):
         return given, ""
     with problems.noting("sampling", given):
@@ -35,22 +35,22 @@ def aim_of(sampling: str, name: str, limited: Collection[str], known: list[str])
     """
     if sampling not in SAMPLERS or not SAMPLERS[sampling].aims:
         return ""
-    asked = expand(name, known) if name else list(limited)
-    if name and (without := [each for each in asked if each not in limited]):
+    aims = expand(name, known) if name else list(limited)
+    if name and (without := [each for each in aims if each not in limited]):
         raise ModelError(
-            f"{', '.join(without)}: no limit; give it a line in [limits], {EXAMPLE}"
+            f"{', '.join(without)}: no limit; add one to [limits], {EXAMPLE}"
         )
-    if not asked:
+    if not aims:
         raise StudyError(
-            f"it is for a limit; give one in [limits], {EXAMPLE}; responses: "
+            f"it needs a limit; add one to [limits], {EXAMPLE}; responses: "
             f"{', '.join(known)}"
         )
-    if len(asked) > 1:
+    if len(aims) > 1:
         raise StudyError(
-            f"it is for one limit, and there are {len(asked)}: {', '.join(asked)}; "
-            f'name one, such as sampling = {{ {sampling} = "{asked[0]}" }}'
+            f"it needs one limit, and there are {len(aims)}: {', '.join(aims)}; "
+            f'name one, such as sampling = {{ {sampling} = "{aims[0]}" }}'
         )
-    return asked[0]
+    return aims[0]
 
 
 def faults_of(
@@ -59,9 +59,9 @@ def faults_of(
     deviating: Deviations,
     points: Points | None,
 ) -> Iterator[tuple[str, Any, str]]:
-    """Yield keys that are missing for a sampling, or say nothing to it.
+    """Yield keys that are missing for a sampling, or have no meaning for it.
 
-    Each with its value, None for a missing one, and what is wrong.
+    Each with its value, None for a missing one, and the problem.
     """
     known = [*SAMPLERS, *GIVEN]
     if sampling not in known:
@@ -72,7 +72,7 @@ def faults_of(
         if getattr(document, key.strip("[]")) and sampling != of:
             yield key, None, f'it needs sampling = "{of}"'
     if sampling == "grid" and not document.grid:
-        yield "[grid]", None, "missing; name what is swept, and its values"
+        yield "[grid]", None, "missing; give contributors or settings, and their values"
     if sampling == "table" and not document.table:
         yield "table", None, 'missing; such as table = "machines.csv"'
     if sampling in GIVEN:
@@ -91,8 +91,8 @@ def faults_of(
             "trials",
             document.trials,
             (
-                f'sampling = "{sampling}" is made for a number of trials; {number} or '
-                'sampling = "random" or "sobol", which until needs'
+                f'sampling = "{sampling}" needs a fixed number of trials; {number} or '
+                'sampling = "random" or "sobol" for a stopping rule'
             ),
         )
     if sampler.group(varying) > 1 and document.correlation:
@@ -103,40 +103,40 @@ def faults_of(
 def _faults_of_given(
     document: Document, sampling: str, deviating: Deviations, points: Points | None
 ) -> Iterator[tuple[str, Any, str]]:
-    """Yield what is said of draws where nothing is drawn."""
-    none = f'sampling = "{sampling}" draws nothing'
+    """Yield keys that trials of a grid or a table cannot have."""
+    none = f'sampling = "{sampling}" samples nothing'
     for key in ("trials", "seed"):
         if (value := getattr(document, key)) is not None:
-            yield key, value, f"{none}; leave it"
+            yield key, value, f"{none}; leave it out"
     if document.correlation:
         yield "[correlation]", None, none
     taken = {m for axis in points.swept for m in axis.members} if points else set()
     for name, distribution in deviating.distributions.items():
         if not isinstance(distribution, Constant):
-            only = f'{none}; only distribution = "constant" goes with it'
+            only = f'{none}; only distribution = "constant" is allowed'
             yield f"[deviations] {name}", None, only
         elif name in taken:
-            yield f"[deviations] {name}", None, "stands in [grid] already"
+            yield f"[deviations] {name}", None, "is also in [grid]; give it once"
 
 
 def varying_in(deviating: Deviations) -> int:
-    """Count what varies independently."""
+    """Return the number of independent factors."""
     return len(factors(deviating.distributions, deviating.dependence))
 
 
 def warnings_of(sampling: str, trials: int, varying: int) -> tuple[str, ...]:
-    """Say before a study is run what it will not tell."""
+    """Return the warnings about a study before it is run."""
     if varying == 0 and trials > 1:
         return (
-            f"nothing deviates: all {trials} trials are one and the same machine, "
-            "nothing spreads and no interval means anything; give [deviations]",
+            f"nothing deviates: all {trials} trials are equal, and their intervals "
+            "have no meaning; give [deviations]",
         )
     sampler = SAMPLERS[sampling]
     group = sampler.group(varying)
     if group > 1 and trials < LEAST * group:
         return (
             f"there will be no Sobol' indices: they need {LEAST} groups of {group} "
-            f"trials, trials = {LEAST * group} or more, and {trials} are "
-            f"{trials // group} groups",
+            f"trials; give trials = {LEAST * group} or more ({trials} are "
+            f"{trials // group} groups)",
         )
     return sampler.warnings(trials, varying)

@@ -1,4 +1,4 @@
-"""The key `trials`, when it says how precise a run is to be."""
+"""The key `trials` as a stopping rule."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ KINDS = ("mean", "sigma", "median", "beyond")
 
 
 class Until(NamedTuple):
-    """When a run has trials enough."""
+    """A stopping rule: the precision at which a run ends."""
 
-    precisions: tuple[Precision, ...]  # all of them are to be reached
-    at_most: int  # trials after which it ends whatever was reached
+    precisions: tuple[Precision, ...]  # all of them must be reached
+    at_most: int  # trials after which it ends in any case
     rules: tuple[str, ...]  # as they are written
-    shown: dict[str, str]  # the unit in which a rule gives its precision, by response
+    shown: dict[str, str]  # the unit of a rule's precision, by response
 
 
 def read_until(
     given: Mapping[str, Any], description: Description, limited: Mapping[str, Any]
 ) -> Until:
-    """Read a stopping rule: `until`, one or a list of them, and `at_most`.
+    """Return a stopping rule: `until`, one or a list of them, and `at_most`.
 
     `limited` are the responses with a limit.
     """
@@ -44,7 +44,7 @@ def read_until(
 def _precision(
     rule: str, units: Mapping[str, str], limited: Mapping[str, Any]
 ) -> tuple[Precision, str]:
-    """Read one rule, and the unit in which it gives its precision."""
+    """Return one rule, and the unit of its precision."""
     words = rule.replace("±", "+-").split(maxsplit=2)
     if len(words) != 3 or not words[2].startswith("+-"):
         raise StudyError(
@@ -68,13 +68,13 @@ def _precision(
 
 
 def _within(words: str, kind: str, unit: str) -> tuple[float, bool]:
-    """Read a precision: a per cent is one of the number itself, whatever its unit."""
+    """Return a precision; a per cent is relative to the number, in any unit."""
     share = kind == "beyond"
     if words.endswith("pp") and (share or unit == "1"):
         return bare_number(words.removesuffix("pp").strip()) / 100, False
     if share and words.endswith("%"):
         raise UnitError(
-            f'"+-{words}" of a share could mean two things; write "+-0.1 pp" for '
+            f'"+-{words}" of a share is ambiguous; write "+-0.1 pp" for '
             'percentage points or "+-20 % of itself"'
         )
     words = words.removesuffix("of itself").strip()

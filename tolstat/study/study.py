@@ -1,4 +1,4 @@
-"""A study: what is asked, checked and in SI."""
+"""A study, checked and in SI."""
 
 from __future__ import annotations
 
@@ -55,17 +55,17 @@ class Study:
     path: Path | None  # its file; None if it was given in Python
     text: str  # the file as it was written, or would be
     document: Document  # its keys; links are among settings and deviations
-    model: Model  # the machine
+    model: Model
     settings: Any  # instance of `model.settings`, SI
     # contributors and responses of the model at these settings
     description: Description
-    trials: int  # how many machines are built, at most
-    until: Until | None  # when there are enough of them
-    seed: int | None  # from which random numbers; None where nothing is drawn
+    trials: int  # how many, at most
+    until: Until | None  # a stopping rule; None for a fixed number of trials
+    seed: int | None  # of the random numbers; None where nothing is sampled
     sampling: str  # how the deviations are chosen
-    deviating: Deviations  # what deviates, and what is correlated
-    points: Points | None  # the machines of a grid or a table
-    # known points to be shown beside a grid: their label, and columns
+    deviating: Deviations  # distributions and correlations
+    points: Points | None  # the trials of a grid or a table
+    # known points to show with a grid: their label, and columns
     reference: tuple[str, dict[str, Array]] | None
     limits: dict[str, Limit]  # by response, SI
     # the unit in which each contributor, response or swept setting is written
@@ -75,7 +75,7 @@ class Study:
 
     @property
     def title(self) -> str:
-        """What the study is called, in the user's words."""
+        """The title of the study, or the name of its file or model."""
         name = self.path.stem if self.path else self.model.name
         return self.document.title or name
 
@@ -93,31 +93,31 @@ class Study:
 
     @property
     def sampler(self) -> Sampler | None:
-        """How the unit samples are chosen; None if nothing is drawn."""
+        """How the unit samples are chosen; None if nothing is sampled."""
         return None if self.points else SAMPLERS[self.sampling]
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What it will not tell, though it can be run: known before it is."""
+        """The warnings about it that are known before it is run."""
         much = large(self.trials, self.description)
         return (*self._warnings, much) if much else self._warnings
 
     @property
     def _warnings(self) -> tuple[str, ...]:
-        """Those that are the same on every computer."""
+        """The warnings that are the same on every computer."""
         if self.points:
             return ()
         return warnings_of(self.sampling, self.trials, len(self.factors))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the summary of the run has to say of the machines and deviations."""
+        """The notes for the summary of the run: warnings, trials, deviations."""
         own = (self.points.note,) if self.points and self.points.note else ()
         return (*self._warnings, *own, *self.deviating.notes)
 
     @property
     def factors(self) -> tuple[str, ...]:
-        """What varies independently, in the order in which it is drawn."""
+        """The independent factors, in the order in which they are sampled."""
         deviating = self.deviating
         return tuple(
             streams_of(
@@ -133,19 +133,19 @@ class Study:
         return next(self.stages())[1]
 
     def machines(self, number: int) -> Array:
-        """Return deviations of the first trials, SI; random ones of what is sought."""
+        """Return deviations of the first trials, SI; of a rare study random ones."""
         if self.sampler and not self.sampler.sample:
             return self.at_random(cast(int, self.seed), number).deviations()
         return self.deviations()[:number]
 
     def at_random(self, seed: int, trials: int) -> Study:
-        """Return the study of so many random machines, however it draws its own."""
+        """Return the study with random trials, whatever its sampling."""
         return replace(
             self, sampling="random", aim="", until=None, seed=seed, trials=trials
         )
 
     def stages(self) -> Course:
-        """Draw, or look up, all trials stage by stage: see `draw_in_stages`."""
+        """Yield all trials stage by stage: see `draw_in_stages`."""
         names = self._contributors
         if self.points:
             table = self.points.deviations.copy()
@@ -176,23 +176,23 @@ def load(
     seed: int | None = None,
     folder: Path | None = None,
 ) -> Study:
-    """Read a study and check all of it.
+    """Return a study, read and checked.
 
-    Trials and seed stand instead of the study's, a custom model instead of one of the
-    catalogue; files lie in the folder, beside the study if none is given. What is
-    wrong is a StudyError of every problem found: key, value, what is allowed.
+    Trials, seed and a custom model replace those of the study. Its data files lie in
+    the folder, by default that of the study. A StudyError lists every problem: key,
+    value, what is allowed.
     """
     path = None if isinstance(source, Mapping) else Path(source)
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
-    asked = path or cast(Mapping[str, Any], source)
-    text, document = read(asked, problems, trials=trials, seed=seed)
+    given = path or cast(Mapping[str, Any], source)
+    text, document = read(given, problems, trials=trials, seed=seed)
     sampling, about = read_sampling(document.sampling, problems)
-    machine = _machine(document, model, problems)
-    document = read_links(document, machine, problems)
-    settings = _settings(document, machine, problems)
+    chosen = _model(document, model, problems)
+    document = read_links(document, chosen, problems)
+    settings = _settings(document, chosen, problems)
     description = problems.required(  # some settings may not fit each other
-        "[settings]", None, lambda: described(machine, settings)
+        "[settings]", None, lambda: described(chosen, settings)
     )
     deviating = read_deviations(
         document.deviations, document.correlation, description.contributors, folder,
@@ -202,7 +202,7 @@ def load(
     check_sizes(document.links, settings, deviating.distributions, units, problems)
     points = None
     if sampling == "grid" and document.grid:
-        points = read_grid(document, machine, settings, description, problems)
+        points = read_grid(document, chosen, settings, description, problems)
     if sampling == "table" and document.table:
         with problems.noting("table", document.table):
             points = read_table(folder, document.table, settings, description)
@@ -222,9 +222,9 @@ def load(
             until = read_until(document.trials, description, limits)
     problems.raise_if_any()
     nominal = np.zeros((1, len(description.contributors)))
-    what = "the machine without deviations"
+    what = "the nominal trial"
     problems.required(
-        "[settings]", None, lambda: check_possible(machine, nominal, settings, what)
+        "[settings]", None, lambda: check_possible(chosen, nominal, settings, what)
     )
     if points:
         trials = len(points.deviations)
@@ -239,7 +239,7 @@ def load(
         path,
         text,
         document,
-        machine,
+        chosen,
         settings,
         description,
         trials,
@@ -264,12 +264,12 @@ def load(
 
 
 def _shown(description: Description, written: dict[str, str]) -> dict[str, str]:
-    """Leave out bare numbers of what is declared as a count or a plain ratio."""
+    """Return units as written, without those of bare numbers for counts and ratios."""
     own = {each.name for some in description for each in some if each.shown}
     return {n: unit for n, unit in written.items() if not (unit == "1" and n in own)}
 
 
-def _machine(document: Document, model: Model | None, problems: Problems) -> Model:
+def _model(document: Document, model: Model | None, problems: Problems) -> Model:
     found = problems.required(
         "model", document.model, lambda: catalogue.find(model or document.model)
     )
@@ -284,7 +284,7 @@ def _settings(document: Document, model: Model, problems: Problems) -> Any:
     for name, given in document.settings.items():
         with problems.noting(f"[settings] {name}", given):
             values[name] = setting_of(model, name).kind.read(given)
-    if len(problems.found) > before:  # what is left out may not fit: no news
+    if len(problems.found) > before:  # names left out may be missed: not reported
         with suppress(TolstatError):
             return make(model, values)
         problems.raise_if_any()

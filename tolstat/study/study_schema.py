@@ -1,4 +1,4 @@
-"""The keys of a study file and of its tables: type of each, and what is expected."""
+"""The keys of a study file and of its tables: types and expected values."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ TITLE_KEYS = get_args(TitleKey)
 CSV_FILE = "the name of a CSV file, in quotes"
 NO_SUCH_KEY = "a study has no such key; "
 MISSING = {
-    "model": 'missing; name a machine, such as model = "stand"',
-    "trials": "missing; say how many machines to build, such as trials = 4096",
-    "seed": "missing; a whole number, such as seed = 75: it makes the run repeatable",
+    "model": 'missing; name a model, such as model = "stand"',
+    "trials": "missing; give the number of trials, such as trials = 4096",
+    "seed": "missing; give a whole number, such as seed = 75; it makes runs repeatable",
 }
 DECISIVE = ("model", "settings", "links", "sampling")  # for all other sections
 UNTIL = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
@@ -30,7 +30,7 @@ AXIS = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
 
 
 def key(expected: str, default: Any = ..., **more: Any) -> Any:
-    """Declare a key: what is expected as its value; required without a default."""
+    """Declare a key and its expected value in words; required without a default."""
     return Field(default, description=expected, **more)
 
 
@@ -43,7 +43,7 @@ class Entry(BaseModel):
 class Document(Entry):
     """A study file before its names and quantities are read."""
 
-    model: str = key("the name of a machine, in quotes")
+    model: str = key("the name of a model, in quotes")
     title: str = key("a text", "")
     document: dict[TitleKey, str] = key(
         f'a text in quotes, such as revision = "B"; keys: {", ".join(TITLE_KEYS)}', {}
@@ -55,7 +55,7 @@ class Document(Entry):
         f"a whole number from 0 to {MOST_SEED}", None, ge=0, le=MOST_SEED
     )
     sampling: str | dict[str, Any] = key(
-        'the name of a sampling, in quotes, or what is rare, { rare = "extra_loss" }',
+        'the name of a sampling, in quotes, or a response, { rare = "extra_loss" }',
         "random",
     )
     table: str | None = key(
@@ -94,13 +94,13 @@ class UntilEntry(Entry):
 
 
 class RareEntry(Entry):
-    """The key `sampling`, where it names the response whose limit is sought."""
+    """The key `sampling` of a rare study: the response whose limit it is for."""
 
     rare: str = key('a response with a limit, such as { rare = "yaw" }', min_length=1)
 
 
 class LimitEntry(Entry):
-    """A limit, and what is demanded of it."""
+    """A limit, and its demand."""
 
     limit: str = key('a text such as "<= 3 %"')
     demanded: str | None = key('a text such as "99 %"', None, alias="yield")
@@ -155,7 +155,7 @@ Kind = TypeVar("Kind", bound=Entry)
 
 
 def read_entry(kind: type[Kind], given: Mapping[str, Any], what: str) -> Kind:
-    """Read a table; refuse the first key that is unknown, missing or of another type.
+    """Return a table; refuse the first key that is unknown, missing or of another type.
 
     `what` begins the sentence about an unknown one: "a limit has".
     """
@@ -179,9 +179,9 @@ def read_entry(kind: type[Kind], given: Mapping[str, Any], what: str) -> Kind:
 def read(
     source: Path | Mapping[str, Any], problems: Problems, **typed: int | None
 ) -> tuple[str, Document]:
-    """Read a study and check its keys; return its text and content.
+    """Return the text and the keys of a study, checked.
 
-    Trials and seed that the caller gives stand instead of its own.
+    Trials and seed given by the caller replace those of the study.
     """
     text, table = read_toml(source)
     table |= {key: value for key, value in typed.items() if value is not None}
@@ -200,9 +200,9 @@ def _checked(table: dict[str, Any], problems: Problems) -> Document:
     try:
         return Document.model_validate(table)
     except ValidationError as error:
-        # of a value that may be of several types each refuses it
+        # each of several allowed types refuses the value
         wrong = {_place(each["loc"], table): each["type"] for each in error.errors()}
-    left = {**table}  # what can be read, so that all problems are said at once
+    left = {**table}  # the readable keys, so that all problems are reported at once
     for (section, *inner), kind in wrong.items():
         place, value = section, table.get(section)
         if inner:

@@ -43,7 +43,7 @@ def test_the_trials_of_a_proof_are_reported_before_the_run(trials, memory, monke
         raise KeyboardInterrupt
 
     if trials:
-        words = "No first proof of 8000 trials.* ask for 120000 trials or more"
+        words = "No first proof of 8000 trials.* give 120000 trials or more"
         with pytest.raises(StudyError, match=words):
             tolstat.allocate(given, model=Linear(), trials=trials)
         trials = 120_000
@@ -62,8 +62,8 @@ def test_the_trials_of_a_proof_are_reported_before_the_run(trials, memory, monke
     ("change", "words"),
     [
         ({"limits": {}}, "no [limits]"),
-        ({"deviations": {"link": "+-0.1 mm"}}, "says what it costs"),
-        ({"deviations": {"link": ARCSINE}}, "link has a cost, and cannot be weighted"),
+        ({"deviations": {"link": "+-0.1 mm"}}, "has a cost; give one or more"),
+        ({"deviations": {"link": ARCSINE}}, "link has a cost, but cannot be weighted"),
         ({"limits": {"gap": {"limit": "<= 1 mm", "ppm": 1e-3}}}, "trials"),
         ({"sampling": "grid", "grid": GRID, "deviations": {}}, "samples nothing"),
     ],
@@ -78,5 +78,5 @@ def test_studies_without_costs_or_limits_are_refused(change, words):
 
 @pytest.mark.parametrize("trials", [0, -5, 2.5])
 def test_the_number_of_trials_is_whole(trials):
-    with pytest.raises(StudyError, match="a whole number from 1 on"):
+    with pytest.raises(StudyError, match="a whole number from 1 is expected"):
         tolstat.allocate(reciprocal(), trials=trials, model=Linear())

@@ -265,7 +265,7 @@ def test_runs_without_a_report_are_refused(tmp_path, toy, toy_study, mill):
     grid.write_text(
         'model = "toy"\nsampling = "grid"\n[grid]\npart_1 = ["0 mm", "1 mm"]\n'
     )
-    with pytest.raises(PictureError, match="were chosen, and have no statistics"):
+    with pytest.raises(PictureError, match="are no sample: no statistics"):
         report_of(tolstat.run(grid, model=toy))
     with pytest.raises(PictureError, match="did you mean 'yaw'"):
         report_of(mill, ["jaw"])

@@ -37,8 +37,8 @@ from tolstat.study.cost_entry import EXAMPLE, tolerance_words
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Source, Study, load
 
-ENOUGH = 50  # trials out of a limit if the permitted fraction were
-LONGER = 32  # times as many trials as these take, where they are worth a longer proof
+ENOUGH = 50  # out-of-limit trials at the permitted fraction
+LONGER = 32  # times as many trials, for a longer proof where the cost is worth it
 QUICK, MANY = 256, 2_000_000  # where nothing is integrated, up to so many trials
 
 
@@ -51,12 +51,12 @@ def allocate(
     progress: Telling | None = None,
     executor: Executor | None = None,
 ) -> Allocation:
-    """Find the cheapest tolerances with which a study meets all its limits.
+    """Return the cheapest tolerances with which a study meets all its limits.
 
     Parameters
     ----------
     study : path or mapping
-        A study file, or what one would hold; entries of [deviations] have a `cost`.
+        A study file or its content; entries of [deviations] have a `cost`.
     trials : int, optional
         Of the wide run, and of each proof at its first look; else as many as the
         strictest limit needs, or as the study has if these are more.
@@ -73,9 +73,9 @@ def allocate(
     StudyError
         If the study is wrong, samples nothing, has no limit or no cost.
     """
-    asked = load(study, model=model)
+    loaded = load(study, model=model)
     with Workers(workers, executor=executor) as crew:
-        return allocated(asked, crew, trials=trials, progress=progress)
+        return allocated(loaded, crew, trials=trials, progress=progress)
 
 
 def allocated(
@@ -85,7 +85,7 @@ def allocated(
     trials: int | None = None,
     progress: Telling | None = None,
 ) -> Allocation:
-    """Allocate the tolerances of a checked study; see `allocate`."""
+    """Return the allocated tolerances of a checked study; see `allocate`."""
     _check(study)
     lengths = _lengths(study, trials)
     tell = progress or (lambda progress: None)
@@ -102,9 +102,9 @@ class _Lengths(NamedTuple):
 
 
 def _lengths(study: Study, trials: int | None) -> _Lengths:
-    """Choose how many trials runs have; refuse too many, and too few to be a proof."""
+    """Return the numbers of trials; refuse too many, and too few for a proof."""
     if trials is not None and not (isinstance(trials, Integral) and trials > 0):
-        raise StudyError(f"trials: a whole number from 1 on is expected, not {trials}")
+        raise StudyError(f"trials: a whole number from 1 is expected, not {trials}")
     source = study.path or "the study"
     strictest = max(study.limits, key=lambda name: study.limits[name].demanded)
     share = 1 - study.limits[strictest].demanded
@@ -113,8 +113,8 @@ def _lengths(study: Study, trials: int | None) -> _Lengths:
     most = LONGEST * first
     if wrong := too_large(most, study.description):
         raise StudyError(
-            f"{source}: a proof may take {LONGEST} times {first} trials: {wrong}; ask "
-            "for fewer trials, or demand less of the limits"
+            f"{source}: a proof may take {LONGEST} times {first} trials: {wrong}; give "
+            "fewer trials, or lower the demanded yields"
         )
     longest = LONGER * min(first, enough)
     if not study.model.integrates:
@@ -129,7 +129,7 @@ def _lengths(study: Study, trials: int | None) -> _Lengths:
     if anytime_valid(0, most, CONFIDENCE).upper > share:  # with none out of limit
         raise StudyError(
             f"{source}: {permits}. No first proof of {most} trials, {LONGEST} times "
-            f"those requested, can show that: ask for {least} trials or more"
+            f"those requested, can show that: give {least} trials or more"
         )
     words = (
         f"{permits}: the wide run and each fresh run have {first} trials, a proof up "
@@ -143,23 +143,23 @@ def _lengths(study: Study, trials: int | None) -> _Lengths:
 
 
 def _check(study: Study) -> None:
-    """Refuse what has nothing to be allocated, or cannot be weighted."""
+    """Refuse a study that has no limit or cost, or cannot be weighted."""
     source = study.path or "the study"
     if study.sampler is None:
         raise StudyError(
-            f'{source}: sampling = "{study.sampling}" samples nothing; tolerances are '
-            "allocated to trials that are sampled"
+            f'{source}: sampling = "{study.sampling}" samples nothing; allocation '
+            'needs sampled trials, such as sampling = "random"'
         )
     if not study.limits:
         raise StudyError(
             f"{source} has no [limits]: without them the loosest tolerances are the "
-            "cheapest; say what is permitted, and the yield demanded"
+            "cheapest; add limits and their demanded yields"
         )
     deviating = study.deviating
     if not deviating.priced:
         raise StudyError(
-            f"{source}: no entry of [deviations] or [links] says what it costs by its "
-            f"tolerance; give one or more of them cost = {EXAMPLE}"
+            f"{source}: no entry of [deviations] or [links] has a cost; give one or "
+            f"more of them cost = {EXAMPLE}"
         )
     nowhere = {name: np.zeros(1) for name in deviating.distributions}
     for entry in deviating.priced:
@@ -169,7 +169,7 @@ def _check(study: Study) -> None:
             DensityRatio(nowhere, sampled, deviating.dependence).weights(tightest)
         except DistributionError as error:
             raise StudyError(
-                f"{source}: {entry.name} has a cost, and cannot be weighted: {error}; "
+                f"{source}: {entry.name} has a cost, but cannot be weighted: {error}; "
                 "leave its cost out, or give it another distribution"
             ) from None
 
@@ -182,7 +182,7 @@ def _answer(search: Search, lengths: _Lengths) -> Allocation:
     linear, omitted = linear_choices(search)
     ways = [*([proof.choice] if proof else []), *linear.values()]
     proof = search.stretched(ways, proof, lengths.longest)
-    # nothing is chosen by the run of this seed: a proof is a lucky one of several
+    # this seed chooses nothing; a proof is chosen from several runs
     seed = search.next_seed()
     answer = (
         proof

@@ -1,4 +1,4 @@
-"""The answer of an allocation: tolerances, what they cost, what that buys."""
+"""The answer of an allocation: tolerances, costs, fractions out of limit."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ class Allocation(Answer):
 
     @property
     def chart(self) -> Chart:
-        """The trade-off with all schemes; of what was found its proof."""
+        """The trade-off with all schemes; the found one by its proof."""
         schemes = self.schemes | ({FOUND: self.proof} if self.met else {})
         named = {WORDS[name]: scheme for name, scheme in schemes.items()}
         return trade_off_chart(self.trade_off, named, listed=self.listed)
@@ -134,7 +134,7 @@ class Allocation(Answer):
         return "".join(f"# {line}\n" for line in lines if line) + f"\n{self.study}"
 
     def document(self) -> blocks.Document:
-        """Return what it says, the answer first."""
+        """Return its document, the answer first."""
         parts = (
             blocks.Paragraph(self._lead(), "lead"),
             self._tolerances(),
@@ -238,7 +238,7 @@ class Allocation(Answer):
 
 
 def equal_cost_words(schemes: Mapping[str, Scheme]) -> Parts:
-    """Say what the best tolerances for the drawing's cost gain."""
+    """Return the gain of the best tolerances for the drawing's cost."""
     drawing, best = schemes[DRAWING], schemes[EQUAL_COST]
     own, other = (each.fraction_out_of_any_limit for each in (drawing, best))
     if best.tolerances == drawing.tolerances:
@@ -255,7 +255,7 @@ def equal_cost_words(schemes: Mapping[str, Scheme]) -> Parts:
 def trade_off_chart(
     points: Sequence[Point], schemes: Mapping[str, Scheme], *, listed: bool = False
 ) -> Chart:
-    """Draw the cost of the cheapest tolerances over the fraction out of any limit.
+    """Return a chart of the least cost over the fraction out of any limit.
 
     Points in order are a curve, or dots where every tolerance is of a list: nothing
     lies between them. Schemes are dots with intervals; equal ones, by words, are drawn

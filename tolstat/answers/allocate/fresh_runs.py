@@ -1,4 +1,4 @@
-"""Fresh runs of tolerances: what they cost, and the fraction out of limit with them."""
+"""Fresh runs of tolerances: their costs, and their fractions out of limit."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ GROWTH = 1.25  # of a run whose verdicts are not settled, at least
 
 
 class Scheme(NamedTuple):
-    """Tolerances, what they cost, and the fraction out of limit in a fresh run."""
+    """Tolerances, their cost, and fractions out of limit in a fresh run."""
 
     cost: float  # of all parts that have one
     tolerances: dict[str, str]  # by entry of the study, as written
@@ -91,9 +91,9 @@ class FreshRuns:
         return tuple(each.specified_choice for each in written)
 
     def of(self, choice: Choice, seed: int, *, most: int = 0) -> Proof:
-        """Run a choice as it is written; what was run of it before is not repeated.
+        """Return a fresh run of a choice as written; its earlier trials are kept.
 
-        It has up to `most` trials while its verdicts are not settled.
+        It gets more trials, up to `most`, until its verdicts are settled.
         """
         known, limits = self._known.get((choice, seed)), self.study.limits
         out = known.out_of_limit if known else np.zeros((len(limits), 0), np.bool_)
@@ -104,11 +104,11 @@ class FreshRuns:
                 study = answer.at_random(seed, count)
                 deviations = study.deviations()[out.shape[1] :]
                 out = np.hstack([out, self.evaluate(study, deviations, "fresh run")])
-            # no more is kept of a response: 1 out of limit or failed, 0 within
+            # all that is kept of a response: 1 out of limit or failed, 0 within
             sample = Sample(np.full(count, Status.DONE, np.uint8))
-            told = dict(zip(limits, out.astype(np.float64), strict=True))
+            flags = dict(zip(limits, out.astype(np.float64), strict=True))
             yields = {
-                name: yield_of(told[name], sample, WITHIN, each.demanded)
+                name: yield_of(flags[name], sample, WITHIN, each.demanded)
                 for name, each in limits.items()
             }
             verdicts = {each.verdict for each in yields.values()}
@@ -126,7 +126,7 @@ class FreshRuns:
             tolerances,
             half_widths,
             {name: each.fraction_out_of_limit for name, each in yields.items()},
-            joint_yield(told, sample, dict.fromkeys(limits, WITHIN)).complement,
+            joint_yield(flags, sample, dict.fromkeys(limits, WITHIN)).complement,
             count,
             seed,
         )
@@ -135,13 +135,13 @@ class FreshRuns:
         return proof
 
     def evaluate(self, study: Study, deviations: Array, doing: str) -> Truths:
-        """Tell which trials are out of each limit, or failed: bool[limit, trial]."""
-        run, asked = Trials.planned(study.description, deviations), len(deviations)
-        cases = [Case(0, asked, study.settings)]
+        """Return which trials are out of each limit, or failed: bool[limit, trial]."""
+        run, number = Trials.planned(study.description, deviations), len(deviations)
+        cases = [Case(0, number, study.settings)]
         for blocks in self.workers.blocks(study.model, cases, deviations):
             run.take(blocks)
-            self.tell(Progress(run.over, run.failed, asked, doing))
-        if run.over < asked:
+            self.tell(Progress(run.over, run.failed, number, doing))
+        if run.over < number:
             raise Interrupted
         return out_of_each_limit(study.limits, run)
 
@@ -156,12 +156,12 @@ class FreshRuns:
 
 
 def out_of_each_limit(limits: Mapping[str, Limit], trials: Trials) -> Truths:
-    """Tell which trials are out of each limit, or failed: bool[limit, trial]."""
+    """Return which trials are out of each limit, or failed: bool[limit, trial]."""
     return np.array(
         [~within(trials.response(name), of.permitted) for name, of in limits.items()]
     )
 
 
 def _typed(x: float) -> float:
-    """Return what was typed, without what logarithms and sums add to it."""
+    """Return a typed number, without rounding errors of logarithms and sums."""
     return float(f"{x:.{KNOWN}g}")

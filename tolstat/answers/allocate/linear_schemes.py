@@ -1,4 +1,4 @@
-"""What linear tolerance analysis would choose: worst case, and root sum square."""
+"""Tolerances by linear tolerance analysis: worst case, and root sum square."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tolstat.study.study import Study
 
 
 class LinearSchemes:
-    """The bounds that linear analysis would keep to."""
+    """The bounds of linear tolerance analysis."""
 
     def __init__(self, study: Study, workers: Workers) -> None:
         self.priced, self.limits = study.deviating.priced, study.limits
@@ -103,7 +103,7 @@ def _above(mean: float, sigma: float, limit: Limit) -> float:
 
 
 def linear_choices(search: Search) -> tuple[dict[str, Choice], dict[str, str]]:
-    """Allocate as linear analysis does; and say why that is not possible."""
+    """Return choices by linear analysis, and why others are not possible."""
     linear = LinearSchemes(search.runs.study, search.runs.workers)
     bounds = {
         "root_sum_square": linear.root_sum_square,

@@ -51,7 +51,7 @@ class Cheapest(NamedTuple):
 def cheapest(
     variables: Sequence[DesignVariable], excess: Excess, start: Choice | None = None
 ) -> Cheapest | None:
-    """Find the cheapest choice within all bounds.
+    """Return the cheapest choice within all bounds.
 
     Continuous variables by sequential quadratic programming from a start, or halfway;
     lists by trying their combinations in order of cost.
@@ -59,7 +59,7 @@ def cheapest(
     Parameters
     ----------
     variables : sequence of DesignVariable
-        What can be chosen.
+        The variables to choose.
     excess : callable
         float64[bound] of a choice: how far it exceeds each bound, 0 or less within;
         smooth in the continuous variables, and not always least at the tightest.

@@ -1,4 +1,4 @@
-"""Trials with several sets of tolerances, weighted as a run with any other."""
+"""Trials with several sets of tolerances, weighted for any other set."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ KEPT = 12  # weights of a block that are not computed again
 
 
 class _Run(NamedTuple):
-    """Trials with one set of tolerances: of those within all limits some."""
+    """Trials with one set of tolerances; only some of those within all limits."""
 
     choice: Choice
     trials: int  # of the run
@@ -83,10 +83,10 @@ class Pool:
     ) -> Array:
         """Return upper ends of fractions out of limit: float64[limit + 1], any last.
 
-        As of `weighted_share`, but that the next trial out of limit is of the usual
-        weight, and not of the heaviest: smooth in what is chosen, and to search with.
-        A fraction is larger with the chance `miss`. Exact weights are computed, which
-        takes longer, and not interpolated.
+        As of `weighted_share`, but the next trial out of limit has the usual weight,
+        not the largest: the result is smooth in the choice, for the search. A fraction
+        is larger with the chance `miss`. Exact weights are computed instead of
+        interpolated, which takes longer.
         """
         rows = self._rows()
         weights = rows.weights(choice, exact=exact) / self.trials
@@ -115,7 +115,7 @@ class _Rows:
         }
         self.priced = study.deviating.priced
         # densities are over that of the loosest tolerances, which the mixture contains:
-        # where that is next to nothing any other number would do
+        # where that is negligible, any other number would do
         loosest = dict(study.deviating.distributions)
         for entry in self.priced:
             loosest.update(entry.distributions(entry.ends[1]))
@@ -158,7 +158,7 @@ class _Rows:
     def _weights_of(
         self, block: _Block, deviations: Mapping[str, Array]
     ) -> Callable[[Choice], Array]:
-        """Return what weights the entries of a block, from a table where it can."""
+        """Return the function that weights a block, from a table if possible."""
         priced = self.priced[block.entries[0]]
         if block.alone and priced.law:
             return _Table(priced, deviations).weights
@@ -175,7 +175,7 @@ class _Rows:
 class _Table:
     """Interpolated weights of parts of one tolerance that correlate with nothing.
 
-    Right to half a hundredth, but at the end of a zone.
+    Right to half a hundredth, except at the end of a zone.
     """
 
     def __init__(self, entry: Priced, deviations: Mapping[str, Array]) -> None:

@@ -87,7 +87,7 @@ class Search:
             self._widen(choice, math.ceil(share * self.runs.trials))
 
     def proved(self) -> Proof | None:
-        """Search and prove in turn; return the cheapest that is proved."""
+        """Return the cheapest proof, after searching and proving in turn."""
         best: Proof | None = None
         start: Choice | None = None
         times = 1.0
@@ -117,11 +117,11 @@ class Search:
     def stretched(
         self, choices: Iterable[Choice], best: Proof | None, longest: int
     ) -> Proof | None:
-        """Scale choices, each by one factor, to what a longer run is likely to show.
+        """Return the best proof, after scaling choices by one factor for a longer run.
 
-        Weights tell little of many tolerances at once where they are all or nothing,
-        and much of one scale about which trials were sampled. Returns the best proof,
-        of those made and the best before.
+        Weights of all or nothing show little about many tolerances at once. They show
+        much about one scale around the sampled trials. The earlier best
+        proof is included.
         """
         less = WORTH if self.runs.study.model.integrates else WORTH / 2
 
@@ -145,7 +145,7 @@ class Search:
         return best
 
     def _along(self, way: Choice, shares: Array) -> Choice | None:
-        """Scale tolerances until the medians of fractions out of limit are these."""
+        """Return tolerances scaled to these median fractions out of limit."""
         excess = self._excess(slice(None, -1), shares, EVEN, exact=True)
         tight, loose, found = 1 / NARROWER, WIDER, None
         for _ in range(SCALINGS):
@@ -158,7 +158,7 @@ class Search:
         return found
 
     def _scaled(self, choice: Choice, scale: float) -> Choice:
-        """Scale tolerances that are not of a list, as far as they may be."""
+        """Return scaled tolerances, within their ends; those of a list stay."""
         return tuple(
             min(max(x + math.log(scale), each.ends[0]), each.ends[1]) if each.law else x
             for each, x in zip(self.priced, choice, strict=True)
@@ -180,7 +180,7 @@ class Search:
         self.wide_trials += trials
 
     def next_seed(self) -> int:
-        """Return the seed of the next run, that no other one has."""
+        """Return the seed of the next run, different from all others."""
         seed, self.seed = self.seed, (self.seed + 1) % (MOST_SEED + 1)
         return seed
 
@@ -189,7 +189,7 @@ class Search:
         return self._excess(slice(None, -1), shares, MISS)
 
     def cheapest_for(self, share: float, start: Choice) -> Cheapest | None:
-        """Find the cheapest tolerances with a median fraction out of any limit."""
+        """Return the cheapest tolerances with a median fraction out of any limit."""
         excess = self._excess(slice(-1, None), np.array([share]), EVEN)
         return cheapest(self.variables, excess, start)
 
@@ -209,7 +209,7 @@ class Search:
         return excess
 
     def active_limits(self, choice: Choice) -> tuple[str, ...]:
-        """Name the limits that a step looser of some tolerance would break.
+        """Return the limits that a step looser of some tolerance would break.
 
         The step is a tenth, as far as it may be, or the next option of a list.
         """
@@ -224,7 +224,7 @@ class Search:
         return tuple(n for n, own in zip(names, broken.tolist(), strict=True) if own)
 
     def at_loosest(self, entry: int, choice: float) -> bool:
-        """Tell whether a tolerance is as loose as it may be, and can be written."""
+        """Return whether a tolerance is as loose as it may be, and can be written."""
         end, law = self.loosest[entry], self.priced[entry].law
         return choice > end - AT_END if law else choice == end
 
@@ -242,7 +242,7 @@ def _aimed(trials: int, permitted: float) -> float:
 
 
 def points_about(search: Search, start: Choice) -> list[Point]:
-    """Find the cheapest tolerances for fractions about that of an allocation."""
+    """Return the cheapest tolerances for fractions around that of an allocation."""
     points, reference = [], search.out_of_any_limit(start)
     search.runs.tell(Progress(0, 0, 0, "trade-off"))
     for times in CURVE[::-1]:
@@ -254,7 +254,7 @@ def points_about(search: Search, start: Choice) -> list[Point]:
 
 
 def own_fractions(search: Search, points: list[Point]) -> list[Point]:
-    """Return each set of tolerances once, at its own fraction out of any limit.
+    """Return each set of tolerances once, at the fraction out of limit of that set.
 
     One set of options of lists is the cheapest for many fractions.
     """
@@ -265,9 +265,9 @@ def own_fractions(search: Search, points: list[Point]) -> list[Point]:
 
 
 def at_equal_cost(search: Search, points: list[Point], seed: int) -> Proof:
-    """Run the best tolerances for the cost of the drawing; or the drawing's own.
+    """Return a run of the best tolerances for the drawing's cost, or of the drawing's.
 
-    Weighted trials may promise what a run does not keep: then they are the drawing's.
+    It is the drawing's run if a run does not confirm the weighted trials.
     """
     specified = search.runs.of(search.specified, seed)
     spent = search.runs.of(for_equal_cost(search, points), seed)

@@ -36,7 +36,7 @@ COMPARED = (0.5, 0.95)  # quantiles of which there is a difference
 
 
 def compare(*runs: RunSource, responses: Sequence[str] = ()) -> Comparison:
-    """Compare runs with the first of them.
+    """Return a comparison of runs with the first of them.
 
     Trial by trial where both runs have the same trials, or common random numbers; see
     `tolstat.answers.compare.pairing.pair_of`.
@@ -129,7 +129,7 @@ def _difference(
 def _that_differ(
     first: Mapping[str, str], second: Mapping[str, str]
 ) -> dict[str, tuple[str, str]]:
-    """Return what two studies say otherwise."""
+    """Return the entries that differ between two studies."""
     pairs = {n: (first.get(n, ""), second.get(n, "")) for n in {**first, **second}}
     return {name: (a, b) for name, (a, b) in pairs.items() if a != b}
 
@@ -162,7 +162,7 @@ def _response(
 
 
 def _of_quantiles(pair: Pairing, name: str, sample: Sample) -> dict[float, Estimate]:
-    """Take the quantiles of the first from those of the second, of paired trials."""
+    """Return the differences of quantiles, second less first, of paired trials."""
     both, known = pair.values(name), []
     for drawn, values in zip((pair.first, pair.second), both, strict=True):
         limit = drawn.run.limits.get(name)
@@ -182,6 +182,6 @@ def _of_quantiles(pair: Pairing, name: str, sample: Sample) -> dict[float, Estim
 def _range_of_difference(
     first: Run, second: Run, name: str
 ) -> tuple[float, float] | None:
-    """Return what the difference cannot leave, where both runs declare their range."""
+    """Return the range of the difference; None unless both runs declare a range."""
     a, b = ({r.name: r.range for r in run.responses}[name] for run in (first, second))
     return None if a is None or b is None else (b[0] - a[1], b[1] - a[0])

@@ -26,7 +26,7 @@ UNLIMITED = LimitDifference(
 
 
 class ComparedResponse(NamedTuple):
-    """What a response is, and how it is shown: as the first study has it."""
+    """The description and scale of a response, as in the first study."""
 
     sentence: str
     scale: Scale
@@ -70,8 +70,8 @@ class Difference(NamedTuple):
 
     design: str  # its label
     pairing: Pairing
-    # those that differ, as they are written: in the first, in this one; empty in a
-    # study that has no such one
+    # those that differ, as written: in the first, in this one; empty where a study
+    # has none
     settings: Mapping[str, tuple[str, str]]
     deviations: Mapping[str, tuple[str, str]]
     focus: tuple[str, ...]  # responses
@@ -104,7 +104,7 @@ class Comparison(Answer):
 
     @property
     def short(self) -> str:
-        """What it is, in a few words."""
+        """A description in a few words."""
         kinds = (f"{each.design} {each.pairing.kind}" for each in self.differences)
         runs = ", ".join(f"{each.label} {each.run}" for each in self.designs)
         return f"{runs}; {', '.join(kinds)}"

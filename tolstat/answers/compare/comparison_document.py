@@ -1,4 +1,4 @@
-"""What a comparison says: significant differences, then each design less the first."""
+"""Document of a comparison: significant differences, each design less the first."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _of_both(found: Comparison, one: Difference) -> Parts:
 
 
 def _lead(found: Comparison) -> blocks.Block:
-    """Lead with the limits on which designs differ significantly."""
+    """Return the limits on which designs differ significantly."""
     said = []
     for one in found.differences:
         groups = [
@@ -99,7 +99,7 @@ def _verdicts(found: Comparison) -> Section:
 
 
 def _difference(found: Comparison, one: Difference) -> list[Section]:
-    """Return what is said of a design less the first."""
+    """Return the sections about a design less the first."""
     said = blocks.shown(
         _pairing(one),
         _that_differ("Settings", one.settings),
@@ -132,9 +132,9 @@ def _that_differ(
 
 
 def _reading(one: Difference) -> blocks.Paragraph:
-    """Say what must be known to read the tables."""
+    """Return the note for readers of the tables."""
     return note(
-        f"Below each number stands its 95 % interval: {one.pairing.promise}. ",
+        f"Each number has its 95 % interval below it: {one.pairing.promise}. ",
         "A design without a limit is judged by that of the other. ",
         f"Worse: trials within in A and out of limit in {one.design}; better: the "
         "other way round. " if one.pairing.paired else None,

@@ -22,9 +22,9 @@ from tolstat.statistics.limits.limit import within
 class LimitDifference(NamedTuple):
     """Two designs and their limits; differences are second less first."""
 
-    # by which each is judged: its own, or that of the other where it has none
+    # the limit of each, or that of the other where it has none
     limits: tuple[str, str]
-    # of each, at one look; failed trials are out of limit
+    # of each, for a single look; failed trials are out of limit
     fractions_out_of_limit: tuple[Estimate, Estimate]
     worse: int | None  # trials within in the first and out of limit in the second
     better: int | None  # the reverse; None of unpaired runs
@@ -41,9 +41,9 @@ class LimitDifference(NamedTuple):
 
 
 def limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
-    """Compare the trials out of the limit of a response that both runs have.
+    """Return the difference in trials out of the limit of a response of both runs.
 
-    Of the trials that ran in both where they are paired. None where neither study
+    Paired runs are compared by the trials that ran in both. None where neither study
     limits the response.
     """
     own = [drawn.run.limits.get(name) for drawn in (pair.first, pair.second)]
@@ -82,5 +82,5 @@ def limit_difference(pair: Pairing, name: str) -> LimitDifference | None:
 
 
 def _unsure(found: Estimate) -> Estimate:
-    """Leave out an interval that dependent trials would mislead."""
+    """Return an estimate without its interval, which dependent trials mislead."""
     return Estimate(found.value, reason=RANDOM_ONLY) if found.sure else found

@@ -18,7 +18,7 @@ from tolstat.store.stored_run import Run
 
 TRIALS, NUMBERS, UNPAIRED = "same trials", "common random numbers", "unpaired"
 NOT_PAIRED = Estimate(math.nan, reason=UNPAIRED)
-ROUNDING = 1e-9  # of all deviations of a part: by less, an order is the same
+ROUNDING = 1e-9  # of the range of a part: smaller changes of order are ignored
 NAMED = 6  # contributors in a sentence
 OWN = {"json": False}
 
@@ -59,12 +59,12 @@ class Pairing:
 
 
 def pair_of(first: Run, second: Run) -> Pairing:
-    """Put two runs side by side, and find out how they are paired.
+    """Return two runs and how they are paired.
 
     A sample depends on the seed, the sampling, the number of the trial and the name of
     the contributor. So two studies with other tolerances have common random numbers:
-    the order of all deviations of a part is the same in both runs, which chance makes
-    of no twenty trials. This order is checked.
+    the order of all deviations of a part is the same in both runs. Chance does not
+    produce it with twenty trials or more. This order is checked.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def _in_both(a: Sample, b: Sample) -> Sample:
 
 
 def _promise(drawn: Drawn) -> str:
-    """Say what intervals hold for; those of verdicts, anytime-valid, are not shown."""
+    """Return what intervals hold for; anytime-valid ones of verdicts are not shown."""
     of_quantiles = drawn.sampled.promise
     if drawn.run.sampling == "random":
         of_quantiles = "of quantiles exact, as random trials are independent"
@@ -122,7 +122,7 @@ def _promise(drawn: Drawn) -> str:
 
 
 def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:
-    """Tell how the first trials of two runs are paired, and how that is known."""
+    """Return how the first trials of two runs are paired, and the evidence."""
     for what, a, b in (
         ("seeds", A.sampled.seed, B.sampled.seed),
         ("samplings", A.run.sampling, B.run.sampling),
@@ -143,13 +143,13 @@ def _together(A: Drawn, B: Drawn, common: int) -> tuple[str, str]:
     varying = [n for n, each in columns.items() if all(np.ptp(x) > 0 for x in each)]
     if not varying:
         return UNPAIRED, "no part deviates in both"
-    otherwise = [n for n in varying if not _same_order(*columns[n])]
-    if not any(n not in otherwise or _correlated(*columns[n]) for n in varying):
+    reordered = [n for n in varying if not _same_order(*columns[n])]
+    if not any(n not in reordered or _correlated(*columns[n]) for n in varying):
         return UNPAIRED, "one seed, but no part has the same order of deviations"
     words = f"the order of all {common} deviations of a part is the same in both; "
     words += f"widths differ: {_listed(other)}"
-    if otherwise:
-        words += f"; another order, of correlated parts: {_listed(otherwise)}"
+    if reordered:
+        words += f"; another order, of correlated parts: {_listed(reordered)}"
     return NUMBERS, words
 
 

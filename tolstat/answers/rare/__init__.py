@@ -1,1 +1,1 @@
-"""What a rare run says of its limit."""
+"""The answer about a rare run and its limit."""

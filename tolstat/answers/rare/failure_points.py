@@ -13,9 +13,9 @@ from tolstat.deviations.rare_stage import DISTANCE
 from tolstat.store.run_records import SCORES, Assumed
 from tolstat.store.stored_run import Run
 
-MOST_POINTS = 10  # that are named
-LEADING = 0.5  # as far out as the contributor that is farthest: named too
-NORMAL = 0.01  # between its sigmas and its normal score: normal, for all that is seen
+MOST_POINTS = 10  # named
+LEADING = 0.5  # times as far out as the farthest contributor: named too
+NORMAL = 0.01  # between its sigmas and its normal score: taken as normal
 
 
 class FailurePoint(NamedTuple):
@@ -48,7 +48,7 @@ class FailurePoint(NamedTuple):
 
 
 def failure_points(run: Run, out: NDArray[np.bool_]) -> tuple[FailurePoint, ...]:
-    """Name the trials among bool[trial] that are nearest to the median trial."""
+    """Return the trials among bool[trial] that are nearest to the median trial."""
     distance = np.where(out, run.column(DISTANCE), np.inf)
     order = np.argsort(distance, kind="stable")[:MOST_POINTS]
     return tuple(

@@ -1,4 +1,4 @@
-"""What a rare run says: the fraction out of one limit, and the trials there. SI."""
+"""The answer about a rare run: the fraction out of one limit, the trials there. SI."""
 
 from __future__ import annotations
 
@@ -48,20 +48,20 @@ class Stage(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class RareSummary(run_answer.RunAnswer):
-    """What a rare run says of its limit.
+    """The answer about a rare run and its limit.
 
-    Its trials are those of all stages; those of the last are counted, and tell which
-    fraction failed. Unseen is the fraction of a kind of out-of-limit trial that the
-    last stage has not met, at most (97.5 %).
+    Its trials are those of all stages. Those of the last one are counted and give the
+    failed fraction. `unseen` limits (97.5 %) the fraction of any kind of out-of-limit
+    trial that the last stage did not meet.
     """
 
     out_of_limit: int  # trials of the last stage
-    response: str  # what is limited
+    response: str  # the limited response
     sentence: str
     scale: Scale
     nominal: float  # of the nominal trial; NaN if that failed
     limit: Limit
-    demanded_ppk: float  # what is demanded, as the Ppk of a normal response
+    demanded_ppk: float  # the demand, as the Ppk of a normal response
     fraction_out_of_limit: Estimate  # of production; failed trials are out of limit
     within: Estimate
     verdict: str  # as of a plain run, for one number of trials
@@ -70,7 +70,7 @@ class RareSummary(run_answer.RunAnswer):
     # fraction out of limit at this end of a limit that is straight, as far from the
     # median trial as the most probable failure point; NaN where none was met
     first_order: float
-    stages: tuple[Stage, ...]  # the last one tells the fraction
+    stages: tuple[Stage, ...]  # the last one gives the fraction
     failure_points: tuple[FailurePoint, ...]  # that were met, the most probable first
     precise: int  # trials evaluated again more precisely
     changed: int  # those of them that change sides of the limit
@@ -83,7 +83,7 @@ class RareSummary(run_answer.RunAnswer):
 
     @property
     def short(self) -> str:
-        """What it is, in a few words."""
+        """A description in a few words."""
         value = PPM.interval(*self.fraction_out_of_limit[:3])[0]
         return f"{self.run}, {self.response} {self.verdict}, {value} ppm"
 
@@ -110,7 +110,7 @@ class RareSummary(run_answer.RunAnswer):
 
 
 def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
-    """Gather what a rare run says; of its file alone.
+    """Return the answer about a rare run, from its file alone.
 
     Raises
     ------
@@ -122,8 +122,8 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     for other in run_answer.responses_in_focus(run, chosen or name):
         if other != name:
             raise PictureError(
-                f'response {other}: {run.path} has sampling = "rare" and tells of '
-                f"{name} alone"
+                f'response {other}: {run.path} has sampling = "rare" and answers for '
+                f"{name} only"
             )
     if not run.ended:
         raise PictureError(f"{run.path}: no trial has run; there is nothing to report")
@@ -167,7 +167,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
 
 
 def _too_few(weights: NDArray[np.float64]) -> list[str]:
-    """Say why an interval is so wide, of the weights of out-of-limit trials."""
+    """Return why an interval is wide, from the weights of out-of-limit trials."""
     size = effective_number(weights)
     if not 0 < size < ENOUGH:
         return []
@@ -178,7 +178,7 @@ def _too_few(weights: NDArray[np.float64]) -> list[str]:
 
 
 def _failing(run: Run, share: Estimate) -> str:
-    """Say which fraction fails; failed trials of a search are no fraction of any."""
+    """Return a note on the fraction that fails, and on failed trials of the search."""
     if not run.failed:
         return "no trial failed in any stage"
     words = ", ".join(f"{count} {word}" for word, count in run.failures.items())
@@ -200,7 +200,7 @@ def _stage(run: Run, trials: NDArray[np.bool_]) -> Stage:
 
 
 def _changes(run: Run) -> NDArray[np.bool_]:
-    """Tell of each trial evaluated again whether it changes sides of the limit."""
+    """Return whether each trial evaluated again changes sides of the limit."""
     if run.audited is None:
         return np.zeros(0, dtype=np.bool_)
     permitted = run.limits[run.aim].permitted

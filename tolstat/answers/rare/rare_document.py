@@ -1,4 +1,4 @@
-"""What a rare run says, as a document."""
+"""The document about a rare run."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
     from tolstat.answers.rare.rare_answer import RareSummary
 
 STAGES = (
-    "Stage 0 is wide. Stages at 1 times the spread right after it approach the limit "
-    "step by step (subset simulation). Later stages sample where out-of-limit trials "
-    "were found, or the nearest ones. The last stage tells the fraction."
+    "Stage 0 is wide. The next stages, at 1 times the spread, approach the limit step "
+    "by step (subset simulation). Later stages sample where out-of-limit trials "
+    "were found, or the nearest ones. The last stage gives the fraction."
 )
 FIRST_ORDER = (
     "The out-of-limit trials nearest to the median deviations, in normal scores. A "
     "straight limit at the distance of the first would have {} out of limit at this "
-    "end; a nearer trial that was not met, and another end of the limit, would add to "
-    "that."
+    "end. Nearer trials that were not met, and another end of the limit, would add to "
+    "it."
 )
 
 
@@ -73,7 +73,7 @@ def _verdict(found: RareSummary) -> tuple[blocks.Block, ...]:
     trials = found.trials
     notes = [
         say(
-            f"{INTERVAL}. The last stage tells the fraction: {{}} "
+            f"{INTERVAL}. The last stage gives the fraction: {{}} "
             f"({found.out_of_limit} out of limit), each weighted by the ratio of "
             "densities. Failed trials count as out of limit. {}",
             counted(trials.counted, "independent trial"),
@@ -82,7 +82,7 @@ def _verdict(found: RareSummary) -> tuple[blocks.Block, ...]:
         *map(text, trials.notes),
     ]  # fmt: skip
     if others := [n for n in found.stored_run.limits if n != found.response]:
-        words = f"Not judged: {', '.join(others)}. Each needs a run of its own."
+        words = f"Not judged: {', '.join(others)}. Each needs a separate run."
         notes.append(text(words))
     return blocks.shown(
         blocks.table_of([row], look="verdicts"),
@@ -92,7 +92,7 @@ def _verdict(found: RareSummary) -> tuple[blocks.Block, ...]:
 
 
 def unmet_kinds(found: RareSummary) -> Parts:
-    """Say what interval and verdict leave out."""
+    """Return what interval and verdict leave out."""
     return say(
         "Interval and verdict leave out kinds of out-of-limit trials that the last "
         "stage never met: up to {}.", Number(found.trials.unseen, PPM, "at_most"),
@@ -100,7 +100,7 @@ def unmet_kinds(found: RareSummary) -> Parts:
 
 
 def _yield(found: RareSummary) -> Parts:
-    """Say the yield, where its digits are short of 100 %."""
+    """Return the yield, if its digits are below 100 %."""
     share = found.within
     if not share.sure:
         return ()
@@ -111,7 +111,7 @@ def _yield(found: RareSummary) -> Parts:
 
 
 def _most_probable(found: RareSummary) -> Parts:
-    """Name the most probable failure point."""
+    """Return a sentence on the most probable failure point."""
     if not found.failure_points or not (point := found.failure_points[0]).leading:
         return ()
     scales = found.stored_run.scales
@@ -130,7 +130,7 @@ def _most_probable(found: RareSummary) -> Parts:
 
 
 def _how_far(point: FailurePoint, name: str) -> Parts:
-    """Say how far out a part lies: of a normal one in sigmas."""
+    """Return how far out a part lies, in sigmas if normal."""
     if point.normal(name):
         sign = "+" * (point.off[name] > 0)
         return text(sign, Number(point.off[name]), " sigmas")

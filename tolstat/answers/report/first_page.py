@@ -1,4 +1,4 @@
-"""The first page: which limits are met, what causes the rest, what to do next."""
+"""The first page: which limits are met, main causes, next steps."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ if TYPE_CHECKING:
 
 MOST_NAMED = 4  # parts in a sentence
 LEVEL = PER_CENT.beside(1.0)  # of chance: no test is better than that
-STARRED = {"mean": "mean *", "sigma": "sigma *"}  # what they assume stands below
+STARRED = {"mean": "mean *", "sigma": "sigma *"}  # their assumption stands below
 PAGE_ONLY = ("mean *", "sigma *", "least", "largest", "0.135 %", "99.865 %")
-INTERVAL = "Below each number stands its 95 % interval"
+INTERVAL = "Each number has its 95 % interval below it"
 READING = (
     "Quantiles: order statistics, for any distribution. Fractions out of limit: "
     "anytime-valid, trials may be added. Equivalent Ppk: of a normal response with the "
@@ -52,7 +52,7 @@ READING = (
 
 
 def summary_document(found: RunSummary) -> blocks.Document:
-    """Return what is printed at the end of a run."""
+    """Return the summary that is printed at the end of a run."""
     return blocks.Document(
         f"{found.title} ({found.model})",
         blocks.shown(*first_page(found), responses_table(found), reading(found)),
@@ -121,7 +121,7 @@ def limits_table(found: RunSummary, links: Collection[str] = ()) -> blocks.Table
 def limit_row(
     name: Cell, limit: Limit, verdict: blocks.Given, share: Cell, equivalent: Estimate
 ) -> dict[str, blocks.Given]:
-    """Return a row on a limit: what is demanded, and what was found."""
+    """Return a row on a limit: its demand and its results."""
     typed = limit.typed_ppk
     demanded = f"{typed:.{KNOWN}g}" if typed else AS_IS.number(limit.ppk)
     return {
@@ -134,9 +134,9 @@ def limit_row(
 
 
 def _cause_cell(each: ResponseSummary) -> Cell:
-    """Name the main cause of out-of-limit trials, over what it explains of them.
+    """Return the main cause of out-of-limit trials, above the trials it explains.
 
-    Without one what has most of the variance stands below.
+    Without a cause, the largest variance contribution stands below.
     """
     causes = each.causes
     if causes is None:
@@ -177,7 +177,7 @@ def no_cause(causes: Causes) -> str:
 
 
 def _effect_cell(each: ResponseSummary, limited: Limited) -> Cell:
-    """Write what halving the tolerances of the main cause leaves out of limit."""
+    """Return the fraction out of limit with tolerances of the main cause halved."""
     main = each.causes.main if each.causes else None
     if main is None:
         return Cell(())
@@ -189,10 +189,9 @@ def _effect_cell(each: ResponseSummary, limited: Limited) -> Cell:
 def differ(one: Estimate, other: Estimate) -> bool:
     """Tell whether two fractions differ significantly.
 
-    Only where their intervals lie wholly apart: each end errs in 2.5 % of all runs, so
-    that one of the two that face each other does in 5 % at most, however they err
-    together. Of the difference itself, as the trials are the same, an interval would be
-    narrower; none was measured to cover.
+    They do if their intervals do not overlap. Each end errs in 2.5 % of all runs, so
+    one of the two facing ends errs in at most 5 %. The trials are the same: an interval
+    of the difference would be narrower, but its coverage was not measured.
     """
     return one.upper < other.lower or other.upper < one.lower
 
@@ -222,16 +221,16 @@ def _next_steps(found: RunSummary) -> tuple[Parts, ...]:
 
 
 def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Parts:
-    """Say what halving the tolerances of the main cause gains; nothing if it does not.
+    """Return the step that halves tolerances of the main cause; empty without a gain.
 
-    Where its effect is not `known` from these trials, a fresh run tells it.
+    `known`: these trials show the effect; otherwise a fresh run is needed.
     """
     now, verdict = limited.yields.fraction_out_of_limit, limited.yields.verdict
     causes, run = found.responses[name].causes, found.stored_run
     if verdict == MET or causes is None or (main := causes.main) is None:
         return ()
-    told, then = differ(main.halved, now), main.halved.value
-    gains = then < now.value and (told or verdict == NOT_MET)
+    clear, then = differ(main.halved, now), main.halved.value
+    gains = then < now.value and (clear or verdict == NOT_MET)
     if not (gains if known else math.isnan(then) and main.effective_sample_size):
         return ()
     if causes.pair:
@@ -242,12 +241,12 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
     few = len(parts) <= MOST_NAMED
     effect = say("the effect on {} is not estimable", Name(name))
     if known:
-        falls = "falls" if told else "may fall"
+        falls = "falls" if clear else "may fall"
         effect = say(f"{{}} {falls} from {{}} to {{}}", Name(name), ppm(now),
                      ppm(main.halved))  # fmt: skip
     command = to_halve(run, parts)
     return say(
-        f"{'Halve' if told else 'Test half'} the "
+        f"{'Halve' if clear else 'Test half'} the "
         f"{'tolerance' if len(parts) == 1 else 'tolerances'} of {{}}: {{}}{{}}.",
         listed([Name(part) for part in parts]) if few else Name(causes.leading[0]),
         effect,
@@ -256,7 +255,7 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
 
 
 def ranges_figure(found: RunSummary) -> blocks.Figure | None:
-    """Draw the fractions out of limit with their intervals, and what is permitted."""
+    """Return a figure of fractions out of limit, with intervals and limits."""
     every = {
         name: each.yields.fraction_out_of_limit for name, each in found.limits.items()
     }

@@ -33,7 +33,7 @@ NAMED = 3  # contributors of a worst trial
 
 
 def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
-    """Summarize a run: verdicts, main causes, responses.
+    """Return the summary of a run: verdicts, main causes, responses.
 
     Parameters
     ----------
@@ -69,8 +69,7 @@ def report(run: RunSource, responses: Sequence[str] = ()) -> Report | RareSummar
     Parameters
     ----------
     run : Run or path
-        Whose trials were sampled. The report is made of its file alone: the model need
-        not be there.
+        With sampled trials. The report needs only its file, not the model.
     responses : sequence of str
         Responses in focus; see `responses_in_focus`.
 
@@ -99,7 +98,7 @@ def report(run: RunSource, responses: Sequence[str] = ()) -> Report | RareSummar
 
 
 def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
-    """Return what a report rests on, and its responses in focus.
+    """Return the sampled trials of a report, and its responses in focus.
 
     Raises
     ------
@@ -114,7 +113,7 @@ def reportable(run: Run, chosen: Sequence[str] = ()) -> tuple[Drawn, list[str]]:
 
 
 def summaries_of(drawn: Drawn) -> dict[str, Summary]:
-    """Summarize every response of a run whose trials were sampled."""
+    """Return a summary of every response of a run whose trials were sampled."""
     limits = drawn.run.limits
     return {
         each.name: summarize(
@@ -125,7 +124,7 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
 
 
 def summary_of(drawn: Drawn) -> RunSummary:
-    """Summarize a run: its limits, their main causes, its responses."""
+    """Return the summary of a sampled run: limits, main causes, responses."""
     run, causes, sample = drawn.run, main_causes(drawn), drawn.sample
     summaries = summaries_of(drawn)
     done = int(np.count_nonzero(sample.done))
@@ -162,10 +161,10 @@ def summary_of(drawn: Drawn) -> RunSummary:
 
 
 def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
-    """Gather the report of a run whose trials were sampled; see `report`."""
+    """Return the report of a run whose trials were sampled; see `report`."""
     drawn, focus = reportable(run, chosen)
     with ThreadPoolExecutor(1) as other:
-        # they take longest: beside all the rest, for NumPy keeps no other waiting
+        # the slowest part, in parallel: NumPy lets other threads run
         shares = other.submit(contributions_of, drawn, focus)
         summary = summary_of(drawn)
         errors = {
@@ -173,12 +172,12 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
             for name, each in summary.responses.items()
         }
         contributions, members = shares.result()
-    scatter, evidence, sample = _scatter(drawn), run.diagnostics, drawn.sample
+    scatter, diagnostics, sample = _scatter(drawn), run.diagnostics, drawn.sample
     replicate = sample.replicate[sample.done] if sample.replicates else None
     responses = {}
     for response in run.responses:
         name, shown = response.name, response.name in focus
-        each, slopes = summary.responses[name], evidence.slopes.get(name, {})
+        each, slopes = summary.responses[name], diagnostics.slopes.get(name, {})
         by_slopes = scatter and linear.root_sum_square(each.nominal, slopes, scatter)
         found = report_answer.ReportedResponse(
             **vars(each),
@@ -190,7 +189,7 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
             departures=tuple(linear.departures(by_slopes, each.quantiles))
             if by_slopes
             else (),
-            worst_cases=evidence.worst_cases.get(name, {}),
+            worst_cases=diagnostics.worst_cases.get(name, {}),
             worst_trials=(),
             point_mass=point_mass_of(drawn.done(name), replicate) if shown else None,
             contributions=contributions.get(name),
@@ -205,7 +204,7 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
 def _scatter(drawn: Drawn) -> linear.Scatter | None:
     """Return how the deviations scatter; None without slopes.
 
-    By the distributions where each deviation is independent, else by the trials.
+    From the distributions where all deviations are independent, else from trials.
     """
     run = drawn.run
     slopes = run.diagnostics.slopes
@@ -223,7 +222,7 @@ def _scatter(drawn: Drawn) -> linear.Scatter | None:
 def _worst_trials(
     run: Run, response: str, named: Sequence[str]
 ) -> tuple[report_answer.WorstTrial, ...]:
-    """List the worst trials with some of their deviations."""
+    """Return the worst trials with some of their deviations."""
     if response not in run.limits:
         return ()
 
@@ -245,7 +244,7 @@ def _worst_trials(
 
 
 def all_limits(drawn: Drawn) -> report_answer.AllLimits | None:
-    """Estimate the yield of all limits at once; None without any."""
+    """Return the yield of all limits at once; None without any."""
     limits = {name: limit.permitted for name, limit in drawn.run.limits.items()}
     if not limits or not drawn.sample.ran.any():
         return None

@@ -1,4 +1,4 @@
-"""The second error bar, from the trials of a run that were evaluated again."""
+"""Integration errors, from the trials of a run that were evaluated again."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tolstat.store.run_records import Reason
 
 
 def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | None:
-    """Say what integration errors a response has, and how far they move its numbers.
+    """Return the integration errors of a response, and their effect on its numbers.
 
     None where nothing was evaluated again.
     """
@@ -42,17 +42,17 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | 
         own = error.of(audited.trials[some])
         return LargestError(len(own.trials), own.largest)
 
-    # what is said of production rests on independent trials
+    # statements about production need independent trials
     at_random = largest(random & np.isin(audited.trials, drawn.trials))
     chosen = {str(r.name).lower(): (reasons & r) > 0 for r in Reason}
     limit = of.limited.limit.permitted if of.limited else None
     above = share_above_largest(at_random.trials)
-    told = len(error.trials) > 0
+    known = len(error.trials) > 0
     return IntegrationErrors(
         len(audited.trials), error.failed, audited.settings, error.largest, at_random,
         math.nan if drawn.sample.replicates else above,
         {reason: largest(some) for reason, some in chosen.items() if some.any()},
-        _effect(drawn, error.removed(values)[drawn.trials], of) if told else None,
+        _effect(drawn, error.removed(values)[drawn.trials], of) if known else None,
         _sides(drawn, error, values, limit) if limit else None,
     )  # fmt: skip
 
@@ -77,7 +77,7 @@ def _effect(drawn: Drawn, better: Array, of: Summary) -> Effect:
 def _sides(
     drawn: Drawn, error: IntegrationError, values: Array, limit: tuple[float, float]
 ) -> VerdictChanges:
-    """Count changes of side among the trials that the statistics rest on."""
+    """Return changes of side among the trials that the statistics rest on."""
     counted = np.full_like(values, np.nan)
     counted[drawn.trials] = values[drawn.trials]
     own = error.of(drawn.trials)

@@ -19,7 +19,7 @@ _NO_DIFFERENCE = out_of_limit.Difference(math.nan, math.nan, 1.0)
 
 
 def main_causes(drawn: Drawn) -> dict[str, Causes]:
-    """Compare the out-of-limit trials of each limit, failed ones too, with the others.
+    """Return the causes of out-of-limit trials, failed ones too, for each limit.
 
     By limited response.
     """
@@ -43,7 +43,7 @@ def main_causes(drawn: Drawn) -> dict[str, Causes]:
 
 
 def _in_words(found: Together) -> str:
-    """Say what two contributors do in out-of-limit trials."""
+    """Return in words how two contributors lie in out-of-limit trials."""
     (a, b), way = found.members, found.way
     if found.how == BOTH_FAR:
         return f"{a} and {b} both far from their middle"
@@ -62,7 +62,7 @@ def _causes(
     differing: Mapping[str, out_of_limit.Difference],
     together: Sequence[Together],
 ) -> Causes:
-    """Put together what is known of each contributor, kind of part and pair."""
+    """Return the causes among contributors, kinds of part and pairs."""
     missing = run.diagnostics.missing or "not stored in this run"
     unknown = Halved(Estimate(math.nan, reason=missing), 0)
     stored = run.diagnostics.halved.get(response, {})
@@ -86,7 +86,7 @@ def _causes(
     elif out_of_limit.least_level(count, len(contributors)) >= out_of_limit.CLEAR:
         reason = FEW
     grouped = {part for parts in members.values() for part in parts}
-    told = {n: each for n, each in contributors.items() if n not in grouped} | kinds
-    clear = [name for name, each in told.items() if each.significant]
-    leading = tuple(sorted(clear, key=lambda name: told[name].level))
+    tested = {n: each for n, each in contributors.items() if n not in grouped} | kinds
+    clear = [name for name, each in tested.items() if each.significant]
+    leading = tuple(sorted(clear, key=lambda name: tested[name].level))
     return Causes(count, reason, leading, contributors, kinds, paired)

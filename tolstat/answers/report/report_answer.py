@@ -1,4 +1,4 @@
-"""What a run says, as types: the summary at its end, and the report. SI."""
+"""The summary and the report of a run, as types. SI."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class AllLimits(NamedTuple):
 
 
 class Cause(NamedTuple):
-    """What one contributor, or kind of part, has to do with out-of-limit trials."""
+    """One contributor, or kind of part, as a cause of out-of-limit trials."""
 
     shift: float  # how it differs among them, see `Difference`; NaN for a kind of part
     width: float
@@ -70,7 +70,7 @@ class Causes(NamedTuple):
     leading: tuple[str, ...]
     contributors: Mapping[str, Cause]
     kinds: Mapping[str, Cause]
-    # pairs that explain more than either of them, what explains most first
+    # pairs that explain more than either of them, the strongest first
     pairs: tuple[PairCause, ...] = ()
 
     @property
@@ -80,7 +80,7 @@ class Causes(NamedTuple):
 
     @property
     def equivalent_pairs(self) -> tuple[PairCause, ...]:
-        """Pairs that explain as much, as far as the trials tell: often equal parts."""
+        """Pairs whose interval reaches the named one's share: often equal parts."""
         first, *others = self._explaining
         least = first.together.far.value
         return tuple(each for each in others if each.together.far.upper >= least)
@@ -99,7 +99,7 @@ class Causes(NamedTuple):
 
     @property
     def main(self) -> Cause | PairCause | None:
-        """What is named as the main cause; None where nothing is."""
+        """The main cause; None if there is none."""
         if self.pair or not self.leading:
             return self.pair
         return self.every[self.leading[0]]
@@ -128,7 +128,7 @@ class LargestError(NamedTuple):
 
 
 class IntegrationErrors(NamedTuple):
-    """What the integration errors of a response are, by the audit of the run."""
+    """The integration errors of a response, from the audit of the run."""
 
     trials: int  # evaluated again
     failed: int  # of these, one of the two times
@@ -140,7 +140,7 @@ class IntegrationErrors(NamedTuple):
     above: float
     # of trials chosen for this response: "near" its limit, the "worst", and "spread"
     chosen: Mapping[str, LargestError]
-    effect: Effect | None  # None where no trial tells
+    effect: Effect | None  # None where it is unknown
     sides: VerdictChanges | None  # None without a limit
 
 
@@ -155,7 +155,7 @@ class SobolIndices(NamedTuple):
 
     @property
     def reason(self) -> str:
-        """Why they are not told; empty if they are."""
+        """Why they are not shown; empty if they are."""
         if self.dominated_by_few:
             return "few trials dominate the variance"
         if any(share.value == share.value for share in self.first.values()):
@@ -164,7 +164,7 @@ class SobolIndices(NamedTuple):
 
 
 class WorstTrial(NamedTuple):
-    """One of the worst trials, with what matters most of its deviations."""
+    """One of the worst trials, with its most important deviations."""
 
     trial: int
     value: float
@@ -183,13 +183,13 @@ class ResponseSummary(Summary):
 
     @property
     def largest_share(self) -> tuple[str, Estimate] | None:
-        """What has most of the variance, where that is known."""
+        """The largest variance contribution; None if unknown."""
         return None
 
 
 @dataclass(frozen=True)
 class ReportedResponse(ResponseSummary):
-    """All that a report says of a response."""
+    """A response in a report."""
 
     symbol: str
     source: str
@@ -209,9 +209,9 @@ class ReportedResponse(ResponseSummary):
     def leading(self) -> list[str]:
         """The contributors that matter to it, the most important first.
 
-        Where few trials dominate the variance its contributions are noise: what differs
-        significantly among out-of-limit trials comes first then, and ranks order the
-        rest.
+        If few trials dominate the variance, contributions are noise. Contributors that
+        differ significantly among out-of-limit trials then come first, and ranks order
+        the rest.
         """
         found = self.contributions
         if found is None:
@@ -225,7 +225,7 @@ class ReportedResponse(ResponseSummary):
 
     @property
     def largest_share(self) -> tuple[str, Estimate] | None:
-        """What has most of the variance; None where few trials dominate it."""
+        """The largest variance contribution; None where few trials dominate."""
         found = self.contributions
         if found is None or found.dominated_by_few:
             return None
@@ -258,7 +258,7 @@ class NumberOfStudy(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class RunSummary(RunAnswer):
-    """What a run says at its end."""
+    """The summary at the end of a run."""
 
     all_limits: AllLimits | None  # None without limits
     responses: Mapping[str, ResponseSummary]
@@ -291,7 +291,7 @@ class RunSummary(RunAnswer):
 
     @property
     def short(self) -> str:
-        """What it is, in a few words."""
+        """A description in a few words."""
         verdicts = ", ".join(map(" ".join, self.verdicts.items())) or "-"
         return f"{self.run}, {self.trials.done} trials; {verdicts}"
 

@@ -26,12 +26,12 @@ LONGEST = 60  # letters of a title at the foot of a sheet
 MOMENTS = (
     "Mean and sigma are of the trials that do not fail. Quantiles count failed trials "
     "as out of limit where the limit has one end. With two ends or none the interval "
-    "holds wherever they stand."
+    "holds for any value of failed trials."
 )
 JUDGED = (
-    "A limit is met when the whole interval of its yield lies at or above what is "
-    "demanded, and not met when it lies below. Failed trials count as out of limit.",
-    "The trials that decide do so with a chance of 80 %.",
+    "A limit is met when the whole interval of its yield lies at or above the demanded "
+    "yield, and not met when it lies below. Failed trials count as out of limit.",
+    "The number of trials that decide does so with a chance of 80 %.",
     "Equivalent Ppk: of a normal response with the same fraction out of limit, half of "
     "it at each end where there are two. 1.00 is 1350 ppm at one end.",
     "Main cause: it differs significantly among out-of-limit trials. Rarer kinds of "
@@ -91,7 +91,7 @@ def sheet(
 
 
 def assumptions_section(given: Assumptions, said: list[Parts]) -> blocks.Section:
-    """Say what the numbers rest on: distributions, tolerances, and some sentences."""
+    """Return the assumptions: distributions, tolerances, and some sentences."""
     rows: list[dict[str, blocks.Given]] = [
         {
             "contributor": name,
@@ -153,7 +153,7 @@ def _correlation(found: Report) -> Parts:
 
 
 def _judged(found: Report) -> list[Parts]:
-    """Say how limits are judged."""
+    """Return sentences on how limits are judged."""
     if found.all_limits is None:
         return []
     rule, *others = map(text, JUDGED)

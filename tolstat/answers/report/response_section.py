@@ -1,4 +1,4 @@
-"""All that a report says of one response in focus."""
+"""The section of a report on one response in focus."""
 
 from __future__ import annotations
 
@@ -60,18 +60,18 @@ LEVELS = (
     "makes some contributor differ so much (two rank sum tests, corrected for {} "
     "contributors after Holm; of a kind of part its clearest member; of a pair "
     "corrected for the number of pairs). Halved: the "
-    "stored trials weighted by the ratio of densities; a fresh run tells more sharply."
+    "stored trials weighted by the ratio of densities; a fresh run is more precise."
 )
-CORRELATED = "Deviations are correlated: what is correlated with a cause differs too."
+CORRELATED = "Deviations are correlated: parts correlated with a cause differ too."
 FEW = (
-    "Few trials dominate the variance. The trials tell what parts contribute together "
-    "at least, and not what each contributes alone."
+    "Few trials dominate the variance. The trials show the least joint contribution of "
+    "parts, and not the contribution of each alone."
 )
 LINEAR = "Shares come from a linear regression, which explains nearly all. "
 NEIGHBOURS = (
-    "Shares come from nearest neighbours, which understate what parts do together. "
+    "Shares come from nearest neighbours, which understate joint effects of parts. "
 )
-RARER = "They hold for trials such as those seen; a rarer kind would change them."
+RARER = "They hold for trials like those seen. A rarer kind would change them."
 OVERLAP = " Deviations are correlated: shares overlap and need not add up to 100 %."
 
 
@@ -105,7 +105,7 @@ def _declared(each: ReportedResponse) -> Parts:
 
 
 def _point_mass(each: ReportedResponse) -> Parts:
-    """Say which value many trials share."""
+    """Return a sentence on the value that many trials share."""
     if (mass := each.point_mass) is None:
         return ()
     ends = Number(mass.least, each.scale), Number(mass.largest, each.scale)
@@ -117,7 +117,7 @@ def _point_mass(each: ReportedResponse) -> Parts:
 
 
 def _indices(each: ReportedResponse) -> Parts:
-    """Say what Sobol' indices rest on, or why there are none."""
+    """Return the trials behind Sobol' indices, or why there are none."""
     if (found := each.indices) is None:
         return ()
     why = f"No Sobol' indices: {found.reason}; there are" if found.reason else None
@@ -268,15 +268,15 @@ def _contributors(
 
 def _remarks(found: Report, known: Contributions) -> Parts:
     rest = "interaction" if known.linear else "interaction, correlation or chance"
-    told = not known.dominated_by_few and not math.isnan(known.unexplained.value)
+    estimated = not known.dominated_by_few and not math.isnan(known.unexplained.value)
     alone = say(f"Not explained by contributors alone: {{}} ({rest}). ",
                 Number(known.unexplained, PART))  # fmt: skip
     ranks = say("Ranks explain {}. ", Number(known.explained, PART))
     return text(
-        alone if told else None,
+        alone if estimated else None,
         None if math.isnan(known.explained.value) else ranks,
         LINEAR if known.linear else NEIGHBOURS,
-        "Estimates below 0 are chance. " if told and not known.linear else None,
+        "Estimates below 0 are chance. " if estimated and not known.linear else None,
         RARER,
         OVERLAP if found.assumptions.correlation else None,
     )
@@ -309,7 +309,7 @@ def _classical(found: Report, name: str, each: ReportedResponse) -> Table:
 
 
 def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
-    """Say how large integration errors are, and what they move."""
+    """Return the size of integration errors, and their effect."""
     if (errors := each.integration_errors) is None:
         return ()
     exact, effect = each.scale.exact, errors.effect
@@ -334,7 +334,7 @@ def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, .
         if effect.fraction_out_of_limit is not None:
             moved["out of limit, ppm"] = Number(effect.fraction_out_of_limit, PPM)
     nearest = (
-        "Moved by so much, if each trial errs as the audited one of nearest response."
+        "Estimate: each trial has the error of the audited one of nearest response."
     )
     return (
         blocks.paragraph(say(
@@ -350,13 +350,13 @@ def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, .
 
 
 def _sides(each: ReportedResponse, errors: IntegrationErrors) -> Parts:
-    """Say how many trials change sides of the limit."""
+    """Return how many trials change sides of the limit."""
     if errors.effect is None or (sides := errors.sides) is None:
         return ()
     gap = Number(sides.gap, each.scale.exact)
     rest = say(
         f"All {sides.near} less than {{}} from the limit were evaluated again. "
-        "While no other errs by so much, the fraction out of limit moves by at most "
+        "If all others err by less, the fraction out of limit moves by at most "
         "{}.",
         gap, Number(sides.at_most, PER_CENT, "at_most"),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Contributions to responses: from the trials at hand, or made for them."""
+"""Variance contributions, from any trials or from those sampled for indices."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from tolstat.statistics.intervals.jackknife import HEAVY
 from tolstat.statistics.sensitivity.contributions import Contributions, contributions
 from tolstat.statistics.sensitivity.sobol_indices import sobol_indices
 
-ROUNDING = 1e-9  # of a share: what is above 1 by less is 1
+ROUNDING = 1e-9  # of a share: values above 1 by less are 1
 
 
 def contributions_of(
     drawn: Drawn, focus: Sequence[str]
 ) -> tuple[dict[str, Contributions], dict[str, tuple[str, ...]]]:
-    """Estimate the contributions to the responses in focus.
+    """Return the contributions to the responses in focus.
 
     By response, empty where nothing deviates; and the contributors of each kind of
     part.
@@ -38,22 +38,22 @@ def contributions_of(
 
 
 def at_most_all(share: Estimate) -> Estimate:
-    """Return a share of a variance, of which chance may estimate more than all."""
+    """Return a share of a variance, limited to 100 %."""
     if share.lower > 1 + ROUNDING:
-        return Estimate(1.0, reason="estimated to be more than all")
+        return Estimate(1.0, reason="estimated above 100 %")
     value, lower, upper = (min(x, 1.0) for x in share[:3])  # NaN stays NaN
     return Estimate(value, lower, upper, share.reason)
 
 
 def _at_most_all(found: Contributions, independent: bool) -> Contributions:
-    """Let no share be more than all; sums may be, of shares that overlap."""
+    """Return contributions limited to 100 %; overlapping shares may sum to more."""
     shares = _of_each(at_most_all, found)
     groups = shares.groups if independent else found.groups
     return shares._replace(rank_regression=found.rank_regression, groups=groups)
 
 
 def _no_interval(found: Estimate) -> Estimate:
-    """Leave out what a jackknife says: trials that know of each other mislead it."""
+    """Return an estimate without its interval: dependent trials mislead a jackknife."""
     return Estimate(found.value, reason=RANDOM_ONLY) if found.sure else found
 
 
@@ -71,7 +71,7 @@ def _of_each(
 
 
 def indices_of(drawn: Drawn, name: str) -> SobolIndices:
-    """Estimate Sobol' indices of a response of a run with sampling = "saltelli".
+    """Return Sobol' indices of a response of a run with sampling = "saltelli".
 
     Groups with a failed trial are left out and counted.
     """

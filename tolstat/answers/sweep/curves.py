@@ -1,4 +1,4 @@
-"""A grid run as curves: a response over what was swept, one curve a machine."""
+"""A grid run as curves: a response over one axis, a curve for each other setting."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ class Sweep(NamedTuple):
 
     label: str  # what is the same along it: the other axes of the grid
     at: dict[str, Any]  # the same as values, SI, by axis
-    x: Array  # float64[point], what was swept; words by number, see `words_along`
+    x: Array  # float64[point], the swept values; words by number, see `words_along`
     y: Array  # float64[point], the response, SI; NaN where a trial failed
 
 
 def swept_axis(run: Run) -> str:
-    """Choose what goes along the axis: what has most numbers, else most words.
+    """Return the axis of the grid with most numbers, else with most words.
 
     Raises
     ------
@@ -42,13 +42,13 @@ def swept_axis(run: Run) -> str:
 
 
 def words_along(run: Run, axis: str) -> list[str]:
-    """List the words that go along an axis, as they come; none where it has numbers."""
+    """Return the words along an axis, in their order; none where it has numbers."""
     values = _values(run, axis)
     return [] if values.dtype.kind == "f" else list(dict.fromkeys(values.tolist()))
 
 
 def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
-    """Cut a grid run into curves along an axis: one for each combination of the others.
+    """Return the curves of a grid run along an axis, one for each other combination.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def sweeps(run: Run, axis: str, response: str) -> list[Sweep]:
 
 
 def responses_of_interest(run: Run) -> list[str]:
-    """List what has a reference or a limit: what the study asks about."""
+    """Return the responses with a reference or a limit."""
     columns = run.reference.columns if run.reference else ()
     known = [name for name in columns if name in run.units][1:]
     limited = [name for name in run.limits if name not in known]

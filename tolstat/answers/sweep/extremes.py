@@ -1,4 +1,4 @@
-"""What a run of chosen trials says: extremes, and how many are out of limit."""
+"""The answer about a run of given trials: extremes, and trials out of limit."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ class ResponseExtremes(NamedTuple):
     scale: Scale
     least: Extreme | None  # None where no trial is done
     largest: Extreme | None
-    limit: Limit | None  # what is permitted
+    limit: Limit | None  # the permitted range
     out_of_limit: int  # trials, failed ones among them; 0 without a limit
 
 
 @dataclass(frozen=True, repr=False)
 class Extremes(Answer):
-    """What a run of a grid or a table says: its trials are no sample of production."""
+    """Extremes of a grid or a table, whose trials are no sample of production."""
 
     title: str
     run: str
@@ -51,14 +51,14 @@ class Extremes(Answer):
     ran: int
     failed: int
     responses: Mapping[str, ResponseExtremes]
-    notes: tuple[str, ...]  # what must be known to read the numbers
+    notes: tuple[str, ...]  # for readers of the numbers
     stored_run: Run = field(metadata={"json": False})
     answers: ClassVar[str] = "extremes"
     not_met: ClassVar[tuple[str, ...]] = ()  # no limit is judged
 
     @property
     def short(self) -> str:
-        """What it is, in a few words."""
+        """A description in a few words."""
         return f"{self.run}, {self.ran} trials of a {self.sampling}"
 
     def document(self) -> Document:
@@ -86,7 +86,7 @@ def _value(extreme: Extreme | None, scale: Scale) -> Number:
 
 
 def extremes_of(run: Run) -> Extremes:
-    """Say what a run says whose trials were chosen and not sampled."""
+    """Return the extremes of a run whose trials are given and not sampled."""
     responses = {}
     for name in (each.name for each in run.responses):
         limit = run.limits.get(name)

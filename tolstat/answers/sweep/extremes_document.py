@@ -1,4 +1,4 @@
-"""What a run of chosen trials says: extremes, limits, its trials, its reference."""
+"""Document about a run of given trials: extremes, limits, trials, reference."""
 
 from __future__ import annotations
 
@@ -68,17 +68,17 @@ def _extreme(head: str, extreme: Extreme | None, scale: Scale) -> dict[str, Give
 
 
 def table_rows(run: Run) -> list[Block]:
-    """Return the trials of a table: how they differ, what they answer, how they ended.
+    """Return the trials of a table: their deviations, responses and statuses.
 
-    Of each trial the deviations that differ from trial to trial, what has a limit (the
-    first responses if nothing has), its status and the limits it is out of; then what
-    all have alike. Empty unless the run has sampling = "table".
+    A row has the deviations that differ between trials, the limited responses (or the
+    first ones), the status and the limits it is out of. Common deviations follow. Empty
+    unless the run has sampling = "table".
     """
     if run.sampling != "table":
         return []
     known = {each.name: run.column(each.name) for each in run.contributors}
-    alike = [n for n, x in known.items() if run.trials > 1 and not np.ptp(x)]
-    own = [n for n, x in known.items() if n not in alike and np.any(x)]
+    same = [n for n, x in known.items() if run.trials > 1 and not np.ptp(x)]
+    own = [n for n, x in known.items() if n not in same and np.any(x)]
     focus, responses = responses_in_focus(run), [each.name for each in run.responses]
     columns = [*own, *(name for name in responses if name in focus)]
     done = run.status == Status.DONE
@@ -94,9 +94,9 @@ def table_rows(run: Run) -> list[Block]:
         rows.append({**row, "status": run.ended_as(trial), "out of limit": out})
     table = table_of(rows, f"{run.title}: trials", words=["out of limit"])
     found: list[Block] = [table]
-    values = [(f"{n} ", _cell(run, n, 0)) for n in alike if known[n][0]]
+    values = [(f"{n} ", _cell(run, n, 0)) for n in same if known[n][0]]
     if values:
-        found.append(blocks.paragraph("in all of them ", listed(values, "")))
+        found.append(blocks.paragraph("in all trials: ", listed(values, "")))
     if len(rows) < run.trials:
         each = command("trial", run.path, "NUMBER", machine=run.machine)
         part = say("the first {} of {}; ", f"{len(rows)}", counted(run.trials, "trial"))
@@ -113,7 +113,7 @@ def _cell(run: Run, name: str, trial: int) -> str | Number:
 def comparisons(run: Run) -> list[Table]:
     """Compare a grid run with its reference: a table for each response and curve.
 
-    Of points that say where on the other axes they are, those that lie on the curve.
+    Points with values on other axes are compared with the curve on which they lie.
     Empty where a run has no reference.
     """
     if not run.reference:

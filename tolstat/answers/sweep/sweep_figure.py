@@ -1,4 +1,4 @@
-"""Grid runs as curves: responses over what was swept, several runs in one picture."""
+"""Grid runs as curves: responses over the swept axis, several runs in one picture."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from tolstat.render.shown_view import CURVE_COLOURS
 from tolstat.store.stored_run import Run
 
 MOST_CURVES = 12
-FEW_POINTS = 100  # are shown each by itself
+FEW_POINTS = 100  # have markers
 
 
 def save_sweeps(runs: Sequence[Run], path: Path, responses: Sequence[str] = ()) -> None:
     """Draw grid runs over the same contributor or setting as curves, into a picture.
 
-    Without responses those are shown that have a reference or a limit.
+    By default it shows the responses with a reference or a limit.
 
     Raises
     ------
@@ -46,12 +46,12 @@ def sweep_plot(runs: Sequence[Run], responses: Sequence[str] = ()) -> Plot:
         if (other, others) != (axis, words):
             raise PictureError(
                 f"{runs[0].path} sweeps {' '.join([axis, *words])}, {run.path} sweeps "
-                f"{' '.join([other, *others])}; draw each by itself"
+                f"{' '.join([other, *others])}; draw them separately"
             )
     chosen = list(responses) or curves.responses_of_interest(runs[0])
     if not chosen:
         raise PictureError(
-            f"{runs[0].path} limits no response; name the responses to be drawn"
+            f"{runs[0].path} limits no response; name the responses to draw"
         )
     label = axis if words else curves.axis_scale(runs[0], axis).label(axis)
     x = PlotAxis(label, words=words)

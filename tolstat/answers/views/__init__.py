@@ -1,1 +1,1 @@
-"""What a model can show: histories, charts, tables; a trial again."""
+"""Views of a model: histories, charts, tables; a trial simulated again."""

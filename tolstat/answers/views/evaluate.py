@@ -1,4 +1,4 @@
-"""Trials of given deviations: their responses, how one moved, what it shows."""
+"""Trials of given deviations: their responses, histories and views."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def evaluate(
     deviations: Mapping[str, ArrayLike] | pd.DataFrame | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> pd.DataFrame:
-    """Simulate trials of given deviations.
+    """Return the responses of trials with given deviations.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ def evaluate(
         A name of `tolstat.models()`, or a model object.
     deviations : mapping or DataFrame, optional
         By contributor name, SI: numbers, or arrays of one length. A name without its
-        number means each of them. What is missing is zero.
+        number means each of them. Missing ones are zero.
     settings : mapping, optional
-        By name, SI; what is missing takes its default.
+        By name, SI; missing ones have their default.
 
     Returns
     -------
@@ -61,16 +61,16 @@ def evaluate(
     """
     import pandas as pd
 
-    machine = catalogue.find(model)
-    chosen = model_settings.make(machine, settings)
-    description = described(machine, chosen)
+    loaded = catalogue.find(model)
+    chosen = model_settings.make(loaded, settings)
+    description = described(loaded, chosen)
     given = {} if deviations is None else {str(k): v for k, v in deviations.items()}
-    outcome = simulate(machine, _deviations(given, description), chosen)
+    outcome = simulate(loaded, _deviations(given, description), chosen)
     names = [response.name for response in description.responses]
     frame = pd.DataFrame(outcome.responses, columns=names)
     if isinstance(deviations, pd.DataFrame):
         frame.index = deviations.index
-    frame["status"] = status_words(outcome.status, words_of(machine.failures))
+    frame["status"] = status_words(outcome.status, words_of(loaded.failures))
     if outcome.steps is not None:
         frame["steps"] = outcome.steps
     frame.attrs["units"] = {r.name: r.unit for r in description.responses}
@@ -84,17 +84,17 @@ def trajectory(
     *,
     step: float = STEP,
 ) -> pd.DataFrame:
-    """Simulate one trial and return how it moved.
+    """Return the history of one simulated trial.
 
     Parameters
     ----------
     model : str or Model
         A name of `tolstat.models()`, or a model object that moves.
     deviations : mapping, optional
-        By contributor name, SI. A name without its number means each of them. What is
-        missing is zero.
+        By contributor name, SI. A name without its number means each of them. Missing
+        ones are zero.
     settings : mapping, optional
-        By name, SI; what is missing takes its default.
+        By name, SI; missing ones have their default.
     step : float
         Time between two rows, s.
 
@@ -116,15 +116,15 @@ def trajectory(
     >>> moved["rod_force_1"].max().round(-2).item()
     104900.0
     """
-    machine = catalogue.find(model)
-    chosen = model_settings.make(machine, settings)
-    first = _first(machine, chosen, deviations)
-    chart, outcome = history_of(machine, first[0], chosen, step)
+    loaded = catalogue.find(model)
+    chosen = model_settings.make(loaded, settings)
+    first = _first(loaded, chosen, deviations)
+    chart, outcome = history_of(loaded, first[0], chosen, step)
     frame = chart.frame()
-    names = [response.name for response in described(machine, chosen).responses]
+    names = [response.name for response in described(loaded, chosen).responses]
     values = outcome.responses[0].tolist()
     frame.attrs["responses"] = dict(zip(names, values, strict=True))
-    frame.attrs["status"] = words_of(machine.failures)[int(outcome.status[0])]
+    frame.attrs["status"] = words_of(loaded.failures)[int(outcome.status[0])]
     return frame
 
 
@@ -136,13 +136,13 @@ def view(
     *,
     model: Model | None = None,
 ) -> View:
-    """Show a trial: the nominal one, or one with the deviations given.
+    """Return a view of a trial: the nominal one, or one with the deviations given.
 
     Parameters
     ----------
     source : path, mapping, str or Model
-        A study, as a .toml file or as what one would hold; or a model, by its name or
-        the object itself.
+        A study, as a .toml file or its content; or a model, by its name or the object
+        itself.
     name : str
         Of the view; `tolstat show MODEL` lists them.
     deviations : mapping, optional
@@ -168,11 +168,11 @@ def view(
     (9, 8)
     """
     if isinstance(source, Model) or source in catalogue.names():
-        machine = catalogue.find(source)
-        chosen = model_settings.make(machine, settings)
-        return view_of(machine, chosen, name, deviations)
+        loaded = catalogue.find(source)
+        chosen = model_settings.make(loaded, settings)
+        return view_of(loaded, chosen, name, deviations)
     if settings:
-        raise ModelError("a study has its own settings; change them there")
+        raise ModelError("a study has settings; change them in its file")
     study = load(source, model=model)
     return view_of(study.model, study.settings, name, deviations, study)
 
@@ -184,7 +184,7 @@ def view_of(
     deviations: Mapping[str, ArrayLike] | None = None,
     study: Study | None = None,
 ) -> View:
-    """Show a trial; the tolerances of a study open the bands of a view with such."""
+    """Return a view of a trial; the tolerances of a study give its bands."""
     known = offers(model)
     if name not in known:
         raise model.fault(f"it has no view {name}; {allowed_names(name, known)}")
@@ -200,12 +200,12 @@ def _first(
     """Return the trial that is shown, float64[1, contributor]."""
     table = _deviations(dict(deviations or {}), described(model, settings))
     if len(table) != 1:
-        raise ModelError(f"one machine is shown, not {len(table)}")
+        raise ModelError(f"a view shows one trial, not {len(table)}")
     return table
 
 
 def _deviations(given: Mapping[str, Any], description: Description) -> Array:
-    """Arrange deviations by name as float64[trial, contributor]."""
+    """Return deviations by name as float64[trial, contributor]."""
     names = [contributor.name for contributor in description.contributors]
     columns: dict[str, Array] = {}
     for name, values in given.items():
@@ -215,7 +215,7 @@ def _deviations(given: Mapping[str, Any], description: Description) -> Array:
         except (TypeError, ValueError) as error:
             raise ModelError(f"deviation {name}: {error}") from None
         if column.ndim > 1 or not np.all(np.isfinite(column)):
-            raise ModelError(f"deviation {name}: finite numbers are expected, in a row")
+            raise ModelError(f"deviation {name}: give a list of finite numbers")
         for each in expanded:
             if each in columns:
                 raise ModelError(f"deviation {each} is given twice, also by {name}")

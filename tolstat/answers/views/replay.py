@@ -1,4 +1,4 @@
-"""One trial simulated again: its deviations, its responses, how it moved."""
+"""One trial simulated again: its deviations, responses and history."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Quantity(NamedTuple):
 
     value: float | str  # SI
     scale: Scale  # how it is shown
-    sentence: str = ""  # what it is
+    sentence: str = ""  # its description
     limit: str = ""  # of a response, in words; empty where it has none
     out_of_limit: bool = False
 
@@ -64,14 +64,14 @@ class Replay(Answer):
     trial: int | None  # None for the nominal one
     status: str  # how it ended
     steps: int | None  # None where nothing is integrated
-    settings: dict[str, Quantity]  # what a grid changed for it
+    settings: dict[str, Quantity]  # those that a grid changed
     deviations: dict[str, float]  # by contributor, SI
     responses: dict[str, Quantity]
     stored: bool = False  # whether there is a stored row to compare with
-    # what is not as stored, bit for bit: responses, "status", "steps"
+    # not bit for bit as stored: responses, "status", "steps"
     differences: tuple[str, ...] = ()
     reason: str = ""  # why they may differ, if there is a reason
-    damage: str = ""  # what of the run is damaged
+    damage: str = ""  # the damage of the run
     repair: str = field(default="", metadata={"json": False})
     contributors: dict[str, Quantity] = field(
         default_factory=dict, metadata={"json": False}
@@ -87,7 +87,7 @@ class Replay(Answer):
         return f"{self.title}: {self.status}"
 
     def document(self) -> blocks.Document:
-        """Return what deviates, what it answers, and whether that is as stored."""
+        """Return deviations, responses, and whether these are as stored."""
         moved = {name: each for name, each in self.contributors.items() if each.value}
         inputs: list[dict[str, blocks.Given]] = [
             {"contributor": Name(name), "deviation": each.words, "": each.sentence}
@@ -133,7 +133,7 @@ class Replay(Answer):
 
 
 def replay(run: RunSource, index: int | None, model: Model | None = None) -> Replay:
-    """Simulate one trial of a run again and compare.
+    """Return one trial of a run, simulated again and compared.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
     Returns
     -------
     Replay
-        With what differs from the stored row, bit for bit.
+        With the differences from the stored row, bit for bit.
 
     Raises
     ------
@@ -168,16 +168,16 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
         )
     if index is not None and run.status[index] == Status.NOT_RUN:
         raise RunFileError(f"{run.path}: trial {index} has not run")
-    machine, scales = catalogue.find(model or run.model), run.scales
-    settings = read(machine, settings_with_links(run.study.table, machine))
+    loaded, scales = catalogue.find(model or run.model), run.scales
+    settings = read(loaded, settings_with_links(run.study.table, loaded))
     swept, row = dict[str, Quantity](), {each.name: 0.0 for each in run.contributors}
     if index is not None:
-        settings = replace(settings, **_swept(run, index, machine))
+        settings = replace(settings, **_swept(run, index, loaded))
         row = {name: float(run.column(name)[index]) for name in row}
         for name in (each.name for each in run.swept):
             swept[name] = Quantity(run.column(name)[index].item(), scales[name])
     found = _simulated(
-        machine, settings, row, run.responses, run.limits, lambda r, _: scales[r.name]
+        loaded, settings, row, run.responses, run.limits, lambda r, _: scales[r.name]
     )
     which = "nominal trial" if index is None else f"trial {index}"
     return replace(
@@ -187,7 +187,7 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
         settings=swept,
         stored=True,
         differences=tuple(_differences(run, index, found)),
-        reason="; ".join(run.made_otherwise(machine.source_digest)),
+        reason="; ".join(run.made_otherwise(loaded.source_digest)),
         damage=run.damage.words if run.damage else "",
         repair=to_resume(run.path, run.machine),
         contributors={
@@ -198,7 +198,7 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
 
 
 def nominal_trial(study: Study) -> Replay:
-    """Simulate the trial without deviations of a study."""
+    """Return the simulated nominal trial of a study."""
     contributors, responses = study.description
 
     def scale(each: Response, value: float) -> Scale:
@@ -221,7 +221,7 @@ def _simulated(
     limits: Mapping[str, Limit],
     scale: Callable[[Response, float], Scale],
 ) -> Replay:
-    """Simulate a trial of a row of deviations, SI."""
+    """Return the simulated trial of a row of deviations, SI."""
     deviations, chart = np.array(list(row.values())), None
     if model.moves:
         chart, outcome = history_of(model, deviations, settings, STEP)
@@ -240,7 +240,7 @@ def _simulated(
 
 
 def _swept(run: Run, index: int, model: Model) -> dict[str, Any]:
-    """Read what a grid changed for one trial."""
+    """Return the settings that a grid changed for one trial."""
     changes: dict[str, Any] = {}
     for swept in run.swept:
         name = setting_name(swept.name)
@@ -254,7 +254,7 @@ def _swept(run: Run, index: int, model: Model) -> dict[str, Any]:
 
 
 def _differences(run: Run, index: int | None, found: Replay) -> Iterator[str]:
-    """Name what is not bit for bit as stored."""
+    """Yield the names that are not bit for bit as stored."""
     stored = run.nominal_values
     if index is not None:
         stored = {name: run.column(name)[index] for name in found.responses}

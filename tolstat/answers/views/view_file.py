@@ -28,7 +28,7 @@ def view_document(view: View, title: str, sentence: str = "") -> Document:
 
 
 def view_on_screen(view: View, title: str) -> Document:
-    """Return some rows of a view; of a listing the first, which matter most."""
+    """Return some rows of a view; of a listing the first, most important ones."""
     heads, rows = view_rows(view)
     chosen = np.arange(min(MOST_ROWS, len(rows)))
     if isinstance(view, Chart):

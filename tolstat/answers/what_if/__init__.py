@@ -1,1 +1,1 @@
-"""What a run would have found with other tolerances."""
+"""Results of a run with other tolerances, without a new run."""

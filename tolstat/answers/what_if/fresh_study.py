@@ -70,7 +70,7 @@ def fresh_study(
     ------
     StudyError
         If an entry cannot be read, a data file is missing in the folder, or no study
-        can say it: of a part of a batch, for example.
+        can hold it: it changes one part of a batch alone, for example.
     PictureError
         If the trials of the run were not sampled.
 
@@ -103,7 +103,7 @@ def fresh_study(
         table["limits"] = _replaced(table.get("limits", {}), limits, names, _demanding)
     if not run.rules:
         table["trials"] = run.trials
-    table["seed"] = run.sampled.seed + 1  # the run that proves knows no trial of this
+    table["seed"] = run.sampled.seed + 1  # the fresh run has no trial of this one
     if run.sampled.replicates:
         table["sampling"] = "random"
     elif run.aim and limits:
@@ -139,8 +139,8 @@ def study_in(
     try:
         found = load(table, model=model, folder=folder)
         now = found.deviating
-        alike = now.distributions == wanted.distributions
-        if alike and now.dependence == wanted.dependence:
+        same = now.distributions == wanted.distributions
+        if same and now.dependence == wanted.dependence:
             return found
     except TolstatError as error:
         reason = str(error)

@@ -1,4 +1,4 @@
-"""What if parts came from other distributions: the stored trials, reweighted."""
+"""Results with other distributions, from the stored trials reweighted."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def what_if(
     limits: Entries | None = None,
     model: Model | None = None,
 ) -> WhatIf:
-    """Say what a run would have found with other deviations; nothing is simulated.
+    """Return the results of a run with other deviations; nothing is simulated.
 
     The stored trials are weighted by the ratio of densities.
 
@@ -69,8 +69,8 @@ def what_if(
     Returns
     -------
     WhatIf
-        Every number with an interval that holds for weighted trials, or why it has
-        none.
+        Every number with an interval that holds for weighted trials, or the reason why
+        it has none.
 
     Raises
     ------
@@ -150,14 +150,14 @@ def _check_drawn(run: Run, study: Study) -> None:
 
 
 def problems_of(run: Run) -> Problems:
-    """Collect what is wrong with a scenario of a run."""
+    """Return the collection of problems of a scenario."""
     return Problems(f"{run.path}", "cannot answer this")
 
 
 def read_scenario(
     given: Entries, study: Study, run: Run, problems: Problems
 ) -> Deviations:
-    """Read entries of [deviations]; data files are those beside the run's study."""
+    """Return the entries of [deviations]; data files lie beside the run's study."""
     check_section("deviations", given, problems)
     for name, entry in given.items():
         if isinstance(entry, dict) and "common" in entry:
@@ -170,7 +170,7 @@ def read_scenario(
 def _changed_kinds(
     given: Entries, scenario: Deviations, study: Study, run: Run
 ) -> list[str]:
-    """Say where a range alone, which is normal, replaces another distribution."""
+    """Return notes on ranges, which are normal, that replace another distribution."""
     names = [each.name for each in run.contributors]
     table, sampled = run.study.table, study.deviating.distributions
     before = {
@@ -207,7 +207,7 @@ class Reweighted(NamedTuple):
 def reweighted(
     scenario: Deviations, study: Study, drawn: Drawn, problems: Problems
 ) -> Reweighted:
-    """Weight the trials.
+    """Return the weighted trials.
 
     Raises
     ------
@@ -233,7 +233,7 @@ def reweighted(
 def _together(
     scenario: Deviations, study: Study, drawn: Drawn, left: dict[str, float]
 ) -> Reweighted:
-    """Weight the trials for all changes at once."""
+    """Return the trials weighted for all changes at once."""
     trials, new, baseline = len(drawn.trials), scenario.distributions, study.deviating
     overlap = overlap_of(baseline.distributions, baseline.dependence, new, trials)
     expected = overlap.efficiency * trials

@@ -1,4 +1,4 @@
-"""What a run would have found with other deviations: the answer, and what it says."""
+"""Results of a run with other deviations: the answer and its document."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ class ResponseWhatIf(NamedTuple):
     baseline: Summary  # of the trials as they are
     scenario: Summary  # of the weighted trials
     nominal: float  # of the nominal trial
-    sentence: str  # what it is
+    sentence: str  # its description
     scale: Scale
 
 
 @dataclass(frozen=True, repr=False)
 class WhatIf(Answer):
-    """What a run would have found with other deviations."""
+    """Results of a run with other deviations."""
 
     title: str  # of the run
     run: str
@@ -53,11 +53,11 @@ class WhatIf(Answer):
     # by contributor; all others stay, and so do batches and correlations
     changes: Mapping[str, Change]
     trials: int  # that are weighted
-    effective_sample_size: int  # how many independent ones they are worth
+    effective_sample_size: int  # of the weighted trials
     expected_sample_size: float  # the same by the distributions, without the trials
     yield_all_limits: YieldAllLimits | None  # None without limits
     responses: Mapping[str, ResponseWhatIf]
-    notes: tuple[str, ...]  # what must be known to read the numbers
+    notes: tuple[str, ...]  # for readers of the numbers
     answers: ClassVar[str] = "what_if"
 
     @property
@@ -174,7 +174,7 @@ class WhatIf(Answer):
         )
 
     def _notes(self) -> Iterator[blocks.Paragraph]:
-        """Say what must be known to read the numbers."""
+        """Yield the notes for readers of the numbers."""
         yield blocks.note(
             say(
                 "Nothing was simulated: {}, reweighted, have an effective sample size "
@@ -185,8 +185,8 @@ class WhatIf(Answer):
         )
         yield from map(blocks.note, self.notes)
         yield blocks.note(
-            "Below each number stands its 95 % interval: of fractions out of limit "
+            "Each number has its 95 % interval below it: of fractions out of limit "
             "from weighted counts, of all others for any distribution. Fractions and "
             "verdicts of the baseline are anytime-valid, those of the scenario for a "
-            "single look. So they may differ where the trials do not."
+            "single look. So they may differ although the trials are equal."
         )
