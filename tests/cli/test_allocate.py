@@ -92,7 +92,7 @@ def test_a_study_is_written_only_where_it_reads_what_was_measured(study, tmp_pat
     new = other.with_name("new.toml")
     new.parent.mkdir()
     missing = call(study, "-o", new)
-    assert missing.exit_code == 2 and "there is no such file" in missing.stderr
+    assert missing.exit_code == 2 and "no such file" in missing.stderr
     other.write_text("length [mm]\n0.03\n-0.01\n")
     others = call(study, "-o", new)
     assert others.exit_code == 2 and "data of that name differ" in others.stderr

@@ -260,7 +260,7 @@ def test_a_forged_answer_shows_in_the_draws_after_it(run):
 
 
 def test_it_is_no_sample(run, tmp_path):
-    with pytest.raises(StudyError, match="made for a number of trials"):
+    with pytest.raises(StudyError, match="depends on the number of trials"):
         tolstat.extend(run.path, 8000)
     with pytest.raises(PictureError, match="are no random sample"):
         tolstat.compare(run, run)
