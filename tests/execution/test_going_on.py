@@ -322,7 +322,10 @@ def test_a_run_put_back_is_not_shown_as_the_new_one(toy, tmp_path):
     study = written(tmp_path, STUDIES["random"])
     before = tolstat.run(study, model=toy)
     asked = load(study, model=toy, seed=2)
-    with Workers(1, lambda: True) as crew, pytest.raises(StoppedError, match="as it w"):
+    with (
+        Workers(1, lambda: True) as crew,
+        pytest.raises(StoppedError, match="unchanged"),
+    ):
         execute(asked, before.path, crew, force=True)
     assert tolstat.open(before.path).sampled.seed == 1
     assert StoppedError.exit_code == 130

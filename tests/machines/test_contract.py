@@ -159,7 +159,7 @@ LIES = [
     (lambda n: Outcome(np.full((n, 2), np.nan), np.ones(n)), "y is nan in a trial whose"),
     (lambda n: Outcome(np.full((n, 2), np.inf), np.ones(n)), "y is inf in a trial whose"),
     (lambda n: Outcome(np.zeros((n, 2)), np.ones(3)), "status of 18 numbers"),
-    (lambda n: Outcome(np.zeros((n, 2)), np.full(n, 7)), r"status \[7\] is none"),
+    (lambda n: Outcome(np.zeros((n, 2)), np.full(n, 7)), r"cannot end with status \[7\]"),
     (lambda n: Outcome(np.zeros((n, 2)), np.zeros(n)), "0, not run"),
     (lambda n: Outcome(np.zeros((n, 2)), np.ones(n), np.ones(n)), "returns steps; this needs a setting rtol"),
     (lambda n: Outcome(np.zeros((n, 2)), failed={"tired": np.ones(n)}), "'tired' is not in"),

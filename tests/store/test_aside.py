@@ -125,7 +125,7 @@ def test_a_machine_that_fails_leaves_what_ran_or_nothing(tmp_path):
 
 def test_no_room_is_said_before_anything_runs(toy, tmp_path, monkeypatch):
     check_room(tmp_path / "run.h5", 1000)
-    with pytest.raises(RunFileError, match=r"needs 2000000000000\.0 MB, its"):
+    with pytest.raises(RunFileError, match=r"needs 2000000000000\.0 MB for its"):
         check_room(tmp_path / "run.h5", 10**18)
     once_and_a_half = shutil.disk_usage(tmp_path)._replace(free=1500)
     with monkeypatch.context() as patch:
