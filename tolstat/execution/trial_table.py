@@ -147,7 +147,7 @@ def drawn_again(run: Run, study: Study, workers: Workers | None = None) -> Stage
             pass
     except Interrupted:
         raise StoppedError(
-            f"stopped before any trial finished; the run in {run.path} is unchanged",
+            f"stopped before any new trial ran; the run in {run.path} is unchanged",
             Advice("resume", run.path, run.machine),
         ) from None
     not_drawn = slice(stages.latest.stop, None)
