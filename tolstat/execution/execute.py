@@ -74,14 +74,14 @@ def run(
     RunFileError
         If the run file exists already or cannot be written.
     """
-    asked = load(study, model=model, trials=trials, seed=seed)
-    if output is None and asked.path is None:
+    loaded = load(study, model=model, trials=trials, seed=seed)
+    if output is None and loaded.path is None:
         raise StudyError(
             'a study that is not a file needs a run file: give output="run.h5"'
         )
-    path = Path(output) if output is not None else run_of(cast(Path, asked.path))
+    path = Path(output) if output is not None else run_of(cast(Path, loaded.path))
     with Workers(workers, executor=executor) as crew:
-        return execute(asked, path, crew, force=force, progress=progress)
+        return execute(loaded, path, crew, force=force, progress=progress)
 
 
 def resume(

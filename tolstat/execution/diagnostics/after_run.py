@@ -74,16 +74,16 @@ def _worst_cases(
         batch = batches.get(names[column])
         alike = batch.name if batch and batch.share == 1 else names[column]
         factors.setdefault(alike, []).append(column)
-    asked = [
+    ends_of_limits = [
         (name, sign)
         for name, limit in study.limits.items()
         for sign, end in ((-1, limit.lower), (1, limit.upper))
         if np.isfinite(end)
     ]
-    if not factors or not asked:
+    if not factors or not ends_of_limits:
         return {}
     groups, targets = list(factors.values()), []
-    for name, sign in asked:
+    for name, sign in ends_of_limits:
         column = responses.index(name)
         starts = _worst_starts(sign * trials.responses[:, column], trials, lower, upper)
         starts.append(_steepest(sign * slopes[:, column], lower, upper, groups))
@@ -92,7 +92,7 @@ def _worst_cases(
         study.model, study.settings, lower, upper, groups, targets, workers
     )
     found: dict[str, dict[str, WorstCase]] = {}
-    for (name, sign), corner in zip(asked, corners, strict=True):
+    for (name, sign), corner in zip(ends_of_limits, corners, strict=True):
         machine = dict(zip(names, corner.deviations.tolist(), strict=True))
         side = "largest" if sign > 0 else "least"
         case = WorstCase(corner.value, machine, corner.tried, corner.failed)

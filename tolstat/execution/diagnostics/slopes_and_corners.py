@@ -49,8 +49,8 @@ def slopes(
         return np.zeros((len(usual), len(model.describe(settings).responses)))
     step = STEP * usual[varying]
     ahead = np.diag(STEP * usual)[varying]
-    asked = np.concatenate([ahead, -ahead]) + (0.0 if at is None else at)
-    found = workers.simulate(model, asked, settings).responses
+    shifted = np.concatenate([ahead, -ahead]) + (0.0 if at is None else at)
+    found = workers.simulate(model, shifted, settings).responses
     ahead, behind = np.split(found, 2)
     every = np.zeros((len(usual), found.shape[1]))
     every[varying] = (ahead - behind) / (2 * step[:, None])
@@ -92,18 +92,18 @@ def worst_corners(
     all at once if that is worse still. The search is local and proves nothing.
     """
     searches = [_search(target, lower, upper, factors) for target in targets]
-    asked = {place: next(search) for place, search in enumerate(searches)}
+    pending = {place: next(search) for place, search in enumerate(searches)}
     found: dict[int, Corner] = {}
-    while asked:
-        answers = workers.simulate(model, np.concatenate([*asked.values()]), settings)
-        ends = np.cumsum([len(rows) for rows in asked.values()])[:-1]
+    while pending:
+        answers = workers.simulate(model, np.concatenate([*pending.values()]), settings)
+        ends = np.cumsum([len(rows) for rows in pending.values()])[:-1]
         parts = np.split(answers.responses, ends)
-        for place, responses in zip([*asked], parts, strict=True):
+        for place, responses in zip([*pending], parts, strict=True):
             try:
-                asked[place] = searches[place].send(responses)
+                pending[place] = searches[place].send(responses)
             except StopIteration as end:
                 found[place] = end.value
-                del asked[place]
+                del pending[place]
     return [found[place] for place in range(len(targets))]
 
 
