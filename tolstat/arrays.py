@@ -1,4 +1,4 @@
-"""Types of arrays that every floor uses."""
+"""Types of arrays that all rooms use."""
 
 import numpy as np
 from numpy.typing import NDArray

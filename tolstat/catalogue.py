@@ -1,4 +1,4 @@
-"""The machines that a study can name: our own, those of installed packages, yours."""
+"""Models by name: those of tolstat, of installed packages, and custom ones."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ _places: dict[str, str] = {}  # where these came from
 
 
 def names() -> list[str]:
-    """List the models by name."""
+    """Return the names of all models."""
     return list(dict.fromkeys([*_installed(), *_given]))
 
 
 def _installed() -> list[str]:
-    """List our own models, and those of installed packages."""
+    """Return the names of the models of tolstat and of installed packages."""
     return [*MACHINES, *(point.name for point in entry_points(group=GROUP))]
 
 
 def place_of(model: Model) -> str:
-    """Say what --machine needs to find a model again; empty if it is installed."""
+    """Return the value of --machine that finds a model; empty if it is installed."""
     if model.name in _installed():
         return ""
     return _places.get(model.name, ANY)
 
 
 def find(model: str | Model) -> Model:
-    """Return a model by its name; a model object stands for itself.
+    """Return a model by its name; a model object is returned as it is.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def find(model: str | Model) -> Model:
     Raises
     ------
     ModelError
-        If there is no such model, or it is none.
+        If there is no such model, or the object is not a model.
     """
     if not isinstance(model, str):
         return check_model(model)
@@ -71,7 +71,7 @@ def find(model: str | Model) -> Model:
             message = f"{point.value} cannot be loaded: {type(error).__name__}: {error}"
             raise ModelError(message) from error
         if found.name != model:
-            raise ModelError(f"the entry point {point.value} is called '{found.name}'")
+            raise ModelError(f"the model of {point.value} has the name '{found.name}'")
         return found
     raise ModelError(
         f"no model is called '{model}'; {allowed_names(model, names())}",
@@ -80,7 +80,7 @@ def find(model: str | Model) -> Model:
 
 
 def load(place: str) -> Model:
-    """Load a custom model, for all that this process asks for by name.
+    """Return a custom model; from now on this process finds it by its name.
 
     Parameters
     ----------
@@ -90,23 +90,23 @@ def load(place: str) -> Model:
     Raises
     ------
     ModelError
-        If the file cannot be run, or has no such machine.
+        If the file cannot be run, or has no such model.
     """
     file, _, name = place.rpartition(":")
     path = Path(file)
     if not file or not name.isidentifier():
         raise ModelError(f"'{place}': FILE.py:NAME is expected, such as stack.py:Stack")
     if not path.is_file():
-        raise ModelError(f"{path}: there is no such file")
+        raise ModelError(f"{path}: no such file")
     module_name = f"tolstat_machine_{path.stem}"
     spec = importlib.util.spec_from_file_location(module_name, path.resolve())
     if spec is None or spec.loader is None:
-        raise ModelError(f"{path} is no Python file")
+        raise ModelError(f"{path} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
     sys.path.insert(
         0, str(path.resolve().parent)
-    )  # what lies beside it, as Python does
+    )  # finds modules in the same folder, as Python does
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:

@@ -1,4 +1,4 @@
-"""What tolstat says to an engineer when it refuses to go on."""
+"""Errors of tolstat, and the advice that they give."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 
 class Advice(NamedTuple):
-    """What can be done about an error; the command line says what is typed for it.
+    """A remedy for an error; the command line prints the command to type.
 
     Attributes
     ----------
@@ -17,13 +17,13 @@ class Advice(NamedTuple):
         "run", "repair", "resume", "resume regardless", "run again", "replace",
         "replace run", "extend", "export", "plot", "report", "custom model".
     path : Path
-        Of a run, or of a study that is run.
+        The run file, or the study to run.
     machine : str
-        Where a custom model is.
+        FILE.py:NAME of a custom model.
     trials : int
-        In all, of an extension or of a run that replaces one.
+        Total number of trials, of an extension or of a run that replaces one.
     run : object
-        What is run again, or drawn.
+        The run to repeat or to plot.
     """
 
     what: str
@@ -34,15 +34,14 @@ class Advice(NamedTuple):
 
 
 class TolstatError(Exception):
-    """Anything that tolstat refuses; the message is meant to be read by people.
+    """Any error of tolstat; the message is for people.
 
     Attributes
     ----------
     exit_code : int
-        Of a command that ends so: 2 where something asked for is wrong, 1 where
-        something broke.
+        Exit code of the command: 2 for wrong input, 1 for a failure.
     advice : tuple of Advice
-        What can be done about it.
+        Remedies.
     """
 
     exit_code = 2
@@ -73,19 +72,19 @@ class DataError(TolstatError, ValueError):
 
 
 class DependenceError(TolstatError, ValueError):
-    """Correlations or batches that cannot be."""
+    """Correlations or batches that are impossible."""
 
 
 class GradeError(TolstatError, ValueError):
-    """A tolerance grade that its standard does not have, or not for such a part."""
+    """A tolerance grade that its standard does not define for such a part."""
 
 
 class StudyError(TolstatError, ValueError):
-    """A study that is wrong; every problem found in it stands in the message."""
+    """A wrong study; the message lists every problem found."""
 
 
 class PictureError(TolstatError):
-    """A picture that cannot be drawn of this, or cannot be written there."""
+    """A picture that cannot be drawn or cannot be written."""
 
 
 class RunFileError(TolstatError):
@@ -93,45 +92,45 @@ class RunFileError(TolstatError):
 
 
 class BrokenError(RunFileError):
-    """Something broke on the way, a full disk: what was stored before is safe."""
+    """A failure on the way, such as a full disk; stored trials are safe."""
 
     exit_code = 1
 
 
 class LostError(BrokenError):
-    """Whoever evaluates is lost, a cluster: the machine is sound."""
+    """The workers are lost, such as a cluster; the model is not at fault."""
 
 
 class FormatError(RunFileError):
-    """A run file of another format than this tolstat reads."""
+    """A run file in a format that this tolstat does not read."""
 
 
 class DamagedError(RunFileError):
-    """A run file whose bytes are not those that were written."""
+    """A run file whose bytes have changed since it was written."""
 
     exit_code = 1
 
 
 class StoppedError(TolstatError):
-    """Stopped before there was anything to be kept."""
+    """A command was stopped before there was anything to keep."""
 
     exit_code = 130
 
 
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:
-    """Say what is allowed instead of a wrong name, the nearest known one first.
+    """Return a hint for a wrong name: the nearest allowed names, or all of them.
 
     Parameters
     ----------
     wrong : str
         The name as the user typed it.
     allowed : iterable of str
-        Every name that would have been right.
+        Every allowed name.
 
     Returns
     -------
     str
-        "did you mean ...?" where a known name is near, else the list of them.
+        "did you mean ...?" where an allowed name is near, else the list of them.
     """
     names = list(allowed)
     near = difflib.get_close_matches(wrong, names, n=3, cutoff=0.6)

@@ -1,7 +1,7 @@
-"""Anybody's text, shown as it is in every medium: nothing in it is an instruction.
+"""Untrusted text, shown as it is: no medium executes anything in it.
 
-Titles, names, paths and words come from study files, run files and machines of others.
-Each medium has one place where they pass: the screen of the command line, the
+Titles, names, paths and words come from study files, run files and custom models.
+Each medium makes them safe in one place: the screen of the command line, the
 environment of pages, the pictures before they are written, the cells of CSV files.
 """
 
@@ -11,7 +11,7 @@ import re
 import unicodedata
 from typing import Any
 
-# controls and formats (ESC, changes of direction), halves of characters, separators
+# controls and formats (ESC, changes of direction), half characters, separators
 UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
 KEPT = "\n\t"
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -20,7 +20,7 @@ QUANTITY = re.compile(r"[+-]+[\d.]+(e[+-]?\d+)? [A-Za-zµμ°][\w/^ ]*")
 
 
 def visible(text: str) -> str:
-    r"""Write out what a medium would obey or not show: ESC becomes \x1b.
+    r"""Return a text with control characters written out: ESC becomes \x1b.
 
     Parameters
     ----------
@@ -38,13 +38,13 @@ def visible(text: str) -> str:
 
 
 def csv_cell(value: Any) -> Any:
-    """Return what a cell of a CSV file holds, so that no text of it is a formula.
+    """Return the content of a CSV cell, so that no text becomes a formula.
 
     Parameters
     ----------
     value
-        A number stays one; a text that a spreadsheet would calculate begins with an
-        apostrophe.
+        A number stays a number. A text that a spreadsheet would calculate gets an
+        apostrophe in front.
     """
     if not isinstance(value, str):
         return value

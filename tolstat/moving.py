@@ -1,9 +1,9 @@
-"""What a machine that moves is built of: the integrator's face, for authors.
+"""The interface of the integrator, for authors of models that move.
 
-`System` names equations compiled by `compiled(rates_signature)`; they read rows of
+`System` names equations compiled by `compiled(rates_signature)`. They read rows of
 lanes by `rows` or, with the letters of a named tuple, by `named`, and store them by
-`write`. `integrate` takes a block of machines and returns their `Solution`. The
-compiler is loaded with the first name that needs it.
+`write`. `integrate` returns the `Solution` of a block of trials. The compiler is loaded
+with the first name that needs it.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load a name where it lives."""
+    """Return a name from its module, loaded when first used."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(_HOMES[name]), name)

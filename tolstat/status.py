@@ -27,16 +27,16 @@ class Status(IntEnum):
         return self.name.lower().replace("_", " ")
 
 
-FIRST_OWN = 100  # what a machine names itself is numbered from here, up to 255
+FIRST_OWN = 100  # failures of a model have numbers from here to 255
 
 
 def words_of(failures: Iterable[str] = ()) -> dict[int, str]:
-    """Return the word of each status that a trial of a machine can have.
+    """Return the word of each status that a trial of a model can have.
 
     Parameters
     ----------
     failures : iterable of str
-        Why a trial may have no answer, in the machine's own words.
+        The words of `Model.failures`: why a trial may have no answer.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def status_words(
     status : int[trial]
         Keys of `words`.
     words : mapping of int to str
-        Of every status that a trial of the machine can have.
+        Of every status that a trial of the model can have.
     """
     import numpy as np
     import pandas as pd

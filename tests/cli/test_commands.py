@@ -317,7 +317,7 @@ def test_numbers_are_written_in_one_form(twins, both):
 def test_a_refused_report_has_a_reason(twins, tmp_path):
     for arguments, words in (
         (("runs/khpt75.toml",), "is a study"),
-        ((tmp_path / "none.h5",), "there is no such file"),
+        ((tmp_path / "none.h5",), "no such file"),
         ((twins[0], "--response", "jaw"), "did you mean 'yaw'"),
         ((twins[0], "-o", tmp_path / "no" / "page.html"), "cannot be written"),
     ):

@@ -201,7 +201,7 @@ def test_ctrl_c_while_a_rare_run_fits(tmp_path):
     before = path.read_bytes()
     shown, code = interrupted_while_fitting("resume", str(path))
     assert code == 130 and shown.endswith(
-        f"as it was; `tolstat resume {path}` continues it"
+        f"is unchanged; `tolstat resume {path}` continues it"
     )
     assert path.read_bytes() == before
     whole = tolstat.run(study, output=other)

@@ -144,7 +144,7 @@ def test_a_worker_with_different_results_is_not_used(ring, tmp_path):
         with (
             Cluster(ring.address) as cluster,
             Workers(executor=cluster, block=20) as crew,
-            pytest.warns(RuntimeWarning, match="not used: its source of the machine"),
+            pytest.warns(RuntimeWarning, match="not used: its source of model"),
         ):
             run = execute(load(study), tmp_path / "mixed.h5", crew)
             assert crew.number == good

@@ -90,7 +90,7 @@ def test_errors_of_a_pool_are_messages(tmp_path):
     assert Workers(executor=executor).number == processors()
     assert tolstat.resume(path).complete
     # where none ran of what was to replace it, the run stays: nothing to go on with
-    words = f"the run in {path} is as it was$"
+    words = f"the run in {path} is unchanged$"
     with pytest.raises(BrokenError, match=words):
         tolstat.run(study, seed=9, force=True, executor=executor)
     assert tolstat.open(path).complete

@@ -156,13 +156,13 @@ def test_an_extended_run_equals_one_run(tmp_path, sampling, trials):
     wanted = part.trials + 700
     whole = tolstat.run(study, model=Toy(), trials=wanted, output=tmp_path / "whole.h5")
     assert same(tolstat.extend(path, wanted, model=Toy()), whole)
-    with pytest.raises(RunFileError, match=f"has {wanted} trials; more than that"):
+    with pytest.raises(RunFileError, match=f"has {wanted} trials already; give"):
         tolstat.extend(path, wanted, model=Toy())
 
 
 @pytest.mark.parametrize(
     ("sampling", "words"),
-    [("latin", "made for a number of trials"), ("grid", "draws nothing")],
+    [("latin", "depends on the number of trials"), ("grid", "runs exactly the trials")],
 )
 def test_a_refusal_to_extend_has_a_reason(tmp_path, sampling, words):
     study = written(tmp_path, STUDIES[sampling])
@@ -207,7 +207,7 @@ def test_rows_with_a_valid_checksum_are_evaluated_again(tmp_path):
     assert not found.run.damage and found.contradicting.tolist() == [18]
     assert found.drawn_otherwise.tolist() == [40]
     assert found.different.tolist() == [17, 18]
-    with pytest.raises(RunFileError, match="deviations of trials 40 are not those"):
+    with pytest.raises(RunFileError, match="deviations of trials 40 differ from those"):
         tolstat.resume(run.path, model=Toy())
 
 
@@ -283,7 +283,9 @@ def test_changed_data_of_a_study_are_detected(tmp_path):
         shutil.move(tmp_path / each, moved / each)
     path, parts = moved / "elsewhere" / "part.h5", moved / "parts.csv"
     parts.write_text(parts.read_text().replace("0.3\n", "0.31\n"))
-    with pytest.raises(RunFileError, match=r"deviations of trials .* are not those"):
+    with pytest.raises(
+        RunFileError, match=r"deviations of trials .* differ from those"
+    ):
         tolstat.resume(path, model=Toy())
     parts.write_text(parts.read_text().replace("0.31\n", "0.3\n", 1))
     assert tolstat.resume(path, model=Toy()).complete
@@ -320,7 +322,10 @@ def test_a_run_put_back_is_not_shown_as_the_new_one(toy, tmp_path):
     study = written(tmp_path, STUDIES["random"])
     before = tolstat.run(study, model=toy)
     asked = load(study, model=toy, seed=2)
-    with Workers(1, lambda: True) as crew, pytest.raises(StoppedError, match="as it w"):
+    with (
+        Workers(1, lambda: True) as crew,
+        pytest.raises(StoppedError, match="unchanged"),
+    ):
         execute(asked, before.path, crew, force=True)
     assert tolstat.open(before.path).sampled.seed == 1
     assert StoppedError.exit_code == 130

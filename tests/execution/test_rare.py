@@ -258,7 +258,7 @@ def test_a_forged_response_changes_later_samples(run):
 
 
 def test_a_rare_run_is_no_sample_of_production(run, tmp_path):
-    with pytest.raises(StudyError, match="made for a number of trials"):
+    with pytest.raises(StudyError, match="depends on the number of trials"):
         tolstat.extend(run.path, 8000)
     with pytest.raises(PictureError, match="are no random sample"):
         tolstat.compare(run, run)

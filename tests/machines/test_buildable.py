@@ -127,7 +127,7 @@ def test_impossible_trials_do_not_change_others_and_are_replayed(tmp_path):
     np.testing.assert_array_equal(run.frame()["status"] == word, mass <= -1)
     # told before any trial has run; what is kept are the trials that failed
     first = told[0]
-    assert first.over == 0 and f"{count} of 150 machines" in first.warning
+    assert first.over == 0 and f"{count} of 150 trials (" in first.warning
     assert f"{word} (rods, cranks" in first.warning and not run.notes
     assert all(not progress.warning for progress in told[1:])
     # a machine that can be is as it is alone
@@ -149,7 +149,7 @@ def test_a_study_without_possible_trials_is_refused(tmp_path):
     )
     said = CliRunner().invoke(main, ["run", str(study)])
     assert said.exit_code == 2 and not study.with_suffix(".h5").exists()
-    assert "long.toml: none of the 8 machines can be built: rod too short (each" in (
+    assert "long.toml: none of the 8 trials can be built: rod too short (each" in (
         said.stderr
     )
 
@@ -161,7 +161,7 @@ def test_the_share_is_printed_on_the_command_line(tmp_path):
     )
     place = f"{ROOT / 'runs' / 'own' / 'oscillator.py'}:Oscillator"
     said = CliRunner().invoke(main, ["run", str(study), "--machine", place])
-    assert "of 300 machines, " in said.stderr and "%, cannot be built" in said.stderr
+    assert "of 300 trials (" in said.stderr and "%) cannot be built" in said.stderr
     assert "cannot be built (mass and stiffness are above 0" in said.stderr
 
 
@@ -252,7 +252,7 @@ def test_each_failure_has_a_sentence(failures):
         pass
 
     Wrong.failures = failures
-    with pytest.raises(ModelError, match="to the sentence that has to hold"):
+    with pytest.raises(ModelError, match="to the sentence that has to be true"):
         check_model(Wrong())
 
 
@@ -261,5 +261,5 @@ def test_impossible_trials_are_named_as_failures():
         def impossible(self, deviations, settings):
             return {"too long": deviations[:, 0] > 0}
 
-    with pytest.raises(ModelError, match="'too long' is none of its failures"):
+    with pytest.raises(ModelError, match="'too long' is not in its failures"):
         tolstat.evaluate(Unknown(), {"part_1": 1e-3})

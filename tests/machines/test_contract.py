@@ -153,16 +153,16 @@ LIES = [
     (lambda n: Outcome(np.zeros((3, 2))), "18 x 2 numbers are expected, .* these are 3 x 2"),
     (lambda n: Outcome(np.zeros(n)), "18 x 2 numbers are expected"),
     (lambda n: Outcome(np.zeros((n, 3))), "these are 18 x 3"),
-    (lambda n: Outcome([["a", "b"]] * n), "responses are no real numbers"),
-    (lambda n: np.zeros((n, 2)), "returns ndarray, no Outcome"),
-    (lambda n: None, "returns NoneType, no Outcome"),
+    (lambda n: Outcome([["a", "b"]] * n), "responses are not real numbers"),
+    (lambda n: np.zeros((n, 2)), "returns ndarray, not Outcome"),
+    (lambda n: None, "returns NoneType, not Outcome"),
     (lambda n: Outcome(np.full((n, 2), np.nan), np.ones(n)), "y is nan in a trial whose"),
     (lambda n: Outcome(np.full((n, 2), np.inf), np.ones(n)), "y is inf in a trial whose"),
     (lambda n: Outcome(np.zeros((n, 2)), np.ones(3)), "status of 18 numbers"),
-    (lambda n: Outcome(np.zeros((n, 2)), np.full(n, 7)), r"status \[7\] is none"),
+    (lambda n: Outcome(np.zeros((n, 2)), np.full(n, 7)), r"cannot end with status \[7\]"),
     (lambda n: Outcome(np.zeros((n, 2)), np.zeros(n)), "0, not run"),
-    (lambda n: Outcome(np.zeros((n, 2)), np.ones(n), np.ones(n)), "counts steps; one that integrates has a setting rtol"),
-    (lambda n: Outcome(np.zeros((n, 2)), failed={"tired": np.ones(n)}), "'tired' is none of"),
+    (lambda n: Outcome(np.zeros((n, 2)), np.ones(n), np.ones(n)), "returns steps; this needs a setting rtol"),
+    (lambda n: Outcome(np.zeros((n, 2)), failed={"tired": np.ones(n)}), "'tired' is not in"),
 ]  # fmt: skip
 
 
@@ -181,9 +181,9 @@ def test_a_model_that_breaks_the_contract_is_named(answer, words, tmp_path):
         (("gap width",), "'gap width' cannot be typed"),
         (("1st",), "'1st' cannot be typed"),
         (("",), "cannot be typed"),
-        (("trial",), "called trial"),
-        (("status", "y"), "called status"),
-        (("diagnostics",), "called diagnostics"),
+        (("trial",), "name trial is reserved"),
+        (("status", "y"), "name status is reserved"),
+        (("diagnostics",), "name diagnostics is reserved"),
         (("y", "y"), "y is given twice"),
         (("x",), "x is given twice"),
         ((), "no response"),
@@ -219,7 +219,7 @@ class Share(Toy):
 
 @pytest.mark.parametrize("ends", [(1.0, 0.0), (0.0,), "0..1", (0.0, np.nan), 3])
 def test_a_range_is_two_numbers(ends):
-    with pytest.raises(ModelError, match=r"y: its range .* is none; two numbers"):
+    with pytest.raises(ModelError, match=r"y: the range .* must be two numbers"):
         described(Share(ends), None)
 
 
@@ -243,10 +243,13 @@ def test_a_declared_range_is_kept():
 @pytest.mark.parametrize(
     ("thing", "words"),
     [
-        (object(), "no model: a class that inherits from tolstat.Model"),
+        (object(), "not a model; a class that inherits from tolstat.Model"),
         (type("Half", (Model,), {"name": "half"}), "describe|evaluate"),
         (type("Nameless", (Toy,), {"name": ""}), "needs a name"),
-        (type("Done", (Toy,), {"failures": {"done": "always"}}), "no new word"),
+        (
+            type("Done", (Toy,), {"failures": {"done": "always"}}),
+            "is a word of tolstat",
+        ),
     ],
 )
 def test_objects_that_are_no_models_are_refused(thing, words):

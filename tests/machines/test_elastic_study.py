@@ -43,7 +43,7 @@ LISTS = {
         ({"inertia": ["0 kg m^2"]}, "number 1: it must be above 0"),
         ({"damping": ["-1 N m s/rad"]}, "number 1: it must be at least 0"),
         ({"inertia": ["1 kg"]}, "inertia"),
-        (LISTS, r"load_torque, row 1: mass = 4 is not there, inertia lists 2 masses"),
+        (LISTS, r"load_torque, row 1: mass = 4 does not exist, inertia lists 2 masses"),
         (
             {"load_torque": [{"time": "0 s", "mass": 0, "torque": "1 N m"}]},
             "row 1: mass = 0: it must be at least 1",
@@ -73,7 +73,7 @@ def test_wrong_chains_are_refused(settings, words):
 
 def test_one_mass_is_a_chain():
     one = {name: values[:1] for name, values in LISTS.items()}
-    with pytest.raises(StudyError, match=r"is not there, inertia lists 1 mass;"):
+    with pytest.raises(StudyError, match=r"does not exist, inertia lists 1 mass;"):
         load(study(**one))
     single = load(study(**one, load_torque=[])).settings
     assert single.inertia == (2.0,) and single.load_torque == ()

@@ -118,7 +118,7 @@ def test_no_gear_aa_or_ii_has_equal_wheels_on_its_satellites():
     ("name", "D", "k", "words"),
     [
         ("IA", 1.0, 3, "scheme = 'IA'"),
-        ("AI", 0.0, 3, "D = dw2 / dw3 is above 0"),
+        ("AI", 0.0, 3, "D = dw2 / dw3 must be above 0"),
         ("AI", [1.0, np.nan], 3, "above 0"),
         ("AI", 1.0, 1, "satellites = 1: a whole number from 2"),
     ],

@@ -240,7 +240,7 @@ def test_an_empty_result_is_a_table_with_all_columns():
         ({"module": 0.0}, "module = 0.0: it must be above 0"),
         ({"module_ratio": -1}, "module_ratio = -1"),
         ({"order": "ratio"}, "order = 'ratio': did you mean 'ratio_error'"),
-        ({"z1": (5, 1005), "z2": (5, 1005), "z3": (5, 1005)}, "too many to be looked"),
+        ({"z1": (5, 1005), "z2": (5, 1005), "z3": (5, 1005)}, "are too many"),
     ],
 )
 def test_impossible_ranges_are_refused(change, words):

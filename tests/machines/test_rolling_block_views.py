@@ -102,7 +102,7 @@ def test_meshes_of_many_teeth_have_no_resonance():
     """First order of 20 teeth and more: above all natural frequencies of Table 1."""
     chart = shown("campbell", orders=(20.0,))
     assert [panel.title for panel in chart.panels] == [
-        "Excitations and modes do not meet", "Whether the drive resonates",
+        "Excitations and modes without resonance", "Whether the drive resonates",
     ]  # fmt: skip
     assert not chart.frame()["resonating"].any()
 

@@ -71,15 +71,15 @@ def test_a_grid_has_no_numbers(tmp_path):
 @pytest.mark.parametrize(
     "numbers, words",
     [
-        ([StudyNumber("a", "mm", 1.0)], "number a: 'mm' is no SI unit"),
+        ([StudyNumber("a", "mm", 1.0)], "number a: 'mm' is not an SI unit"),
         ([StudyNumber("a", "m", 1.0, shown="kN")], "number a: 'kN' is of another kind"),
         ([StudyNumber("a", "m", 1.0)] * 2, "a is given twice"),
         ([StudyNumber("", "m", 1.0)], "the number '' cannot be typed"),
-        ([StudyNumber("a", "m", 1.0, of="stress")], "no response stress has its unit"),
+        ([StudyNumber("a", "m", 1.0, of="stress")], "no response stress with its unit"),
         ([StudyNumber("a/b", "m", 1.0)], "the number 'a/b' cannot be typed"),
-        ([StudyNumber("a", "m", np.ones(3))], "is no number"),
-        ([StudyNumber("a", "m", 1.0, None)], "number a: None is no text to print"),
-        ([3.0], "3.0 is no contributor, response, number"),
+        ([StudyNumber("a", "m", np.ones(3))], "is not a number"),
+        ([StudyNumber("a", "m", 1.0, None)], "number a: None cannot be printed"),
+        ([3.0], "3.0 is not a contributor or response or number"),
     ],
 )
 def test_wrong_numbers_are_refused_by_name(numbers, words):

@@ -99,7 +99,7 @@ WRONG = [
     ({"order": 10}, "at most 9"),
     ({"order": True}, "a number is expected"),
     ({"law": "smoth"}, "did you mean 'smooth'"),
-    ({"speeds": "600..60 rpm"}, "upside down"),
+    ({"speeds": "600..60 rpm"}, "lower end of a range comes first"),
     ({"speeds": "10 rad/s"}, "a range such as"),
     ({"speeds": 10}, "a range is expected"),
     (
@@ -132,7 +132,7 @@ def test_a_wrong_setting_is_refused_by_its_name(settings, words):
     ("settings", "words"),
     [
         ({"masses": "heavy"}, "number 1: a number is expected"),
-        ({"speeds": (2, 1)}, "the lower end comes first"),
+        ({"speeds": (2, 1)}, "the lower end of a range comes first"),
         ({"speeds": 3}, "two numbers are expected"),
         ({"links": {"B": {"nominal": 1.0, "teeth": 9}}}, "no link A1"),
     ],

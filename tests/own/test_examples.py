@@ -125,9 +125,9 @@ def test_a_file_without_the_named_model_lists_its_models(own, tmp_path):
     for place, words in (
         ("stack.py:Stuck", "did you mean 'Stack'"),
         ("stack.py", "FILE.py:NAME is expected"),
-        ("stock.py:Stack", "stock.py: there is no such file"),
-        ("stack.toml:Stack", "is no Python file"),
-        ("stack.py:Settings", "is no model"),
+        ("stock.py:Stack", "stock.py: no such file"),
+        ("stack.toml:Stack", "is not a Python file"),
+        ("stack.py:Settings", "is not a model"),
     ):
         assert words in call(own, "run", "stack.toml", "--machine", place, code=2)
     (tmp_path / "broken.py").write_text("import nonsense\n")

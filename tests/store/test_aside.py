@@ -26,11 +26,11 @@ def test_only_a_run_is_replaced(toy, tmp_path):
     for name, content in (("study.toml", "seed = 1"), ("notes.h5", "hello")):
         path = tmp_path / name
         path.write_text(content)
-        with pytest.raises(RunFileError, match="is no run; it is not replaced"):
+        with pytest.raises(RunFileError, match="is not a run; it is not replaced"):
             tolstat.run(STUDY, model=toy, output=path, force=True)
         assert path.read_text() == content
     os.mkfifo(tmp_path / "fifo.h5")
-    with pytest.raises(RunFileError, match="is no run"):
+    with pytest.raises(RunFileError, match="is not a run"):
         tolstat.run(STUDY, model=toy, output=tmp_path / "fifo.h5", force=True)
     run = tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
     (tmp_path / "link.h5").symlink_to(run.path)
@@ -79,7 +79,7 @@ def test_files_of_other_names_are_kept(toy, tmp_path):
     notes.write_text("how a tolstat seal, format 5 is found")
     tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
     assert len(list(tmp_path.glob("*.part"))) == 3
-    with pytest.raises(RunFileError, match="is no run; it is not replaced"):
+    with pytest.raises(RunFileError, match="is not a run; it is not replaced"):
         tolstat.run(STUDY, model=toy, output=notes, force=True)
 
 
@@ -88,7 +88,7 @@ def test_a_foreign_lock_is_kept(linked, toy, tmp_path):
     mine, lock = tmp_path / "mine.txt", tmp_path / "run.h5.lock"
     mine.write_text("precious")
     lock.symlink_to(mine) if linked else mine.rename(lock)
-    with pytest.raises(RunFileError, match=r"no lock of tolstat|cannot be written"):
+    with pytest.raises(RunFileError, match=r"not a lock of tolstat|cannot be written"):
         tolstat.run(STUDY, model=toy, output=tmp_path / "run.h5")
     assert lock.read_text() == "precious" and not (tmp_path / "run.h5").exists()
 
@@ -125,7 +125,7 @@ def test_a_failing_model_leaves_done_trials_or_no_file(tmp_path):
 
 def test_a_full_disk_is_reported_before_the_run(toy, tmp_path, monkeypatch):
     check_room(tmp_path / "run.h5", 1000)
-    with pytest.raises(RunFileError, match=r"needs 2000000000000\.0 MB, its"):
+    with pytest.raises(RunFileError, match=r"needs 2000000000000\.0 MB for its"):
         check_room(tmp_path / "run.h5", 10**18)
     once_and_a_half = shutil.disk_usage(tmp_path)._replace(free=1500)
     with monkeypatch.context() as patch:
@@ -160,8 +160,8 @@ class Sighing(Toy):
     ("machine", "words"),
     [
         (Writing, "evaluate fails: ValueError: .*read-only"),
-        (Bare, "failures is a mapping of a word"),
-        (Sighing, "assumptions is a tuple of texts"),
+        (Bare, "failures must map a word"),
+        (Sighing, "assumptions must be a tuple of texts"),
     ],
 )
 def test_models_that_would_corrupt_a_run_are_refused(machine, words, tmp_path):
@@ -211,5 +211,5 @@ def test_columns_of_other_lengths_are_no_run(toy, tmp_path):
     with resealed(run.path) as file:
         del file["gap"]
         file["gap"] = np.ones(3)
-    with pytest.raises(RunFileError, match="is no whole run"):
+    with pytest.raises(RunFileError, match="is not a complete run"):
         tolstat.open(run.path)

@@ -115,7 +115,7 @@ def test_a_damaged_trial_is_named_and_others_are_read(run, tmp_path):
         file["part_1"][[40, 41, 42]] = 0.0
         file["status"][200] = 0
         file["nominal/gap"][...] = 1.0
-    with pytest.raises(DamagedError, match=r"trials 17, 40-42, 200, the nominal mach"):
+    with pytest.raises(DamagedError, match=r"trials 17, 40-42, 200, the nominal trial"):
         tolstat.open(path)
     found = tolstat.open(path, damaged=True)
     assert found.damage.trials.tolist() == [17, 40, 41, 42, 200]

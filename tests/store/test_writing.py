@@ -89,7 +89,7 @@ def test_a_run_whose_file_vanishes_continues_in_another(toy_study, tmp_path, how
             if how == "replaced":
                 path.write_bytes(precious)
 
-    with pytest.warns(RuntimeWarning, match=r"goes on in .*r\.rescued\.h5"):
+    with pytest.warns(RuntimeWarning, match=r"continues in .*r\.rescued\.h5"):
         run = watched(toy_study, path, tell)
     assert run.path.name == "r.rescued.h5" and run.frame().equals(whole.frame())
     assert path.exists() == (how == "replaced")
@@ -110,7 +110,7 @@ def test_a_folder_that_vanishes(toy_study, tmp_path, monkeypatch):
                 each.unlink()
             folder.rmdir()
 
-    with pytest.warns(RuntimeWarning, match=r"goes on in .*r\.rescued\.h5"):
+    with pytest.warns(RuntimeWarning, match=r"continues in .*r\.rescued\.h5"):
         run = watched(toy_study, folder / "r.h5", tell)
     assert run.complete and run.path.parent == folder  # made again
 
@@ -162,7 +162,7 @@ def test_the_old_run_is_kept_until_the_new_one_is_complete(toy_study, tmp_path, 
 
 def test_a_device_and_the_study_itself_are_not_replaced(toy_study, tmp_path):
     for path in ("/dev/null", toy_study):
-        with pytest.raises(RunFileError, match="is no run; it is not replaced"):
+        with pytest.raises(RunFileError, match="is not a run; it is not replaced"):
             tolstat.run(toy_study, model=Toy(), output=path, force=True)
     assert toy_study.read_text() == TOY_STUDY
 

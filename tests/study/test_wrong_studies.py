@@ -188,7 +188,7 @@ WRONG = {
         HEAD + '[limits]\nextra_los = "<= 3 %"\n', ["[limits] extra_los", "'extra_loss'"],
     ),
     "limit upside down": (
-        HEAD + '[limits]\nrod_force = "180..20 kN"\n', ["rod_force", "upside down"],
+        HEAD + '[limits]\nrod_force = "180..20 kN"\n', ["rod_force", "lower end of a range comes first"],
     ),
     "limit of another kind": (
         HEAD + '[limits]\nrod_force = "<= 3 %"\n', ["rod_force", "kN"],
@@ -492,9 +492,9 @@ WRONG = {
     "100 tables": (HEAD + "a." * 100 + "b = 1\n", ["a.a.a.a", "more than 16 tables or lists"]),
     "a hundred thousand tables": (HEAD + "a." * 100_000 + "b = 1\n", ["a.a.a.a", "more than 16 tables or lists"]),
     "a thousand keys": (HEAD + "".join(f"k{i} = 1\n" for i in range(1000)), ["k49", "there are more"]),
-    "long text": (HEAD + f'title = "{"a" * 20_000}"\n', ["title: a text has 20000 characters"]),
-    "long key": (HEAD + f"{'a' * 300} = 1\n", ["a key has 300 characters"]),
-    "long unit": (HEAD + f'[limits]\nyaw = "<= 1 {"m " * 100}"\n', ["yaw", "no unit: it has 199 characters"]),
+    "long text": (HEAD + f'title = "{"a" * 20_000}"\n', ["title: a text of 20000 characters"]),
+    "long key": (HEAD + f"{'a' * 300} = 1\n", ["a key of 300 characters"]),
+    "long unit": (HEAD + f'[limits]\nyaw = "<= 1 {"m " * 100}"\n', ["yaw", "not a unit: 199 characters"]),
     "endless cycles": (HEAD + "[settings]\ncycles = inf\n", ["[settings] cycles = inf", "finite"]),
     "no number of cycles": (HEAD + "[settings]\ncycles = nan\n", ["[settings] cycles = nan", "finite"]),
     "too many cycles": (HEAD + "[settings]\ncycles = 1e30\n", ["cycles = 1e+30", "at most 9.0"]),

@@ -60,7 +60,7 @@ WRONG = [
     (tolerance, "+-1.2", "m", "unit is missing"),
     (tolerance, "+-90", "rad", "unit is missing"),
     (tolerance, "IT7", "m", "cannot be read"),
-    (limit, "2..1 mm", "m", "upside down"),
+    (limit, "2..1 mm", "m", "lower end of a range comes first"),
     (limit, "3 %", "1", "a limit such as"),
     (limit, "< 3 %", "1", "a limit such as"),
     (limit, "<= 3 kN", "1", "plain number"),

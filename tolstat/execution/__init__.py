@@ -1,1 +1,1 @@
-"""Doing what is asked: a study run on workers and stored."""
+"""Studies run on workers, and stored."""

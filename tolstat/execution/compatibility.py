@@ -1,4 +1,4 @@
-"""A run and its study now: read again, what differs, whether it can be resumed."""
+"""Comparison of a run with its study, and whether the run can be resumed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tolstat.study.study import Study, load
 
 
 def study_of(run: Run, trials: int | None = None, model: Model | None = None) -> Study:
-    """Read the study of a run again, as the run has it."""
+    """Return the study of a run, read from its stored text."""
     sampled = run.sampled
     if trials is None and (run.complete or not run.rules):
         trials = run.trials
@@ -36,13 +36,13 @@ def study_of(run: Run, trials: int | None = None, model: Model | None = None) ->
 
 
 def study_differs(run: Run, study_file: Path | None = None) -> list[str]:
-    """Say what has changed in the study file since a run was made from it."""
+    """Return the changes of the study file since a run was made from it."""
     path = study_file or run.study_file
     try:
         text = path.read_text("utf-8") if path else run.study.text
         now = tomllib.loads(text)
     except (OSError, ValueError, RecursionError):
-        return []  # moved, or at work in an editor: the run has its own text
+        return []  # moved, or being edited: the run stores its text
     return [
         f"{path}: {key} was {was!r} when the run was made, and is {is_now!r}"
         for key, was, is_now in _changes(run.study.table, now)
@@ -61,9 +61,9 @@ def _changes(
 
 
 def check_same(run: Run, again: Run) -> None:
-    """Refuse to resume a run whose trials are no longer those of its study.
+    """Refuse to resume a run if its study now samples other trials.
 
-    The other run is that of its study as it is read now, before any trial has run.
+    `again` is the run planned from the study as it is now, before any trial has run.
     """
     changes = _changes(_deciding(run), _deciding(again))
     said = [f"{key}: {a}, now {b}" for key, a, b in changes]
@@ -72,8 +72,8 @@ def check_same(run: Run, again: Run) -> None:
         healthy = np.setdiff1d(other[run.status[other] > 0], run.damage.trials)
         if len(healthy):
             said.append(
-                f"the deviations of trials {ranges_of(healthy)} are not those that the "
-                f"study draws now: {why_drawn_otherwise(run)}"
+                f"the deviations of trials {ranges_of(healthy)} differ from those that "
+                f"the study samples now: {why_drawn_otherwise(run)}"
             )
     if said:
         raise RunFileError(
@@ -83,7 +83,7 @@ def check_same(run: Run, again: Run) -> None:
 
 
 def _deciding(run: Run) -> dict[str, Any]:
-    """Return what decides whether two runs are the same, beside their draws."""
+    """Return the properties, beside the deviations, that two equal runs share."""
     points = run.reference.columns if run.reference else {}
     return {
         **{f"column {each.name}": each.unit for each in run.described},
@@ -96,7 +96,7 @@ def _deciding(run: Run) -> dict[str, Any]:
 
 
 def why_drawn_otherwise(run: Run) -> str:
-    """Say why a study may draw other trials than those of its run."""
+    """Return why a study may sample other trials than those of its run."""
     if not run.aim:
         return "its data or number of trials differ"
     return (
@@ -107,10 +107,10 @@ def why_drawn_otherwise(run: Run) -> str:
 
 
 def trials_drawn_otherwise(run: Run, again: Run) -> NDArray[np.int64]:
-    """Return the trials of a run whose deviations are not those drawn again.
+    """Return the trials of a run whose deviations differ when sampled again.
 
-    Those of stages that were not drawn yet, or cannot be drawn again because answers
-    are missing, are not among them.
+    Stages are left out that were not sampled yet, or cannot be sampled again because
+    answers are missing.
     """
     other, known = np.zeros(run.trials, bool), np.ones(run.trials, bool)
     for each in again.contributors:
@@ -128,11 +128,11 @@ def trials_drawn_otherwise(run: Run, again: Run) -> NDArray[np.int64]:
 
 
 def check_extensible(run: Run, trials: int) -> None:
-    """Refuse more trials where they would not be added to those that there are."""
+    """Refuse an extension that would not keep the stored trials."""
     if run.sampled is None:
         raise RunFileError(
-            f'{run.path}: sampling = "{run.sampling}" draws nothing; its trials are '
-            "those of the study"
+            f'{run.path} cannot be extended: sampling = "{run.sampling}" runs exactly '
+            "the trials of the study"
         )
     if run.rules and not run.complete:
         raise RunFileError(
@@ -142,12 +142,12 @@ def check_extensible(run: Run, trials: int) -> None:
         )
     if trials <= run.trials:
         raise RunFileError(
-            f"{run.path} has {run.trials} trials; more than that are expected"
+            f"{run.path} has {run.trials} trials already; give a larger number"
         )
     if not SAMPLERS[run.sampling].extensible:
         raise StudyError(
-            f'{run.path}: sampling = "{run.sampling}" is made for a number of trials: '
-            f"with {trials} every one would differ",
+            f'{run.path} cannot be extended: with sampling = "{run.sampling}" every '
+            f"trial depends on the number of trials, and would change with {trials}",
             Advice("run again", run.path, run.machine, trials, run),
         )
 
@@ -171,7 +171,7 @@ def check_asked(run: Run, study: Study) -> None:
     if said:
         assert study.path
         raise RunFileError(
-            f"{run.path} is a run of another study: {'; '.join(said)}; it stays",
+            f"{run.path} is a run of another study: {'; '.join(said)}; it is kept",
             *advice,
             Advice("replace run", study.path, machine),
         )

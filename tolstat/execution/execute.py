@@ -1,4 +1,4 @@
-"""The run of a study brought to its end: begun, resumed, or extended."""
+"""Runs of studies: started, resumed, extended."""
 
 from __future__ import annotations
 
@@ -45,22 +45,22 @@ def run(
     Parameters
     ----------
     study : path or mapping
-        A study file, or what one would hold.
+        A study file, or its content as a mapping.
     trials, seed : int, optional
         Instead of the study's.
     workers : int, optional
-        Threads; as many as there are processors if not given. The results do not
-        depend on it.
+        Number of threads; by default that of processors. The results do not depend on
+        it.
     output : path, optional
-        The run file; beside the study, with the ending .h5, if not given.
+        The run file; by default beside the study, with the ending .h5.
     force : bool
         Whether an existing run file may be replaced.
     model : Model, optional
-        A custom model, of the name that the study gives.
+        A custom model, whose name the study gives.
     progress : callable, optional
         Called with a `Progress` whenever some trials are over.
     executor : concurrent.futures.Executor, optional
-        Of other processes, which evaluate instead of threads: MPI's, a cluster's.
+        Evaluates in other processes instead of threads: of MPI, of a cluster.
 
     Returns
     -------
@@ -80,14 +80,14 @@ def run(
     >>> run.counts["done"], f"{1e3 * run.column('gap').mean():.3f} mm"
     (1000, '0.441 mm')
     """
-    asked = load(study, model=model, trials=trials, seed=seed)
-    if output is None and asked.path is None:
+    loaded = load(study, model=model, trials=trials, seed=seed)
+    if output is None and loaded.path is None:
         raise StudyError(
-            'a study that is no file needs the name of its run: output="run.h5"'
+            'a study that is not a file needs a run file: give output="run.h5"'
         )
-    path = Path(output) if output is not None else run_of(cast(Path, asked.path))
+    path = Path(output) if output is not None else run_of(cast(Path, loaded.path))
     with Workers(workers, executor=executor) as crew:
-        return execute(asked, path, crew, force=force, progress=progress)
+        return execute(loaded, path, crew, force=force, progress=progress)
 
 
 def resume(
@@ -100,30 +100,30 @@ def resume(
     progress: Telling | None = None,
     executor: Executor | None = None,
 ) -> Run:
-    """Finish what is missing of a run, and compute again what is damaged.
+    """Run the missing trials of a run, and run damaged ones again.
 
     Parameters
     ----------
     path : path
         The run file.
     workers, model, progress, executor
-        As of `tolstat.run`.
+        As in `tolstat.run`.
     rerun_failed : bool
-        Whether failed trials are evaluated again, with the model's tighter settings,
-        once all are over. They still count as failed; the answers are in `run.rerun`.
+        Whether failed trials are evaluated again at the end, with the model's tighter
+        settings. They still count as failed; the answers are in `run.rerun`.
     regardless : bool
         Whether to continue although source, processor, versions or the study file have
-        changed: the run's own text is what counts, and the run says so.
+        changed. The study text in the run counts; the run notes the changes.
 
     Returns
     -------
     Run
-        Bit for bit the run that was never interrupted.
+        The same run, bit for bit, as without interruption.
 
     Raises
     ------
     RunFileError
-        If it is no run that can be continued: what differs.
+        If the run cannot be resumed; the message says what differs.
     """
     with Workers(workers, executor=executor) as crew:
         return go_on(
@@ -149,20 +149,20 @@ def extend(
     path : path
         The run file.
     trials : int
-        How many there are to be in all.
+        Total number of trials after the extension.
     workers, model, regardless, progress, executor
-        As of `resume`.
+        As in `resume`.
 
     Returns
     -------
     Run
-        Bit for bit one run of so many trials.
+        The same run, bit for bit, as one of so many trials from the start.
 
     Raises
     ------
     RunFileError
-        If there are as many already, if other trials would then have to be drawn, or as
-        of `resume`.
+        If the run has as many trials already, if its trials would change, or as in
+        `resume`.
 
     Examples
     --------
@@ -177,8 +177,8 @@ def extend(
 
 
 def run_of(study: Path) -> Path:
-    """Return where the run of a study file lies."""
-    return study.parent / f"{study.stem}.h5"  # also of what is no file: "."
+    """Return the path of the run of a study file."""
+    return study.parent / f"{study.stem}.h5"  # also of "."
 
 
 def execute(
@@ -189,10 +189,10 @@ def execute(
     force: bool = False,
     progress: Telling | None = None,
 ) -> Run:
-    """Run a checked study.
+    """Run a checked study, and return its run.
 
-    Once the workers stop the run ends early, with what is finished. Where nothing ran
-    of what was to replace another run, that one is put back: StoppedError.
+    When the workers stop, the run ends early with the finished trials. If it replaces
+    a run and no trial has finished, that run is put back: StoppedError.
     """
     tell = progress or (lambda progress: None)
     check_replaceable(path, force=True)  # no lock is laid beside a device
@@ -204,10 +204,10 @@ def execute(
             carry_out(study, stages, file, workers, tell)
     if file.given_up:
         raise StoppedError(
-            f"stopped before any trial was over: the run in {path} is as it was"
+            f"stopped before any trial finished; the run in {path} is unchanged"
         )
     path = file.path
-    del stages, plan, file  # before the trials that are stored are read
+    del stages, plan, file  # frees memory before the stored trials are read
     return open_run(path)
 
 
@@ -221,7 +221,7 @@ def go_on(
     regardless: bool = False,
     progress: Telling | None = None,
 ) -> Run:
-    """Continue a run: see `resume`; with a number of trials see `extend`."""
+    """Resume a run: see `resume`; with a number of trials see `extend`."""
     tell = progress or (lambda progress: None)
     with Lock(existing(path)) as lock:
         run = open_run(lock.path, damaged=True)
@@ -240,18 +240,18 @@ def go_on(
         with RunWriter.opened(lock, plan, status) as file:
             carry_out(study, stages, file, workers, tell, nominal=nominal, rerun=rerun)
     path = file.path
-    del stages, status, plan, file  # before the trials that are stored are read
+    del stages, status, plan, file  # frees memory before the stored trials are read
     return open_run(path)
 
 
 def _tell_impossible(study: Study, stages: Stages, tell: Telling) -> None:
-    """Say before any trial runs how many cannot be built; refuse if none can."""
+    """Warn before any trial runs how many cannot be built; refuse if none can."""
     if warning := cannot_be_built(study, stages.trials.deviations):
         tell(Progress(0, 0, study.trials, warning=warning))
 
 
 def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> Run:
-    """Plan a run again as it is stored; refuse what would not be the same run."""
+    """Return the plan of a stored run; refuse it if the run would change."""
     plan = plan_of(study, trials, run.path)
     compatibility.check_same(run, plan)
     notes, longer = run.notes, study.trials != run.trials
@@ -279,15 +279,15 @@ def _plan_again(run: Run, study: Study, trials: Trials, *, regardless: bool) -> 
 
 
 class Done(NamedTuple):
-    """What became of a study."""
+    """The run of a study, and how it was completed."""
 
-    run: Run  # complete, or as far as it came
+    run: Run  # complete, or interrupted
     how: str  # "finished", "resumed" or "finished before"
-    notes: tuple[str, ...] = ()  # what has to be known of it
+    notes: tuple[str, ...] = ()  # warnings for the user
 
 
 def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
-    """See to it that the run of a study is complete; refuse one of another study."""
+    """Return the complete run of a study; refuse the run of another study."""
     study, path = load(study_file), run_of(study_file)
     if not os.path.lexists(path):
         run = execute(study, path, workers, progress=tell)
@@ -300,5 +300,5 @@ def work_off(study_file: Path, workers: Workers, tell: Telling) -> Done:
         compatibility.check_same(run, plan_of(again, drawn, path))
         notes = run.made_otherwise(study.model.source_digest)
         return Done(run, FINISHED_BEFORE, tuple(notes))
-    del run  # its columns are not needed twice
+    del run  # frees memory
     return Done(go_on(path, workers, progress=tell), RESUMED)

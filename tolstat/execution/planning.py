@@ -78,12 +78,12 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
 
 
 def _shown(columns: tuple[Column, ...], shown: Mapping[str, str]) -> tuple[Column, ...]:
-    """Show columns in the unit in which the study writes them."""
+    """Return columns shown in the units that the study uses."""
     return tuple(replace(e, shown=shown.get(e.name) or e.shown) for e in columns)
 
 
 def _columns(study: Study, trials: Trials) -> dict[str, NDArray[Any]]:
-    """Return the columns of a run; those that trials fill take no room."""
+    """Return the columns of a run; those that trials fill take no memory."""
     contributors, responses = study.description
     n = len(trials.deviations)
     found = dict(study.points.settings or {}) if study.points else {}
@@ -98,11 +98,11 @@ def _columns(study: Study, trials: Trials) -> dict[str, NDArray[Any]]:
 
 
 def cannot_be_built(study: Study, deviations: Array) -> str:
-    """Say which share of deviations[trial, contributor], SI, cannot be built.
+    """Return a warning about trials that cannot be built; empty if all can.
 
-    Empty where all can; refused where none can.
+    Deviations are [trial, contributor], SI. A StudyError if none can be built.
     """
-    if study.aim:  # its machines are sought, and those that cannot be among them
+    if study.aim:  # a search for rare trials may pass ones that cannot be built
         return ""
     model = study.model
     status = np.concatenate(
@@ -120,15 +120,15 @@ def cannot_be_built(study: Study, deviations: Array) -> str:
     failing = int(counts.sum())
     if failing == trials:
         raise StudyError(
-            f"{study.path or 'the study'}: none of the {trials} machines can be built: "
-            f"{why}; their trials would have no answer"
+            f"{study.path or 'the study'}: none of the {trials} trials can be built: "
+            f"{why}; change tolerances or settings"
         )
-    share = f"{failing} of {trials} machines, {100 * failing / trials:.3g} %,"
-    return f"{share} cannot be built, and have no answer: {why}" if failing else ""
+    share = f"{failing} of {trials} trials ({100 * failing / trials:.3g} %)"
+    return f"{share} cannot be built and have no answer: {why}" if failing else ""
 
 
 def _sampled(study: Study) -> records.Sampled | None:
-    """Say how the machines are drawn; None where they are chosen."""
+    """Return how the trials are sampled; None where the study lists them."""
     if study.sampler is None:
         return None
     assert study.seed is not None  # checked when the study was loaded
@@ -161,7 +161,7 @@ def _swept(study: Study) -> tuple[records.Swept, ...]:
 def _numbers(
     study: Study, assumed: Mapping[str, records.Assumed], *, independent: bool
 ) -> tuple[StudyNumber, ...]:
-    """Ask the machine for the numbers of the study; a grid has none of its own."""
+    """Return the model's numbers of the study; none for a grid."""
     if study.points:
         return ()
     spreads = {n: Spread(*a.tolerance, a.mean, a.sigma) for n, a in assumed.items()}
@@ -171,7 +171,7 @@ def _numbers(
 def assumed_of(
     deviating: Deviations, *, scores: bool = False
 ) -> dict[str, records.Assumed]:
-    """Say what is assumed of each deviation; with scores how far out it may lie."""
+    """Return the assumptions on each deviation; with scores also its quantiles."""
     found = {}
     for name, distribution in deviating.distributions.items():
         lower, upper, mean, sigma = spread_of(distribution)

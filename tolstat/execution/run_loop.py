@@ -1,4 +1,4 @@
-"""Trials of a run: the nominal one, stage after stage in blocks, the ending."""
+"""The loop of a run: nominal trial, stages in blocks, audit, diagnostics."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from tolstat.study.study import Study
 
 
 class Progress(NamedTuple):
-    """How far a run is."""
+    """Progress of a run."""
 
-    # trials that are over, those of them that failed, and all of this stage
+    # trials finished, trials failed, and trials in this stage
     over: int
     failed: int
     asked: int
     doing: str = "trials"  # or what follows them: "audit", "diagnostics"
-    # trials that the stopping rule asks for after its first look, if these are more
-    # than it may have; infinite where it cannot tell yet, else 0
+    # trials that the stopping rule needs by its first look, if these are more than
+    # it may have; infinite if not known yet, else 0
     wanted: float = 0.0
     rules: tuple[str, ...] = ()  # this stopping rule, as it is written
-    at_most: int = 0  # trials that it may have
-    warning: str = ""  # what has to be known before any trial runs
+    at_most: int = 0  # most trials that it may have
+    warning: str = ""  # for the user, before any trial runs
 
 
 Telling = Callable[[Progress], None]
@@ -54,17 +54,17 @@ def carry_out(
     nominal: bool = False,
     rerun: bool = False,
 ) -> None:
-    """Run what is missing of a study into its file.
+    """Run the missing trials of a study into its file.
 
-    Once the workers stop it ends early, with what is finished. `nominal` says that the
-    nominal trial is stored already; what a complete run says at its end stays; with
-    `rerun` failed trials are evaluated again, once all are over.
+    When the workers stop, it ends early with the finished trials. `nominal`: the
+    nominal trial is stored already. `rerun`: failed trials are evaluated again at the
+    end. A complete run keeps its diagnostics.
     """
     try:
         with suppress(Interrupted):
             try:
                 if not nominal:
-                    # alone and first: who finds code that is not compiled waits here
+                    # first and alone: code that is not compiled yet is compiled once
                     alone = np.zeros((1, len(study.description.contributors)))
                     found = workers.simulate(study.model, alone, study.settings)
                     file.write_nominal(found)
@@ -88,9 +88,9 @@ def carry_out(
 def _evaluate(
     study: Study, stages: Stages, file: RunWriter, workers: Workers, tell: Telling
 ) -> list[int]:
-    """Evaluate what is missing, stage by stage.
+    """Evaluate the missing trials, stage by stage.
 
-    Returned is how many trials were over at each look of the stopping rule.
+    Return the number of finished trials at each look of the stopping rule.
     """
     trials, looks = stages.trials, list[int]()
     while True:
@@ -111,7 +111,7 @@ def _evaluate(
 def _looks(
     study: Study, stages: Stages, workers: Workers, tell: Telling
 ) -> Iterator[int]:
-    """Yield how many trials are to be over before the stopping rule looks at them."""
+    """Yield the numbers of finished trials at which the stopping rule looks."""
     until, trials, most = study.until, stages.trials, stages.latest.stop
     stop = min(FIRST, most) if until else most
     yield stop
@@ -124,7 +124,7 @@ def _looks(
 
 
 def _missing(cases: tuple[Case, ...], status: NDArray[np.uint8]) -> list[Case]:
-    """Return what of the cases has not run: stretches of trials without a status."""
+    """Return the parts of the cases that have not run: trials without a status."""
     found = []
     for case in cases:
         missing = status[case.first : case.stop] == Status.NOT_RUN
@@ -135,7 +135,7 @@ def _missing(cases: tuple[Case, ...], status: NDArray[np.uint8]) -> list[Case]:
 
 
 def _wanted(study: Study, trials: Trials, over: int, workers: Workers) -> float:
-    """Say how many trials the stopping rule wants in all; 0 if there are enough.
+    """Return how many trials the stopping rule needs in all; 0 if there are enough.
 
     With many trials that takes seconds: `Interrupted` once the workers stop.
     """
@@ -161,7 +161,7 @@ def _ended(
     workers: Workers,
     tell: Telling,
 ) -> Run:
-    """Evaluate what is wanted beyond the trials, all of which are over."""
+    """Return the complete run: audit and diagnostics follow its trials."""
     stopped, over = None, len(trials.status)
     if study.until:
         wanted = _wanted(study, trials, over, workers)
@@ -174,7 +174,7 @@ def _ended(
         audited = audit(study, trials, workers)
         tell(Progress(over, trials.failed, over, "diagnostics"))
         diagnostics = gather(study, trials, workers)
-    except ModelError as error:  # the trials are worth more than what follows them
+    except ModelError as error:  # keep the trials although diagnostics fail
         diagnostics = Diagnostics(missing=str(error))
     return replace(
         run.first(over),
@@ -186,12 +186,12 @@ def _ended(
 
 
 def _rerun(study: Study, trials: Trials, workers: Workers) -> Audited:
-    """Evaluate the failed trials again, with tighter settings."""
+    """Return the failed trials, evaluated again with tighter settings."""
     failed = np.flatnonzero(trials.status != Status.DONE)
     found = evaluated_again(study, trials, Choice(failed, failed < 0, {}), workers)
     if found is None:
         raise ModelError(
-            f"model '{study.model.name}' has no tighter settings: what failed would "
-            "fail again"
+            f"model '{study.model.name}' has no tighter settings, so failed trials "
+            "would fail again"
         )
     return found

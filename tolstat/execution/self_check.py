@@ -1,4 +1,4 @@
-"""What tolstat runs on here, and a check of what it computes."""
+"""Self-check: versions and processor, and whether trials repeat bit for bit."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ STUDY = {
     "model": "stand", "trials": 64, "seed": 1, "deviations": {"rod_length": "+-1.2 mm"},
 }  # fmt: skip
 EXTRAS = {"distributed": "tolstat[cluster]", "pyarrow": "tolstat[parquet]"}
-LASTING = 2.0  # s, of the check
+LASTING = 2.0  # s, duration of the check
 
 
 class Check(NamedTuple):
-    """Trials of the stand evaluated over and over."""
+    """Trials of the stand, evaluated repeatedly."""
 
-    # how long the first one took, s: what is not compiled yet is compiled for it
+    # s, of the first trial: it includes the compilation
     ready: float
-    trials: int  # after that
-    seconds: float  # how long these took
-    # whether each has, bit for bit, the same answer whatever block it is in, and
-    # whoever evaluates it
+    trials: int  # evaluated after the first
+    seconds: float  # duration of these
+    # whether each trial has the same answer, bit for bit, in any block and on any
+    # worker
     same: bool
 
 
 def check() -> Check:
-    """Evaluate trials of the stand for two seconds on all processors."""
+    """Return the check: trials of the stand for two seconds on all processors."""
     study = load(STUDY)
     rows = study.deviations()
     began = time.perf_counter()
@@ -54,7 +54,7 @@ def check() -> Check:
 
 
 def surroundings() -> dict[str, str]:
-    """Say what decides numbers and speed here, by what it is."""
+    """Return versions, processor and whatever else decides numbers and speed."""
     facts = provenance()
     mark = "version_"
     found = {n[len(mark) :]: v for n, v in facts.items() if n.startswith(mark)}
@@ -72,7 +72,7 @@ def surroundings() -> dict[str, str]:
 
 
 def kept_code() -> str:
-    """Say where compiled code is kept, and how much of it."""
+    """Return where compiled code is kept, and its size."""
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         folder = cache.cache_folder(Path(cache.__file__), "doctor")

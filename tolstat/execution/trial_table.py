@@ -1,4 +1,4 @@
-"""The trials of a run in memory, drawn stage by stage as their sampler has it."""
+"""The trials of a run in memory, sampled stage by stage."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Trials:
     deviations: Array  # float64[trial, contributor], SI
     status: NDArray[np.uint8]  # uint8[trial]: 0 where a trial has not run
     responses: Array  # float64[trial, response], SI; NaN where there is none
-    # mapping of str to float64[trial]: what is stored of how they were drawn
+    # mapping of str to float64[trial]: columns of the sampler
     drawn: Mapping[str, Array] = field(default_factory=dict)
 
     @classmethod
@@ -54,7 +54,7 @@ class Trials:
             self.status[rows], self.responses[rows] = outcome.status, outcome.responses
 
     def take_stored(self, run: Run, which: Truths) -> None:
-        """Keep the answers that a run has stored; bool[trial] says of which trials."""
+        """Keep the stored answers of a run, for the trials in `which`, bool[trial]."""
         whole = np.flatnonzero(which)
         self.status[whole] = run.status[whole]
         for column, response in enumerate(self.description.responses):
@@ -78,14 +78,14 @@ class Trials:
 
 
 class Stages:
-    """Trials of which the first stage is drawn, and the next ones on request.
+    """Trials whose first stage is sampled at once, later ones on request.
 
     Attributes
     ----------
     trials : Trials
-        All of them; deviations and columns are NaN where they are not drawn yet.
+        All of them; deviations and columns are NaN where they are not sampled yet.
     latest : slice
-        The trials of the latest stage that is drawn.
+        The trials of the latest stage that is sampled.
     """
 
     def __init__(self, study: Study) -> None:
@@ -101,17 +101,17 @@ class Stages:
         self._note(stage.columns(0))
 
     def draw_next(self, workers: Workers | None = None) -> bool:
-        """Draw a stage, once all trials of the latest are over; false after the last.
+        """Sample a stage, once all trials of the latest are over; false after the last.
 
-        A fit among a hundred directions takes many seconds: once the workers stop it is
-        not waited for (`Interrupted`).
+        A fit in a hundred directions takes many seconds; it raises `Interrupted` once
+        the workers stop.
         """
         answered, rows = np.empty(0), self.latest
         if self._limit:
             answered = margins(
                 self.trials.response(self._aim)[rows], self._limit.permitted
             )
-            # what failed is out of limit
+            # failed trials are out of limit
             answered[self.trials.status[rows] != Status.DONE] = -np.inf
         send = self._course.send
         try:
@@ -132,10 +132,10 @@ class Stages:
 
 
 def drawn_again(run: Run, study: Study, workers: Workers | None = None) -> Stages:
-    """Draw the trials of a stored run again; what is stored whole has run.
+    """Return the trials of a stored run, sampled again, with their stored answers.
 
-    Trials of stages that are drawn from answers which are not all there are missing.
-    Workers as of `Stages.draw_next`; StoppedError once they stop.
+    Stages that depend on missing answers are left out. Workers as in
+    `Stages.draw_next`; StoppedError once they stop.
     """
     stages = Stages(study)
     whole = run.status != Status.NOT_RUN
@@ -147,7 +147,7 @@ def drawn_again(run: Run, study: Study, workers: Workers | None = None) -> Stage
             pass
     except Interrupted:
         raise StoppedError(
-            f"stopped before anything was done: the run in {run.path} is as it was",
+            f"stopped before any new trial ran; the run in {run.path} is unchanged",
             Advice("resume", run.path, run.machine),
         ) from None
     not_drawn = slice(stages.latest.stop, None)

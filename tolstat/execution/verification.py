@@ -1,4 +1,4 @@
-"""Whether a stored run is what it says: checksums, draws, trials evaluated again."""
+"""Verification of a run: checksums, deviations, trials evaluated again."""
 
 from __future__ import annotations
 
@@ -26,28 +26,26 @@ from tolstat.study.study import Study
 
 
 class Verification(NamedTuple):
-    """What was found of a run whose seal is whole; trials by their numbers."""
+    """Findings on a run whose seal is intact; trials by their numbers."""
 
-    run: Run  # with its `damage`: trials whose checksum is not that of what is stored
-    contradicting: Integers  # whose status says something else than their responses
-    drawn_otherwise: (
-        Integers  # whose deviations are not those drawn again from the seed
-    )
+    run: Run  # with its `damage`: trials whose data do not fit their checksum
+    contradicting: Integers  # whose status contradicts their responses
+    drawn_otherwise: Integers  # whose deviations differ when sampled again
     evaluated: Integers  # that were evaluated again
-    different: Integers  # those of them that are not bit for bit as stored
-    nominal_differs: bool  # whether the nominal trial is not
-    # why they may differ though nothing is damaged: another source, processor
+    different: Integers  # those of them that differ from the stored ones in any bit
+    nominal_differs: bool  # whether the nominal trial does
+    # causes of differences without damage: another source, processor
     reasons: tuple[str, ...]
 
     @property
     def trials(self) -> Integers:
-        """Every trial that is not as it should be."""
+        """Every trial with a finding."""
         some = (self.contradicting, self.drawn_otherwise, self.different)
         return np.unique(np.concatenate([self.run.damage.trials, *some]))
 
     @property
     def whole(self) -> bool:
-        """Whether everything is as it should be."""
+        """Whether there is no finding."""
         return not (self.run.damage or len(self.trials) or self.nominal_differs)
 
 
@@ -58,7 +56,7 @@ def verify(
     workers: int | None = None,
     model: Model | None = None,
 ) -> Verification:
-    """Say whether a run is as it was written, and name the trials that are not.
+    """Return the trials of a run that are not as they were written.
 
     Parameters
     ----------
@@ -71,14 +69,14 @@ def verify(
 
     Returns
     -------
-    Verification
-        What is not as it should be. `tolstat.resume` repairs what is damaged; what fits
+    The findings. `tolstat.resume` repairs damaged trials. A trial that fits its
+    checksum and still differs here needs a new run.
         its checksum and is evaluated differently here, only a new run can replace.
 
     Raises
     ------
     DamagedError
-        If the part of the file that all else depends on is damaged.
+        If the file is damaged outside its trials.
 
     Examples
     --------
@@ -88,17 +86,17 @@ def verify(
     run = open_run(Path(path), damaged=True)
     try:
         study = study_of(run, run.trials, model)
-    except TolstatError as error:  # its data or its model are not here
+    except TolstatError as error:  # data or model are missing here
         raise type(error)(
-            f"{path}: checksums of all that is stored: {run.damage.words or 'all fit'};"
-            f" its trials cannot be drawn and evaluated again: {error}"
+            f"{path}: checksums: {run.damage.words or 'all fit'}; its trials cannot be "
+            f"sampled and evaluated again: {error}"
         ) from error
     trials = drawn_again(run, study).trials
     plan = plan_of(study, trials, run.path)
     ran = np.flatnonzero(run.status != Status.NOT_RUN)
     chosen = np.intersect1d(ran, random_trials(study.seed or 0, run.trials))
     otherwise = trials_drawn_otherwise(run, plan)
-    # answers of other deviations say nothing of what is stored
+    # trials with other deviations cannot be compared
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
     chosen = chosen[~np.isnan(trials.deviations[chosen]).any(axis=1)]
     with Workers(workers) as crew:
@@ -116,7 +114,7 @@ def verify(
 
 
 def _contradicting(run: Run) -> Integers:
-    """Find trials that are done without responses, or failed with some."""
+    """Return trials that are done without responses, or failed with some."""
     finite = [np.isfinite(run.column(each.name)) for each in run.responses]
     known = np.isin(run.status, list(run.words))
     done, ran = run.status == Status.DONE, run.status != Status.NOT_RUN
@@ -127,7 +125,7 @@ def _contradicting(run: Run) -> Integers:
 def _differing(
     run: Run, study: Study, chosen: Integers, deviations: Array, workers: Workers
 ) -> Truths:
-    """Evaluate the nominal trial and chosen ones; tell which are not bit for bit."""
+    """Return which of the nominal and the chosen trials now differ in any bit."""
     alone = np.zeros((1, deviations.shape[1]))
     found = workers.simulate(study.model, alone, study.settings)
     if len(chosen):

@@ -1,1 +1,1 @@
-"""The machines; none knows another."""
+"""The models of this package; none imports another."""

@@ -1,1 +1,1 @@
-"""What a machine is to the rest of the house: the contract, and its checks."""
+"""The contract of a model, and its checks."""

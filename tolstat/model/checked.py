@@ -1,4 +1,4 @@
-"""The contract checked: what a model says and answers, before anything builds on it."""
+"""Checks of a model: its declarations, and its answers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tolstat.model.view import Chart, Listing, Offer, View
 from tolstat.status import Status, words_of
 from tolstat.units.conversion import check_si, to_si
 
-# what a run file and a frame call by these names
+# names of columns that every run file and frame has
 RESERVED = (
     "trial", "status", "steps", "nominal", "reference", "audit", "rerun", "settings",
     "numbers", "diagnostics", "checks", "provenance",
@@ -31,7 +31,7 @@ TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat"
 
 
 def check_model(model: object) -> Model:
-    """Return a model, if it is one.
+    """Return an object that is a model; refuse any other.
 
     Raises
     ------
@@ -45,8 +45,8 @@ def check_model(model: object) -> Model:
             raise ModelError(f"{error}") from None
     if not isinstance(model, Model):
         raise ModelError(
-            f"{model!r} is no model: a class that inherits from tolstat.Model, or an "
-            "object of one, is expected"
+            f"{model!r} is not a model; a class that inherits from tolstat.Model, or "
+            "an instance of one, is expected"
         )
     if not isinstance(getattr(model, "name", None), str) or not model.name:
         raise ModelError(f"{type(model).__name__}: a model needs a name")
@@ -55,28 +55,28 @@ def check_model(model: object) -> Model:
         map(_printable, (*failures, *failures.values()))
     ):
         raise model.fault(
-            "failures is a mapping of a word to the sentence that has to hold, such as "
+            "failures must map a word to the sentence that has to be true, such as "
             f'{{"cuts air": "the tool stays in the cut"}}, not {failures!r}',
         )
     for word in failures:
         if word in words_of().values():
-            raise model.fault(f"the failure {word!r} is no new word")
+            raise model.fault(f"the failure {word!r} is a word of tolstat; use another")
     if not isinstance(assumptions, tuple | list) or not all(
         map(_printable, assumptions)
     ):
-        raise model.fault(f"assumptions is a tuple of texts, not {assumptions!r}")
+        raise model.fault(f"assumptions must be a tuple of texts, not {assumptions!r}")
     for offer in model.views:
         if not (
             isinstance(offer, Offer)
             and _printable(offer.name)
             and callable(offer.function)
         ):
-            raise model.fault(f"views is a tuple of Offer, not {offer!r}")
+            raise model.fault(f"views must be a tuple of Offer, not {offer!r}")
     return model
 
 
 def _printable(text: object) -> bool:
-    """Tell texts that can be stored and printed: no control characters."""
+    """Return whether an object is a text that can be stored and printed."""
     return isinstance(text, str) and text != "" and text.isprintable()
 
 
@@ -103,25 +103,25 @@ def described(model: Model, settings: Any) -> Description:
     model : Model
         The model.
     settings : object
-        Of it; they may decide what there is.
+        Its settings; contributors and responses may depend on them.
 
     Raises
     ------
     ModelError
-        If a name cannot be typed, is given twice or taken, a unit is unknown, a range
-        is none, or there is no response; naming the model and the fault.
+        If a name cannot be typed, is given twice or reserved, a unit is unknown, a
+        range is wrong, or there is no response. The message names model and fault.
     """
     with _asking(model, "describe"):
         contributors, responses = model.describe(settings)
         found = Description(tuple(contributors), tuple(responses))
     if not found.responses:
-        raise model.fault("there is no response")
+        raise model.fault("describe gives no response")
     every: list[Contributor | Response] = [*found.contributors, *found.responses]
     _check_declared(model, every)
     for name in RESERVED:
         if any(each.name == name for each in every):
             raise model.fault(
-                f"nothing can be called {name}; that is a column of every run "
+                f"the name {name} is reserved for a column of every run "
                 f"({', '.join(RESERVED)})",
             )
     for each in found.responses:
@@ -131,8 +131,8 @@ def described(model: Model, settings: Any) -> Description:
             lower = upper = math.nan
         if not lower < upper:
             raise model.fault(
-                f"{each.name}: its range {each.range!r} is none; two numbers, the "
-                "lower first",
+                f"{each.name}: the range {each.range!r} must be two numbers, the lower "
+                "first",
             )
     return found
 
@@ -140,17 +140,17 @@ def described(model: Model, settings: Any) -> Description:
 def numbers_of(
     model: Model, settings: Any, spreads: Spreads, *, independent: bool = True
 ) -> tuple[StudyNumber, ...]:
-    """Return the numbers of a study, their names and units checked; see the model's."""
+    """Return the checked numbers of a study; see `Model.numbers`."""
     units = {each.name: each.unit for each in described(model, settings).responses}
     with _asking(model, "numbers"):
         found = tuple(model.numbers(settings, spreads, independent=independent))
     _check_declared(model, found)
     for each in found:
         if isinstance(each.value, bool) or not isinstance(each.value, int | float):
-            raise model.fault(f"number {each.name}: {each.value!r} is no number")
+            raise model.fault(f"number {each.name}: {each.value!r} is not a number")
         if each.of and units.get(each.of) != each.unit:
             raise model.fault(
-                f"number {each.name}: no response {each.of} has its unit, {each.unit}",
+                f"number {each.name}: no response {each.of} with its unit, {each.unit}",
             )
     return found
 
@@ -163,7 +163,7 @@ def _check_declared(
     for each in declared:
         kind = DECLARED.get(type(each))
         if kind is None:
-            raise model.fault(f"{each!r} is no {', '.join(DECLARED.values())}")
+            raise model.fault(f"{each!r} is not a {' or '.join(DECLARED.values())}")
         if not isinstance(each.name, str) or not each.name.isidentifier():
             raise model.fault(
                 f"the {kind} {each.name!r} cannot be typed; letters, digits and _ are "
@@ -174,7 +174,7 @@ def _check_declared(
         names.add(each.name)
         for text in (getattr(each, name, "") for name in TEXTS):
             if text != "" and not _printable(text):
-                raise model.fault(f"{kind} {each.name}: {text!r} is no text to print")
+                raise model.fault(f"{kind} {each.name}: {text!r} cannot be printed")
         try:
             check_si(each.unit)
             to_si(1.0, each.shown or each.unit, each.unit)
@@ -183,17 +183,17 @@ def _check_declared(
 
 
 def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
-    """Evaluate trials of deviations[trial, contributor], SI, and check the answer.
+    """Return the checked answers of deviations[trial, contributor], SI.
 
     Returns
     -------
     Answers
-        With the status of every trial; the responses of failed ones are NaN.
+        With the status of every trial; the responses of failed trials are NaN.
 
     Raises
     ------
     ModelError
-        If shapes, statuses or numbers are not what the contract asks for.
+        If shapes, statuses or numbers do not fit the contract.
     """
     rows = deviations.view()
     rows.flags.writeable = False  # the stored deviations stay as they were sampled
@@ -212,19 +212,19 @@ def simulate(model: Model, deviations: Array, settings: Any) -> Answers:
 
 
 def _evaluated(model: Model, rows: Array, settings: Any) -> Answers:
-    """Evaluate trials that can be built."""
+    """Return the outcome of trials that can be built."""
     with _asking(model, "evaluate"):
         outcome = model.evaluate(rows, settings)
     return complete(model, outcome, len(rows), settings)
 
 
 def impossible(model: Model, deviations: Array, settings: Any) -> NDArray[np.int64]:
-    """Tell which trials of deviations[trial, contributor], SI, cannot be built.
+    """Return which trials of deviations[trial, contributor], SI, cannot be built.
 
     Returns
     -------
     int64[trial]
-        0 where one can be built, else the status that its trial ends with.
+        0 if a trial can be built, else its status.
     """
     with _asking(model, "impossible"):
         told = {**model.impossible(deviations, settings)}
@@ -250,17 +250,17 @@ def _failing(
     for word, those in told.items():
         if word not in model.failures:
             words = ", ".join(model.failures) or "there are none"
-            raise model.fault(f"'{word}' is none of its failures ({words})")
+            raise model.fault(f"'{word}' is not in its failures ({words})")
         yield codes[word], _shaped(model, f"{where} '{word}'", those, (trials,)) != 0
 
 
 def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answers:
-    """Check an outcome of so many trials, and complete it; see `simulate`."""
+    """Return the checked answers of an outcome of so many trials; see `simulate`."""
     with _asking(model, "describe"):
         _, described_now = model.describe(settings)
         names = [each.name for each in described_now]
     if not isinstance(outcome, Outcome):
-        raise model.fault(f"evaluate returns {type(outcome).__name__}, no Outcome")
+        raise model.fault(f"evaluate returns {type(outcome).__name__}, not Outcome")
     responses = _shaped(model, "responses", outcome.responses, (trials, len(names)))
     finite = np.isfinite(responses)
     status = np.where(finite.all(axis=1), Status.DONE, Status.NOT_FINITE)
@@ -269,14 +269,14 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
     steps = np.zeros(trials, np.int64) if model.integrates else None
     if outcome.steps is not None:
         if steps is None:
-            raise model.fault("counts steps; one that integrates has a setting rtol")
+            raise model.fault("evaluate returns steps; this needs a setting rtol")
         steps = _whole(model, "steps", outcome.steps, trials)
     for code, failing in _failing(model, "failed", outcome.failed, trials):
         status = np.where(failing & (status != Status.NOT_RUN), code, status)
     unknown = set(np.unique(status).tolist()) - set(words_of(model.failures))
     if unknown or np.any(status == Status.NOT_RUN):
         wrong = sorted(unknown) or "0, not run"
-        raise model.fault(f"status {wrong} is none that a trial ends with")
+        raise model.fault(f"a trial cannot end with status {wrong}")
     done = status == Status.DONE
     if not finite[done].all():
         trial, response = np.argwhere(done[:, None] & ~finite)[0]
@@ -291,8 +291,8 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
         if len(beyond):
             raise model.fault(
                 f"{each.name} is {beyond[0]:.17g} in {len(beyond)} of {trials} trials "
-                f"of a block, and its range is declared as {lower:g} .. {upper:g}; "
-                "where rounding does that, clip it where it is made",
+                f"of a block, outside its declared range {lower:g} .. {upper:g}; "
+                "if rounding causes this, clip it in evaluate",
             )
     return Answers(np.where(done[:, None], responses, np.nan), status, steps)
 
@@ -302,7 +302,7 @@ def _whole(
 ) -> NDArray[np.int64]:
     found = _shaped(model, what, values, (trials,))
     if not (np.isfinite(found) & (found >= 0) & (found == np.round(found))).all():
-        raise model.fault(f"{what} are whole numbers from 0")
+        raise model.fault(f"{what} must be whole numbers from 0")
     return found.astype(np.int64)
 
 
@@ -315,7 +315,7 @@ def _shaped(
             raise TypeError
         found = given.astype(np.float64)
     except (TypeError, ValueError):
-        raise model.fault(f"{what} are no real numbers") from None
+        raise model.fault(f"{what} are not real numbers") from None
     if found.shape != shape:
         hint = "; write y[:, None]" if found.shape == shape[:1] else ""
         wanted, there = (" x ".join(map(str, s)) or "one" for s in (shape, found.shape))
@@ -331,25 +331,25 @@ def tightened(model: Model, settings: Any) -> Any | None:
     with _asking(model, "tightened"):
         tight = model.tightened(settings)
     if tight is not None and (type(tight) is not type(settings) or tight == settings):
-        raise model.fault("tightened returns other settings of its own kind")
+        raise model.fault("tightened must return other settings of the same class")
     return tight
 
 
 def history_of(
     model: Model, deviations: Array, settings: Any, step: float
 ) -> tuple[Chart, Answers]:
-    """Tell how one trial of deviations[contributor], SI, moved; check its outcome.
+    """Return the checked history of one trial of deviations[contributor], SI.
 
     Raises
     ------
     ModelError
-        If the model does not move, or the step, s, is no time above zero.
+        If the model does not move, or the step, s, is not above zero.
     """
     if not 0 < step < np.inf:
         raise ModelError(f"step = {step:g}: a time above 0 s is expected")
     possible = not impossible(model, deviations[None, :], settings).any()
     with _asking(model, "history"):
-        # of a trial that cannot be built the curves are those of the nominal one, empty
+        # a trial that cannot be built has the curves of the nominal one, emptied
         shown = deviations if possible else np.zeros_like(deviations)
         chart, outcome = model.history(shown, settings, step)
     _check_view(model, chart)
@@ -361,18 +361,18 @@ def history_of(
 
 
 def offers(model: Model) -> dict[str, Offer]:
-    """Return what a model can show, by name."""
+    """Return the views of a model, by name."""
 
     def history(deviations: Array, settings: Any) -> Chart:
         return history_of(model, deviations[0], settings, STEP)[0]
 
-    own = Offer("history", "how the machine moves, over time", history)
+    own = Offer("history", "motion of one trial over time", history)
     found = (own, *model.views) if model.moves else model.views
     return {offer.name: offer for offer in found}
 
 
 def shown(model: Model, offer: Offer, deviations: Array, settings: Any) -> View:
-    """Show one of the model's views, and check what it holds; see `Offer`.
+    """Return one of the model's views, checked; see `Offer`.
 
     Rows of `deviations` that cannot be built are left out.
 
@@ -412,7 +412,7 @@ def _check_view(model: Model, view: object) -> None:
 
 
 def _check_panels(model: Model, chart: Chart) -> None:
-    """Refuse panels and marks of what is not there, and axes of two units."""
+    """Refuse panels and marks of missing curves, and axes with two units."""
     units, curves = chart.units, {curve.name for curve in chart.curves}
     shown = [(f"panel '{p.title}'", n) for p in chart.panels for n in p.every]
     shown += [("a mark", mark.curve) for mark in chart.marks]

@@ -1,4 +1,4 @@
-"""The contract: what a model must say and may say."""
+"""The contract: the required and the optional parts of a model."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NOTHING_FAILED: Mapping[str, Truths] = {}
 class Outcome(NamedTuple):
     """What a block of trials yields."""
 
-    responses: Array  # [trial, response], SI; whatever in failed trials
+    responses: Array  # [trial, response], SI; any value in failed trials
     # [trial], `tolstat.status.Status`, as the integrator found it; None where nothing
     # is integrated: then trials whose responses are finite are done
     status: NDArray[np.int64] | None = None
@@ -57,10 +57,10 @@ class Answers(NamedTuple):
 
 
 class History(NamedTuple):
-    """How one trial moved, and what it answered."""
+    """The motion of one trial, and its outcome."""
 
-    # curves over time; NaN after a failure. Marks are peaks to within a sample, the
-    # span the time over which responses are taken
+    # curves over time; NaN after a failure. Marks are peaks to within a sample; the
+    # span is the time over which responses are taken
     chart: Chart
     outcome: Outcome  # of the same trial, bit for bit as `evaluate` finds it
 
@@ -71,7 +71,7 @@ class NoSettings:
 
 
 class Model(ABC):
-    """A model: what deviates, what is answered, what can be shown.
+    """A model: contributors, responses, and views.
 
     A custom model inherits from this class and has a name, `describe` and `evaluate`;
     the rest is optional. One that integrates has a setting `rtol`, its tolerance: steps
@@ -81,7 +81,7 @@ class Model(ABC):
     name: ClassVar[str]  # how it is called in study files
     title: ClassVar[str] = ""
     settings: ClassVar[type] = NoSettings  # a frozen dataclass of `tolstat.setting`
-    assumptions: ClassVar[tuple[str, ...]] = ()  # sentences on what its answers rest on
+    assumptions: ClassVar[tuple[str, ...]] = ()  # one sentence each
     # why a trial may have no answer, beside the integrator's reasons: a word for the
     # status, and the sentence that has to hold
     failures: ClassVar[Mapping[str, str]] = {}
@@ -89,17 +89,17 @@ class Model(ABC):
 
     @abstractmethod
     def describe(self, settings: Any) -> Description:
-        """List contributors and responses, which may depend on the settings."""
+        """Return contributors and responses, which may depend on the settings."""
 
     @abstractmethod
     def evaluate(self, deviations: Array, settings: Any) -> Outcome:
-        """Answer one trial for each row of deviations[trial, contributor], SI."""
+        """Return the outcome of the trials of deviations[trial, contributor], SI."""
 
     def impossible(self, deviations: Array, settings: Any) -> Mapping[str, Truths]:
-        """Tell which trials of deviations[trial, contributor] cannot be built, SI.
+        """Return which trials of deviations[trial, contributor], SI, cannot be built.
 
-        They reach neither `evaluate` nor `history` nor `view`: a trial ends with the
-        first word that holds for it.
+        They are passed to neither `evaluate` nor `history` nor views. A trial ends with
+        the first word that is true for it.
 
         Returns
         -------
@@ -125,7 +125,7 @@ class Model(ABC):
         return ()
 
     def history(self, deviations: Array, settings: Any, step: float) -> History:
-        """Tell how the trial of deviations[contributor] moved, seen every `step` s.
+        """Return the history of deviations[contributor], SI, one point every `step` s.
 
         Raises
         ------
@@ -136,7 +136,7 @@ class Model(ABC):
 
     @property
     def source_digest(self) -> str:
-        """Digest of the code that decides the bits of its trials."""
+        """The digest of the code that decides the bits of its trials."""
         roots = [Place(Path(__file__).with_name("checked.py"), "simulate")]
         for kind in type(self).__mro__:
             if kind is Model:
@@ -148,7 +148,7 @@ class Model(ABC):
         return digest(*roots, f"statuses: {[*self.failures]}")
 
     def fault(self, what: str) -> ModelError:
-        """Return the error that names the model, and what is wrong with it."""
+        """Return an error that names the model, and the fault."""
         return ModelError(f"model '{self.name}': {what}")
 
     @property
@@ -163,14 +163,14 @@ class Model(ABC):
 
 
 def sample_times(horizon: float, step: float) -> Array:
-    """Return the times at which a history is seen, for `Model.history`.
+    """Return the times of a history, for `Model.history`.
 
-    The history is `horizon` s long; two of them are about `step` s apart. More than
-    MOST_SAMPLES are refused.
+    The history is `horizon` s long, with a point about every `step` s. More than
+    MOST_SAMPLES points are refused.
     """
     if not horizon / step <= MOST_SAMPLES:
         raise ModelError(
-            f"a history of {horizon:g} s, seen every {step:g} s, has more than "
+            f"a history of {horizon:g} s with a point every {step:g} s has more than "
             f"{MOST_SAMPLES} points; give a longer step"
         )
     return np.linspace(0.0, horizon, 1 + round(horizon / step))

@@ -1,4 +1,4 @@
-"""What a model says of its contributors and responses."""
+"""Contributors and responses, as a model declares them."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class Gear(NamedTuple):
 class Contributor:
     """A dimension or property that carries a tolerance."""
 
-    name: str  # as typed in study files; `NAME_<number>` also answers to NAME
+    name: str  # as typed in study files; NAME stands for every `NAME_<number>`
     unit: str  # SI, of its deviation; "1" for a deviation relative to the nominal
     symbol: str = ""  # the paper's letter
-    sentence: str = ""  # what it is
+    sentence: str = ""  # a few words of description
     source: str = ""  # where it enters the equations
     size: float | None = None  # nominal, m, that an ISO 286 grade of it refers to
     gear: Gear | None = None  # the wheel that an ISO 1328 class refers to
@@ -50,8 +50,8 @@ class Response:
     sentence: str = ""
     source: str = ""
     shown: str = ""
-    # bounds, SI, that it has because of what it is: a share lies between 0 and 1. An
-    # open end is infinite. Intervals of its mean rest on them
+    # bounds, SI, by definition: a share lies between 0 and 1. An open end is
+    # infinite. Intervals of its mean use them
     range: tuple[float, float] | None = None
 
 
@@ -66,12 +66,12 @@ class StudyNumber(NamedTuple):
     value: float  # SI; NaN where there is none
     sentence: str = ""
     shown: str = ""
-    of: str = ""  # the response that it is an answer about, and in whose unit
-    caveat: str = ""  # why it says less than it seems to, or why there is none
+    of: str = ""  # the response that it describes, with the same unit
+    caveat: str = ""  # its limits, or why there is no value
 
 
 class Description(NamedTuple):
-    """The contributors and responses of a machine at given settings, in order."""
+    """The contributors and responses of a model with given settings, in order."""
 
     contributors: tuple[Contributor, ...]
     responses: tuple[Response, ...]
@@ -80,7 +80,7 @@ class Description(NamedTuple):
 def kinds_of_part(
     names: Sequence[str], contributors: Iterable[Contributor]
 ) -> dict[str, list[str]]:
-    """Sort contributors by the kind of part, else by their name without number.
+    """Return contributors by the kind of part, else by their name without number.
 
     `names` are those that deviate; a kind has two of them or more.
     """

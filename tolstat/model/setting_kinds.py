@@ -1,4 +1,4 @@
-"""Kinds of settings: how each is read from a study, checked, and printed back."""
+"""Kinds of settings: how each is read from a study, checked, and written."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from tolstat.errors import ModelError, allowed_names
 from tolstat.units import grammar
 from tolstat.units.conversion import check_si
 
-MOST_WHOLE = 2**53  # up to which every whole number is a float too
+MOST_WHOLE = 2**53  # up to this number floats hold every whole number
 
 
 def as_typed(value: Any, *, quoted: bool = False) -> str:
-    """Write a value as it stands in a study file; texts without quotes by default."""
+    """Return a value as written in a study file; texts without quotes by default."""
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False) if quoted else value
     if isinstance(value, bool):
@@ -38,18 +38,18 @@ class Kind(ABC):
     @property
     @abstractmethod
     def allowed(self) -> str:
-        """What may be given."""
+        """Allowed values, in words."""
 
     @abstractmethod
     def checked(self, value: Any, *, typed: bool = False) -> Any:
         """Return a value of Python, SI, or as typed in a study; refuse a wrong one."""
 
     def read(self, given: Any) -> Any:
-        """Read what a study file holds."""
+        """Return a value from a study file."""
         return self.checked(given, typed=True)
 
     def words(self, value: Any) -> str:
-        """Write a value as a study would."""
+        """Return a value as text, as a study has it."""
         return as_typed(value)
 
 
@@ -176,7 +176,7 @@ class Boolean(Kind):
 
 @dataclass(frozen=True)
 class Text(Kind):
-    """Any text, such as a formula; the machine says what is wrong with it."""
+    """Any text, such as a formula; the model checks it."""
 
     allowed = "text"
 
@@ -204,7 +204,7 @@ class Interval(Kind):
             raise ModelError("two numbers are expected: lower and upper end")
         lower, upper = (self.each.checked(end) for end in ends)
         if not lower < upper:
-            raise ModelError("the lower end comes first")
+            raise ModelError("the lower end of a range comes first")
         return grammar.Range(lower, upper)
 
     def words(self, value: Any) -> str:
@@ -250,7 +250,7 @@ class Numbers(Kind):
 
 
 class Column(NamedTuple):
-    """One column of a table: what it is, and which kind of setting."""
+    """One column of a table: its description, and its kind of setting."""
 
     sentence: str
     kind: Kind
@@ -261,7 +261,7 @@ class Rows(Kind):
     """Rows of several columns: points in time, or by name the links of a chain."""
 
     columns: Mapping[str, Column]  # every row has all of them
-    named: bool  # then a table, else a list
+    named: bool  # whether it is a table by name, or a list
 
     def checked(self, value: Any, *, typed: bool = False) -> Any:
         if self.named:

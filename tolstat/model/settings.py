@@ -1,4 +1,4 @@
-"""Settings of a model: declared once, checked against what is declared."""
+"""Settings of a model: declarations, and checked values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tolstat.units.grammar import Measure, Range
 
 @dataclasses.dataclass(frozen=True)
 class Setting:
-    """What is declared of a setting."""
+    """The declaration of a setting."""
 
     name: str
     default: Any  # SI, where the study says nothing
@@ -36,7 +36,7 @@ def setting(
     count: tuple[int, int] = (1, 10_000),
     columns: Mapping[str, kinds.Column] | None = None,
 ) -> Any:
-    """Declare one setting of a model, as a field of its settings dataclass.
+    """Return the declaration of a setting, as a field of its settings dataclass.
 
     Parameters
     ----------
@@ -47,14 +47,14 @@ def setting(
         numbers (tuple), a table by name (dict) or a list of rows (tuple) with
         `columns`.
     sentence : str
-        What it is.
+        A few words of description.
     unit : str
         SI unit of a number, a range or a list that has one.
     above, at_least, at_most : float, optional
         Bounds of a number, or of each in a list; the first is excluded.
     choices : sequence of str
         The words allowed, for a setting that is a word.
-    presets : dict, optional
+    Words that stand for a number, or for None.
         Words that stand for a number, or for None.
     count : tuple of int
         How many numbers a list has, at least and at most.
@@ -93,18 +93,18 @@ def setting(
 def column(
     sentence: str, *, unit: str = "", like: Any = 0.0, **bounds: Any
 ) -> kinds.Column:
-    """Declare one column of a table or of rows.
+    """Return the declaration of a column of a table or of rows.
 
     Parameters
     ----------
     sentence : str
-        What it is.
+        A few words of description.
     unit : str
         SI unit of its numbers.
     like
         A value of the type that it holds, as the default of a `setting`.
     **bounds
-        `above`, `at_least`, `at_most`, `choices`, as of a `setting`.
+        `above`, `at_least`, `at_most`, `choices`, as in a `setting`.
     """
     declared = setting(like, sentence, unit=unit, **bounds)
     return kinds.Column(sentence, declared.metadata["kind"])
@@ -143,7 +143,7 @@ def setting_of(model: Model, name: str) -> Setting:
 
 
 def make(model: Model, given: Mapping[str, Any] | None = None) -> Any:
-    """Make an instance of `model.settings` from values by name, SI, or defaults.
+    """Return `model.settings` with values by name, SI, or defaults.
 
     Raises
     ------
@@ -158,12 +158,12 @@ def make(model: Model, given: Mapping[str, Any] | None = None) -> Any:
             raise ModelError(f"setting {name} = {value!r}: {error}") from None
     try:
         return model.settings(**values)
-    except (TypeError, ValueError) as error:  # what does not fit each other
+    except (TypeError, ValueError) as error:  # values that do not fit each other
         raise ModelError(f"{error}") from error
 
 
 def read(model: Model, given: Mapping[str, Any]) -> Any:
-    """Make an instance of `model.settings` from what a study file holds, by name.
+    """Return `model.settings` with the values of a study file, by name.
 
     Raises
     ------

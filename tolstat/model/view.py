@@ -1,6 +1,6 @@
-"""What a model can show, as data with names and units: a chart, or a table of rows.
+"""Views of a model, as data with names and units: charts, and tables of rows.
 
-All numbers are SI; what draws or prints them chooses the units.
+All numbers are SI; a renderer chooses the units.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 
 class Axis(NamedTuple):
-    """What goes along the axis of a chart, or down a column of a table."""
+    """The axis of a chart, or a column of a table."""
 
     name: str
     unit: str  # SI
     shown: str = ""  # unit in which it is shown; by its size if empty
     logarithmic: bool = False
-    least: float = 0.0  # SI: from where on a logarithmic axis is drawn
+    least: float = 0.0  # SI: start of a logarithmic axis
 
 
 class Curve(NamedTuple):
@@ -43,18 +43,18 @@ class Curve(NamedTuple):
     values: Array  # [point], SI; NaN leaves a gap
     at: Array | None = None  # [point], SI, on the axis; the chart's own points if None
     shown: str = ""  # unit in which it is shown; by its size if empty
-    points: bool = False  # drawn as points, such as what was measured, not as a line
+    points: bool = False  # drawn as points, such as measured ones, not as a line
 
     @classmethod
     def of(cls, response: Response, values: Array) -> Curve:
-        """Return the quantity whose peak a response is, called as the response."""
+        """Return the curve whose peak is a response, with the response's name."""
         words = response.sentence.removeprefix("peak of ").removeprefix("peak ")
         symbol, shown = response.symbol.strip("|"), response.shown
         return cls(response.name, response.unit, symbol, words, values, shown=shown)
 
 
 class Band(NamedTuple):
-    """What a curve spreads over: between two values at each of the chart's points.
+    """The range of a curve: two values at each of the chart's points.
 
     It takes the colour of its curve; beside points it is drawn as bars.
     """
@@ -63,11 +63,11 @@ class Band(NamedTuple):
     unit: str
     lower: Array  # [point], SI
     upper: Array
-    of: str = ""  # its curve; empty where it stands for itself
+    of: str = ""  # its curve; empty without one
 
 
 def bands_of(name: str, unit: str, values: Array) -> tuple[Band, ...]:
-    """Return the band of a curve that float64[trial, point] open; none without trials.
+    """Return the band of a curve from float64[trial, point]; none without trials.
 
     It lies between their 5 % and 95 % quantiles.
     """
@@ -79,7 +79,7 @@ def bands_of(name: str, unit: str, values: Array) -> tuple[Band, ...]:
 
 
 class Mark(NamedTuple):
-    """A point worth a dot: on the curve of that name, in its colour."""
+    """A dot on the curve of that name, in its colour."""
 
     curve: str
     at: float  # SI
@@ -90,7 +90,7 @@ class Mark(NamedTuple):
 def peaks_of(
     curves: Sequence[Curve], at: Array, *, least: float = -np.inf, words: str = "peak"
 ) -> tuple[Mark, ...]:
-    """Mark where curves over the points `at` are greatest to either side.
+    """Return marks where curves over the points `at` are greatest to either side.
 
     Peaks count from `least` on; a curve that ends in a failure, NaN, has none.
     """
@@ -114,7 +114,7 @@ class Region(NamedTuple):
 
 
 class Span(NamedTuple):
-    """A stretch of the axis, shaded through all panels: from, to (SI), in words."""
+    """A shaded part of the axis in all panels: from, to (SI), in words."""
 
     lower: float
     upper: float
@@ -122,14 +122,14 @@ class Span(NamedTuple):
 
 
 class Level(NamedTuple):
-    """A value (SI) marked across a panel, in words; those without go unnamed."""
+    """A value (SI) marked across a panel; words are its name."""
 
     value: float
     words: str
 
 
 class Panel(NamedTuple):
-    """What is drawn in one picture of a chart."""
+    """The content of one picture of a chart."""
 
     title: str
     names: tuple[str, ...]  # curves, bands and regions of one unit
@@ -140,12 +140,12 @@ class Panel(NamedTuple):
 
     @classmethod
     def of(cls, title: str, *drawn: Curve | Band | Region, **more: Any) -> Panel:
-        """Return the picture of some curves, bands and regions."""
+        """Return the picture of these curves, bands and regions."""
         return cls(title, tuple(each.name for each in drawn), **more)
 
     @property
     def every(self) -> tuple[str, ...]:
-        """All that it shows."""
+        """Names of all curves, bands and regions that it shows."""
         return (*self.names, *self.right)
 
 
@@ -200,7 +200,7 @@ class Chart:
     def frame(self) -> pd.DataFrame:
         """Return the curves and bands as a DataFrame over the axis, SI.
 
-        `attrs["units"]` holds the units. Curves with points of their own are not in it.
+        `attrs["units"]` holds the units. Curves with separate points are left out.
         """
         (axis, _), *_ = columns = [*self.columns()]
         return _frame(columns).set_index(axis.name)
@@ -210,9 +210,9 @@ class Chart:
 class Listing:
     """Rows: a catalogue of designs, a table of frequencies."""
 
-    heads: tuple[Axis, ...]  # what each column holds
+    heads: tuple[Axis, ...]  # of the columns
     values: tuple[NDArray[np.generic], ...]  # column by column: numbers, SI, or words
-    sentence: str = ""  # what a row is
+    sentence: str = ""  # describes a row
 
     @classmethod
     def of(
@@ -243,12 +243,12 @@ class Offer(NamedTuple):
     """A view that a model offers, by the name that is typed.
 
     The function gets deviations[trial, contributor], SI, and the settings. The first
-    trial is the unit that is shown; `n_others` trials of the study follow, for bands.
-    Where no study gives tolerances there is the first alone.
+    trial is shown; `n_others` trials of the study follow, for bands. Without
+    tolerances there is only the first.
     """
 
     name: str
-    sentence: str  # what it shows
+    sentence: str  # describes the view
     function: Callable[[Array, Any], View]
     n_others: int = 0
 

@@ -1,4 +1,4 @@
-"""Checksums of trials, the nominal machine and the clock, and what they find damaged.
+"""Checksums of trials, nominal trial and clock, and the damage that they find.
 
 A checksum has 64 bits, over all that is stored of a trial.
 """
@@ -22,19 +22,19 @@ from tolstat.store import layout
 
 ODD = np.uint64(0x9E3779B97F4A7C15)  # 2**64 over the golden ratio
 HALF = np.uint64(32)
-AT_ONCE = 8192  # rows: what is mixed stays in the processor's cache
+AT_ONCE = 8192  # rows, so that the data stay in the processor's cache
 Clock = Array
 EXACT = np.uint64(12)  # bits of a checksum that a float64 has no room for
 NAMED = 20  # ranges of trials that are listed
 
 
 def fingerprints(columns: Sequence[NDArray[Any]], first: int = 0) -> NDArray[np.uint64]:
-    """Mix what is stored of each trial into one number.
+    """Return a checksum of all that is stored of each trial, uint64[trial].
 
-    Every step maps 64 bits one to one: a change of one value, however small, always
-    changes the number; the trial's own number is mixed in, so that rows which changed
-    places are found too. uint64[trial] of numbers or fixed-length texts; never 0, which
-    stands for a trial that has none.
+    Every step maps 64 bits one to one, so a change of one value always changes the
+    checksum. It includes the number of the trial, so swapped rows are found too.
+    Columns are numbers or fixed-length texts. A checksum is never 0, which stands for
+    a trial without one.
     """
     rows = len(columns[0])
     words = [word for column in columns for word in _words(column)]
@@ -58,12 +58,12 @@ def _words(column: NDArray[Any]) -> list[NDArray[Any]]:
 
 
 def clock_of(seconds: float) -> Clock:
-    """Return what is stored now of a run that took so many seconds: float64[3]."""
+    """Return the clock of a run that took so many seconds until now: float64[3]."""
     return _checked(seconds, time.time())
 
 
 def seconds_of(clock: NDArray[Any]) -> float:
-    """Return how long a run took; NaN where nothing was written, or it is damaged."""
+    """Return how long a run took, s; NaN if the clock is empty or damaged."""
     return float(clock[0]) if is_whole(clock) else math.nan
 
 
@@ -75,7 +75,7 @@ def written_at(clock: NDArray[Any]) -> str:
 
 
 def is_whole(clock: NDArray[Any]) -> bool:
-    """Tell whether a clock is as it was written."""
+    """Return whether a clock is undamaged."""
     return clock.tobytes() == _checked(clock[0], clock[1]).tobytes()
 
 
@@ -86,28 +86,28 @@ def _checked(seconds: float, at: float) -> Clock:
 
 @dataclass(frozen=True)
 class Damage:
-    """What is not as it was written."""
+    """Parts of a run that have changed since they were written."""
 
     # int64[n]: Numbers of the trials, ascending
     trials: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-    nominal: bool = False  # whether the nominal machine is
-    clock: bool = False  # whether the time that the run took is
+    nominal: bool = False  # whether the nominal trial is damaged
+    clock: bool = False  # whether the duration of the run is
 
     def __bool__(self) -> bool:
-        """Tell whether there is any."""
+        """Return whether there is any damage."""
         return bool(len(self.trials)) or self.nominal or self.clock
 
     @property
     def words(self) -> str:
         """What is damaged, every trial by its number."""
         parts = [f"trials {ranges_of(self.trials)}"] if len(self.trials) else []
-        parts += ["the nominal machine"] if self.nominal else []
-        parts += ["the time that the run took"] if self.clock else []
+        parts += ["the nominal trial"] if self.nominal else []
+        parts += ["the duration of the run"] if self.clock else []
         return ", ".join(parts)
 
 
 def ranges_of(trials: Iterable[int]) -> str:
-    """Write numbers of trials: "3, 17-20"."""
+    """Return numbers of trials as text: "3, 17-20"."""
     ranges: list[list[int]] = []
     for trial in map(int, trials):
         if ranges and trial == ranges[-1][1] + 1:
@@ -132,9 +132,9 @@ def damage_of(
     stored = file[layout.CHECKSUM][...]
     found = fingerprints([columns[name] for name in layout.columns_of(file)])
     wrong = ran & (found != stored) if not complete else ~ran | (found != stored)
-    checksum = file[layout.ALONE][()]  # before what it is of: both may be written now
+    checksum = file[layout.ALONE][()]  # before its data: both may be written just now
     alone = [np.atleast_1d(file[name][()]) for name in layout.nominal_columns_of(file)]
     nominal = bool(checksum or complete) and fingerprints(alone)[0] != checksum
-    # that of a run which is being written may be caught in between
+    # while a run is being written, the checksum may not fit yet
     clock = complete and not is_whole(file[layout.CLOCK][...])
     return Damage(np.flatnonzero(wrong), bool(nominal), clock)

@@ -1,9 +1,9 @@
-"""Records in HDF5 and back: the type of a field says how it is written and read.
+"""Records written to HDF5 and read back, by the types of their fields.
 
 Texts, numbers and tuples of these are attributes, arrays are datasets. A mapping or a
-list is a group of these. A record of attributes alone lies among those of its owner,
-the name of the field before each (`limit_words`); any other record is a group. What is
-None or empty is not written.
+list is a group of these. A record of attributes alone is stored among the attributes of
+its owner, with the name of the field in front (`limit_words`). Any other record is a
+group. None and empty values are not written.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ BETWEEN = ", "  # parts of a key
 
 
 class Stored(NamedTuple):
-    """How a field lies in a file, where its type does not say it: as an annotation."""
+    """How a field is stored if its type does not say it; used as an annotation."""
 
     name: str = ""  # its own if empty
-    # records of columns lie among the attributes of these, after this prefix; the names
-    # of the columns, in order, are an attribute
+    # records of columns are stored among the attributes of these, after this prefix;
+    # another attribute lists the columns in order
     columns: str | None = None
 
 
-ELSEWHERE = "elsewhere"  # annotation of a field that is written otherwise
+ELSEWHERE = "elsewhere"  # annotation of a field that this module does not write
 
 
 class Field(NamedTuple):
@@ -68,13 +68,13 @@ def write_record(place: h5py.HLObject, record: Any, prefix: str = "") -> None:
 
 
 def read_record(place: h5py.HLObject, kind: Any, prefix: str = "") -> Any:
-    """Read a record; KeyError where a field is missing that is never empty."""
+    """Return a record; KeyError if a required field is missing."""
     fields = fields_of(kind)
     return kind(**{f.name: read(place, prefix + f.stored.name, f) for f in fields})
 
 
 def write(place: h5py.HLObject, name: str, value: Any, field: Field) -> None:
-    """Write what a field holds."""
+    """Write the value of a field."""
     if value is None or (isinstance(value, str | Sequence | Mapping) and not value):
         return
     if field.stored.columns is not None:
@@ -89,7 +89,7 @@ def write(place: h5py.HLObject, name: str, value: Any, field: Field) -> None:
 
 
 def read(place: h5py.HLObject, name: str, field: Field) -> Any:
-    """Read what a field holds."""
+    """Return the value of a field."""
     kind = field.kind
     if field.stored.columns is not None:
         columns = place.attrs.get(name, ())
@@ -113,7 +113,7 @@ def read(place: h5py.HLObject, name: str, field: Field) -> Any:
 
 
 def _put(place: h5py.HLObject, name: str, value: Any, kind: Any) -> None:
-    """Write a value under a name of its own."""
+    """Write a value under its name."""
     if _is_record(kind):
         write_record(place.create_group(name), value)
     elif _is_group(kind):
@@ -133,7 +133,7 @@ def _put(place: h5py.HLObject, name: str, value: Any, kind: Any) -> None:
 
 
 def _take(place: h5py.HLObject, name: str, kind: Any) -> Any:
-    """Read what `_put` has written."""
+    """Return a value that `_put` has written."""
     if _is_record(kind):
         return read_record(place[name], kind)
     if _is_group(kind):
@@ -155,7 +155,7 @@ def _take(place: h5py.HLObject, name: str, kind: Any) -> Any:
 
 
 def _numbered(values: Sequence[Any]) -> list[tuple[Any, Any]]:
-    """Give each of several a key: its name, or its number."""
+    """Return the key of each value, its name or its number, and the value."""
     return [(getattr(each, "name", i), each) for i, each in enumerate(values)]
 
 
@@ -169,14 +169,14 @@ def _is_mapping(kind: Any) -> bool:
 
 
 def _is_attribute(kind: Any) -> bool:
-    """Tell whether values of a type are attributes: plain ones, and tuples of them."""
+    """Return whether values of a type are attributes: plain ones, tuples of them."""
     if get_origin(kind) is tuple:
         return get_args(kind)[0] in PLAIN
     return kind in PLAIN
 
 
 def _is_flat(kind: Any) -> bool:
-    """Tell whether a type is a record of attributes alone."""
+    """Return whether a type is a record of attributes alone."""
     if not _is_record(kind):
         return False
     kinds = [field.kind for field in fields_of(kind)]
@@ -184,12 +184,12 @@ def _is_flat(kind: Any) -> bool:
 
 
 def _is_group(kind: Any) -> bool:
-    """Tell whether a type holds several that have a key each."""
+    """Return whether a type holds several values with a key each."""
     return _is_mapping(kind) or (
         get_origin(kind) in (list, tuple) and not _is_attribute(kind)
     )
 
 
 def _inner(kind: Any) -> Any:
-    """Return the type of what a mapping or a list holds."""
+    """Return the type of the values in a mapping or a list."""
     return get_args(kind)[1 if _is_mapping(kind) else 0]

@@ -1,16 +1,16 @@
-"""How a run lies in its file.
+"""Layout of a run file.
 
-At the root one dataset for each contributor, response and swept setting, for status
-and, where something is integrated, for steps, with unit and sentence as attributes and
-`trial` as dimension scale; its sampler may add how each was drawn. All these are
-contiguous and allocated when the file is made: while trials run only the bytes of rows
-change, and a kill cannot tear the file. The nominal machine, which is no trial, lies in
-the group `nominal`. The group `checks` holds a checksum of each trial, written before
-its status, one of the nominal machine, and how long the run took so far. Before all of
-it, in the user block, lies the seal of what is no row.
+The root has one dataset for each contributor, response and swept setting, for the
+status and, if trials are integrated, for steps. A sampler may add columns. Attributes
+give unit and sentence; `trial` is the dimension scale. All these are contiguous and
+allocated when the file is made: while trials run only bytes of rows change, so a kill
+cannot tear the file. The nominal trial is in the group `nominal`. The group `checks`
+holds a checksum of each trial, written before its status, one of the nominal trial, and
+the duration of the run so far. The user block, before all of it, holds the seal of
+everything but the rows.
 
-What else a run says lies as `codec` writes the fields of `Run`. What is known at the
-end comes with the whole file, written aside and renamed.
+`codec` writes the other fields of `Run`. Results known at the end come with a new file,
+written under a temporary name and renamed.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def encoded(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def decoded(values: NDArray[Any]) -> NDArray[Any]:
-    """Return values that a file holds; half a character is no reason to refuse it."""
+    """Return decoded values of a file; broken characters are replaced."""
     text = values.dtype.kind == "S"
     return np.char.decode(values, "utf-8", "replace") if text else values
 
@@ -79,24 +79,24 @@ class Place(NamedTuple):
 
     @property
     def hole(self) -> tuple[int, int]:
-        """Its first byte, and the next after it."""
+        """Its first byte, and the first byte after it."""
         return self.offset, self.offset + self.dtype.itemsize * self.length
 
 
 def columns_of(file: h5py.File) -> list[str]:
-    """Name the columns of a run whose values make up a row, status last."""
+    """Return the names of the columns that make up a row, status last."""
     every = [name for name, item in file.items() if isinstance(item, h5py.Dataset)]
     return [*(name for name in every if name not in (TRIAL, STATUS)), STATUS]
 
 
 def nominal_columns_of(file: h5py.File) -> list[str]:
-    """Name the columns that say how the nominal machine ended."""
+    """Return the names of the columns about the nominal trial."""
     names = (*sorted(file.attrs.get("responses", ())), STATUS, STEPS)
     return [f"{NOMINAL}/{name}" for name in names if name in file]
 
 
 def places_of(file: h5py.File) -> dict[str, Place]:
-    """Find where the rows lie: columns, the nominal machine, checksums, clock."""
+    """Return the places of rows: columns, nominal trial, checksums, clock."""
     found = {}
     for name in (*columns_of(file), CHECKSUM, ALONE, CLOCK, *nominal_columns_of(file)):
         item = file[name]
@@ -134,9 +134,9 @@ class Rows:
 
 
 def draft_of(run: Run, path: Path) -> tuple[MemoryFile, dict[str, Place]]:
-    """Make all of the file of a run but its rows, and seal it.
+    """Return the sealed file of a run without its rows, and the places of these.
 
-    The file will have this path. Returned with it is where its rows go.
+    `path` is where the file will be.
     """
     draft = MemoryFile()
     block = block_for(2 * len(run.columns) + 8)
@@ -195,7 +195,7 @@ def _lay_out(file: h5py.File, run: Run) -> None:
 
 
 def _describe(audited: h5py.Group, run: Run) -> None:
-    """Say in which units trials were evaluated again, and why these."""
+    """Store the units of audited trials, and the reasons for choosing them."""
     for each in run.responses:
         audited["responses"][each.name].attrs["units"] = each.unit
     for chosen_by in audited.get("chosen_by", {}).values():  # as in CF

@@ -1,4 +1,4 @@
-"""One writer: a lock beside the run file, which names who holds it."""
+"""A lock beside the run file, for one writer; it names the process."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ WORDS = "process "  # what a lock begins with
 
 
 class Lock(AbstractContextManager["Lock"]):
-    """The right to write a run file, held until it is given back or the process ends.
+    """The right to write a run file, until it is released or the process ends.
 
-    It has the name of the run file and ends in `.lock`. RunFileError if another process
-    holds it: its number, its host and since when; BrokenError if the folder cannot be
+    The lock has the name of the run file and ends in `.lock`. RunFileError if another
+    process holds it, with number, host and time; BrokenError if the folder cannot be
     written.
 
     Attributes
@@ -45,8 +45,8 @@ class Lock(AbstractContextManager["Lock"]):
             if words and not words.startswith(WORDS):
                 file.close()
                 raise RunFileError(
-                    f"{self._place} is no lock of tolstat, and would have to be; give "
-                    "it or the run another name"
+                    f"{self._place} is not a lock of tolstat; rename that file, or "
+                    "give the run another name"
                 )
             if not _taken(file):
                 holder = words.strip() or "another process"
@@ -57,7 +57,7 @@ class Lock(AbstractContextManager["Lock"]):
                 )
             if is_still(file, self._place):
                 break
-            file.close()  # who held it has just removed it
+            file.close()  # its holder has just removed it
         self._file: IO[str] | None = file
         with suppress(OSError):  # a full disk: the lock holds without its words
             file.truncate(0)
@@ -67,7 +67,7 @@ class Lock(AbstractContextManager["Lock"]):
             file.flush()
 
     def __exit__(self, *_: object) -> None:
-        """Let others write."""
+        """Release the lock."""
         if self._file:
             with suppress(OSError):
                 self._place.unlink()
@@ -85,9 +85,9 @@ def is_still(file: IO[Any], path: Path) -> bool:
 
 
 def writer_of(path: Path) -> str:
-    """Say which process writes a run file; empty for none, as far as that can be seen.
+    """Return the process that writes a run file; empty if none is found.
 
-    The lock is only read: who looks keeps no writer waiting.
+    The lock is only read, so no writer has to wait.
     """
     place = _place_of(path)
     try:
@@ -100,31 +100,31 @@ def writer_of(path: Path) -> str:
 
 
 def _place_of(path: Path) -> Path:
-    """Name the lock of a run file: a link's is that of what it names."""
+    """Return the lock of a run file; for a link, that of its target."""
     real = path.resolve()
     return real.with_name(f"{real.name}.lock")
 
 
 def _opened(place: Path) -> IO[str]:
-    """Open a lock, or lay it; never what a link names, nor a pipe that waits."""
+    """Open a lock, or create it; links are not followed, pipes not waited for."""
     flags = os.O_RDWR | os.O_CREAT
     flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     return os.fdopen(os.open(place, flags, 0o666), "r+", errors="replace")
 
 
 def alive(process: int) -> bool:
-    """Tell whether there is a process of such a number on this computer."""
+    """Return whether a process with this number runs on this computer."""
     try:
         os.kill(process, 0)
     except ProcessLookupError:
         return False
-    except OSError:  # somebody else's
+    except OSError:  # it belongs to another user
         return True
     return True
 
 
 def _taken(file: IO[str]) -> bool:
-    """Take a lock that the system lets go with the process, however that ends."""
+    """Take a lock that the system releases with the process, however that ends."""
     try:
         import fcntl
     except ImportError:  # not on every system

@@ -1,4 +1,4 @@
-"""A file in memory, for what HDF5 writes: it ends the process where a disk is full."""
+"""A file in memory for HDF5, which ends the process if a disk is full."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ NOTHING = bytes(PAGE)
 
 
 class MemoryFile(io.RawIOBase):
-    """What h5py wants of a file, kept in pages; what was never written is zero."""
+    """A file for h5py, kept in pages; bytes that were never written are zero."""
 
     def __init__(self) -> None:
         self._pages: dict[int, bytearray] = {}
@@ -24,7 +24,7 @@ class MemoryFile(io.RawIOBase):
         return self._at
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the size; pages are few, and none is given up."""
+        """Set the size; no page is freed."""
         self.size = self._at if size is None else size
         return self.size
 
@@ -46,7 +46,7 @@ class MemoryFile(io.RawIOBase):
         return there
 
     def _pieces(self, count: int) -> Iterator[tuple[int, slice, slice]]:
-        """Go over so many bytes: number of each page, the part of it, and of them."""
+        """Yield the pages of so many bytes: number, part of the page, part of them."""
         done = 0
         while done < count:
             number, first = divmod(self._at, PAGE)
@@ -63,7 +63,7 @@ class MemoryFile(io.RawIOBase):
 
 
 def write_all(file: BinaryIO, data: Any) -> None:
-    """Write all of it: an unbuffered file may take a part where the disk gets full."""
+    """Write all bytes; an unbuffered file may take only a part on a full disk."""
     left = memoryview(data).cast("B")
     while left:
         left = left[file.write(left) :]

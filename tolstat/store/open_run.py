@@ -1,4 +1,4 @@
-"""A run file read."""
+"""Reading of run files."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def open(path: RunSource, *, damaged: bool = False) -> Run:
     path : path or Run
         As `tolstat run` wrote it; a run that is open already is returned as it is.
     damaged : bool
-        Whether a run is wanted though some of its trials are damaged: its attribute
+        Whether to open a run although some of its trials are damaged; its attribute
         `damage` names them.
 
     Returns
@@ -40,7 +40,7 @@ def open(path: RunSource, *, damaged: bool = False) -> Run:
     RunFileError
         If there is no such file or it holds no run.
     DamagedError
-        If it is not as it was written.
+        If the file has changed since it was written.
 
     Examples
     --------
@@ -57,7 +57,7 @@ def open(path: RunSource, *, damaged: bool = False) -> Run:
     except OSError as error:
         raise RunFileError(f"{path} cannot be read as HDF5: {error}") from error
     except (KeyError, ValueError, TypeError, RuntimeError, AttributeError) as error:
-        raise RunFileError(f"{path} is no whole run: {error}") from error
+        raise RunFileError(f"{path} is not a complete run: {error}") from error
     if run.damage and not damaged:
         raise DamagedError(
             f"{path} is damaged: {run.damage.words}",
@@ -67,16 +67,16 @@ def open(path: RunSource, *, damaged: bool = False) -> Run:
 
 
 def existing(path: Path) -> Path:
-    """Return a path; refuse one where no run can be."""
+    """Return a path; refuse a study, and a file that does not exist."""
     if path.suffix == ".toml":
-        raise RunFileError(f"{path} is a study, and no run", Advice("run", path))
+        raise RunFileError(f"{path} is a study, not a run", Advice("run", path))
     if not path.is_file():
-        raise RunFileError(f"{path}: there is no such file")
+        raise RunFileError(f"{path}: no such file")
     return path
 
 
 def _read(path: Path, file: h5py.File) -> Run:
-    # status first: what a writer adds meanwhile has not run yet
+    # status first: trials that a writer adds meanwhile have not run yet
     status = file[layout.STATUS][...]
     columns = {
         n: each[...] for n, each in file.items() if isinstance(each, h5py.Dataset)

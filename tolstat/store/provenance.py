@@ -1,4 +1,4 @@
-"""What a run must say about how it came to be."""
+"""Provenance of a run: versions, processor, time."""
 
 from __future__ import annotations
 
@@ -44,5 +44,5 @@ def provenance() -> dict[str, str]:
 
 @cache
 def decisive() -> dict[str, str]:
-    """Return what decides the bits of a trial beside its source."""
+    """Return versions and processor, which decide the bits of a trial."""
     return {"processor": processor(), **{name: version(name) for name in DECISIVE}}

@@ -1,4 +1,4 @@
-"""Records that a run is made of: its study, its settings, what is known at its end."""
+"""Records of a run: its study, its settings, its results at the end."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
 
-SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies beyond
+SCORES = np.linspace(-8.0, 8.0, 513)  # normal scores; hardly a part lies outside
 Members = tuple[str, ...]  # contributors, taken together
 
 
@@ -33,7 +33,7 @@ class StudyText:
 
     @property
     def trials(self) -> int | None:
-        """How many it asks for; None where it has a stopping rule, or none."""
+        """Number of trials requested; None with a stopping rule or without one."""
         trials = self.table.get("trials")
         return trials if isinstance(trials, int) else None
 
@@ -44,15 +44,15 @@ class StudyText:
 
 
 class Assumed(NamedTuple):
-    """What was assumed of a deviation."""
+    """Assumptions on a deviation."""
 
     tolerance: tuple[float, float]  # its ends, SI
     words: str  # its distribution
-    batch: str  # the batch whose parts are all as this one; empty for a part of its own
+    batch: str  # the batch whose parts all have this deviation; empty without one
     mean: float = math.nan  # of its distribution, SI
     sigma: float = math.nan  # of its distribution, SI
-    # deviations at the normal scores of `SCORES`, SI, the least first: how far out a
-    # part lies. Of rare runs; empty in others
+    # deviations at the normal scores of `SCORES`, SI, ascending; of rare runs, empty
+    # in others
     at_scores: tuple[float, ...] = ()
 
 
@@ -74,7 +74,7 @@ class Swept(NamedTuple):
 
 
 class DrawDetail(NamedTuple):
-    """A column that says how each trial was drawn; fields as of `Contributor`."""
+    """A column of the sampler about each trial; fields as of `Contributor`."""
 
     name: str
     unit: str
@@ -82,16 +82,16 @@ class DrawDetail(NamedTuple):
 
 
 class Sampled(NamedTuple):
-    """How the machines were drawn: what their sampler says of it."""
+    """How the trials were sampled."""
 
     seed: int  # from which all random numbers come
     promise: str  # what may be said about intervals
     replicates: int  # independent randomisations; 0 where every trial is independent
     group: int  # trials that belong together
-    # what varies independently, in the order in which it is drawn
+    # what varies independently, in the order of sampling
     factors: tuple[str, ...]
     sample: bool  # whether the trials are a sample of production
-    aim: str  # the response whose limit was sought; empty where none was
+    aim: str  # the response whose limit is searched; empty without a search
 
 
 class Reference(NamedTuple):
@@ -103,13 +103,13 @@ class Reference(NamedTuple):
 
 
 class Stopped(NamedTuple):
-    """What a stopping rule made of a run."""
+    """How a stopping rule ended a run."""
 
     rules: tuple[str, ...]  # as they are written: `Run.rules`
-    reached: bool  # whether all of them were
-    stages: tuple[int, ...]  # after how many trials they were looked at
-    at_most: int  # trials after which it would have ended whatever was reached
-    # trials that the last look asked for: 0 if all was reached, infinite where there
+    reached: bool  # whether all of them were met
+    stages: tuple[int, ...]  # numbers of trials at which they were evaluated
+    at_most: int  # most trials allowed
+    # trials that the rule needed at its last look: 0 if it was met, infinite if there
     # was no interval yet
     wanted: float = 0.0
 
@@ -118,7 +118,7 @@ class Reason(IntFlag):
     """Why a response had a trial evaluated again; there may be several reasons."""
 
     NEAR = 1  # next to an end of its limit, or so near that an error may cross it
-    WORST = 2  # nearest to the limit from within, or farthest beyond
+    WORST = 2  # nearest to the limit from within, or farthest out of limit
     SPREAD = 4  # one of those spread over its range, the least and the largest included
 
 
@@ -130,15 +130,15 @@ class Audited:
     settings: Mapping[str, float]  # what was tightened, and to what: rtol
     status: NDArray[np.uint8]  # uint8[n]: how they ended then
     responses: Mapping[str, Array]  # float64[n]: SI
-    # bool[n]: whether a trial is the one of its hundred that was chosen at random:
-    # only these speak for the machines that were not evaluated again
+    # bool[n]: whether a trial was chosen at random, one of each hundred: only these
+    # represent the trials that were not evaluated again
     at_random: Truths
-    # uint8[n]: by response that chose trials on purpose: sums of `Reason`, 0 for none
+    # uint8[n]: by response, why it chose a trial: sums of `Reason`, 0 for none
     chosen_by: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
 
 
 def joined(one: Audited, other: Audited) -> Audited:
-    """Put other trials, evaluated with the same settings, among those of one."""
+    """Return one set of trials with those of another, evaluated with its settings."""
     order = np.argsort(np.concatenate([one.trials, other.trials]))
 
     def both(a: Any, b: Any) -> Any:
@@ -159,8 +159,8 @@ def joined(one: Audited, other: Audited) -> Audited:
 class WorstCase(NamedTuple):
     """The worst corner of the tolerances that was found."""
 
-    value: float  # of the response, SI; NaN if every machine tried failed
-    deviations: Mapping[str, float]  # the machine, SI
+    value: float  # of the response, SI; NaN if every trial failed
+    deviations: Mapping[str, float]  # of the trial, SI
     tried: int  # trials simulated for it
     failed: int  # how many of these failed
 
@@ -174,12 +174,12 @@ class Halved(NamedTuple):
 
 @dataclass(frozen=True)
 class Diagnostics:
-    """What a run says beyond its trials."""
+    """Diagnostics of a run, which follow its trials."""
 
-    # by response and contributor that deviates, at the nominal machine, SI
+    # by response and contributor that deviates, at the nominal trial, SI
     slopes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     # by limited response and side: "least", "largest"
     worst_cases: Mapping[str, Mapping[str, WorstCase]] = field(default_factory=dict)
     # by limited response and the contributors whose tolerances are halved, at once
     halved: Mapping[str, Mapping[Members, Halved]] = field(default_factory=dict)
-    missing: str = ""  # why there is none of it; empty if there is
+    missing: str = ""  # why there are none; empty if there are

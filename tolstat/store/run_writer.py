@@ -1,7 +1,7 @@
 """A run file being filled: data and checksums first, status last.
 
-A file is made, or made again, under another name and renamed: under its own it is
-whole. Between that only its rows are written, as plain bytes.
+A new file is written under another name and renamed: so under its name it is complete.
+After that only its rows are written, as plain bytes.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from tolstat.store.layout import ALONE, CHECKSUM, CLOCK, NOMINAL, STATUS, STEPS,
 from tolstat.store.lock import Lock, is_still
 from tolstat.store.stored_run import Run
 
-SAFE_EVERY = 2.0  # s, between two times at which data are made safe from a power cut
+SAFE_EVERY = 2.0  # s, between two writes to the disk
 
 Blocks = list[tuple[int, Answers]]
 
@@ -44,7 +44,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     Attributes
     ----------
     path : Path
-        The file; another one once that was removed or moved.
+        The file; a new one if it was removed or moved.
     run : Run
         What is written: the run as it is before its first trial, or at its end.
     given_up : bool
@@ -55,7 +55,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def __init__(self, lock: Lock, run: Run, before: Rows | None = None) -> None:
         self.path, self.run = lock.path, run
-        self._locks = ExitStack()  # of a file that is moved, and goes on elsewhere
+        self._locks = ExitStack()  # also of the copy of a file that was moved
         self._broken = self.given_up = self._new = self._unwanted = False
         self._spent, self._began = 0.0, time.perf_counter()
         self._safe = time.monotonic()
@@ -65,10 +65,10 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     @classmethod
     def made(cls, lock: Lock, run: Run, *, force: bool = False) -> RunWriter:
-        """Make a file, with every trial "not run".
+        """Return the writer of a new file, with every trial "not run".
 
-        An existing run may be replaced by `force`: it stays, under another name, until
-        the new one is complete.
+        `force` replaces an existing run, which is kept under another name until the new
+        one is complete.
         """
         temporary_files.check_replaceable(lock.path, force=force)
         path, replaced = lock.path.resolve(), None  # a link stays one
@@ -81,9 +81,9 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     @classmethod
     def opened(cls, lock: Lock, run: Run, status: NDArray[np.uint8]) -> RunWriter:
-        """Make a file again to resume its run, and keep the rows that trials filled.
+        """Return the writer of a run to resume, with the rows that trials filled.
 
-        The status tells which of them are whole; the others have not run.
+        The status says which rows are complete; the other trials have not run.
         """
         with h5py.File(lock.path, "r", locking=False) as file:
             places = layout.places_of(file)
@@ -97,20 +97,20 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         return writer
 
     def _replace(self, run: Run, before: Rows | None) -> None:
-        """Write the file aside and rename it: under its own name a file is whole.
+        """Write a new file and rename it: under its name a file is complete.
 
-        The rows that trials filled are those that lie in a file before.
+        Rows of trials are copied from the file `before`.
         """
         try:
             draft, places = layout.draft_of(run, self.path.resolve())
         except UnicodeEncodeError as error:  # bytes of a name that are no text
             raise RunFileError(
                 f"{self.path} cannot be written: a run keeps the name of its study and "
-                f"the command as text, and '{error.object}' is none; rename that file"
+                f"the command as text, and '{error.object}' is not; rename that file"
             ) from None
         if not run.complete:
             temporary_files.check_room(self.path, draft.size)
-        path = self.path.resolve()  # a link stays one
+        path = self.path.resolve()  # a link stays a link
         aside, file = temporary_files.aside_of(path), None
         try:
             file = aside.open("xb+", buffering=0)
@@ -122,7 +122,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                 rows.write(name, layout.encoded(values))
             rows.write(CLOCK, clock_of(0.0))
             if before:
-                for name in before.places.keys() - {*run.known}:  # what trials fill
+                for name in before.places.keys() - {*run.known}:  # columns of trials
                     rows.write(name, before.read(name)[: places[name].length])
             rows.sync()
             os.replace(aside, path)
@@ -131,25 +131,25 @@ class RunWriter(AbstractContextManager["RunWriter"]):
                 aside.unlink()
             if file:
                 file.close()
-            raise self._lost_hope(error) from error
+            raise self._write_error(error) from error
         if before:
             before.file.close()
         self._rows = rows
 
     def _given(self, trials: slice) -> Iterator[tuple[str, NDArray[Any]]]:
-        """Yield what is known of trials before they run."""
+        """Yield the columns of trials that are known before they run."""
         for name in self.run.known:
             yield name, layout.encoded(self.run.columns[name][trials])
 
     def write_drawn(self, trials: slice) -> None:
-        """Store the deviations of trials that are drawn now, before they run."""
+        """Store the deviations of trials sampled now, before they run."""
         with self._writing() as rows:
             for name, values in self._given(trials):
                 rows.write(name, values, trials.start)
             rows.sync()
 
     def write_nominal(self, outcome: Answers) -> None:
-        """Store the machine without deviations."""
+        """Store the nominal trial."""
         values = {f"{NOMINAL}/{name}": v for name, v in self._filled(outcome).items()}
         with self._writing() as rows:
             for name in rows.of_nominal:
@@ -158,13 +158,13 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             rows.sync()
 
     def write_blocks(self, blocks: Blocks) -> None:
-        """Keep finished blocks; each two seconds what waits is stored."""
+        """Keep finished blocks, and store them every two seconds."""
         self._unsafe += blocks
         if time.monotonic() - self._safe > SAFE_EVERY:
             self._make_safe()
 
     def _make_safe(self) -> None:
-        """Store what waits: its data are on the disk before its status is."""
+        """Store kept blocks: their data are on the disk before their status."""
         found = _in_a_row(self._unsafe)
         with self._writing() as rows:
             for trials, outcome in found:
@@ -191,37 +191,37 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     @contextmanager
     def _writing(self) -> Iterator[Rows]:
-        """Give the rows to be written to; say what is stored where that fails."""
+        """Yield the rows to write to; a failure says how much is stored."""
         try:
             if not is_still(self._rows.file, self.path):
-                self._go_on_elsewhere()
+                self._continue_in_copy()
             yield self._rows
         except OSError as error:
-            raise self._lost_hope(error) from error
+            raise self._write_error(error) from error
 
-    def _go_on_elsewhere(self) -> None:
-        """Copy the file to another name, because it is no longer where it was."""
+    def _continue_in_copy(self) -> None:
+        """Copy the file to another name, because it was removed or moved."""
         lost = self.path
         lock = Lock(temporary_files.free_name(lost, "rescued"))
         self.path = self._locks.enter_context(lock).path
         self._replace(self.run, self._rows)
         warnings.warn(
-            f"{lost} was removed or moved while it was written: the run goes on in "
+            f"{lost} was removed or moved while it was written: the run continues in "
             f"{self.path}",
             RuntimeWarning,
             stacklevel=2,
         )
 
-    def _lost_hope(self, error: OSError) -> BrokenError:
-        """Say what could not be written, and what is stored all the same."""
+    def _write_error(self, error: OSError) -> BrokenError:
+        """Return the error of a failed write, with how much is stored."""
         self._broken = True
         return self._error(f"{self.path} cannot be written: {error.strerror or error}")
 
     def _error(self, said: str) -> BrokenError:
-        """Say what is stored, beside what is wrong."""
+        """Return an error with a message, and with how much is stored."""
         try:
             if self._puts_back:
-                return BrokenError(f"{said}; the run in {self.path} is as it was")
+                return BrokenError(f"{said}; the run in {self.path} is unchanged")
             over = np.count_nonzero(self._rows.read(STATUS))
         except (OSError, AttributeError):  # there are no rows yet
             return BrokenError(said)
@@ -230,7 +230,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         return BrokenError(f"{said}; {stored}", again)
 
     def failed(self, error: TolstatError) -> TolstatError:
-        """Say what an error leaves; a model that fails at once leaves no file."""
+        """Return an error with how much is stored; an unused file is removed."""
         self._make_safe()
         self._unwanted = isinstance(error, ModelError) and self._is_unused
         return error if self._unwanted else self._error(str(error))
@@ -246,16 +246,16 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         return self._replaced is not None and self._is_unused
 
     def finish(self, run: Run) -> None:
-        """Leave the run as it is at its end.
+        """Write the complete run.
 
-        Where that cannot be written, the trials are stored all the same.
+        If that fails, its trials are stored all the same.
         """
         self._make_safe()
         self._replace(run, self._rows)
         self.run = run
 
     def __exit__(self, *_: object) -> None:
-        """Store what waits; close the file."""
+        """Store kept blocks; close the file."""
         try:
             if not self._broken:
                 self._make_safe()
@@ -280,8 +280,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             before.unlink()
         elif kept:
             warnings.warn(
-                f"the run that was there before is kept as {before} until {self.path} "
-                "is complete",
+                f"the earlier run is kept as {before} until {self.path} is complete",
                 RuntimeWarning,
                 stacklevel=2,
             )
@@ -290,7 +289,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
 
 def _in_a_row(blocks: Blocks) -> list[tuple[slice, Answers]]:
-    """Join blocks that follow each other: each write costs more than its numbers."""
+    """Return blocks with consecutive ones joined: each write takes time."""
     rows: list[tuple[int, list[Answers]]] = []
     stop = -1
     for first, outcome in sorted(blocks, key=lambda block: block[0]):

@@ -1,9 +1,9 @@
-"""The seal of a run file: what of it never changes is known to be whole.
+"""The seal of a run file: a digest of all bytes that never change.
 
-HDF5 may end the process over a damaged file, so it never sees one. The seal lies in
-the user block, which is the part of the file before that of HDF5. It holds a digest of
-every byte but its own and those of the rows, which have checksums of their own. A file
-is sealed when it is made; while trials run only rows change.
+HDF5 may end the process over a damaged file, so the seal is checked first. It is in
+the user block, the part of the file before that of HDF5. Its digest is of every byte
+but its own and those of the rows, which have other checksums. A file is sealed when it
+is made; while trials run only rows change.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ Hole = tuple[
 
 
 def block_for(holes: int) -> int:
-    """Return the size of the user block of a file with so many holes: a power of 2."""
+    """Return the size of the user block for so many holes: a power of 2."""
     return 1 << (160 + 40 * holes).bit_length()
 
 
 def write_seal(file: File, block: int, rows: list[Hole]) -> None:
-    """Seal a file, the last that is written to it; rows may still change."""
+    """Seal a file, as the last step of writing it; rows may still change."""
     holes = sorted([(0, block), *rows])
     but = "".join(f" {first}-{stop}" for first, stop in holes)
     head = f"{FORMAT}\nsize {file.seek(0, 2)}\nsha256 ".encode()
@@ -60,7 +60,7 @@ def _digest_of(file: File, holes: list[Hole]) -> bytes:
 
 
 def _format_of(file: File) -> int:
-    """Return the format of a run, damaged or not; 0 if a file is none."""
+    """Return the format of a run, damaged or not; 0 if a file is not a run."""
     file.seek(0)
     head = file.read(NEAR) or b""
     found = re.search(MARK + rb"(\d{1,9})\n", head)
@@ -79,7 +79,7 @@ def is_run(path: Path) -> bool:
 
 
 def check_seal(path: Path) -> None:
-    """Refuse a file that HDF5 must not see: no run, of another format, or damaged."""
+    """Refuse a file that is no run, has another format, or is damaged."""
     try:
         with path.open("rb") as file:
             _check(file, path)
@@ -100,7 +100,7 @@ def _check(file: File, path: Path) -> None:
     if made_as != FORMAT:
         raise FormatError(
             f"{path} has format {made_as}, this tolstat reads format {FORMAT}; open it "
-            "with the tolstat of its time, or run its study again"
+            "with the tolstat that made it, or run its study again",
         )
     file.seek(len(MARK))
     seal = PATTERN.match(b"".join(file.readline() for _ in range(4)))
@@ -109,7 +109,7 @@ def _check(file: File, path: Path) -> None:
     if seal is None or said != size or _digest_of(file, _holes(seal[3])) != seal[2]:
         short = f": {size} bytes of {said} are there" if size < said else ""
         raise DamagedError(
-            f"{path} is damaged in what all of it depends on{short}, or was changed by "
+            f"{path} is damaged outside its trials{short}, or was changed by "
             "another program; nothing in it can be trusted: run its study again"
         )
 

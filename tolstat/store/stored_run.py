@@ -1,4 +1,4 @@
-"""A stored run, to be looked at."""
+"""A stored run."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 NOT_ENDED = records.Diagnostics(missing="the run did not come to its end")
-ROUNDING = 1e-9  # of a value: by less, no machine is another one
+ROUNDING = 1e-9  # of a value: a smaller difference is rounding
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -45,19 +45,19 @@ class Run:
     path : Path
         Its file.
     study : StudyText
-        What was asked.
+        The text of the study.
     study_file : Path or None
-        Where the study lies; None for one that is no file.
+        Path of the study; None if it is not a file.
     title, model, sampling : str
         Of the study.
     machine : str
         FILE.py:NAME of a custom model; empty for an installed one.
     source_digest : str
-        Of the source that decides the numbers.
+        Digest of the source that decides the numbers.
     document : dict of str to str
         The title block of the study: "project", "drawing", and so on.
     sampled : Sampled or None
-        How the machines are drawn; None where they are chosen.
+        How the trials are sampled; None where the study lists them.
     rules : tuple of str
         The stopping rule, as it is written; empty without one.
     contributors, responses : tuple
@@ -65,9 +65,9 @@ class Run:
     swept : tuple of Swept
         Settings that a grid changes.
     details : tuple of DrawDetail
-        What the sampler says of how each trial was drawn.
+        Columns of the sampler about each trial.
     settings : dict of str to Chosen
-        Of the machine, all of them, as they are written.
+        All settings of the model, as they are written.
     limits : dict of str to Limit
         By response, SI.
     assumed : dict of str to Assumed
@@ -83,29 +83,29 @@ class Run:
     reference : Reference or None
         Known points to be shown beside a grid.
     numbers : tuple of StudyNumber
-        Numbers of the study, shown beside those of its machines.
+        Numbers of the study, shown beside those of its trials.
     notes, assumptions : tuple of str
-        What has to be known of the deviations, and of the machine's answers.
+        Notes on the run and its deviations; assumptions of the model.
     made : dict of str to str
         Versions, processor, platform, command, and when it was started.
     replaces : str
         What identifies the run that it replaced; empty if there was none.
     stopped : Stopped or None
-        What the stopping rule made of it; None without one, or where it was cut short.
+        How the stopping rule ended it; None without one, or if interrupted.
     audited : Audited or None
-        Trials evaluated again; None where that cannot be, or did not come to it.
+        Trials evaluated again; None if not possible, or not reached.
     rerun : Audited or None
         Failed trials evaluated again with tighter settings; they still count as failed.
     diagnostics : Diagnostics
         Slopes, worst cases and halved tolerances, or why there are none.
     complete : bool
-        Whether it came to its end.
+        Whether all its trials and diagnostics are there.
     nominal_values : dict
-        Responses (SI), status (a word) and steps of the machine without deviations.
+        Responses (SI), status (a word) and steps of the nominal trial.
     times : dict
         "ended_at", "seconds".
     damage : Damage
-        What is not as it was written; false if nothing is.
+        Damaged parts of the file; false if there are none.
     columns : dict of str to array
         Of all trials: see `column`.
     """
@@ -150,12 +150,12 @@ class Run:
 
     @property
     def aim(self) -> str:
-        """The response whose limit was sought; empty where none was."""
+        """The response whose limit is searched; empty without a search."""
         return self.sampled.aim if self.sampled else ""
 
     @property
     def trials(self) -> int:
-        """Number of trials asked for."""
+        """Number of trials requested."""
         return len(self.status)
 
     @property
@@ -165,7 +165,7 @@ class Run:
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """How it came to be: versions, processor, times, trials of each status."""
+        """Provenance: versions, processor, times, trials of each status."""
         counts = {f"trials_{w.replace(' ', '_')}": n for w, n in self.counts.items()}
         return {**self.made, **self.times, **counts}
 
@@ -220,13 +220,13 @@ class Run:
         known = np.abs(np.append(values, self.nominal_values.get(name, np.nan)))
         size = float(np.nanmax(known)) if not np.isnan(known).all() else 0.0
         found = scale_of(unit, shown, size)
-        # what is nothing beside its numbers, and beside what is asked of them
+        # what is zero beside its numbers, and beside the ends of its limit
         asked = self.limits[name].asked if name in self.limits else ()
         found = found.beside(min([size, *map(abs, asked)]))
         return found.telling(self._spread(name), asked)
 
     def _spread(self, name: str) -> float:
-        """Return how far a column reaches, SI: its tolerance zone, or its numbers."""
+        """Return the width of a column, SI: of its tolerance, or of its numbers."""
         if name in self.assumed:
             lower, upper = self.assumed[name].tolerance
             return upper - lower
@@ -238,7 +238,7 @@ class Run:
         return spread if spread > ROUNDING * float(np.abs(values).max()) else 0.0
 
     def scale_of(self, number: StudyNumber) -> Scale:
-        """Return how a number of the study is shown: as what it is an answer about."""
+        """Return how a number of the study is shown: as the response it describes."""
         if number.of in self.scales:
             return self.scales[number.of]
         return scale_of(number.unit, number.shown, abs(number.value))
@@ -246,7 +246,7 @@ class Run:
     def column(self, name: str) -> NDArray[Any]:
         """Return a swept setting, contributor or response of all trials, SI.
 
-        Also what its sampler says of how each was drawn: `details`.
+        Also the columns of the sampler: `details`.
         """
         return self.columns[name]
 
@@ -303,10 +303,10 @@ class Run:
         return replace(self, limits=limits, responses=responses, notes=notes)
 
     def made_otherwise(self, source_digest: str) -> list[str]:
-        """Say what may change the bits of a trial that is evaluated again here.
+        """Return reasons why a trial evaluated here may differ in its bits.
 
-        Source (of the machine as it is now), processor, versions; empty where a trial
-        comes out bit for bit.
+        They are source (of the model as it is now), processor and versions; empty if
+        there are none.
         """
         said, facts = [], self.made
         if self.source_digest != source_digest:
@@ -327,7 +327,7 @@ class Run:
 
     @property
     def nominal(self) -> pd.Series[Any]:
-        """The machine without deviations: its responses (SI), status and steps."""
+        """The nominal trial: its responses (SI), status and steps."""
         import pandas as pd
 
         series = pd.Series(self.nominal_values, name="nominal")
@@ -356,7 +356,7 @@ class Run:
         return frame
 
     def __repr__(self) -> str:
-        """Say in a line what it is."""
+        """Return a summary in one line."""
         became = "sought in stages" if self.aim else f"{self.failed} failed"
         return (
             f"<tolstat run {str(self.path)!r}: {self.title!r}, {self.ended} of "

@@ -20,7 +20,7 @@ _numbers = count()
 
 
 def aside_of(path: Path) -> Path:
-    """Name a file beside a path, of this process alone; remove those of dead ones."""
+    """Return a temporary name beside a path; remove files of dead processes."""
     ours = re.compile(re.escape(path.name) + r"\.([0-9]{1,9})-[0-9]+\.part")
     for left in path.parent.iterdir():
         found = ours.fullmatch(left.name)
@@ -31,7 +31,7 @@ def aside_of(path: Path) -> Path:
 
 
 def free_name(path: Path, word: str) -> Path:
-    """Name a file that is not there yet: run.h5 becomes run.WORD.h5, run.WORD-2.h5."""
+    """Return a name that is free: run.h5 becomes run.WORD.h5, run.WORD-2.h5."""
     for number in count(1):
         ending = f"-{number}" if number > 1 else ""
         found = path.with_name(f"{path.stem}.{word}{ending}{path.suffix}")
@@ -41,8 +41,8 @@ def free_name(path: Path, word: str) -> Path:
 
 
 def before_of(path: Path) -> Path:
-    """Name the run that a new one replaces, until that is complete."""
-    whole = path.resolve()  # a link stays one
+    """Return the name under which a run is kept while a new one replaces it."""
+    whole = path.resolve()  # a link stays a link
     return whole.with_name(f"{whole.name}.before")
 
 
@@ -99,7 +99,7 @@ def check_replaceable(path: Path, *, force: bool) -> None:
     if not os.path.lexists(path):
         return
     if not path.is_file() or not is_run(path):
-        raise RunFileError(f"{path} exists and is no run; it is not replaced")
+        raise RunFileError(f"{path} exists and is not a run; it is not replaced")
     if not force:
         raise RunFileError(
             f"{path} exists already, and is replaced only by force",
@@ -108,7 +108,7 @@ def check_replaceable(path: Path, *, force: bool) -> None:
 
 
 def _next(path: Path) -> tuple[Advice, ...]:
-    """Return what can be done about a run that is there."""
+    """Return the advice for a run that exists."""
     replace = Advice("replace", path)
     with suppress(TolstatError):  # of another format, or too damaged to be read
         run = open_run(path, damaged=True)
@@ -118,7 +118,7 @@ def _next(path: Path) -> tuple[Advice, ...]:
 
 
 def check_room(path: Path, size: int) -> None:
-    """Refuse to begin a file that cannot be finished: its end is written beside it."""
+    """Refuse a file that does not fit on the disk with a copy of it."""
     try:
         free = shutil.disk_usage(path.parent).free
     except OSError as error:
@@ -136,7 +136,7 @@ def check_room(path: Path, size: int) -> None:
         )
     if 2 * size > free:
         raise BrokenError(
-            f"{path}: the run needs {2 * size / 1e6:.1f} MB, its file and a copy "
-            f"while its end is written, and {free / 1e6:.1f} MB are free; make room, "
+            f"{path}: the run needs {2 * size / 1e6:.1f} MB for its file and a copy "
+            f"at its end, and {free / 1e6:.1f} MB are free; make room, "
             "or write it to another disk"
         )

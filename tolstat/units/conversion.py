@@ -18,7 +18,7 @@ POWERS = {"n": "1e-9", "u": "1e-6", "m": "1e-3", "c": "1e-2", "": "1", "k": "1e3
 
 
 def _prefixed(prefixes: str, name: str, meaning: str) -> dict[str, str]:
-    """Define a unit with some prefixes; a blank is none."""
+    """Return a unit with some prefixes, as defined; a blank is none."""
     found = map(str.strip, prefixes)
     return {prefix + name: f"{POWERS[prefix]} {meaning}" for prefix in found}
 
@@ -62,7 +62,7 @@ _UNIT = re.compile(rf"\s*(?:/?\s*{_NAME}(?:\s*[*/\s]\s*{_NAME})*)?\s*")
 
 
 def to_si(value: float, given: str, unit: str) -> float:
-    """Turn a number as written into the expected SI unit; "" is a bare number.
+    """Return a number in the expected SI unit; "" is a bare number.
 
     A unit that is unknown or of another kind is a UnitError.
     """
@@ -72,14 +72,14 @@ def to_si(value: float, given: str, unit: str) -> float:
 
 
 def from_si(value: float, unit: str, shown: str) -> float:
-    """Turn a number of one unit into another of the same kind."""
+    """Return a number of one unit in another of the same kind."""
     return value * (_measure(unit)[0] / _measure(shown)[0])
 
 
 def check_si(unit: str) -> None:
     """Refuse a unit that is unknown or not SI, such as mm: a UnitError."""
     if _measure(unit)[0] != 1.0 or unit == "count":
-        raise UnitError(f"'{unit}' is no SI unit; declare that, and shown=\"{unit}\"")
+        raise UnitError(f"'{unit}' is not an SI unit; use one, and shown=\"{unit}\"")
 
 
 def dimension(unit: str) -> Any:
@@ -88,7 +88,7 @@ def dimension(unit: str) -> Any:
 
 
 def si_unit(dimension: Any) -> str:
-    """Name the SI unit of a dimension, "N" or "m^2"; powers are whole, up to 4."""
+    """Return the SI unit of a dimension, "N" or "m^2"; powers are whole, up to 4."""
     for name in KNOWN:
         if name != "count" and _measure(name) == (1.0, dimension):
             return name
@@ -107,7 +107,7 @@ def si_unit(dimension: Any) -> str:
 
 @cache
 def _registry() -> Any:
-    """Prepare pint with our names only: its own would accept hm and Bq."""
+    """Return pint with tolstat's names only: its defaults accept hm and Bq."""
     import pint
 
     return pint.UnitRegistry([f"{name} = [{what}]" for name, what in BASES.items()])
@@ -117,7 +117,7 @@ def _registry() -> Any:
 def _measure(unit: str) -> tuple[float, Any]:
     """Return the SI factor and the dimensions of a unit."""
     if len(unit) > LONGEST:
-        raise UnitError(f"'{unit[:20]}...' is no unit: it has {len(unit)} characters")
+        raise UnitError(f"'{unit[:20]}...' is not a unit: {len(unit)} characters")
     if not _UNIT.fullmatch(unit):
         raise UnitError(
             f"the unit '{unit}' cannot be read; units are known names joined by * and "

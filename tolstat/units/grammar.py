@@ -26,7 +26,7 @@ _WRITTEN_IN = (
     *("mm", "um", "km", "ms", "us", "kHz", "mHz", "deg", "mrad", "rpm", "kN", "MN"),
     *("kJ", "MJ", "kW", "MW", "kPa", "MPa", "GPa"),
 )
-_SAME = 1e-12  # of a value: what writing and reading may change
+_SAME = 1e-12  # of a value: rounding of writing and reading
 
 # squares and products of numbers in this range are numbers too
 LEAST, MOST = 1e-100, 1e100
@@ -40,7 +40,7 @@ class Range(NamedTuple):
 
 
 class Measure(NamedTuple):
-    """A number with a unit of any kind, SI, and the unit in which it was written."""
+    """A number with a unit of any kind, SI, and the unit as written."""
 
     value: float
     unit: str
@@ -108,7 +108,7 @@ def quantity_range(text: str, unit: str) -> Range:
         raise UnitError(_unreadable(text, f"a range such as {_example('1..2', unit)}"))
     ends = Range(_si(lower, given, unit), _si(upper, given, unit))
     if not ends.upper > ends.lower:
-        raise UnitError("the range is upside down: its lower end comes first")
+        raise UnitError("the lower end of a range comes first")
     return ends
 
 
@@ -121,13 +121,13 @@ def unit_of(text: str) -> str:
 
 
 def typed(unit: str, *values: float) -> str:
-    """Write a quantity, or both ends of a range, in the unit with the fewest digits.
+    """Return a quantity, or a range, as text in the unit with the fewest digits.
 
-    Of SI and the usual ones: 0.06 m is "60 mm", 0.349... rad "20 deg".
+    Units are SI and the usual ones: 0.06 m is "60 mm", 0.349... rad "20 deg".
     """
 
     def size(name: str) -> tuple[int, bool]:
-        """Count digits, and tell whether the number is a handy one."""
+        """Return the number of digits, and whether the number is a handy one."""
         shown = [from_si(value, unit, name) for value in values]
         digits = sum(len(f"{x:.9e}"[:-4].strip("-0.").replace(".", "")) for x in shown)
         return digits, not all(x == 0 or 0.1 <= abs(x) < 10_000 for x in shown)
@@ -144,7 +144,7 @@ def typed(unit: str, *values: float) -> str:
 
 
 def _split(text: str) -> tuple[str, str, str, str]:
-    """Split a text into sign, number, second number of a range, and unit."""
+    """Return sign, number, second number of a range, and unit of a text."""
     if found := _WRITTEN.fullmatch(text.strip()):
         sign, first, last, unit = (part or "" for part in found.groups())
         return sign, first, last, unit.strip()
@@ -157,7 +157,7 @@ def _si(number: str, given: str, unit: str) -> float:
 
 
 def _computable(number: str, value: float) -> float:
-    """Refuse a number that would over- or underflow in a computation."""
+    """Return a number that neither over- nor underflows; refuse any other."""
     if value != 0 and not LEAST <= abs(value) <= MOST:
         side = "small" if abs(value) < LEAST else "large"
         raise UnitError(

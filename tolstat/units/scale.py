@@ -1,4 +1,4 @@
-"""The unit and the figures that a quantity is shown in."""
+"""Units and significant figures of shown quantities."""
 
 from __future__ import annotations
 
@@ -69,11 +69,11 @@ class Scale(NamedTuple):
 
     @property
     def factor(self) -> float:
-        """What an SI number is multiplied with to be shown."""
+        """Factor from SI to the unit shown."""
         return self.converted(1.0)
 
     def converted(self, value: float) -> float:
-        """Return an SI number in the unit shown."""
+        """Return an SI number, converted to the unit shown."""
         return float(from_si(value, self.unit, self.shown))
 
     @property
@@ -82,14 +82,14 @@ class Scale(NamedTuple):
         return "" if self.shown in (PLAIN, COUNT) else self.shown
 
     def beside(self, size: float) -> Scale:
-        """Return it with the least number beside numbers of a size, SI."""
+        """Return the scale whose least number suits numbers of a size, SI."""
         shown = NOTHING * abs(self.converted(size))
         known = shown > 0 and math.isfinite(shown)
         least = 10.0 ** math.ceil(math.log10(shown)) if known else 0.0
         return self._replace(least=least)
 
     def telling(self, spread: float, asked: Iterable[float] = ()) -> Scale:
-        """Return it with the decimals that resolve a thousandth of a spread, SI.
+        """Return the scale with decimals that resolve a thousandth of a spread, SI.
 
         A spread of 0 or not finite is unknown. Numbers that are `asked`, such as ends
         of a limit, get one more decimal than they have.
@@ -103,7 +103,7 @@ class Scale(NamedTuple):
 
     @property
     def exact(self) -> Scale:
-        """The same, without a least number."""
+        """Return the scale without a least number."""
         return self._replace(least=0.0)
 
     def nothing(self, value: float) -> bool:
@@ -146,12 +146,11 @@ class Scale(NamedTuple):
     ) -> tuple[str, str, str]:
         """Write an estimate and the ends of its interval, SI, NaN without one.
 
-        All three end at the second figure of half the width; they have at most ten
-        figures, and at least one where zero is outside, unless they are tiny against
-        the width. Where the estimate is one end itself, the other is a bound: three
-        figures of the width, rounded outwards; so is the end of an open interval. With
-        no width they are plain numbers; without an interval the estimate has three
-        figures.
+        All three end at the second figure of half the width. They have at most ten
+        figures, and at least one if zero is outside, unless they are tiny against the
+        width. If the estimate is one end, the other is a bound: three figures of the
+        width, rounded outwards. So is the end of an open interval. Without width they
+        are plain numbers; without an interval the estimate has three figures.
         """
         given = (value, lower, upper)
         three = [self.converted(x) for x in given]
@@ -171,7 +170,7 @@ class Scale(NamedTuple):
             self.most - 1 - size.adjusted(),
         )
         own = below > 0 or above < 0  # zero is outside: at least one figure
-        # where figures end before, practically zero is rounded to zero
+        # where figures end before that, a practically zero number becomes zero
         least = self.least if own or 10.0**-place <= self.least else 0.0
         plain = PLAINLY[0] <= size <= PLAINLY[1]
         roundings = (
@@ -203,7 +202,7 @@ class Scale(NamedTuple):
         return f"{self.number(value)} {self.mark}".strip()
 
     def label(self, name: str) -> str:
-        """Name a quantity with its unit, for an axis or a head."""
+        """Return a name with its unit, for an axis or a heading."""
         return f"{name}, {self.mark}" if self.mark else name
 
 
@@ -224,7 +223,7 @@ class Ratio(NamedTuple):
 
     @property
     def factor(self) -> float:
-        """What an SI number is multiplied with to be shown."""
+        """Factor from SI to the units shown."""
         return self.above.factor / self.below.factor
 
     def number(self, value: float) -> str:
@@ -238,15 +237,15 @@ PART = PER_CENT._replace(most=BOUND)
 
 
 def share_words(share: float) -> str:
-    """Name a typed share: 0.00135 is "0.135 %", and nothing but 1 "100 %"."""
+    """Return a typed share as text: 0.00135 is "0.135 %", only 1 is "100 %"."""
     return f"{100 * share:.{float_info.dig}g} %"
 
 
 def figures(value: float, count: int = FIGURES, rounding: str = ROUND_HALF_EVEN) -> str:
-    """Write a number that has no interval: 0.4 as 0.4, and 1/3 as 0.3333.
+    """Return a number without interval as text: 0.4 as 0.4, and 1/3 as 0.3333.
 
-    With at most `count` figures; of four one less with an exponent, and at least those
-    before its point. The rounding is one of `decimal`.
+    It has at most `count` figures: of four one less with an exponent, and at least
+    those before its point. The rounding is one of `decimal`.
     """
     if math.isnan(value):
         return "failed"
@@ -263,7 +262,7 @@ def figures(value: float, count: int = FIGURES, rounding: str = ROUND_HALF_EVEN)
 
 
 def _known(value: float) -> Decimal:
-    """Return the figures of a number that are no binary rounding errors."""
+    """Return the figures of a number, without rounding errors of binary numbers."""
     return Decimal(f"{value:.{KNOWN}g}").normalize()
 
 
@@ -285,10 +284,10 @@ def _tidy(number: str) -> str:
 
 
 def scale_of(unit: str, shown: str = "", size: float = math.nan) -> Scale:
-    """Choose how a quantity of an SI unit is shown.
+    """Return the scale of a quantity in an SI unit.
 
-    In the unit that the study types or the model declares; else the size, the largest
-    magnitude of its numbers, SI, decides the prefix. A size of NaN or 0 is unknown.
+    Its unit is that of the study or of the model. Otherwise the size decides the
+    prefix: the largest magnitude of its numbers, SI. A size of NaN or 0 is unknown.
     """
     if shown or unit not in SIZES:
         return Scale(unit, shown or unit)

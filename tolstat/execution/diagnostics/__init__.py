@@ -1,1 +1,1 @@
-"""What is computed once the trials of a run are done."""
+"""Computations after the trials of a run: audit, slopes, worst cases."""

@@ -22,11 +22,11 @@ from tolstat.study.study import Study
 
 
 def gather(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
-    """Evaluate the diagnostics of a run; nothing where no deviations were drawn."""
+    """Return the diagnostics of a run; none if no deviations were sampled."""
     if study.sampler is None:
         return Diagnostics(missing="no deviations were drawn")
     lower, upper = _zones(study)
-    usual = (upper - lower) / 6  # of a normal part at Cp = 1
+    usual = (upper - lower) / 6  # sigma of a normal part at Cp = 1
     table = slopes(study.model, study.settings, usual, workers)
     return Diagnostics(
         _by_name(study, table, usual > 0),
@@ -36,7 +36,7 @@ def gather(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
 
 
 def _zones(study: Study) -> tuple[Array, Array]:
-    """Return both ends of the tolerance of each contributor, SI; zero without any."""
+    """Return both ends of each contributor's tolerance, SI; zero without tolerance."""
     names = [each.name for each in study.description.contributors]
     ends = np.zeros((2, len(names)))
     for name, distribution in study.deviating.distributions.items():
@@ -47,7 +47,7 @@ def _zones(study: Study) -> tuple[Array, Array]:
 def _by_name(
     study: Study, table: Array, varying: Truths
 ) -> dict[str, dict[str, float]]:
-    """Return slopes by response and contributor, of those that vary."""
+    """Return slopes by response and contributor that deviates."""
     if not varying.any():
         return {}
     names = [each.name for each in study.description.contributors]
@@ -65,7 +65,7 @@ def _worst_cases(
     slopes: Array,
     workers: Workers,
 ) -> dict[str, dict[str, WorstCase]]:
-    """Search the worst trials within the tolerances, for each end of each limit."""
+    """Return the worst trials within the tolerances, for each end of each limit."""
     names = [each.name for each in study.description.contributors]
     responses = [each.name for each in study.description.responses]
     batches = study.deviating.dependence.batches
@@ -74,16 +74,16 @@ def _worst_cases(
         batch = batches.get(names[column])
         alike = batch.name if batch and batch.share == 1 else names[column]
         factors.setdefault(alike, []).append(column)
-    asked = [
+    ends_of_limits = [
         (name, sign)
         for name, limit in study.limits.items()
         for sign, end in ((-1, limit.lower), (1, limit.upper))
         if np.isfinite(end)
     ]
-    if not factors or not asked:
+    if not factors or not ends_of_limits:
         return {}
     groups, targets = list(factors.values()), []
-    for name, sign in asked:
+    for name, sign in ends_of_limits:
         column = responses.index(name)
         starts = _worst_starts(sign * trials.responses[:, column], trials, lower, upper)
         starts.append(_steepest(sign * slopes[:, column], lower, upper, groups))
@@ -92,7 +92,7 @@ def _worst_cases(
         study.model, study.settings, lower, upper, groups, targets, workers
     )
     found: dict[str, dict[str, WorstCase]] = {}
-    for (name, sign), corner in zip(asked, corners, strict=True):
+    for (name, sign), corner in zip(ends_of_limits, corners, strict=True):
         machine = dict(zip(names, corner.deviations.tolist(), strict=True))
         side = "largest" if sign > 0 else "least"
         case = WorstCase(corner.value, machine, corner.tried, corner.failed)
@@ -103,7 +103,7 @@ def _worst_cases(
 def _worst_starts(
     badness: Array, trials: Trials, lower: Array, upper: Array
 ) -> list[Array]:
-    """Return the worst trial moved into the tolerances, and the worst within them."""
+    """Return the worst trial moved into the tolerances, and the worst inside them."""
     done = np.where(trials.status == Status.DONE, badness, -np.inf)
     starts = [np.clip(trials.deviations[done.argmax()], lower, upper)]
     within = ((trials.deviations >= lower) & (trials.deviations <= upper)).all(axis=1)
@@ -116,7 +116,7 @@ def _worst_starts(
 def _steepest(
     slope: Array, lower: Array, upper: Array, factors: Sequence[list[int]]
 ) -> Array:
-    """Return the corner that slopes at the nominal trial point to."""
+    """Return the worst corner according to the slopes at the nominal trial."""
     corner = lower.copy()
     for columns in factors:
         if np.nansum(slope[columns] * (upper - lower)[columns]) > 0:

@@ -1,4 +1,4 @@
-"""Some trials again, evaluated much more precisely: which ones, and what they answer.
+"""Audit of a run: some trials evaluated again, much more precisely.
 
 They are chosen at random, next to a limit, among the worst, and over the range.
 """
@@ -23,11 +23,11 @@ from tolstat.store.run_records import Audited, Reason, joined
 from tolstat.study.given_points import cases_among
 from tolstat.study.study import Study
 
-EVERY = 100  # trials of which one is evaluated again
+EVERY = 100  # one of so many trials is evaluated again
 NEAREST = 4  # trials at least, on either side of each end of a limit
 SPREAD = 12  # trials at least, over the range of a limited response
-REACH = 2  # times the largest error seen: others may err more
-IN_REACH = 20  # trials at least, that may be looked at because they may change sides
+REACH = 2  # times the largest error found: other errors may be larger
+IN_REACH = 20  # trials at least, evaluated because they may cross a limit
 NO_LIMIT = Limit(-np.inf, np.inf)
 
 
@@ -35,19 +35,19 @@ class Choice(NamedTuple):
     """Trials to be evaluated again."""
 
     trials: Integers  # int64[n]: their numbers, ascending
-    # bool[n]: whether a trial is the one of its hundred that was chosen at random
+    # bool[n]: whether a trial was chosen at random, one of each hundred
     at_random: Truths
-    # dict of str to uint8[n]: by response that chose trials on purpose: sums of
-    # `Reason`, 0 for none
+    # dict of str to uint8[n]: by response, why it chose a trial: sums of `Reason`, 0
+    # for none
     chosen_by: Mapping[str, NDArray[np.uint8]]
 
 
 def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
-    """Evaluate some trials more precisely; None for a model that cannot be.
+    """Return some trials evaluated more precisely; None if the model cannot.
 
-    First those of `choose`; then, once it is known how large errors are, what they may
-    carry across a limit, so that the fraction out of limit can be trusted. Of a grid or
-    a table, which the user chose, one of each hundred.
+    First those of `choose`. Then, with the size of errors known, those that an error
+    may carry across a limit, so that the fraction out of limit can be trusted. Of a
+    grid or a table one trial of each hundred.
     """
     seed = study.seed or 0
     if study.sampler is None:
@@ -68,7 +68,7 @@ def audit(study: Study, trials: Trials, workers: Workers) -> Audited | None:
 def evaluated_again(
     study: Study, trials: Trials, choice: Choice, workers: Workers
 ) -> Audited | None:
-    """Evaluate chosen trials more precisely; None for a model that cannot be."""
+    """Return chosen trials evaluated more precisely; None if the model cannot."""
     tight = tightened(study.model, study.settings)
     if tight is None:
         return None
@@ -97,26 +97,25 @@ def _largest_error(trials: Trials, audited: Audited, name: str) -> float:
 
 
 def random_trials(seed: int, trials: int) -> Integers:
-    """Choose one trial at random of each hundred, whatever trials follow; ascending."""
+    """Return a random trial of each hundred, ascending; an extension keeps them."""
     first = np.arange(0, trials, EVERY)
-    # with a purpose: parts of a batch may be called so, too
+    # two words of purpose: parts of a batch may be called "audit", too
     u = uniform(seed, "audit", len(first), "of trials")
     found: Integers = first + (u * np.minimum(EVERY, trials - first)).astype(np.int64)
     return found
 
 
 def choose(trials: Trials, limits: Mapping[str, Limit], seed: int) -> Choice:
-    """Choose what is evaluated again, of trials that were drawn.
+    """Return the trials to evaluate again, where deviations are sampled.
 
-    One trial of each hundred at random; and of each limited response, on purpose, those
-    next to its limit, the worst, and some over its range, where those chosen at random
-    are too few to meet what is rare. In a study without limits the least and the
-    largest of every response. The same whatever the workers: it depends on numbers
-    of trials and on responses.
+    One trial of each hundred is chosen at random. Each limited response adds those next
+    to its limit, the worst, and some over its range: random ones are too few to include
+    rare cases. Without limits every response adds its smallest and largest value. The
+    choice depends on numbers of trials and on responses, not on workers.
     """
     names = list(limits) or [each.name for each in trials.description.responses]
-    # of another hundredth of the trials: with more of them the stretch about a limit
-    # that is looked at keeps its width
+    # another hundredth of the trials: so the stretch evaluated about a limit keeps its
+    # width with more of them
     share = len(trials.deviations) // EVERY // len(names)
     purposes = {
         name: _on_purpose(
@@ -133,11 +132,11 @@ def choose_in_reach(
     known: Choice,
     errors: Mapping[str, float],
 ) -> Choice:
-    """Choose more trials, which may lie on the other side of a limit.
+    """Return more trials, which an error may carry across a limit.
 
-    Those that are nearer to a limit than twice the largest error that was seen (NaN if
-    there is none). Of each response the nearest twenty, or its part of a hundredth of
-    the trials, where they are more.
+    They are nearer to a limit than twice the largest error found (NaN if there is
+    none). Each response has the nearest twenty, or its part of a hundredth of the
+    trials if that is more.
     """
     found: dict[str, dict[Reason, Integers]] = {}
     for name, limit in limits.items():
@@ -165,7 +164,7 @@ def _choice(
 def _on_purpose(
     values: Array, status: NDArray[np.uint8], limit: Limit, share: int
 ) -> dict[Reason, Integers]:
-    """Choose trials for the sake of one response."""
+    """Return the trials that one response adds."""
     done = np.flatnonzero(status == Status.DONE)
     known = values[done]
     ends = [end for end in limit.permitted if np.isfinite(end)]
@@ -181,7 +180,7 @@ def _on_purpose(
 
 
 def next_to(values: Array, limit: Limit, end: float, number: int) -> Integers:
-    """Find the places of values next to an end of a limit, as many on either side."""
+    """Return the indices of values next to a limit, as many on either side."""
     distance = np.abs(values - end)
     within = values >= end if end == limit.lower else values <= end
     sides = [np.flatnonzero(side) for side in (within, ~within)]
@@ -191,11 +190,11 @@ def next_to(values: Array, limit: Limit, end: float, number: int) -> Integers:
 
 
 def spread(values: Array, number: int) -> Integers:
-    """Choose values spread evenly from the least to the largest.
+    """Return the indices of values spread evenly from the least to the largest.
 
-    By value and not by rank: a rare kind of trial that takes much of the range, as
-    one that jams, is met as often as the many others. Places of these, ascending; fewer
-    where many values are alike. No value is NaN.
+    They are spread by value and not by rank: a rare kind of trial that takes much of
+    the range, such as one that jams, is found as often as others. Indices ascend; equal
+    values give fewer. No value is NaN.
     """
     if not len(values):
         return np.zeros(0, np.int64)

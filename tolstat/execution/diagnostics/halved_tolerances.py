@@ -1,4 +1,4 @@
-"""The fraction out of each limit if a tolerance were halved; nothing is simulated."""
+"""Fraction out of limit with halved tolerances, from weighted trials."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ TURN = 2 * math.pi * (1 - 1e-9)
 
 
 def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halved]]:
-    """Weight the trials as if the tolerance of a contributor, or a kind, were halved.
+    """Return the fraction out of limit with halved tolerances, by weighting trials.
 
-    By limited response and the contributors whose tolerances are halved: each, each
-    kind of part, and pairs that explain trials out of limit; empty where trials
-    depend on each other, or are no sample. Failed trials count as out of limit.
+    Keys are the limited response and the contributors halved: each one, each kind of
+    part, and pairs that explain trials out of limit. Empty where trials depend on each
+    other, or are no sample. Failed trials count as out of limit.
     """
     sampler = study.sampler
     if sampler is None or sampler.replicates or not sampler.sample:
@@ -52,9 +52,9 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     contributors = study.description.contributors
     kinds = kinds_of_part(list(every), contributors).values()
     found: dict[str, dict[Members, Halved]] = {name: {} for name in out_of_limit}
-    # a full turn is no tolerance: where on its wheel a run-out lies is not to be halved
+    # a deviation over a full turn, the phase of a run-out, has no tolerance to halve
     turning = [e.name for e in contributors if e.name in every and _is_turn(study, e)]
-    unfit: set[str] = set()  # alone; these come first
+    unfit: set[str] = set()  # refused alone; these come first
     alone = [(name,) for name in every]
     paired = [e.members for of in pairs(every, out_of_limit).values() for e in of]
     for members in dict.fromkeys([*alone, *map(tuple, kinds), *paired]):
@@ -78,6 +78,6 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
 
 
 def _is_turn(study: Study, of: Contributor) -> bool:
-    """Tell whether a deviation goes all the way round."""
+    """Return whether a deviation covers a full turn."""
     zone = getattr(study.deviating.distributions[of.name], "tolerance", None)
     return of.unit == "rad" and zone is not None and zone.upper - zone.lower >= TURN

@@ -1,4 +1,4 @@
-"""Tolerance analysis before Monte Carlo: slopes, and the worst case."""
+"""Tolerance analysis without sampling: slopes, and the worst case."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ def slopes(
     workers: Workers,
     at: Array | None = None,
 ) -> Array:
-    """Differentiate the responses at one trial.
+    """Return the slopes of the responses at one trial.
 
     Parameters
     ----------
     model : Model
-        Evaluated.
+        The model.
     settings : object
-        Of it.
+        Its settings.
     usual : float64[contributor]
-        How far each contributor usually departs, SI; one of zero has no slope.
+        Usual size of each deviation, SI; a contributor with zero has no slope.
     workers : Workers
-        Who evaluate.
+        Evaluate the trials.
     at : float64[contributor], optional
         Deviations of the trial, SI; the nominal one if not given.
 
     Returns
     -------
     float64[contributor, response]
-        By central differences over a tenth of that to either side;
+        By central differences over a tenth of `usual` to either side;
         NaN where a trial failed.
     """
     varying = np.flatnonzero(usual > 0)
@@ -49,8 +49,8 @@ def slopes(
         return np.zeros((len(usual), len(model.describe(settings).responses)))
     step = STEP * usual[varying]
     ahead = np.diag(STEP * usual)[varying]
-    asked = np.concatenate([ahead, -ahead]) + (0.0 if at is None else at)
-    found = workers.simulate(model, asked, settings).responses
+    shifted = np.concatenate([ahead, -ahead]) + (0.0 if at is None else at)
+    found = workers.simulate(model, shifted, settings).responses
     ahead, behind = np.split(found, 2)
     every = np.zeros((len(usual), found.shape[1]))
     every[varying] = (ahead - behind) / (2 * step[:, None])
@@ -58,16 +58,16 @@ def slopes(
 
 
 class Target(NamedTuple):
-    """What is to be as bad as can be."""
+    """A response, and the direction in which it gets worse."""
 
     response: int  # its column
     sign: int  # 1 for the largest value, -1 for the least
-    # float64[start, contributor]: trials of which the worst is begun with
+    # float64[start, contributor]: the search starts at the worst of these trials
     starts: Array
 
 
 class Corner(NamedTuple):
-    """The worst trial found; most often, not always, a corner of the tolerances."""
+    """The worst trial found; usually a corner of the tolerances."""
 
     value: float  # of the response, SI; NaN if every trial failed
     deviations: Array  # float64[contributor], SI
@@ -85,32 +85,32 @@ def worst_corners(
     targets: Sequence[Target],
     workers: Workers,
 ) -> list[Corner]:
-    """Search the corners of the tolerances for the worst trials.
+    """Return the worst trials found among the corners of the tolerances.
 
-    Every factor, columns that change together, is moved to either end of its tolerance
-    (float64[contributor], SI); what makes a target worse is taken, all at once if that
-    is worse still, until nothing is. A local search: no proof, and no probability.
+    A factor is a group of columns that change together. Each is moved to either end of
+    its tolerance (float64[contributor], SI). Moves that make a target worse are kept,
+    all at once if that is worse still. The search is local and proves nothing.
     """
     searches = [_search(target, lower, upper, factors) for target in targets]
-    asked = {place: next(search) for place, search in enumerate(searches)}
+    pending = {place: next(search) for place, search in enumerate(searches)}
     found: dict[int, Corner] = {}
-    while asked:
-        answers = workers.simulate(model, np.concatenate([*asked.values()]), settings)
-        ends = np.cumsum([len(rows) for rows in asked.values()])[:-1]
+    while pending:
+        answers = workers.simulate(model, np.concatenate([*pending.values()]), settings)
+        ends = np.cumsum([len(rows) for rows in pending.values()])[:-1]
         parts = np.split(answers.responses, ends)
-        for place, responses in zip([*asked], parts, strict=True):
+        for place, responses in zip([*pending], parts, strict=True):
             try:
-                asked[place] = searches[place].send(responses)
+                pending[place] = searches[place].send(responses)
             except StopIteration as end:
                 found[place] = end.value
-                del asked[place]
+                del pending[place]
     return [found[place] for place in range(len(targets))]
 
 
 def _search(
     target: Target, lower: Array, upper: Array, factors: Sequence[Sequence[int]]
 ) -> Generator[Array, Array, Corner]:
-    """Search for one target: yield trials, be sent what they answered."""
+    """Search for one target: yield trials, receive their responses."""
     moves = [
         (list(columns), end[list(columns)])
         for columns in factors
@@ -120,7 +120,7 @@ def _search(
     corner, _ = _taken(target, corner, rows, (yield rows))
     for _ in range(MOST_SWEEPS):
         before = corner
-        # what is at that end already is no move
+        # a factor that is at that end already has no move
         tried = [(c, end) for c, end in moves if np.any(before.deviations[c] != end)]
         if np.isnan(before.value) or not tried:
             break
@@ -129,7 +129,7 @@ def _search(
         known = target.sign * before.value
         if not badness.max() > known + 1e-9 * abs(known):
             break
-        # all moves at once that made it worse, of two ends the worse one
+        # all moves that made it worse, at once; of two ends the worse one
         taken: dict[int, Move] = {}  # by first column: one of both ends
         for i in np.lexsort((-np.arange(len(badness)), badness)):
             if badness[i] > known:
@@ -142,20 +142,20 @@ def _search(
 def _taken(
     target: Target, best: Corner, rows: Array, responses: Array
 ) -> tuple[Corner, Array]:
-    """Return the worst trial so far, and how bad each of these is."""
+    """Return the worst trial so far, and how bad each row is."""
     values = responses[:, target.response]
     badness = np.where(np.isnan(values), -np.inf, target.sign * values)
     most, failed = int(badness.argmax()), int(np.isnan(values).sum())
-    value, machine = best.value, best.deviations
+    value, trial = best.value, best.deviations
     if badness[most] > (-np.inf if np.isnan(value) else target.sign * value):
-        value, machine = float(values[most]), rows[most]
-    corner = Corner(value, machine, best.tried + len(values), best.failed + failed)
+        value, trial = float(values[most]), rows[most]
+    corner = Corner(value, trial, best.tried + len(values), best.failed + failed)
     return corner, badness
 
 
-def _moved(machine: Array, moves: Sequence[Move]) -> Array:
+def _moved(trial: Array, moves: Sequence[Move]) -> Array:
     """Return a trial with some of its parts at an end of their tolerance."""
-    found = machine.copy()
+    found = trial.copy()
     for columns, ends in moves:
         found[columns] = ends
     return found

@@ -1,1 +1,1 @@
-"""Who evaluates blocks of trials: threads, other processes, a cluster."""
+"""Workers that evaluate blocks of trials: threads, processes, a cluster."""

@@ -17,15 +17,15 @@ from tolstat.execution.workers.remote_blocks import Mismatch
 ADDRESS = re.compile(r"tcp://([^/:\s]+|\[[0-9a-fA-F:.%]+\]):[0-9]{1,5}")
 CONNECT = 10.0  # s, for a scheduler to answer
 PATIENCE = 60.0  # s, without any worker that can be used
-LOOK_AGAIN = 1.0  # s, between two looks at who is there
+LOOK_AGAIN = 1.0  # s, between two checks for workers
 
 
 class Cluster(Executor):
     """The workers of a Dask scheduler.
 
-    A block goes to them as deviations that were drawn here, and the name of a model;
-    a block of a worker that is lost is evaluated again by another one. A worker of
-    another source, processor or version is named and not used.
+    A block is sent as deviations, sampled here, and the name of a model. If a worker is
+    lost, another one evaluates its block again. A worker with another source, processor
+    or version is named and not used.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Cluster(Executor):
             raise StudyError(
                 f"a cluster needs Dask: pip install 'tolstat[cluster]' ({error})"
             ) from None
-        # what matters of its losses is said in one sentence, without its tracebacks
+        # a loss is reported in one sentence, without Dask's tracebacks
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL + 1)
         try:
             self._client = Client(address, timeout=CONNECT, set_as_default=False)
@@ -72,7 +72,7 @@ class Cluster(Executor):
         """Look for workers; LostError once none could be used for a minute."""
         try:
             there = self._client.nthreads()
-        except Exception:  # whatever Dask raises where the scheduler is gone
+        except Exception:  # Dask raises anything if the scheduler is gone
             there = {}
         self._usable = {k: n for k, n in there.items() if k not in self._refused}
         self._looked = time.monotonic()
@@ -83,7 +83,7 @@ class Cluster(Executor):
 
     @property
     def number(self) -> int:
-        """How many blocks run at once, as things are."""
+        """How many blocks run at once now."""
         if time.monotonic() - self._looked > LOOK_AGAIN:
             self._look()
         return max(1, sum(self._usable.values()))
@@ -100,7 +100,7 @@ class Cluster(Executor):
         return found
 
     def refuse(self, found: Mismatch) -> None:
-        """Name a worker that is not used any more; LostError if none is left."""
+        """Name a worker that is no longer used; LostError if none is left."""
         if found.who not in self._refused:
             self._refused.add(found.who)
             warnings.warn(
@@ -119,12 +119,12 @@ class Cluster(Executor):
         )
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Leave the cluster; what of ours still runs there is given up."""
+        """Leave the cluster, and give up blocks that still run there."""
         self._client.close(timeout=CONNECT)
 
 
 def _on_worker(call: Callable[[], Any]) -> Any:
-    """Call a function on a worker of a cluster; a mismatch bears its address."""
+    """Call a function on a worker of a cluster; a mismatch gets its address."""
     from distributed import get_worker
 
     found = call()

@@ -20,17 +20,17 @@ from tolstat.model.checked import simulate
 from tolstat.model.contract import Answers, Model
 from tolstat.study.given_points import Case
 
-LOOK_AGAIN = 0.1  # s, between two looks at whether to stop
-GRACE = 1.0  # s, for running blocks to end; a compilation does not
+LOOK_AGAIN = 0.1  # s, between two checks whether to stop
+GRACE = 1.0  # s, for running blocks to end; a compilation takes longer
 AHEAD = 2  # blocks for each worker, so that none waits for the writer
-LASTING = 0.5  # s, of a block: long ones keep lanes busy, short ones bring news
-FIRST_BLOCK = 32  # trials, while nothing is known of how long they take
+LASTING = 0.5  # s, of a block: long ones keep lanes busy, short ones show progress
+FIRST_BLOCK = 32  # trials, while their duration is unknown
 GROWTH = 8  # times the last block, at most
 LEAST = 8  # trials of a block, unless fewer are left
 
 
 class Interrupted(Exception):
-    """Who runs the study wants no more."""
+    """The caller has stopped the run."""
 
 
 class Workers(AbstractContextManager["Workers"]):
@@ -39,17 +39,17 @@ class Workers(AbstractContextManager["Workers"]):
     Parameters
     ----------
     number : int, optional
-        How many blocks run at once; as many as the executor has workers, or as there
-        are processors, if not given.
+        How many blocks run at once; by default one for each worker of the executor, or
+        processor.
     stopping : callable
-        Asked ten times a second; once true, no block begins any more.
+        Called ten times a second; once true, no block starts any more.
     executor : concurrent.futures.Executor, optional
         Of other processes: a `Cluster`, `mpi4py.futures.MPIPoolExecutor`,
-        `ProcessPoolExecutor`. Threads of this process if not given: what is compiled
-        releases the GIL, so one process, one compilation. The results do not depend on
-        it. Who gives one dismisses it.
+        `ProcessPoolExecutor`. By default threads of this process: compiled code
+        releases the GIL, so it is compiled once. The results do not depend on it. The
+        caller shuts it down.
     block : int, optional
-        Trials of every block; else blocks grow until they last about half a second.
+        Trials of every block; by default blocks grow to last about half a second.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class Workers(AbstractContextManager["Workers"]):
             return self._executor.submit(carried_out, parcel)
 
     def _result(self, future: Future[Any]) -> Any:
-        """Return what a worker found; None where it is another one's to find."""
+        """Return the result of a worker; None if another one has to repeat the call."""
         if self._executor is None:
             return future.result()
         with _processes():
@@ -96,10 +96,10 @@ class Workers(AbstractContextManager["Workers"]):
     def blocks(
         self, model: Model, cases: Sequence[Case], deviations: Array
     ) -> Iterator[list[tuple[int, Answers]]]:
-        """Evaluate trials in blocks and yield what is finished, as it comes.
+        """Evaluate trials in blocks, and yield each block when it is finished.
 
-        Blocks of deviations[trial, contributor], SI, come with the number of their
-        first trial. Once stopping, running blocks are waited for, a second at most.
+        Each block of deviations[trial, contributor], SI, comes with the number of its
+        first trial. When stopping, running blocks get a second to finish.
         """
         left = sum(case.stop - case.first for case in cases)
         size = BlockSize(self.number, self._fixed)
@@ -147,10 +147,10 @@ class Workers(AbstractContextManager["Workers"]):
                 future.cancel()
 
     def simulate(self, model: Model, deviations: Array, settings: Any) -> Answers:
-        """Evaluate trials of the same settings, all of them.
+        """Return the answers of trials with the same settings.
 
-        At least one trial of deviations[trial, contributor], SI; `Interrupted` if they
-        were not to be finished.
+        At least one row of deviations[trial, contributor], SI; `Interrupted` if the
+        workers stop before all are finished.
         """
         return self.simulate_cases(
             model, [Case(0, len(deviations), settings)], deviations
@@ -159,7 +159,7 @@ class Workers(AbstractContextManager["Workers"]):
     def simulate_cases(
         self, model: Model, cases: Sequence[Case], deviations: Array
     ) -> Answers:
-        """Evaluate trials, each with its case's settings; see `simulate`."""
+        """Return the answers of trials with each case's settings; see `simulate`."""
         found = [
             each for some in self.blocks(model, cases, deviations) for each in some
         ]
@@ -169,9 +169,9 @@ class Workers(AbstractContextManager["Workers"]):
         return Answers.joined(outcomes)
 
     def here(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Call a function of this process that may take long; `Interrupted` if stopped.
+        """Return what a long function returns, here; `Interrupted` if stopped.
 
-        Its thread is not waited for then.
+        Its thread then ends by itself.
         """
         thread = Threads(1)
         future = thread.submit(function, *arguments)
@@ -183,14 +183,14 @@ class Workers(AbstractContextManager["Workers"]):
         return future.result()
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """Dismiss them; who stops does not wait for a compilation."""
+        """Shut the workers down; a stop does not wait for a compilation."""
         if self._own:
             wait = kind is None and not self.stopping()
             self._own.shutdown(wait=wait, cancel_futures=True)
 
 
 class BlockSize:
-    """How many trials the next block has: as many as last half a second."""
+    """Number of trials in the next block, so that it lasts half a second."""
 
     def __init__(self, workers: int, fixed: int | None) -> None:
         self.workers = workers
@@ -204,20 +204,20 @@ class BlockSize:
         return min(self._next, max(FIRST_BLOCK, math.ceil(left / (2 * self.workers))))
 
     def learn(self, trials: int, seconds: float) -> None:
-        """Take note of how long a block of so many trials lasted, s."""
+        """Note how long a block of so many trials lasted, s."""
         wanted = trials * LASTING / max(seconds, 1e-6)
         self._next = max(LEAST, int(min(wanted, GROWTH * max(trials, self._next))))
 
 
 def _timed(model: Model, deviations: Array, settings: Any) -> tuple[Answers, float]:
-    """Evaluate one block on a worker, and say how long it took, s."""
+    """Return the answers of a block on a worker, and its duration, s."""
     began = time.perf_counter()
     return simulate(model, deviations, settings), time.perf_counter() - began
 
 
 @contextmanager
 def _processes() -> Iterator[None]:
-    """Say that other processes are lost, whatever their executor raises then."""
+    """Raise LostError, whatever an executor raises if its processes are lost."""
     try:
         yield
     except TolstatError:
@@ -227,11 +227,11 @@ def _processes() -> Iterator[None]:
 
 
 def _lost(why: str) -> LostError:
-    return LostError(f"a process that evaluates: {why}")
+    return LostError(f"a worker process: {why}")
 
 
 def processors() -> int:
-    """Count the processors that this process may use."""
+    """Return the number of processors that this process may use."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # not on every system
@@ -239,10 +239,10 @@ def processors() -> int:
 
 
 class Threads(Executor):
-    """Daemon threads: those of the standard library are waited for at the exit.
+    """Daemon threads: at its exit Python waits for those of the standard library.
 
-    What is compiled knows no interruption: after Ctrl-C a thread may go on for minutes
-    with a trial that is not wanted any more.
+    Compiled code cannot be interrupted: after Ctrl-C a thread may spend minutes on a
+    trial that is no longer needed.
     """
 
     def __init__(self, number: int) -> None:
@@ -271,7 +271,7 @@ class Threads(Executor):
             del task, future, call  # results are not kept while waiting for more
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Dismiss the threads."""
+        """Shut the threads down."""
         with suppress(Empty):
             while cancel_futures and (task := self._tasks.get_nowait()):
                 task[0].cancel()

@@ -21,7 +21,7 @@ _loading = threading.Lock()
 
 
 class Parcel(NamedTuple):
-    """A call that another process can make, and what has to be the same there."""
+    """A call for another process, and the versions that it needs there."""
 
     content: bytes  # the function and its arguments, pickled
     # what decides the bits of the numbers: processor, versions
@@ -29,10 +29,10 @@ class Parcel(NamedTuple):
 
 
 class Mismatch(NamedTuple):
-    """A process that would come to other bits, and has evaluated nothing."""
+    """A process whose numbers could differ in bits; it has evaluated nothing."""
 
     who: str  # its name
-    reasons: tuple[str, ...]  # what is different there
+    reasons: tuple[str, ...]  # what differs there
 
 
 class _Packer(pickle.Pickler):
@@ -52,7 +52,7 @@ def packed(call: Callable[[], Any]) -> Parcel:
 
 
 def carried_out(parcel: Parcel) -> Any:
-    """Make a call here; a `Mismatch` if it could come to other bits than at home."""
+    """Return the result of a call made here; a `Mismatch` if bits could differ."""
     here = decisive()
     reasons = [
         f"its {what} is {here.get(what, 'unknown')}, the run needs {value}"
@@ -69,12 +69,12 @@ def carried_out(parcel: Parcel) -> Any:
 
 
 def _place_of(model: Model) -> str:
-    """Say where others find a model: FILE.py:NAME, empty for an installed one."""
+    """Return where others find a model: FILE.py:NAME, empty for an installed one."""
     place = catalogue.place_of(model)
     if place == catalogue.ANY:
         raise ModelError(
-            f"the machine '{model.name}' is an object of this process, and others "
-            "cannot find it: load it from its file (tolstat.catalogue.load)",
+            f"model '{model.name}' is an object of this process, so other processes "
+            "cannot find it; load it from its file (tolstat.catalogue.load)",
             Advice("custom model"),
         )
     file, _, name = place.rpartition(":")
@@ -82,12 +82,12 @@ def _place_of(model: Model) -> str:
 
 
 def _found(name: str, place: str, digest: str) -> Model:
-    """Find a model here; refuse one of another source."""
+    """Return a model by its name; refuse another source."""
     with _loading:  # of two threads one loads it
         model: Model = _loaded(place) if place else catalogue.find(name)
     if model.source_digest != digest:
         raise ModelError(
-            f"its source of the machine '{name}' is {model.source_digest}, the run "
+            f"its source of model '{name}' is {model.source_digest}, the run "
             f"needs {digest}"
         )
     return model

@@ -1,6 +1,6 @@
-"""What a formula is worked out in: numbers of all trials, their slopes, dimensions.
+"""Algebras that evaluate a formula: numbers of all trials, slopes, dimensions.
 
-Of dimensions: an angle stays one while it stands alone; with anything else it is a
+In dimensions an angle stays an angle while it is alone; with anything else it is a
 plain number, so that the length of an arc is radius times angle.
 """
 
@@ -68,12 +68,12 @@ class Values:
 
     def _known(self, found: Any, reason: str) -> Any:
         if self.strict and not np.all(np.isfinite(found)):
-            raise ValueError(f"{reason}, where every link is nominal")
+            raise ValueError(f"{reason}, with every link at its nominal value")
         return found
 
 
 class Slope(NamedTuple):
-    """A value, and its derivatives: float64[machine], float64[link, machine]."""
+    """A value, and its derivatives: float64[trial], float64[link, trial]."""
 
     value: Any
     by_link: Any
@@ -131,13 +131,13 @@ class Slopes(Values):
             if name in DERIVATIVES:
                 outer = [DERIVATIVES[name](values[0], value)]
             elif name == "hypot":
-                # at its tip it has none: no direction more than another
+                # no slope at the tip
                 outer = [x / np.where(value > 0, value, 1.0) for x in values]
             elif name == "atan2":
                 y, x = values
                 square = x * x + y * y
                 outer = [x / square, -y / square]
-            else:  # of the least or largest: the first that is it
+            else:  # of min or max: the first argument that attains it
                 same = [each == value for each in np.broadcast_arrays(*values)]
                 outer = [1.0 * (np.argmax(same, 0) == i) for i in range(len(values))]
             parts = [o * each.by_link for o, each in zip(outer, arguments, strict=True)]
@@ -145,7 +145,7 @@ class Slopes(Values):
 
 
 PLAIN, ANGLE = dimension("1"), dimension("rad")
-NOTHING = object()  # the number 0: it is added to anything
+NOTHING = object()  # the number 0: it fits any unit
 OF_AN_ANGLE = ("sin", "cos", "tan")
 TO_AN_ANGLE = ("asin", "acos", "atan")
 ALIKE = ("abs", "hypot", "min", "max", "atan2")
@@ -205,7 +205,7 @@ class Dimensions:
 
 
 def _without_angle(given: Any) -> Any:
-    """Let an angle be a plain number beside anything else."""
+    """Return a plain number for an angle; anything else stays as it is."""
     return PLAIN if given == ANGLE else given
 
 

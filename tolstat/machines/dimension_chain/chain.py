@@ -1,4 +1,4 @@
-"""The classical answers of a chain: worst case, root sum square, whose share it is."""
+"""Results of a chain without trials: worst case, root sum square, contributions."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from tolstat.deviations.spread import Spread
 from tolstat.machines.dimension_chain.algebras import Slopes
 from tolstat.machines.dimension_chain.formula import Formula
 
-ALL_CORNERS = 10  # links up to which every corner is looked at
-INSIDE = 10  # binary logarithm of how many points inside the tolerances are, besides
-STARTS = 16  # best points from which a search goes on
+ALL_CORNERS = 10  # most links for which every corner is evaluated
+INSIDE = 10  # binary logarithm of the number of points inside the tolerances
+STARTS = 16  # best points, from which searches start
 ROUNDING = 1e-9
-POLE = 100.0  # times what a thousand points spread: no smooth formula goes so far
+POLE = 100.0  # times the spread of a thousand points: beyond it lies a pole
 
 
 class Answers(NamedTuple):
-    """What is known of a chain without building machines, SI."""
+    """Results of a chain without trials, SI."""
 
     worst_min: float  # least closing link within the tolerances
     worst_max: float  # largest
@@ -31,22 +31,22 @@ class Answers(NamedTuple):
     rss_mean: float
     rss_sigma: float
     shares: dict[str, float]  # of the variance of the linear chain
-    # links by which the closing link rises here and falls there: then the worst case is
-    # what a search found
+    # links by which the closing link both rises and falls: then a search finds the
+    # worst case
     turning: tuple[str, ...]
 
 
 def answers(
     formula: Formula, nominal: Mapping[str, float], spreads: Mapping[str, Spread]
 ) -> Answers:
-    """Answer a dimension chain as it is done by hand.
+    """Return worst case and root sum square of a dimension chain.
 
     Returns
     -------
     Answers
-        The worst case NaN where the formula has no value somewhere within the
-        tolerances, or jumps there as at a pole; the others where it has none, or no
-        slope, in their middle.
+        The worst case is NaN if the formula has no value somewhere within the
+        tolerances, or jumps there as at a pole. The others are NaN if it has no value
+        or no slope in their middle.
 
     References
     ----------
@@ -81,7 +81,7 @@ def answers(
 def _worst(
     formula: Formula, nominal: Mapping[str, float], spreads: Mapping[str, Spread]
 ) -> tuple[float, float, tuple[str, ...]]:
-    """Return least and largest value within the tolerances, and which links turn."""
+    """Return least and largest value within the tolerances, and non-monotonic links."""
     names = list(spreads)
     lower = np.array([nominal[n] + spreads[n].lower for n in names])
     upper = np.array([nominal[n] + spreads[n].upper for n in names])
@@ -99,7 +99,7 @@ def _worst(
     values, slopes = slopes_at(points)
     if not np.isfinite(values).all():
         return math.nan, math.nan, ()
-    # where it has a value and no slope, at a tip or a vertical, others tell
+    # points without a slope, at a tip or a vertical, are left out
     known = np.isfinite(slopes)
     rises = known.any(axis=0) & np.all((slopes >= 0) | ~known, axis=0)
     falls = known.any(axis=0) & np.all((slopes <= 0) | ~known, axis=0)
@@ -108,7 +108,7 @@ def _worst(
     for sign in (1.0, -1.0):
         corner = np.where(rises if sign > 0 else falls, lower, upper)
         value = slopes_at(corner[None])[0][0]
-        # what only rises or falls is outermost in its corner, unless it jumps
+        # a monotonic formula has its extremes in corners, unless it jumps
         if not turning and (sign * values).min() < sign * value - ROUNDING * abs(value):
             return math.nan, math.nan, ()
         if turning:
@@ -141,11 +141,11 @@ def _searched(
     lower: Array,
     upper: Array,
 ) -> float:
-    """Return the least value (the largest for a sign of -1) that a search finds."""
+    """Return the least value that a search finds (the largest for a sign of -1)."""
     from scipy.optimize import minimize  # slow to import
 
     width = upper - lower
-    # the search stops by absolute numbers: in the size of what it looks for
+    # the search ends by absolute numbers: values are scaled to the size of the target
     size = float(np.ptp(slopes_at(starts)[0])) or 1.0
 
     def aim(x: Array) -> tuple[float, Array]:

@@ -1,4 +1,4 @@
-"""What a study says of a chain: its links, and its closing link as a formula."""
+"""Settings of a chain: its links, and its closing link as a formula."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ class Settings:
 
     links: dict[str, Any] = setting(
         WAVE_GEAR,
-        "the links; a study has them in its section [links], with their tolerances",
+        "links; a study gives them in its section [links], with their tolerances",
         columns={"nominal": column("its size", like=Measure(0.0, "m"))},
     )
-    gap: str = setting(CLEARANCE, "the closing link as a formula of them")
+    gap: str = setting(CLEARANCE, "closing link, as a formula of the links")
 
     def __post_init__(self) -> None:
         """Check that the formula names links, and has a value where all are nominal.
@@ -41,7 +41,7 @@ class Settings:
         Raises
         ------
         ModelError
-            If not: the place in the formula, and why.
+            If not; the message says where in the formula, and why.
         """
         if self.gap == CLEARANCE and not set(WAVE_GEAR) <= set(self.links):
             raise ModelError(

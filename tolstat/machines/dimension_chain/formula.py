@@ -17,7 +17,7 @@ LONGEST, SHOWN = 1000, 80  # characters
 DEEPEST = 500  # nodes below each other
 LARGEST = 10.0  # exponent
 CONSTANTS = {"pi": math.pi}
-Algebra = Values | Dimensions  # what a formula is worked out in
+Algebra = Values | Dimensions  # evaluates a formula
 # each with the number of its arguments, at least and at most
 FUNCTIONS = {
     **dict.fromkeys(OF_ONE, (1, 1)),
@@ -40,7 +40,7 @@ class Formula:
         Raises
         ------
         ModelError
-            If it holds anything else: the place, what stands there, what is allowed.
+            If it holds anything else; the message gives place, text and allowed words.
         """
         # lines may be broken for the eye
         object.__setattr__(self, "text", " ".join(self.text.split()))
@@ -61,7 +61,7 @@ class Formula:
         return repr(self.text if len(self.text) <= SHOWN else f"{self.text[:SHOWN]}...")
 
     def worked_out(self, algebra: Algebra) -> Any:
-        """Work the formula out in numbers, slopes or dimensions.
+        """Return the value of the formula: numbers, slopes or dimensions.
 
         Raises
         ------
@@ -71,13 +71,13 @@ class Formula:
         return self._value(self._tree, algebra)
 
     def _value(self, node: ast.expr, algebra: Algebra, depth: int = 0) -> Any:
-        """Work out one node and what is below it; refuse what is not allowed."""
+        """Return the value of a node and the nodes below it; refuse any not allowed."""
         if depth > DEEPEST:
-            raise self._refused(node, f"more than {DEEPEST} steps inside each other")
+            raise self._refused(node, f"more than {DEEPEST} nested operations")
         below = depth + 1
         match node:
             case ast.Constant(value=bool() | str() | bytes() | complex() | None):
-                raise self._refused(node, f"{node.value!r} is no number")
+                raise self._refused(node, f"{node.value!r} is not a number")
             case ast.Constant(value=int() | float() as value):
                 if not abs(value) <= sys.float_info.max:
                     raise self._refused(node, "the number is too large")
@@ -126,21 +126,21 @@ class Formula:
     def _parsed(self) -> ast.expr:
         if len(self.text) > LONGEST:
             raise ModelError(
-                f"the formula has {len(self.text)} characters; up to {LONGEST} are read"
+                f"the formula has {len(self.text)} characters; at most {LONGEST} fit"
             )
         for name in self.names:
             plain = unicodedata.normalize("NFKC", name)
             if keyword.iskeyword(name) or not name.isidentifier() or name != plain:
                 raise ModelError(
                     f"a link cannot be called '{name}': letters, digits and _ are "
-                    "allowed, a letter first, and no word of a program"
+                    "allowed, a letter first, and no keyword of Python"
                 )
         if not self.text:
             raise ModelError("gap is empty: a formula is expected, such as 'A - 2*B'")
         if "#" in self.text:  # what follows it would be left out
             place = self.text.index("#") + 1
             raise ModelError(
-                f"gap = {self._shown}, character {place}: no remark stands in a formula"
+                f"gap = {self._shown}, character {place}: a formula has no comments"
             )
         try:
             return ast.parse(self.text, mode="eval").body
@@ -151,7 +151,7 @@ class Formula:
                 "such as 'A - 2*B' is expected"
             ) from None
         except (RecursionError, MemoryError, ValueError):
-            raise ModelError("the formula cannot be read: it is too deep") from None
+            raise ModelError("the formula is too deeply nested to be read") from None
 
     def _unknown(self, node: ast.expr, name: str) -> ModelError:
         if name in FUNCTIONS:
@@ -164,7 +164,7 @@ class Formula:
         if not isinstance(node.func, ast.Name) or node.func.id not in FUNCTIONS:
             called = ast.unparse(node.func)[:40]
             allowed = allowed_names(called, FUNCTIONS)
-            raise self._refused(node, f"{called} is no function here; {allowed}")
+            raise self._refused(node, f"{called} is not a function here; {allowed}")
         least, most = FUNCTIONS[node.func.id]
         starred = any(isinstance(each, ast.Starred) for each in node.args)
         if node.keywords or starred or not least <= len(node.args) <= most:
@@ -174,7 +174,7 @@ class Formula:
         return node.func.id
 
     def _refused(self, node: ast.expr, reason: str) -> ModelError:
-        """Say where in the formula, what stands there, and what is wrong with it."""
+        """Return an error with the place in the formula, its text, and the reason."""
         start = len(self.text.encode()[: node.col_offset].decode(errors="ignore"))
         stop = len(self.text.encode()[: node.end_col_offset].decode(errors="ignore"))
         here = self.text[start:stop][:40]

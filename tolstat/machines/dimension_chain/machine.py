@@ -16,18 +16,18 @@ from tolstat.units.scale import scale_of
 
 GAP = "gap"
 NO_VALUE = "the formula has no value"
-FAILURES = {NO_VALUE: "the links close: no root of less than nothing, no division by 0"}
+FAILURES = {NO_VALUE: "the formula has a value: no root of a negative number, no 1/0"}
 
 
 class DimensionChain(Model):
-    """Links that deviate, and what they leave between them."""
+    """Links that deviate, and their closing link."""
 
     name = "dimension_chain"
     title = "a dimension chain: links in the study file, the gap as a formula of them"
     settings = Settings
     failures = FAILURES
     assumptions = (
-        "Parts are rigid and have the form that the formula gives them.",
+        "Parts are rigid; the formula gives their geometry.",
         "Root sum square: slopes at the middle of the tolerances, links independent of "
         "each other.",
     )
@@ -64,10 +64,10 @@ class DimensionChain(Model):
         of_worst = [f"{', '.join(idle)} not in the formula"] if idle else []
         of_rss = list(of_worst)
         if not independent:
-            of_worst.append("each link by itself, whatever it is correlated with")
+            of_worst.append("correlations are ignored")
         if turns:
-            of_worst.append(f"found by a search: it rises and falls with {turns}")
-            of_rss.append(f"slopes say little: the gap rises and falls with {turns}")
+            of_worst.append(f"found by a search: the gap rises and falls with {turns}")
+            of_rss.append(f"inaccurate: the gap rises and falls with {turns}")
         if math.isnan(found.worst_min):
             of_worst = [
                 "the formula jumps, or has no value, somewhere within the tolerances"
@@ -94,7 +94,7 @@ class DimensionChain(Model):
 
 
 def _gap(deviations: Array, settings: Settings) -> Array:
-    """Work the formula out: float64[trial]; not finite where it has no value."""
+    """Return the gap, float64[trial]; not finite if the formula has no value."""
     links = {
         name: nominal + deviations[:, i]
         for i, (name, nominal) in enumerate(settings.nominal.items())

@@ -33,7 +33,7 @@ def shape(law, s):
         return trapezoidal(s)
     if law == 3.0:
         return cycloid(s)
-    return np.nan * s  # a law that has no number here moves nothing
+    return np.nan * s  # a law without a number here gives no motion
 
 
 @compiled(within=True)
@@ -45,7 +45,7 @@ def chain_of(p, n):
 
 @compiled(rates_signature)
 def rates(moment, y, p, out):
-    """Fill theta', theta'', then what has peaks."""
+    """Fill theta', theta'', then the rows with peaks."""
     n = len(y) // 2
     at, start, chain = named(Moment, moment), named(StartUp, p), chain_of(p, n)
     # kept where `loads` takes it from, row by row
@@ -59,7 +59,7 @@ def rates(moment, y, p, out):
 
 @compiled(rates_signature)
 def watch(moment, y, p, out):
-    """Fill what has peaks alone."""
+    """Fill the rows with peaks alone."""
     n = len(y) // 2
     at, start, chain = named(Moment, moment), named(StartUp, p), chain_of(p, n)
     static = rows(out[n : 2 * n])

@@ -26,10 +26,10 @@ class ElasticMachine(Model):
     failures = FAILURES
     views = views.OFFERS
     assumptions = (
-        "Dormand-Prince 5(4) with a step of its own for each trial, restarted wherever "
-        "acceleration or load step.",
-        "The drive keeps to the programmed motion, whatever it takes; the final speed "
-        "is reached exactly.",
+        "Dormand-Prince 5(4) with separate steps for each trial, restarted where "
+        "acceleration or load jump.",
+        "The drive follows the programmed motion under any load; the final speed is "
+        "reached exactly.",
         "Springs are linear and have no mass; damping is proportional to their rate of "
         "twist, and need not be classical; there is no backlash.",
         "The machine is at rest and without load before t = 0.",

@@ -1,4 +1,4 @@
-"""Natural frequencies and shapes of the chain, and what the start-up leaves in each.
+"""Natural frequencies and shapes of the chain, and the residual vibration of each.
 
 References
 ----------
@@ -17,7 +17,7 @@ from tolstat.machines.elastic_machine.start_up import Law
 
 
 class Modes(NamedTuple):
-    """The modes of each machine, k_m ascending, float64[..., mode] but for two."""
+    """The modes of each trial, k_m ascending, float64[..., mode] but for two."""
 
     k: Array  # natural frequency without damping, rad/s
     h: Array  # [..., mode, mass], shape; 1 at the first mass
@@ -33,7 +33,7 @@ class Modes(NamedTuple):
 def of_springs(values: Array) -> Array:
     """Return the matrix of springs in a row, [..., mass, mass], C of c or B of b.
 
-    They stand before each mass; the first is held by the programmed shaft.
+    They are before each mass; the first is fixed to the programmed shaft.
     """
     n = values.shape[-1]
     found = np.zeros((*values.shape, n))
@@ -47,7 +47,7 @@ def of_springs(values: Array) -> Array:
 def natural_frequencies(J: Array, c: Array) -> Array:
     """Return k_m, [..., mode], of J, c, [..., mass], undamped, ascending, rad/s.
 
-    Each machine by itself: bitwise the same among any others.
+    Each trial is solved alone: its bits are the same in any block.
     """
     descending = np.linalg.svd(_root(J, c), compute_uv=False)
     return np.asarray(descending[..., ::-1], np.float64)
@@ -82,7 +82,7 @@ def modes_of(J: Array, c: Array, b: Array) -> Modes:
 
 
 def left_by_start_up(modes: Modes, law: Law, omega0: float, t0: Array) -> Array:
-    """Return the amplitude in which each mode of an undamped machine is left.
+    """Return the residual amplitude of each mode of an undamped chain.
 
     |rho_s^(m)| k_m times |integral of phi0'' e^(-j k_m t)| = |omega0| lambda, for the
     constant acceleration 2 eps0 |rho_s^(m)| |sin(k_m t0/2)|.
@@ -90,8 +90,8 @@ def left_by_start_up(modes: Modes, law: Law, omega0: float, t0: Array) -> Array:
     Returns
     -------
     float64[time, mode, mass]
-        rad, of one machine started to omega0, rad/s, in times t0[time], s. Of all modes
-        together their sum is reached where they meet; never more.
+        rad, of one chain started to omega0, rad/s, in times t0[time], s. The sum over
+        the modes is an upper bound of their total.
     """
     periods = np.multiply.outer(t0, modes.k) / (2.0 * np.pi)
     share = abs(omega0) * law.spectrum(periods) * modes.k

@@ -25,9 +25,9 @@ from tolstat.arrays import Array, Truths
 
 
 class StartUp(NamedTuple):
-    """The start-up of each machine, each float64[lanes]."""
+    """The start-up of each trial, each float64[lanes]."""
 
-    law: Array  # number in `start_up.LAWS`, the same in all machines
+    law: Array  # number in `start_up.LAWS`, the same in all trials
     eps0: Array  # rad/s2
     per_t0: Array  # 1/s
     ended: Array  # phase from which it is over
@@ -37,7 +37,7 @@ HEAD = len(StartUp._fields)  # these parameters come first
 
 
 class Chain(NamedTuple):
-    """The parts of each machine, each float64[mass, lanes]."""
+    """The parts of each trial, each float64[mass, lanes]."""
 
     per_J: Array  # 1/(kg m2)
     c: Array  # N m/rad, of the spring before the mass
@@ -59,7 +59,7 @@ def static_deflection(phase: Array, steps: Array, out: Array) -> None:
     Parameters
     ----------
     phase : float64[lanes]
-        Of each machine.
+        Of each trial.
     steps : float64[row, lanes]
         For each step of the load the phase from which it acts, then what it deflects
         each mass by, rad.
@@ -108,7 +108,7 @@ def derivative(
 
 
 def loads(over: Truths, theta: Array, static: Array, chain: Chain, out: Array) -> None:
-    """Fill what has peaks.
+    """Fill the rows with peaks.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The machine as built: chains and their events, from the deviations of their parts."""
+"""Chains and their events, from the deviations of their parts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BALANCED = 1e-12  # of a deflection: what rounding leaves where torques balance
 
 
 class Chains(NamedTuple):
-    """Machines by the paper's letters, SI."""
+    """The trials of a block by the paper's letters, SI."""
 
     J: Array  # [trial, mass]
     c: Array  # [trial, mass], of the spring before it
@@ -25,13 +25,13 @@ class Chains(NamedTuple):
 
 
 def exist(chains: Chains) -> Truths:
-    """Tell which machines can be built."""
+    """Return which trials can be built."""
     J, c, b, t0, _ = chains
     return ((J > 0) & (c > 0) & (b >= 0)).all(axis=1) & (t0 > 0)
 
 
 def build(deviations: Array, settings: Settings) -> Chains:
-    """Build machines from the deviations of their parts."""
+    """Return the chains of deviations[trial, contributor]."""
     n = len(settings.inertia)
     J = np.array(settings.inertia) * (1.0 + deviations[:, :n])
     c = np.array(settings.stiffness) * (1.0 + deviations[:, n : 2 * n])
@@ -57,8 +57,8 @@ def of_unit_torque(c: Array, mass: int) -> Array:
 def deflection_at_start_up(chains: Chains, settings: Settings) -> Array:
     """Return C^-1(-I 1 eps_max + M_end), float64[trial, mass].
 
-    M_end are the torques at the end of start-up; one that steps in that very moment
-    counts.
+    M_end are the torques at the end of start-up, with any that steps at that very
+    moment.
     """
     greatest = LAWS[settings.start_up_law].greatest
     eps_max = greatest * settings.final_speed / chains.t0
@@ -70,7 +70,7 @@ def deflection_at_start_up(chains: Chains, settings: Settings) -> Array:
 
 
 def deflected_at_start_up(settings: Settings) -> tuple[int, ...]:
-    """Return the masses, from 1, that have a static error: where the load leaves one.
+    """Return the masses, from 1, with a static error: the load leaves one.
 
     It may come after the start-up of a machine that stands, or balance it.
     """
@@ -82,10 +82,10 @@ def deflected_at_start_up(settings: Settings) -> tuple[int, ...]:
 
 
 def events_of(chains: Chains, settings: Settings) -> tuple[Array, Array, Array]:
-    """Sort knots and end of the start-up and the steps of the load, trial by trial.
+    """Return the knots and end of the start-up and the load steps, in order of time.
 
-    A start-up that lasts longer may pass the time of a step: so each trial keeps which
-    phase (number of the last mark passed) each of its events begins.
+    A longer start-up may pass the time of a step. So each trial stores the phase that
+    each of its events begins: the number of the last mark passed.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def rows_of(chains: Chains, ended: Array, begun: Array, settings: Settings) -> A
     First what `motion.StartUp` names, then 1/J, c and b of each mass, then of each
     step of the load its phase and the static deflection of each mass.
     """
-    # a start-up beyond the horizon ends as "not finite", after no motion
+    # a start-up after the horizon ends as "not finite", without motion
     one = np.where(chains.t0 < settings.horizon, 1.0, np.nan)
     start_up = (
         np.full_like(one, list(LAWS).index(settings.start_up_law)),

@@ -1,4 +1,4 @@
-"""Start-up laws: how the programmed shaft comes to its speed, as printed and smoothly.
+"""Start-up laws: the speed of the programmed shaft, as printed and smoother.
 
 phi0'' = eps0 f(s) over the start-up, eps0 = omega0/t0 (3), s = t/t0 from 0 to 1. The
 mean of every f is 1, so that all laws reach omega0 at t0. The functions f are plain

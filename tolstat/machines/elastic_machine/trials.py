@@ -1,4 +1,4 @@
-"""Trials: chains integrated over the horizon, and what they answer."""
+"""Trials: chains integrated over the horizon, and their responses."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ NO_REFERENCE = "no static error"
 FAILURES = {
     IMPOSSIBLE: "inertias, stiffnesses and the start-up time are above 0, damping not "
     "below",
-    TOO_LONG: "the start-up time deviates to less than the horizon",
+    TOO_LONG: "the start-up ends before the horizon",
     NO_REFERENCE: "acceleration and load do not balance at the end of the start-up",
 }
 
 
 class Trials(NamedTuple):
-    """A block of machines, and how they moved."""
+    """A block of trials, and their motion."""
 
     chains: parameters.Chains
     machines: Array  # [trial, parameter], as the equations of motion read them
@@ -37,8 +37,8 @@ class Trials(NamedTuple):
 def simulated(
     deviations: Array, settings: Settings, samples: Array | None = None
 ) -> Trials:
-    """Integrate machines over the horizon, with their states at the sample times."""
-    # only a machine that is simulated needs the compiler
+    """Integrate trials over the horizon, with their states at the sample times."""
+    # only a simulation needs the compiler
     from tolstat.machines.elastic_machine.compiled import rates, watch
 
     chains = parameters.build(deviations, settings)
@@ -57,7 +57,7 @@ def simulated(
 
 
 def outcome_of(trials: Trials, settings: Settings) -> Outcome:
-    """Arrange the responses as `description_of` lists them, and say which failed."""
+    """Return the responses in the order of `description_of`, and the failures."""
     chains, solution = trials.chains, trials.solution
     peak = solution.peak  # error, residual, torque
     deflected = [s - 1 for s in parameters.deflected_at_start_up(settings)]

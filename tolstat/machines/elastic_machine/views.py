@@ -1,4 +1,4 @@
-"""What a chain can show: its histories, spectrum, residual vibration and modes."""
+"""Views of a chain: its histories, spectrum, residual vibration and modes."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from tolstat.model.view import (
 )
 
 MOST_SHOWN = 4  # masses in one picture of a history; all are in the data
-MANY = 100  # with deviations, for bands
-RULE = 5.0, 10.0  # periods of the first mode that the paper asks for
-LONGEST = 200.0  # periods in the start-up that a spectrum is drawn to
+MANY = 100  # trials with deviations, for bands
+RULE = 5.0, 10.0  # periods of the first mode that the paper recommends
+LONGEST = 200.0  # most periods in the start-up that a spectrum shows
 LOOKED = 3.0  # periods after the longest start-up
 POINTS = 40  # start-ups integrated, beside the closed form
 
 
 def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
-    """Chart how the first trial moved; the residual has a gap before its start."""
+    """Return the motion of the first trial; the residual starts after a gap."""
     states, marks = trials.solution.history[0], trials.marks[0]
     machine = trials.machines[0]
     n = len(settings.inertia)
@@ -64,7 +64,7 @@ def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
     error, residual, torque = ([watched[i * n + s] for s in shown] for i in range(3))
     panels = (
         Panel.of("Dynamic errors", *error),
-        Panel.of("Left after start-up", *residual),
+        Panel.of("Residual after start-up", *residual),
         Panel.of("Spring torques", *torque),
         Panel.of("Programmed motion", programmed),
     )
@@ -79,7 +79,7 @@ def chart_of(time: Array, trials: Trials, settings: Settings) -> Chart:
 
 
 def zeros_of(law: Law, longest: float) -> Array:
-    """Return where lambda is zero, up to so many periods in the start-up."""
+    """Return the zeros of lambda, up to so many periods in the start-up."""
     if not law.zeros:
         return np.array([])
     first, distance = law.zeros
@@ -87,18 +87,18 @@ def zeros_of(law: Law, longest: float) -> Array:
 
 
 def off_zeros(longest: float) -> Array:
-    """Return periods in the start-up that are no zeros, for a logarithmic axis."""
+    """Return periods in the start-up without zeros, for a logarithmic axis."""
     return 0.005 + 0.01 * np.arange(int(100.0 * longest), dtype=np.float64)
 
 
 def spectrum(deviations: Array, settings: Settings) -> Chart:
-    """Show lambda(rho), rho the periods in the start-up, and the modes on it."""
+    """Return lambda(rho), rho the periods in the start-up, with the modes on it."""
     chains, n = build(deviations, settings), len(settings.inertia)
     law, printed = LAWS[settings.start_up_law], LAWS["constant"]
     own = modes_of(*chains[:3]).k[0] * chains.t0[0] / (2.0 * np.pi)
     longest = min(max(RULE[1], 1.1 * own[-1]), LONGEST)
     drawn = own[own <= longest]
-    beyond = f"; {len(own) - len(drawn)} lie farther right" if len(drawn) < n else ""
+    beyond = f"; {len(own) - len(drawn)} have more periods" if len(drawn) < n else ""
     rho = off_zeros(longest)
     zeros = zeros_of(law, longest)
 
@@ -112,10 +112,10 @@ def spectrum(deviations: Array, settings: Settings) -> Chart:
     if law is not printed:
         values = printed.spectrum(rho)
         curves.append(curve("constant", "the same: constant acceleration", values))
-    words = f"of this machine{beyond}"
+    words = f"of this trial{beyond}"
     curves.append(curve("modes", words, law.spectrum(drawn), drawn))
     if len(zeros):
-        curves.append(curve("zeros", "nothing is left", 0.0 * zeros, zeros))
+        curves.append(curve("zeros", "zeros of lambda", 0.0 * zeros, zeros))
     above_zero = [each for each in curves if each.name != "zeros"]
     return Chart(
         Axis("periods in the start-up", "1", "1"),
@@ -129,12 +129,12 @@ def spectrum(deviations: Array, settings: Settings) -> Chart:
 
 
 def residual(deviations: Array, settings: Settings) -> Chart:
-    """Show the vibration of the last mass after start-ups of any length.
+    """Return the vibration of the last mass after start-ups of any length.
 
     Returns
     -------
     Chart
-        In closed form the amplitudes of all modes added up, without damping; points:
+        In closed form, the sum of the amplitudes of all modes, without damping. Points:
         the residual integrated, with damping. Both without load.
     """
     if settings.final_speed == 0:
@@ -187,7 +187,7 @@ def residual(deviations: Array, settings: Settings) -> Chart:
 def residual_integrated(
     machine: Array, settings: Settings, T_1: float
 ) -> tuple[Array, Array]:
-    """Return start-up times, s, and what they leave of the last mass, rad, no load."""
+    """Return start-up times, s, and the residual of the last mass, rad, no load."""
     n = len(settings.inertia)
     t0 = T_1 * np.linspace(0.25, RULE[1], POINTS)
     alone = replace(
@@ -199,14 +199,14 @@ def residual_integrated(
 
 
 def listed(deviations: Array, settings: Settings) -> Listing:
-    """List the modes of a machine."""
+    """Return the modes of a trial."""
     chains = build(deviations, settings)
     modes = modes_of(chains.J[0], chains.c[0], chains.b[0])
     law, n = LAWS[settings.start_up_law], len(modes.k)
     periods = modes.k * chains.t0[0] / (2.0 * np.pi)
     last = modes.rho[:, -1]
     return Listing.of(
-        "a mode; damping ratio as if damping were classical",
+        "a mode; damping ratio as for classical damping",
         ("mode", "1", "count", np.arange(1.0, n + 1.0)),
         ("frequency", "Hz", "", modes.k / (2.0 * np.pi)),
         ("damping ratio", "1", "", modes.zeta),
@@ -220,12 +220,12 @@ def listed(deviations: Array, settings: Settings) -> Listing:
 OFFERS = (
     Offer(
         "spectrum",
-        "spectrum of the start-up law, and where the modes lie on it",
+        "spectrum of the start-up law, with the modes",
         spectrum,
     ),
     Offer(
         "residual",
-        "vibration left by start-ups of any length, without load",
+        "residual vibration after start-ups of any length, without load",
         residual,
         MANY,
     ),

@@ -1,4 +1,4 @@
-"""What a planetary gear is given and answers: settings, contributors, responses."""
+"""Settings, contributors and responses of a planetary gear."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ class Settings:
     helix_2: float | None = setting(None, "helix angle of wheels 1, 2; balanced: from the teeth, or from helix_3", unit="rad", at_least=0.0, at_most=1.0, presets=BALANCED)
     helix_3: float | None = setting(None, "helix angle of wheels 3, 4; balanced: from the teeth, or from helix_2", unit="rad", at_least=0.0, at_most=1.0, presets=BALANCED)
     pressure_angle: float = setting(radians(20), "normal pressure angle", unit="rad", above=0.0, at_most=radians(40))
-    addendum: float = setting(1.0, "how far teeth of wheels 2, 3 stand out, in modules, when satellites are kept from touching; 0 as in the source", at_least=0.0, at_most=2.0)
+    addendum: float = setting(1.0, "addendum of wheels 2, 3, in modules, to check that satellites do not touch; 0 as in the source", at_least=0.0, at_most=2.0)
     torque: float = setting(500.0, "torque on wheel 1", unit="N m", at_least=1e-6)
-    mesh_stiffness: float = setting(4e8, "stiffness of one satellite, as mesh 1-2 feels it", unit="N/m", above=0.0)
-    position_at: str = setting("mesh", "where position errors are told: along mesh 1-2, or at pins of the carrier, which the mesh feels |1 - D| times (AA, II) or 1 + D times (AI)", choices=("mesh", "pin"))
+    mesh_stiffness: float = setting(4e8, "stiffness of one satellite, at mesh 1-2", unit="N/m", above=0.0)
+    position_at: str = setting("mesh", "where position errors are measured: along mesh 1-2, or at pins of the carrier, which act on the mesh |1 - D| times (AA, II) or 1 + D times (AI)", choices=("mesh", "pin"))
     wanted_ratio: float | None = setting(None, "view designs: wanted ratio; own: that of the teeth", presets={"own": None})
-    ratio_tolerance: float = setting(0.01, "view designs: how far the ratio may be off", unit="1", at_least=0.0)
+    ratio_tolerance: float = setting(0.01, "view designs: permitted relative error of the ratio", unit="1", at_least=0.0)
     z1: Range = setting(Range(17, 90), "view designs: teeth of wheel 1", at_least=5, at_most=MOST_TEETH)
     z2: Range = setting(Range(17, 60), "view designs: teeth of wheel 2", at_least=5, at_most=MOST_TEETH)
     z3: Range = setting(Range(17, 60), "view designs: teeth of wheel 3", at_least=5, at_most=MOST_TEETH)
     z4: Range = setting(Range(17, 130), "view designs: teeth of wheel 4", at_least=5, at_most=MOST_TEETH)
     helix: Range = setting(Range(radians(8), radians(30)), "view designs: helix angles of both rims", unit="rad", at_least=0.0, at_most=STEEPEST)
-    order: str = setting("ratio_error", "view designs: what comes first", choices=ORDERS)
+    order: str = setting("ratio_error", "view designs: sort order", choices=ORDERS)
     # fmt: on
 
 
@@ -49,7 +49,7 @@ _R = Response
 
 
 def description_of(settings: Settings, design: Design) -> Description:
-    """List what deviates and what is answered: a position error for each satellite."""
+    """Return contributors and responses: a position error for each satellite."""
     k = settings.satellites
     F = design.F
     spacing = Gear(design.dw2, "pitch") if settings.position_at == "mesh" else None
@@ -68,10 +68,10 @@ def description_of(settings: Settings, design: Design) -> Description:
         ),
     )  # fmt: skip
     responses = (
-        _R("residual_axial_force", "N", "F_a", "axial force left on a satellite, the mean of all; above 0: of wheel 2", "2T/dw2 tan(b2 + db2) - 2T/dw3 tan(b3 + db3)"),
+        _R("residual_axial_force", "N", "F_a", "mean residual axial force on a satellite; above 0: of wheel 2", "2T/dw2 tan(b2 + db2) - 2T/dw3 tan(b3 + db3)"),
         _R("load_sharing_factor", "1", "K_gamma", "largest force on a satellite over the mean", "k max F_j / F", "1", (1.0, float(k))),
         _R("satellite_force_max", "N", "max F_j", "largest tangential force of a satellite in mesh 1-2", "sum of c max(0, X + e_j) = F", range=(F / k, k * (F / k))),
-        _R("unloaded_satellites", "1", "k_0", "satellites that carry nothing", "X + e_j <= 0", "count", (0.0, k - 1.0)),
-        _R("backlash", "rad", "j_phi1", "play of wheel 1, carrier and wheel 4 fixed, both meshes together; below 0 teeth jam for sure", "(jt12 + D jt34) / rw1"),
+        _R("unloaded_satellites", "1", "k_0", "satellites without load", "X + e_j <= 0", "count", (0.0, k - 1.0)),
+        _R("backlash", "rad", "j_phi1", "play of wheel 1 with carrier and wheel 4 fixed, both meshes together; below 0 the teeth jam", "(jt12 + D jt34) / rw1"),
     )  # fmt: skip
     return Description(contributors, responses)

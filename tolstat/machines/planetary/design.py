@@ -1,4 +1,4 @@
-"""A gear as designed, from its settings; one that cannot exist is refused."""
+"""The nominal gear of the settings; a gear that cannot exist is refused."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tolstat.machines.planetary.scheme import (
     unbalance,
 )
 
-ROUNDING = 1e-12  # so much apart is touching
+ROUNDING = 1e-12  # a smaller gap is a touch
 MOST_SHIFT = 2.0  # of the centre distance of wheels 3 and 4, in modules
 
 
@@ -62,14 +62,14 @@ def design_of(settings: Settings) -> Design:
 
 
 def _refused(settings: Settings, why: str) -> ModelError:
-    """Name the gear."""
+    """Return an error that names the gear."""
     return ModelError(
         f"scheme {settings.scheme}, teeth = {list(settings.teeth)}: {why}"
     )
 
 
 def _other_teeth(settings: Settings) -> str:
-    """Name teeth that would do."""
+    """Return other teeth that are possible."""
     example = list(EXAMPLES[settings.scheme])
     return (
         f"other teeth: {example} with 3 satellites and module_ratio 1, or any that "
@@ -78,7 +78,7 @@ def _other_teeth(settings: Settings) -> str:
 
 
 def _check_rings(settings: Settings) -> None:
-    """Refuse rings that are not larger than the wheels in them."""
+    """Refuse rings that are not larger than the wheels inside them."""
     z1, z2, z3, z4 = settings.teeth
     scheme = SCHEMES[settings.scheme]
     for sign, ring, inside, has, needs in (
@@ -94,7 +94,7 @@ def _check_rings(settings: Settings) -> None:
 
 
 def _helix_angles(settings: Settings, D: float) -> tuple[float, float]:
-    """Return helix angles as given, or as the balance asks for."""
+    """Return the helix angles of the settings, or of the balance."""
     b2, b3 = settings.helix_2, settings.helix_3
     if b2 is not None:
         return b2, math.atan(math.tan(b2) / D) if b3 is None else b3
@@ -140,7 +140,7 @@ def _pressure_angle(settings: Settings, b2: float, b3: float, dw3: float) -> flo
 
 
 def _check_satellites(settings: Settings, design: Design) -> None:
-    """Refuse satellites that touch each other, or cannot all be put in.
+    """Refuse satellites that touch each other, or cannot all be assembled.
 
     Neighbours have room if 2a sin(pi/k) > max(da2, da3), tips included.
     """

@@ -28,10 +28,10 @@ class Planetary(Model):
         "rigid, and none floats. The torque acts in one direction.",
         "Wheels have no profile shift; where a helix angle is given, wheels 3, 4 have "
         "the shift that makes them coaxial with 1 and 2.",
-        "The residual axial force is that of a satellite with its equal share of load.",
+        "The residual axial force is that of a satellite with an equal share of load.",
         "The backlash is that of one satellite; satellites whose positions differ take "
         "as much from it. Teeth of nominal thickness have none.",
-        "Undercut, interference and strength of the teeth are not looked at, nor is "
+        "Undercut, interference and strength of the teeth are not checked, nor is "
         "friction.",
     )
 

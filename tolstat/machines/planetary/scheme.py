@@ -5,9 +5,9 @@ still; the carrier H is driven. A is an external mesh, I an internal one. With s
 for an external mesh of 1 and 2 and -1 for an internal one, s34 the same of 3 and 4, one
 formula holds for all three schemes.
 
-Of the source only the end is printed; what it leaves out was derived, and its printing
-errors are corrected: AA with D <= 1 begins at 1 - D, not 1 + D; AA with D >= 1 has
-1 - s in the denominator, not 1 - D s; (9) is z2 = z1 (1 - i - D) / (1 - D).
+Only the end of the source is printed; the rest was derived here. Its printing errors
+are corrected: AA with D <= 1 begins at 1 - D, not 1 + D; AA with D >= 1 has 1 - s in
+the denominator, not 1 - D s; (9) is z2 = z1 (1 - i - D) / (1 - D).
 
 References
 ----------
@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 from tolstat.arrays import Array
 from tolstat.errors import ModelError, allowed_names
 
-# teeth that exist in each scheme, for three satellites and equal modules
+# possible teeth of each scheme, for three satellites and equal modules
 EXAMPLES = {"AA": (30, 21, 25, 25), "II": (78, 26, 30, 81), "AI": (24, 36, 21, 84)}
 MOST_SATELLITES = 24
 SPUR = 1e-12  # kap is 1 but for rounding
@@ -44,7 +44,7 @@ SCHEMES = {"AA": Scheme(1, 1), "II": Scheme(-1, -1), "AI": Scheme(1, -1)}
 
 
 def scheme_of(name: str) -> Scheme:
-    """Return a scheme by its name; refuse what is none."""
+    """Return a scheme by its name; refuse any other name."""
     if name not in SCHEMES:
         raise ModelError(f"scheme = {name!r}: {allowed_names(str(name), SCHEMES)}")
     return SCHEMES[name]
@@ -56,16 +56,16 @@ def ratio(scheme: Scheme, z1: Teeth, z2: Teeth, z3: Teeth, z4: Teeth) -> Any:
 
 
 def fourth(scheme: Scheme, i: float, z1: Teeth, z2: Teeth, z3: Teeth) -> Any:
-    """Return z4 for a ratio, no whole number; (11)."""
+    """Return z4 for a ratio, not rounded; (11)."""
     return scheme.s12 * scheme.s34 * (1 - i) * (z1 * z3) / z2
 
 
 def diameter_ratio(scheme: Scheme, z1: Teeth, z2: Teeth, z3: Teeth, z4: Teeth) -> Any:
     """Return D = dw2 / dw3, which coaxiality leaves to the teeth alone.
 
-    Both pairs have one centre distance, 2a = dw1 + s12 dw2 = dw4 + s34 dw3, and the
-    pitch diameters of a pair are as its teeth, whatever modules, helix angles and
-    profile shifts are.
+    Both pairs have one centre distance, 2a = dw1 + s12 dw2 = dw4 + s34 dw3. The pitch
+    diameters of a pair are proportional to its teeth, for any modules, helix angles and
+    profile shifts.
     """
     return z2 * (z4 + scheme.s34 * z3) / (z3 * (z1 + scheme.s12 * z2))
 
@@ -73,18 +73,17 @@ def diameter_ratio(scheme: Scheme, z1: Teeth, z2: Teeth, z3: Teeth, z4: Teeth) -
 def assembly(
     scheme: Scheme, k: int, z1: Teeth, z2: Teeth, z3: Teeth, z4: Teeth
 ) -> tuple[Any, Any]:
-    """Return what has to be divided, and by what, for k satellites to be put in; (8).
+    """Return the dividend and the divisor of the condition of assembly; (8).
 
-    k satellites that are all alike can be put in, equally spaced, if and only if the
-    first is a multiple of the second. (8), z1 = k (P - Q x) / i with whole P and Q,
-    says the same.
+    k equal satellites can be assembled, equally spaced, if and only if the first is a
+    multiple of the second. (8), z1 = k (P - Q x) / i with whole P and Q, is equivalent.
     """
     s = scheme.s12 * scheme.s34
     return z1 * z3 - s * z2 * z4, k * np.gcd(z2, z3)
 
 
 def existence(scheme: str, D: ArrayLike, satellites: int) -> tuple[Array, Array]:
-    """Return between which ratios a gear exists.
+    """Return the ratios between which a gear exists.
 
     Wheel 2 has some size, and neighbouring satellites do not touch at their pitch
     circles: 2a sin(pi/k) > max(dw2, dw3).
@@ -111,12 +110,12 @@ def existence(scheme: str, D: ArrayLike, satellites: int) -> tuple[Array, Array]
 
     References
     ----------
-    Table 1, corrected: see the file. Undercut and interference are not looked at.
+    Table 1, corrected: see the file. Undercut and interference are not checked.
     """
     s12, s34 = scheme_of(scheme)
     D = np.asarray(D, np.float64)
     if not np.all(D > 0):
-        raise ModelError("D = dw2 / dw3 is above 0")
+        raise ModelError("D = dw2 / dw3 must be above 0")
     if satellites < 2 or satellites != int(satellites):
         raise ModelError(
             f"satellites = {satellites}: a whole number from 2 is expected"
@@ -141,7 +140,7 @@ class Helices(NamedTuple):
 def balanced(
     scheme: Scheme, mr: float, z1: Teeth, z2: Teeth, z3: Teeth, z4: Teeth
 ) -> Helices:
-    """Return the helix angles that the teeth of zero-shift wheels leave.
+    """Return the helix angles that balance zero-shift wheels.
 
     Both rims of a satellite have one hand and one lead, tan b2 / tan b3 = D: then
     2T/dw2 tan b2 = 2T/dw3 tan b3. Coaxial wheels without profile shift have
@@ -171,7 +170,7 @@ def balanced(
 
 
 def unbalance(b2: Any, b3: Any, D: Any) -> Any:
-    """Return the axial force left on a satellite, for a force of 1 in mesh 1-2."""
+    """Return the residual axial force on a satellite, for a force of 1 in mesh 1-2."""
     return np.tan(b2) - D * np.tan(b3)
 
 

@@ -35,8 +35,8 @@ UNITS = {
     "helix_2": "rad", "helix_3": "rad",
     "size": "m", "neighbouring": "m", "tip_gap": "m", "balance": "1/rad",
 }  # fmt: skip
-ROUNDING = 1e-12  # so much apart is alike: at the ends of ranges, where wheels touch
-SLICE = 2**18  # sets of teeth that are looked at together: some tens of MB
+ROUNDING = 1e-12  # smaller differences are none: at ends of ranges, between wheels
+SLICE = 2**18  # sets of teeth evaluated together: some tens of MB
 MOST_DESIGNS = 2_000_000
 MOST_TRIPLES = 500_000_000  # of z1, z2, z3: some minutes
 KINDS = {"ratio": Number(), **{f.name: f.metadata["kind"] for f in fields(Settings)}}
@@ -58,7 +58,7 @@ def designs(
     addendum: float = 1.0,
     order: str = "teeth",
 ) -> pd.DataFrame:
-    """List every gear of a ratio, as far as teeth, helix angles and assembly decide.
+    """Return every gear of a ratio, by teeth, helix angles and assembly.
 
     Wheels have no profile shift and are coaxial; their axial forces are in balance, at
     helix angles within a range; the satellites can be assembled, and do not touch at
@@ -71,16 +71,16 @@ def designs(
     ratio : float
         Wanted speed of wheel 1 over that of the carrier, wheel 4 at rest.
     ratio_tolerance : float
-        How far from it a gear may be, as a share of it.
+        Permitted error of the ratio, as a share of it.
     satellites : int
         k, 2 or more.
     z1, z2, z3, z4 : tuple of int
         Fewest and most teeth, both included.
     helix : tuple of float
         Least and greatest helix angle of wheels 2 and 3, rad, both included.
-    module : float, optional
+    Normal module of wheels 1 and 2, m; lengths are multiples of it if not given.
         Normal module of wheels 1 and 2, m; without it lengths are multiples of it.
-    module_ratio : float
+    That module over the module of wheels 3 and 4.
         That module over the one of wheels 3 and 4.
     addendum : float
         Height of the teeth for the column tip_gap, in modules.
@@ -103,14 +103,14 @@ def designs(
     Raises
     ------
     ModelError
-        If a range is none, no gear of the scheme or of these teeth has the ratio, or
-        there are too many to be listed.
+        If a range is wrong, no gear of the scheme or of these teeth has the ratio, or
+        there are too many.
 
     Notes
     -----
-    Teeth that undercut or interfere are not looked at; ranges keep them out. Teeth that
-    are coaxial as spur wheels (kap = 1) are listed where `helix` begins at 0, and there
-    alone, though with mr z2 = z3 any helix angle would balance them.
+    Undercut and interference are not checked; choose ranges without them. Teeth that
+    are coaxial as spur wheels (kap = 1) are listed only where `helix` begins at 0,
+    though with mr z2 = z3 any helix angle would balance them.
 
     Examples
     --------
@@ -137,7 +137,7 @@ def designs(
 
 
 def _checked(name: str, value: Any) -> Any:
-    """Return what is given in Python, if it is as declared; ends may be the same."""
+    """Return a given value if it fits its declaration; ends may be equal."""
     kind = KINDS[name]
     try:
         if not isinstance(kind, Interval):
@@ -152,7 +152,7 @@ def _checked(name: str, value: Any) -> Any:
 
 
 def search(wanted: Settings, i: float) -> tuple[Columns, dict[str, int]]:
-    """Find the gears of the ratio i that the settings ask for; see `designs`.
+    """Return the gears of the ratio i for the settings; see `designs`.
 
     Returns
     -------
@@ -186,8 +186,8 @@ def _check_reach(wanted: Settings, scheme: Scheme, i: float) -> None:
     triples = (high1 - low1 + 1) * (high2 - low2 + 1) * (high3 - low3 + 1)
     if triples > MOST_TRIPLES:
         raise ModelError(
-            f"{triples} sets of z1, z2, z3 are too many to be looked at, at most "
-            f"{MOST_TRIPLES} would do: narrow their ranges"
+            f"{triples} sets of z1, z2, z3 are too many, at most {MOST_TRIPLES} are "
+            "searched: narrow their ranges"
         )
     if scheme.s12 == scheme.s34:
         possible, words = i < 1 and i != 0, "below 1 and not 0"
@@ -199,7 +199,7 @@ def _check_reach(wanted: Settings, scheme: Scheme, i: float) -> None:
         ratio(scheme, low1, high2, low3, high4),
         ratio(scheme, high1, low2, high3, low4),
     )
-    # a hair more: an end belongs to its range
+    # a bit more: an end belongs to its range
     slack = (wanted.ratio_tolerance + 1e-9) * abs(i)
     if max(ends) < i - slack or i + slack < min(ends):
         raise ModelError(
@@ -215,12 +215,12 @@ def _teeth(wanted: Settings) -> list[tuple[int, int]]:
 
 
 def _ordered(columns: Columns, order: str) -> Columns:
-    """Sort gears; those alike by ratio error, or size, and in the end by teeth."""
+    """Sort gears; equal ones by ratio error, or size, and last by teeth."""
     if order == "teeth":
         return columns
     keys = {**columns, "ratio_error": np.abs(columns["ratio_error"])}
     then = "size" if order == "ratio_error" else "ratio_error"
-    # what differs by rounding alone is alike
+    # differences by rounding alone do not count
     rank = np.lexsort((np.round(keys[then], 12), np.round(keys[order], 12)))
     return {name: values[rank] for name, values in columns.items()}
 
@@ -286,7 +286,7 @@ def _those(teeth: tuple[Column, ...], which: Column) -> tuple[Column, ...]:
 def _columns(
     wanted: Settings, scheme: Scheme, wanted_i: float, teeth: tuple[Column, ...]
 ) -> Columns:
-    """Tell all there is to tell of gears."""
+    """Return the columns of gears."""
     z1, z2, z3, _ = teeth
     m2, m3 = wanted.module, wanted.module / wanted.module_ratio
     i, D = ratio(scheme, *teeth), diameter_ratio(scheme, *teeth)
@@ -307,6 +307,6 @@ def _columns(
         "neighbouring": apart - np.maximum(dw2, dw3),
         "tip_gap": apart - np.maximum(dw2 + tips * m2, dw3 + tips * m3),
         "assembly": whole // step,
-        # how tan b2 - D tan b3 moves with each of the angles
+        # change of tan b2 - D tan b3 with each of the angles
         "balance": np.hypot(1 / np.cos(b2) ** 2, D / np.cos(b3) ** 2),
     }

@@ -1,4 +1,4 @@
-"""What deviations do to a gear: whether it can be built, forces, sharing, backlash."""
+"""Responses of a gear to its deviations: existence, forces, sharing, backlash."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FAILURES = {
 
 
 def residual_axial_force(F: float, db2: Array, db3: Array, design: Design) -> Array:
-    """Return the axial force that is left on a satellite, N.
+    """Return the residual axial force on a satellite, N.
 
     2T/dw2 tan(b2 + db2) - 2T/dw3 tan(b3 + db3), T the torque between its wheels. With
     tan(b + db) = tan b + sin db / (cos b cos(b + db)) what is in balance is exactly 0.
@@ -48,17 +48,16 @@ class Shares(NamedTuple):
 
 
 def shared(e: Array, F: float, c: float) -> Shares:
-    """Share a load between satellites: sum over j of c max(0, X + e_j) = F.
+    """Return the shares of a load: sum over j of c max(0, X + e_j) = F.
 
     The satellite that stands out most touches first. The others follow in the order of
-    their gaps to it, each once the load of those before has pressed them that far, as
-    water fills a vessel with steps. So those in contact are counted, and the forces are
-    exact: nothing is iterated.
+    their gaps to it, each when the load on the earlier ones closes its gap. So the
+    satellites in contact are counted, and the forces are exact: nothing is iterated.
 
     Parameters
     ----------
     e : float64[trial, satellite]
-        Position errors, m; above 0 takes more load. Of any size: in the end one
+        Position errors, m, of any size; above 0 takes more load. With large errors one
         satellite carries all.
     F : float
         Tangential force of all satellites together, N, above 0.
@@ -73,7 +72,7 @@ def shared(e: Array, F: float, c: float) -> Shares:
     k = e.shape[1]
     gaps = e.max(axis=1, keepdims=True) - e
     steps = np.sort(gaps, axis=1)
-    sums = np.cumsum(steps, axis=1)  # one after the other, whatever the other rows are
+    sums = np.cumsum(steps, axis=1)  # in sequence, so the same in any block
     # the n-th touches if the load presses those before it further than its step
     touching = np.arange(1, k + 1) * steps - sums < F / c
     m = np.count_nonzero(touching, axis=1)
@@ -102,7 +101,7 @@ def backlash(E: tuple[Array, ...], da: Array, design: Design) -> Array:
 
 
 def felt_in_mesh(design: Design) -> float:
-    """Return what mesh 1-2 feels of a satellite's pin, moved by 1 along its orbit.
+    """Return the movement in mesh 1-2 for 1 of a satellite's pin along its orbit.
 
     The satellite rolls on wheel 4: its point in mesh 1-2 is dw2/2 from the pin, the
     point that stands still dw3/2, on the other side (AI) or on the same (AA, II).
@@ -113,7 +112,7 @@ def felt_in_mesh(design: Design) -> float:
 def parted(
     deviations: Array, design: Design, settings: Settings
 ) -> tuple[tuple[Array, Array], Array, Array, tuple[Array, ...]]:
-    """Part deviations: helix angles, positions in mesh 1-2, distance, teeth."""
+    """Return deviations of helix angles, positions in mesh 1-2, distance, teeth."""
     k = settings.satellites
     e = deviations[:, 2 : 2 + k]
     if settings.position_at == "pin":
@@ -123,7 +122,7 @@ def parted(
 
 
 def faults(deviations: Array, design: Design, settings: Settings) -> dict[str, Truths]:
-    """Tell which gears cannot be built, by the words of `FAILURES`."""
+    """Return which gears cannot be built, by the words of `FAILURES`."""
     db, e, da, E = parted(deviations, design, settings)
     of = design
     steep = np.maximum(np.abs(of.b2 + db[0]), np.abs(of.b3 + db[1]))

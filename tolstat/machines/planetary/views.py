@@ -1,4 +1,4 @@
-"""What a planetary gear can show: gears of its kind, and where these exist."""
+"""Views of a planetary gear: gears of its kind, and where these exist."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ SHOWN = {"helix_2": "deg", "helix_3": "deg", "ratio_error": "%"}
 
 
 def designs_listing(_: Array, settings: Settings) -> Listing:
-    """List the gears that the settings ask for.
+    """Return the gears that the settings request.
 
     Raises
     ------
     ModelError
-        If there are none: with how many sets of teeth each condition left.
+        If there are none; the message counts the sets of teeth after each condition.
     """
     i = settings.wanted_ratio or design_of(settings).ratio
     columns, counts = search(settings, i)
@@ -37,7 +37,7 @@ def designs_listing(_: Array, settings: Settings) -> Listing:
 
 
 def existence_chart(_: Array, settings: Settings) -> Chart:
-    """Draw the ratios that gears can have over D, and the gear of the settings.
+    """Return the possible ratios of gears over D, and the gear of the settings.
 
     No addenda: satellites may come so near that their pitch circles touch.
     """
@@ -45,7 +45,7 @@ def existence_chart(_: Array, settings: Settings) -> Chart:
     widest = max(2.0, 1.25 * own.D)
     D = np.unique([*np.linspace(0.01, widest, 400), 1.0])
     lower, upper = existence(settings.scheme, D, settings.satellites)
-    # two satellites never touch: what grows beyond all bounds is cut off
+    # two satellites never touch: infinite ends are cut off
     reach = max(8 * (1 + widest), 1.25 * abs(own.ratio))
     outline = np.clip([*lower, *upper[::-1]], -reach, reach)
     lines = [np.where(np.abs(v) <= reach, v, np.nan) for v in (lower, upper)]

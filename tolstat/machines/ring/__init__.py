@@ -1,3 +1,3 @@
-"""A ring that turns on two supports while it is cut: loss of cut, chatter, flutter."""
+"""A ring turned on two supports: loss of cut, chatter, flutter."""
 
 from tolstat.machines.ring.spectrum import spectrum as spectrum

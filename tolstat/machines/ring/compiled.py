@@ -27,7 +27,7 @@ def ring_of(P, n):
 
 @compiled(rates_signature)
 def rates(moment, y, p, out):
-    """Fill the derivatives; what has peaks: t_R, X; what is timed above zero: -t_R."""
+    """Fill the derivatives; rows with peaks: t_R, X; row timed above zero: -t_R."""
     n = len(y) // 4
     Y, P, found = rows(y), rows(p), rows(out)
     tool, ring = named(Tool, p), ring_of(P[HEAD:], n)
@@ -39,7 +39,7 @@ def rates(moment, y, p, out):
 
 @compiled(rates_signature)
 def watch(moment, y, p, out):
-    """Fill what is watched alone."""
+    """Fill the watched rows alone."""
     n = len(y) // 4
     Y, P = rows(y), rows(p)
     tool, ring = named(Tool, p), ring_of(P[HEAD:], n)

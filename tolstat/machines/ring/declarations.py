@@ -1,4 +1,4 @@
-"""What the ring is given and answers: settings, contributors, responses."""
+"""Settings, contributors and responses of the ring."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from tolstat.model.description import (
 from tolstat.model.settings import setting
 from tolstat.units.grammar import Range
 
-PAPER_INNER_RADIUS = 3.0  # m, of the table, where a study names no radius
-NAMED_LOBES = 12  # harmonics of out-of-roundness that have settings
+PAPER_INNER_RADIUS = 3.0  # m, of the table, if a study gives no radius
+NAMED_LOBES = 12  # harmonics of out-of-roundness with settings
 RESTS = 0.8  # of the speed at which the lowest frequency is zero
-# what a view may vary: nominal values that are above zero
+# settings that a view may vary: nominal values above zero
 VARIED = (
     "support_angle", "radius", "width", "thickness", "youngs_modulus", "density",
     "ring_damping", "tool_angle", "tool_stiffness", "tool_mass", "tool_damping",
@@ -33,60 +33,60 @@ VARIED = (
 
 
 def amplitude(k: int) -> str:
-    """Name the k-th harmonic of out-of-roundness."""
+    """Return the name of the k-th harmonic of out-of-roundness."""
     return f"out_of_roundness_{k}"
 
 
 def phase(k: int) -> str:
-    """Name its phase."""
+    """Return the name of its phase."""
     return f"out_of_roundness_{k}_phase"
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What is cut, by what; how the ring is reckoned, and what is shown of it, SI.
+    """Workpiece, tool and cut, method, and views, SI.
 
     Raises
     ------
     ModelError
         If two radii are given, the ring has no hole, the supports lie opposite each
-        other, or a nominal out-of-roundness is of a harmonic that is not counted.
+        other, or a nominal out-of-roundness is of a harmonic that is not listed.
     """
 
     # fmt: off
-    inner_radius: float | None = setting(None, f"inner radius: the middle line lies half the thickness, deviations included, outwards; paper: {PAPER_INNER_RADIUS:g} m, where radius is not given", unit="m", above=0.0, presets={"paper": None})
-    radius: float | None = setting(None, "radius r of the middle line, whatever the thickness, instead of inner_radius", unit="m", above=0.0, presets={"by inner_radius": None})
+    inner_radius: float | None = setting(None, f"inner radius; the middle line is half the actual thickness outside; paper: {PAPER_INNER_RADIUS:g} m if radius is not given", unit="m", above=0.0, presets={"paper": None})
+    radius: float | None = setting(None, "radius r of the middle line, for any thickness, instead of inner_radius", unit="m", above=0.0, presets={"by inner_radius": None})
     thickness: float = setting(0.1, "thickness h of the ring", unit="m", above=0.0)
     width: float = setting(1.0, "width of the ring", unit="m", above=0.0)
     youngs_modulus: float = setting(2.1e11, "Young's modulus E; steel", unit="Pa", above=0.0)
     density: float = setting(7800.0, "density; steel", unit="kg/m^3", above=0.0)
     ring_damping: float = setting(1e-4, "internal friction K_T of the ring (Voigt)", unit="s", at_least=0.0)
     support_angle: float = setting(math.radians(80.0), "angle 2 alpha between the supports, below 180 deg", unit="rad", above=0.0)
-    tool_angle: float = setting(math.pi, "where the tool stands; 180 deg is the middle between the supports", unit="rad")
+    tool_angle: float = setting(math.pi, "angular position of the tool; 180 deg is midway between the supports", unit="rad")
     tool_stiffness: float = setting(5e5, "stiffness K_C of the tool module", unit="N/m", above=0.0)
     tool_mass: float = setting(100.0, "mass m_c of the tool module", unit="kg", above=0.0)
     tool_damping: float = setting(1e-4, "viscous damping of the tool module", unit="N s/m", at_least=0.0)
     speed: float = setting(0.5, "angular speed Omega of the ring", unit="rad/s", above=0.0)
     depth: float = setting(2e-3, "depth of cut t_R0 as set", unit="m", above=0.0)
-    feed: float = setting(0.05, "feed S, mm a turn of the ring", above=0.0)
+    feed: float = setting(0.05, "feed S, mm per turn of the ring", above=0.0)
     cutting_force: float = setting(1.0, "scale of both cutting forces: material, wear", unit="1", at_least=0.0)
     force_exponent: float = setting(0.9, "exponent of the depth in the radial force", above=0.0)
     radial_coefficient: float = setting(243.0, "coefficient C of the radial force", at_least=0.0)
-    radial_feed_exponent: float = setting(0.6, "exponent of the feed in it")
-    radial_speed_exponent: float = setting(-0.3, "exponent of the cutting speed in it")
+    radial_feed_exponent: float = setting(0.6, "exponent of the feed in the radial force")
+    radial_speed_exponent: float = setting(-0.3, "exponent of the cutting speed in the radial force")
     tangential_coefficient: float = setting(300.0, "coefficient C of the tangential force", at_least=0.0)
-    tangential_depth_exponent: float = setting(1.0, "exponent of the depth in it", above=0.0)
-    tangential_feed_exponent: float = setting(0.75, "exponent of the feed in it")
-    tangential_speed_exponent: float = setting(-0.15, "exponent of the cutting speed in it")
-    out_of_roundness_harmonics: tuple[int, ...] = setting(tuple(range(1, NAMED_LOBES + 1)), f"harmonics k of the blank that may be out of round, each a contributor; only those up to {NAMED_LOBES} have a nominal value of their own", at_least=1, at_most=1000, count=(1, 100))
+    tangential_depth_exponent: float = setting(1.0, "exponent of the depth in the tangential force", above=0.0)
+    tangential_feed_exponent: float = setting(0.75, "exponent of the feed in the tangential force")
+    tangential_speed_exponent: float = setting(-0.15, "exponent of the cutting speed in the tangential force")
+    out_of_roundness_harmonics: tuple[int, ...] = setting(tuple(range(1, NAMED_LOBES + 1)), f"harmonics k of the blank's out-of-roundness, each a contributor; those up to {NAMED_LOBES} have settings for nominal values", at_least=1, at_most=1000, count=(1, 100))
     harmonics: int = setting(6, "harmonics N of the ring's deflection", at_least=2, at_most=40)
-    hoop: bool = setting(False, "whether the tension of the spinning ring is counted; the paper leaves it out")
-    duration: float = setting(3.0, "how long is cut, from the engagement on", unit="s", above=0.0)
+    hoop: bool = setting(False, "whether the hoop tension of the spinning ring is included; the paper leaves it out")
+    duration: float = setting(3.0, "simulated time, from the engagement on", unit="s", above=0.0)
     rtol: float = setting(1e-6, "integration tolerance, relative to each state's scale", above=0.0)
     max_step: float = setting(5e-3, "longest integration step", unit="s", above=0.0)
     speed_range: Range = setting(Range(0.0, 60.0), "speeds that views show", unit="rad/s", at_least=0.0)
-    varied: str = setting("support_angle", "what the views vary beside the speed", choices=VARIED)
-    varied_by: tuple[float, ...] = setting((0.5, 1.0, 1.5), "its values, times the nominal one", above=0.0, count=(1, 8))
+    varied: str = setting("support_angle", "setting that the views vary beside the speed", choices=VARIED)
+    varied_by: tuple[float, ...] = setting((0.5, 1.0, 1.5), "values of this setting, relative to the nominal one", above=0.0, count=(1, 8))
     # fmt: on
 
     def __post_init__(self) -> None:
@@ -105,7 +105,7 @@ class Asked:
         lobes = self.out_of_roundness_harmonics
         if len(set(lobes)) < len(lobes):
             raise ModelError(
-                f"out_of_roundness_harmonics = {list(lobes)}: each harmonic once"
+                f"out_of_roundness_harmonics = {list(lobes)}: list each harmonic once"
             )
         for k in range(1, NAMED_LOBES + 1):
             if k not in lobes and (
@@ -124,7 +124,7 @@ class Asked:
 
     @property
     def rests(self) -> bool:
-        """Whether the ring has a static depth, with room for what deviates."""
+        """Whether the ring has a static depth, with a margin for deviations."""
         sizes = ("youngs_modulus", "density", "width", "thickness", "radius")
         E, rho, w, h, r = (np.array(self.nominal(name)) for name in sizes)
         nu = float(nu_of(E, rho, w, h, r))
@@ -151,7 +151,7 @@ class Asked:
 
 
 def _lobes() -> list[tuple[str, type, Any]]:
-    """Declare amplitude and phase of each harmonic of out-of-roundness."""
+    """Return amplitude and phase of each harmonic of out-of-roundness, declared."""
     declared: list[tuple[str, type, Any]] = []
     for k in range(1, NAMED_LOBES + 1):
         words = "run-out" if k == 1 else f"out-of-roundness with {k} lobes"
@@ -161,7 +161,7 @@ def _lobes() -> list[tuple[str, type, Any]]:
     return declared
 
 
-# written out, these would be twenty-four declarations alike
+# written out, these would be twenty-four equal declarations
 Settings = dataclasses.make_dataclass(
     "Settings",
     _lobes(),
@@ -179,7 +179,7 @@ _PARTS = (
     Contributor("density", "1", "rho", "density of the ring", "chi in (5)", part="ring"),
     Contributor("ring_damping", "1", "K_T", "internal friction of the ring", "(6), (7)", part="ring"),
     Contributor("support_angle", "rad", "2 alpha", "angle between the supports", "(3), (4)", shown="deg", part="set-up"),
-    Contributor("tool_angle", "rad", "theta_R", "where the tool stands", "(8), (9)", shown="deg", part="set-up"),
+    Contributor("tool_angle", "rad", "theta_R", "angular position of the tool", "(8), (9)", shown="deg", part="set-up"),
     Contributor("tool_stiffness", "1", "K_C", "stiffness of the tool module", "tool equation", part="tool"),
     Contributor("tool_mass", "1", "m_c", "mass of the tool module", "tool equation", part="tool"),
     Contributor("tool_damping", "1", "c_c", "damping of the tool module", "tool equation", part="tool"),
@@ -197,7 +197,7 @@ _RESPONSES = (
     Response("depth_min", "m", "min t_R", "smallest depth of cut", "(10)"),
     Response("depth_max", "m", "max t_R", "greatest depth of cut", "(10)"),
     Response("depth_end", "m", "t_R(T)", "depth of cut at the end", "(10)"),
-    Response("static_depth", "m", "t_s", "depth of cut at which ring and tool rest", "(10)"),
+    Response("static_depth", "m", "t_s", "static depth of cut, with ring and tool at rest", "(10)"),
     Response("static_error", "m", "t_R0 - t_s", "machining error at rest", "(10)"),
     Response("peak_error", "m", "t_R0 - min t_R", "greatest machining error", "(10)"),
     Response("out_of_cut_share", "1", "tau", "share of the time out of the cut", "(10)", range=SHARE),
@@ -206,18 +206,18 @@ _RESPONSES = (
     Response("tangential_force_peak", "N", "max P_T", "peak tangential cutting force", "(10)", range=POSITIVE),
     Response("zero_speed", "rad/s", "2 sqrt nu", "speed at which the lowest frequency is zero, without hoop tension", "M_2", shown="rad/s", range=POSITIVE),
     Response("flutter_speed", "rad/s", "Omega_f", "speed from which the frictionless ring flutters, without hoop tension", "M_j", shown="rad/s", range=POSITIVE),
-    Response("growth_rate", "1/s", "tau_1", "growth of ring and tool about the static depth; chatter where it is clearly above 0, as 0.01 1/s", "all equations", shown="1/s"),
+    Response("growth_rate", "1/s", "tau_1", "growth rate of ring and tool about the static depth; chatter if clearly above 0, such as 0.01 1/s", "all equations", shown="1/s"),
 )  # fmt: skip
 OF_REST = ("static_depth", "static_error", "growth_rate")
-# of the first-order model alone: with the tension counted there are none
+# of the first-order model alone: with hoop tension there are none
 CRITICAL = ("zero_speed", "flutter_speed")
 
 
 def description_of(settings: Asked) -> Description:
-    """List contributors and responses: as many lobes as the settings name.
+    """Return contributors and responses: as many lobes as the settings name.
 
-    Near the speed at which its lowest frequency is zero the ring does not rest, so it has
-    no static depth, and nothing grows from there.
+    Near the speed at which its lowest frequency is zero the ring has no static depth, and
+    no growth about it.
     """
     lobes = [
         each

@@ -24,8 +24,8 @@ from tolstat.machines.ring.harmonics import (
 )
 
 FREE = float(np.sqrt(20.0))  # of the free ring, and the highest there is
-NOTICED = 1e-6  # of sqrt nu: a growth
-APART = 1e-3  # speeds that are looked at: near 102 deg it first flutters so briefly
+NOTICED = 1e-6  # of sqrt nu: the least growth that counts
+APART = 1e-3  # step between speeds: near 102 deg the first flutter is so brief
 AT_ONCE = 100
 BISECTED = 40
 ROUNDS = 12  # of Newton's
@@ -64,7 +64,7 @@ def squares(Omega: Array, on: Supported) -> NDArray[np.complex128]:
 
 
 def flutters(Omega: Array, on: Supported) -> Truths:
-    """Tell whether any motion grows, bool[trial]; Omega and growth of sqrt nu."""
+    """Return whether any motion grows, bool[trial]; Omega and growth of sqrt nu."""
     growth = np.sqrt(-squares(Omega, on)).real.max(axis=1)
     found: Truths = growth > NOTICED
     return found
@@ -112,7 +112,7 @@ def _newton(p: Array, Omega: Array, on: Supported) -> tuple[Array, Array]:
 
 
 def _bisected(on: Supported) -> tuple[Array, Array]:
-    """Return p and Omega where two frequencies meet, of one ring, by looking."""
+    """Return p and Omega where two frequencies meet, of one ring, by bisection."""
     many = Supported(*(np.repeat(each, AT_ONCE, axis=0) for each in on))
     begin, there = 2.0, np.zeros(AT_ONCE, dtype=bool)
     while not there.any():

@@ -33,7 +33,7 @@ class Harmonics(NamedTuple):
 
 
 class Supported(NamedTuple):
-    """What two supports make of them, each float64[trial, harmonic]."""
+    """Coefficients of two supports, each float64[trial, harmonic]."""
 
     s: Array  # a_1 = sum s_j a_j; Q_j = 2 s_j of the paper
     t: Array  # b_1 = sum t_j b_j; X_j = 2 t_j of the paper
@@ -55,7 +55,7 @@ def harmonics(N: int) -> Harmonics:
 
 
 def supported(alpha: Array, N: int) -> Supported:
-    """Eliminate the first of N harmonics, (3), (4).
+    """Return the coefficients that eliminate the first of N harmonics, (3), (4).
 
     alpha[trial] is half the angle between the supports, rad, between 0 and pi/2.
     """
@@ -69,7 +69,7 @@ def supported(alpha: Array, N: int) -> Supported:
 
 
 def place(theta: Array, on: Supported) -> Place:
-    """Return what the harmonics move at theta[trial], an angle in space, (1), (2)."""
+    """Return the displacements at theta[trial], an angle in space, (1), (2)."""
     j = np.arange(2, on.s.shape[1] + 2)
     angle = theta[:, None] * j
     cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
@@ -89,7 +89,7 @@ def nu_of(E: Array, rho: Array, w: Array, h: Array, r: Array) -> Array:
 
 
 def total(terms: Array) -> Array:
-    """Add up terms[trial, harmonic], the same way for any number of trials."""
+    """Return the sum of terms[trial, harmonic], the same in any block."""
     return np.cumsum(terms, axis=1)[:, -1]
 
 

@@ -1,6 +1,6 @@
 """The linear ring: its matrices, natural frequencies and growth, alone and cutting.
 
-LAPACK takes the matrices one by one: a machine's answer is the same in any block.
+LAPACK takes the matrices one by one: a trial's answer is the same in any block.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from tolstat.machines.ring.harmonics import harmonics, inverse, shared, total
 from tolstat.machines.ring.parameters import Rings, force
 
 FASTEST = 1e6  # rad/s
-DOUBLED = 10  # times the set depth is, where forces pull the tool in
-HALVED = 60  # times the bracket of the static depth is: to its last digit
+DOUBLED = 10  # times the set depth is doubled, if forces pull the tool in
+HALVED = 60  # times the bracket of the static depth is halved: to its last digit
 
 
 class Terms(NamedTuple):
     """Coefficients of the equations of motion, each float64[trial, harmonic].
 
-    `tolstat.machines.ring.motion` says what each is.
+    `tolstat.machines.ring.motion` explains each.
     """
 
     d: Array
@@ -34,7 +34,7 @@ class Terms(NamedTuple):
 def terms_of(rings: Rings, Omega: Array, hoop: bool) -> Terms:
     """Return the coefficients at speeds Omega, rad/s, float64[trial].
 
-    With `hoop` the tension of the spinning ring is counted: to second order its energy
+    With `hoop` the tension of the spinning ring is included: to second order its energy
     cancels -l_j^2 Omega^2 of M_j.
     """
     k = harmonics(rings.on.s.shape[1] + 1)
@@ -47,8 +47,8 @@ def terms_of(rings: Rings, Omega: Array, hoop: bool) -> Terms:
 def compliances(rings: Rings, hoop: bool) -> tuple[Array, Array]:
     """Return c_R = u K^-1 u/(pi chi) and c_T = u K^-1 v/(pi chi), m/N.
 
-    By how much the ring yields to P_R and P_T at the tool, float64[trial]. K has blocks
-    [[M_j, g_j], [-g_j, M_j]].
+    They are the displacements of the ring at the tool by P_R and P_T, float64[trial]. K
+    has blocks [[M_j, g_j], [-g_j, M_j]].
     """
     x, at = terms_of(rings, rings.Omega, hoop), rings.at
     det = (x.M * x.M + x.g * x.g) * rings.pi_chi[:, None]
@@ -59,11 +59,11 @@ def compliances(rings: Rings, hoop: bool) -> tuple[Array, Array]:
 
 
 def static_depth(rings: Rings, hoop: bool) -> Array:
-    """Return the depth of cut at which ring and tool rest, m, float64[trial].
+    """Return the static depth of cut, m, float64[trial]; ring and tool rest at it.
 
-    t = t_R0 - P_R(t) (c_R + 1/K_C) - P_T(t) c_T, out-of-roundness left out; t_R0 where
-    that is not above zero. NaN where there is none: at Omega >= 2 sqrt nu, without
-    tension, the ring does not rest; and forces that pull the tool in without end.
+    t = t_R0 - P_R(t) (c_R + 1/K_C) - P_T(t) c_T, without out-of-roundness; t_R0 if that
+    is not above zero. NaN if there is none: without hoop tension the ring does not rest
+    at Omega >= 2 sqrt nu, and forces may pull the tool in without end.
     """
     c_R, c_T = compliances(rings, hoop)
     both = c_R + 1.0 / rings.K_C
@@ -122,7 +122,7 @@ def ring_matrix(rings: Rings, Omega: Array, hoop: bool) -> Array:
 def cutting_matrix(rings: Rings, depth: Array, hoop: bool) -> Array:
     """Return A of ring and tool about a depth of cut, y = (a, b, a', b', X, X').
 
-    At a depth below zero, m, nothing couples them.
+    At a depth below zero, m, they are not coupled.
     """
     C, at = harmonics(rings.on.s.shape[1] + 1).C, rings.at
     n = len(C)

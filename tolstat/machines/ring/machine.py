@@ -22,16 +22,16 @@ class Ring(Model):
     failures = FAILURES
     views = views.OFFERS
     assumptions = (
-        "Dormand-Prince 5(4) with a step of its own for each trial, ended wherever the "
-        "tool leaves or enters the cut.",
+        "Dormand-Prince 5(4) with separate steps for each trial, ended where the tool "
+        "leaves or enters the cut.",
         "The middle line of the ring does not stretch; it bends in its plane, in "
         "harmonics 1 to N, and does not leave its two supports.",
         "The ring turns at constant speed; the tool engages suddenly, from rest.",
         "Cutting forces follow the depth of cut at once, by a power of it, and vanish "
-        "out of the cut; what the previous turn left of the surface is not counted.",
-        "Without hoop tension the ring does not rest beyond 2 sqrt nu: from 0.8 of it "
-        "on static depth, static error and growth are not answered; a trial that "
-        "deviates so far all the same ends as 'no static depth'.",
+        "out of the cut; the surface left by the previous turn is ignored.",
+        "Without hoop tension the ring has no rest position above 2 sqrt nu. From 0.8 "
+        "of it on, static depth, static error and growth are left out. A trial that "
+        "deviates so far nevertheless fails as 'no static depth'.",
         "Gravity and the moment of the tangential force about the middle line are left "
         "out.",
     )

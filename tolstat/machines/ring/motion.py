@@ -26,7 +26,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 
-# tool, force and speed of each machine, float64[lanes], SI; c_R, c_T in N at 1 mm;
+# tool, force and speed of each trial, float64[lanes], SI; c_R, c_T in N at 1 mm;
 # per_a is 1/(1 + sum 2 s_j^2/C_j), per_b 1/(1 + sum 2 t_j^2/C_j)
 Tool = namedtuple(
     "Tool", "per_m_c c_c K_C t_R0 c_R x_R c_T x_T Omega per_pi_chi per_a per_b"
@@ -39,7 +39,7 @@ HEAD, RING = len(Tool._fields), len(Ring._fields)
 
 
 def depth_of_cut(t: Array, y: Array, e: Array, tool: Tool, ring: Ring) -> Array:
-    """Return t_R = t_R0 + U(theta_R) + X, and what the blank is out of round, m.
+    """Return t_R = t_R0 + U(theta_R) + X and the out-of-roundness of the blank, m.
 
     Parameters
     ----------
@@ -48,10 +48,10 @@ def depth_of_cut(t: Array, y: Array, e: Array, tool: Tool, ring: Ring) -> Array:
     y : float64[state, lanes]
         a, b, a', b' of harmonics 2 to N, m, m/s; then X, X'.
     e : float64[3 lobes, lanes]
-        Of each harmonic that the blank is out of round k, e_k cos(k theta_R + psi_k)
+        Of each harmonic k of out-of-roundness: k, e_k cos(k theta_R + psi_k)
         and e_k sin(k theta_R + psi_k), m.
     tool, ring : Tool, Ring
-        The machine.
+        Of the trials.
     """
     n = len(ring.s)
     t_R = tool.t_R0 + y[4 * n]
@@ -65,11 +65,11 @@ def depth_of_cut(t: Array, y: Array, e: Array, tool: Tool, ring: Ring) -> Array:
 
 
 def cutting_forces(t_R: Array, tool: Tool) -> tuple[Array, Array]:
-    """Return P_R and P_T, N, (10): none while the tool is out of the cut."""
+    """Return P_R and P_T, N, (10); zero while the tool is out of the cut."""
     mm = np.maximum(1e3 * t_R, 0.0)
     cuts = t_R > 0.0
     P_R = np.where(cuts, tool.c_R * mm**tool.x_R, 0.0)
-    # the tangential force is mostly proportional to the depth: a power spared
+    # the tangential force is mostly proportional to the depth: this saves a power
     proportional = tool.x_T == 1.0
     powered = mm
     if not np.all(proportional):
@@ -90,7 +90,7 @@ def derivative(
     P_R, P_T : float64[lanes]
         Cutting forces, N.
     tool, ring : Tool, Ring
-        The machine.
+        Of the trials.
     out : float64[state, lanes]
         Filled.
     """

@@ -1,4 +1,4 @@
-"""Rings as built, from the deviations of their parts."""
+"""Rings, from the deviations of their parts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NOT_NEGATIVE = ("ring_damping", "tool_damping", "cutting_force")
 
 
 class Rings(NamedTuple):
-    """Machines by the paper's letters, SI, each float64[trial] but where said."""
+    """The trials of a block by the paper's letters, SI, float64[trial] by default."""
 
     nu: Array  # 1/s2, E J/(rho F r^4)
     pi_chi: Array  # kg, pi r rho F
@@ -61,7 +61,7 @@ def values_of(deviations: Array, settings: Asked) -> dict[str, Array]:
 
 
 def exist(deviations: Array, settings: Asked) -> Truths:
-    """Tell which machines can be built."""
+    """Return which trials can be built."""
     of = values_of(deviations, settings)
     positive = np.all([of[name] > 0.0 for name in POSITIVE], axis=0)
     not_negative = np.all([of[name] >= 0.0 for name in NOT_NEGATIVE], axis=0)
@@ -71,7 +71,7 @@ def exist(deviations: Array, settings: Asked) -> Truths:
 
 
 def build(deviations: Array, settings: Asked) -> Rings:
-    """Build machines from the deviations of their parts."""
+    """Return the rings of deviations[trial, contributor]."""
     of = values_of(deviations, settings)
     r, h, w, Omega = of["radius"], of["thickness"], of["width"], of["speed"]
     E, rho = of["youngs_modulus"], of["density"]
@@ -109,9 +109,9 @@ def force(c: Array, x: Array, t: Array) -> Array:
 
 
 def out_of_roundness(rings: Rings, t: Array | float) -> Array:
-    """Return what the blank adds to the depth, m, at a time, s.
+    """Return the out-of-roundness of the blank at the tool, m, at a time, s.
 
-    float64[trial]; of a machine alone at several times, float64[time].
+    float64[trial]; of a single trial at several times, float64[time].
     """
     found = 0.0 * rings.Omega
     for i, k in enumerate(rings.lobes):

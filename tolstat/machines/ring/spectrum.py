@@ -28,9 +28,9 @@ class Spectrum(NamedTuple):
 def spectrum(speeds: ArrayLike, settings: Mapping[str, Any] | None = None) -> Spectrum:
     """Return natural frequencies and growth of the nominal ring over its speed.
 
-    Without force and tool. Beyond 2 sqrt nu, where the lowest frequency is zero, it is
-    not validated by any measurement: hoop tension, left out unless `hoop` is set, keeps
-    a real ring from it.
+    Without force and tool. Above 2 sqrt nu, where the lowest frequency is zero, no
+    measurement validates it: hoop tension, left out unless `hoop` is set, keeps a real
+    ring from it.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def spectrum(speeds: ArrayLike, settings: Mapping[str, Any] | None = None) -> Sp
     Raises
     ------
     ModelError
-        If a setting is wrong, or a speed is no number.
+        If a setting is wrong, or a speed is not a number.
 
     References
     ----------
@@ -53,7 +53,7 @@ def spectrum(speeds: ArrayLike, settings: Mapping[str, Any] | None = None) -> Sp
     Omega = np.atleast_1d(np.asarray(speeds, np.float64))
     if Omega.ndim != 1 or not (np.abs(Omega) <= FASTEST).all():
         raise ModelError(
-            f"speeds: numbers in a row are expected, rad/s, none beyond {FASTEST:g}"
+            f"speeds: numbers in a row are expected, rad/s, at most {FASTEST:g}"
         )
     nominal = np.zeros((len(Omega), len(description_of(chosen).contributors)))
     found = ring_eigenvalues(build(nominal, chosen), Omega, chosen.hoop)

@@ -1,4 +1,4 @@
-"""Trials: rings that are cut, integrated over the duration, and what they answer."""
+"""Trials: rings integrated over the duration, and their responses."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ FAILURES = {
     IMPOSSIBLE: "sizes, masses, stiffnesses, feed and speed are above 0, the thickness "
     "below the diameter, the support angle between 0 and 180 deg, damping and force "
     "not below 0",
-    NO_REST: "ring and tool rest at some depth of cut",
+    NO_REST: "ring and tool have a static depth of cut",
 }
 
-DEPTH, TRAVEL = range(2)  # what has extremes
-OUT = 2  # what is timed above zero, and has a kink of the forces at it: -t_R
+DEPTH, TRAVEL = range(2)  # rows with extremes
+OUT = 2  # the row timed above zero, where forces have a kink: -t_R
 
 
 class Trials(NamedTuple):
-    """A block of machines, and how they moved."""
+    """A block of trials, and their motion."""
 
     rings: Rings
     solution: Solution  # states are a, b, a', b' of harmonics 2 to N, X, X'
@@ -39,8 +39,8 @@ class Trials(NamedTuple):
 def simulated(
     deviations: Array, settings: Asked, samples: Array | None = None
 ) -> Trials:
-    """Integrate machines from the engagement on; states at the sample times, s."""
-    # only a machine that is simulated needs the compiler
+    """Integrate trials from the engagement on; states at the sample times, s."""
+    # only a simulation needs the compiler
     from tolstat.machines.ring.compiled import rates, watch
 
     rings = build(deviations, settings)
@@ -60,8 +60,8 @@ def simulated(
 def rows_of(rings: Rings, settings: Asked) -> Array:
     """Return float64[trial, parameter], as the equations of motion read them.
 
-    First what `motion.Tool` names, then what `motion.Ring` does, then of each lobe that
-    is out of round in any of the machines its number and its two parts.
+    First the fields of `motion.Tool`, then those of `motion.Ring`. For each lobe of any
+    trial its number and its two parts follow.
     """
     k, on, at = harmonics(settings.harmonics), rings.on, rings.at
     x = terms_of(rings, rings.Omega, settings.hoop)
@@ -75,7 +75,7 @@ def rows_of(rings: Rings, settings: Asked) -> Array:
     blank = [
         part
         for i, lobe in enumerate(rings.lobes)
-        # one that is round adds zeros, bit for bit: no answer depends on it
+        # a round trial adds zeros, bit for bit: no answer depends on them
         if (rings.e_cos[:, i] != 0.0).any() or (rings.e_sin[:, i] != 0.0).any()
         for part in (lobe * one, rings.e_cos[:, i], rings.e_sin[:, i])
     ]
@@ -107,7 +107,7 @@ def depth_of_cut(rings: Rings, states: Array, time: float) -> Array:
 
 
 def outcome_of(trials: Trials, settings: Asked) -> Outcome:
-    """Arrange the responses as `description_of` lists them, and say which failed."""
+    """Return the responses in the order of `description_of`, and the failures."""
     rings, found = trials.rings, trials.solution
     least, greatest = found.least[:, DEPTH], found.greatest[:, DEPTH]
     rest = static_depth(rings, settings.hoop)

@@ -1,4 +1,4 @@
-"""What a ring can show: its histories, and spectrum and stability over the speed."""
+"""Views of a ring: its histories, and spectrum and stability over the speed."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ from tolstat.model.view import (
     bands_of,
 )
 
-MACHINES = 40  # with deviations, for bands
+MACHINES = 40  # trials with deviations, for bands
 POINTS = 241  # of the range of speeds
 SHOWN = 4  # frequencies, from the lowest on
 GROWS = Level(0.0, "grows above")
 
-# of (machines, their speeds): float64[speed, quantity]
+# of (trials, their speeds): float64[speed, quantity]
 Found = Callable[[Rings, Array], Array]
 
 
 def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
-    """Chart the first trial: depth of cut, displacements at the tool, forces."""
+    """Return the first trial: depth of cut, displacements at the tool, forces."""
     rings, states = trials.rings, trials.solution.history[0]
     static = float(static_depth(rings, settings.hoop)[0])
     n = rings.on.s.shape[1]
@@ -54,7 +54,7 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
     depth = Curve("depth_min", "m", "t_R", "depth of cut", t_R)
     ring = Curve("ring_displacement", "m", "U", words, U)
     tool = Curve("tool_travel", "m", "X_P", "displacement of the tool", X)
-    round_ = Curve("blank", "m", "", "what the blank is out of round", blank)
+    round_ = Curve("blank", "m", "", "out-of-roundness of the blank", blank)
     forces = (
         Curve("radial_force_peak", "N", "P_R", "radial cutting force", P_R),
         Curve("tangential_force_peak", "N", "P_T", "tangential cutting force", P_T),
@@ -94,9 +94,9 @@ def own_and_others(
 def varied(
     deviations: Array, settings: Asked, speeds: Array, found: Found
 ) -> tuple[dict[str, Array], str]:
-    """Return what is found of the first machine for each value of what is varied.
+    """Return the quantities of the first trial for each value of `varied`.
 
-    By words for the value; and a title, which names values that no ring can have.
+    By the value as text; and a title, which names impossible values.
     """
     name, given = settings.varied, settings
     if name == "radius":
@@ -117,11 +117,11 @@ def varied(
         words: own_and_others(deviations[:1], other, speeds, found)[0]
         for words, other in others.items()
     }
-    return values, f"{', '.join(cannot)} cannot be" if cannot else "varied"
+    return values, f"{', '.join(cannot)} impossible" if cannot else "varied"
 
 
 def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
-    """Return the shown speeds at which the first machine flutters."""
+    """Return the shown speeds at which the first trial flutters."""
     if settings.hoop:
         return ()
     ring = build(deviations[:1], settings)
@@ -133,10 +133,10 @@ def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
 
 
 def spectrum(deviations: Array, settings: Asked) -> Chart:
-    """Show frequencies and growth of the ring alone over the speed, Figs. 3 and 4.
+    """Return frequencies and growth of the ring alone over the speed, Figs. 3 and 4.
 
     The lowest frequencies, the first with a band, and the growth with one; then the
-    lowest frequency and the growth for each value of what is varied.
+    lowest frequency and the growth for each value of `varied`.
     """
     speeds = np.linspace(*settings.speed_range, POINTS)
 
@@ -180,13 +180,13 @@ def spectrum(deviations: Array, settings: Asked) -> Chart:
 
 
 def stability(deviations: Array, settings: Asked) -> Chart:
-    """Show the growth of ring and tool, and of the ring alone, over the speed.
+    """Return the growth of ring and tool, and of the ring alone, over the speed.
 
-    Both with bands, then for each value of what is varied; a gap where there is no
-    static depth, such as beyond 2 sqrt nu, where the ring does not rest.
+    Both have bands; then each value of `varied` follows. There is a gap without static
+    depth, such as above 2 sqrt nu, where the ring does not rest.
     """
     lower, upper = settings.speed_range
-    # a force at no speed has no size
+    # without speed a force has no size
     speeds = np.linspace(lower, upper, POINTS)[int(lower == 0.0) :]
 
     def found(rings: Rings, Omega: Array) -> Array:

@@ -24,7 +24,7 @@ DAMPING = len(Machine._fields)  # the parameters behind: the damping matrix, by 
 
 @compiled(within=True)
 def viscous_moment(link, y, p):
-    """Return what damping adds to the moment in one link: its row times all rates."""
+    """Return the damping moment in one link: its row times all rates."""
     first = DAMPING + N_LINKS * link
     total = p[first] * y[N_LINKS]
     for other in range(1, N_LINKS):
@@ -58,5 +58,5 @@ def watch(moment, y, p, out):
     write(out, 0, moved(moment, y, p).elastic)
 
 
-# each block says by what the errors of its states are measured
+# each block gives the scale of the errors of its states
 SYSTEM = System(rates, np.ones(len(State._fields)), watch, n_extremes=N_LINKS)

@@ -1,4 +1,4 @@
-"""What the rolling block is given and answers: settings, contributors, responses."""
+"""Settings, contributors and responses of the rolling block."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from tolstat.units.grammar import Range
 RPM = 2 * np.pi / 60
 
 MESH = {
-    "teeth": column("of the gear", like=1, at_least=1),
+    "teeth": column("number of teeth of the gear", like=1, at_least=1),
     "shaft": column(
-        "on which it sits", like="motor", choices=("motor", "rolls_31", "rolls_34")
+        "shaft of the gear", like="motor", choices=("motor", "rolls_31", "rolls_34")
     ),
 }
 
@@ -36,29 +36,29 @@ STIFFNESSES = (8e6, 8e6, 7e6, 7e6, 2e6, 2e6, 1e6, 1e6)
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of the rolling block, SI; what each means stands in its sentence."""
+    """Settings of the rolling block, SI; each has a sentence."""
 
     # fmt: off
     combination: structure.Combination = setting(structure.TABLE_1, "positions (a, b, c, d) of the gearbox stages: a 0 or 1, the others 0 to 3; that of Table 1 if not given", at_least=0, at_most=3, count=(4, 4))
     inertias: tuple[float, ...] = setting(INERTIAS, "Q1 ... Q9 at the combination of Table 1, reduced to the motor shaft", unit="kg m^2", above=0.0, count=(9, 9))
     stiffnesses: tuple[float, ...] = setting(STIFFNESSES, "C12, C23, C34, C35, C46, C47, C58, C59 there, reduced to that shaft", unit="N m/rad", above=0.0, count=(8, 8))
     scale: float = setting(1.0, "factor on all inertias and stiffnesses, which Table 1 does not determine", above=0.0)
-    damping_ratio: float = setting(0.02, "of every elastic mode", unit="1", at_least=0.0)
-    motor: str = setting("matched", "while loads step: the moment of the motor steps with them, or stays", choices=("matched", "free"))
-    delay: tuple[float, ...] = setting((0.0,), "from stand to stand, 31 first: one time for all, or three", unit="s", at_least=0.0, count=(1, 3))
-    total_load: float = setting(35_950.293, "of all four stands, a quarter each, at the motor shaft: 3200 kW at 850 rpm", unit="N m", above=0.0)
-    pulse_stand: int = setting(31, "where the pulse acts: 31 to 34", at_least=31, at_most=34)
-    pulse_length: float = setting(5e-3, "of the pulse", unit="s", above=0.0)
-    pulse_moment: float = setting(89.8757, "of the pulse, at the motor shaft; 1 % of the static load of a stand", unit="N m", above=0.0)
-    horizon: float = setting(1.0, "how long loads and pulse are followed", unit="s", above=0.0)
+    damping_ratio: float = setting(0.02, "damping ratio of every elastic mode", unit="1", at_least=0.0)
+    motor: str = setting("matched", "motor moment while loads step: it steps with them, or stays", choices=("matched", "free"))
+    delay: tuple[float, ...] = setting((0.0,), "delay of the load from stand to stand, 31 first: one time for all, or three", unit="s", at_least=0.0, count=(1, 3))
+    total_load: float = setting(35_950.293, "total load of the four stands, a quarter each, at the motor shaft: 3200 kW at 850 rpm", unit="N m", above=0.0)
+    pulse_stand: int = setting(31, "stand on which the pulse acts, 31 to 34", at_least=31, at_most=34)
+    pulse_length: float = setting(5e-3, "duration of the pulse", unit="s", above=0.0)
+    pulse_moment: float = setting(89.8757, "moment of the pulse, at the motor shaft; 1 % of the static load of a stand", unit="N m", above=0.0)
+    horizon: float = setting(1.0, "simulated time of loads and pulse", unit="s", above=0.0)
     orders: tuple[float, ...] = setting((1.0,), "excitations per turn of the motor", above=0.0)
-    rolls: bool = setting(False, "whether the rolls excite too, with the orders 1/i31 and 1/i34")
-    meshes: tuple[dict[str, Any], ...] = setting((), "gears that excite too, once a tooth", columns=MESH)
-    speed_range: Range = setting(Range(850 * RPM, 1700 * RPM), "of the motor", unit="rad/s", above=0.0)
-    working_speed: float = setting(1200 * RPM, "of the motor", unit="rad/s", above=0.0)
+    rolls: bool = setting(False, "whether the rolls also excite, with the orders 1/i31 and 1/i34")
+    meshes: tuple[dict[str, Any], ...] = setting((), "gears that also excite, once per tooth", columns=MESH)
+    speed_range: Range = setting(Range(850 * RPM, 1700 * RPM), "speed range of the motor", unit="rad/s", above=0.0)
+    working_speed: float = setting(1200 * RPM, "working speed of the motor", unit="rad/s", above=0.0)
     band: float = setting(0.05, "a speed resonates where an excitation is nearer to a natural frequency than this share of it", unit="1", at_least=0.0)
-    response_loads: tuple[int, ...] = setting((32, 33), "of the view response, each and all at once: 31 to 34, or 1 for the motor", at_least=1, count=(1, 5))
-    response_link: str = setting("12", "of the views response and pulses", choices=structure.LINK_NAMES)
+    response_loads: tuple[int, ...] = setting((32, 33), "loads of the view response, each alone and all at once: 31 to 34, or 1 for the motor", at_least=1, count=(1, 5))
+    response_link: str = setting("12", "link of the views response and pulses", choices=structure.LINK_NAMES)
     rtol: float = setting(1e-9, "integration tolerance, relative to the twists of the static load", above=0.0)
     # fmt: on
 
@@ -84,11 +84,11 @@ class Settings:
         for load in self.response_loads:
             if load not in structure.LOADS:
                 raise ModelError(
-                    f"response_loads: there is no {load}; 1 is the motor, "
+                    f"response_loads: no load {load}; 1 is the motor, "
                     f"{', '.join(map(str, structure.STANDS))} are the stands"
                 )
         if len(set(self.response_loads)) < len(self.response_loads):
-            raise ModelError("response_loads: something stands there twice")
+            raise ModelError("response_loads: a load is given twice")
 
     @property
     def entries(self) -> tuple[float, ...]:
@@ -116,10 +116,10 @@ RESPONSES = (
     *(_R(f"amplification_{ij}", "1", f"K{ij}", f"peak moment over the static one: {joined}", "max |M_ij| / M_ij,static", shown="1", range=POSITIVE) for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
     *(_R(f"moment_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, loads stepping: {joined}", "(2)", range=POSITIVE) for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
     *(_R(f"pulse_peak_{ij}", "N m", f"|M{ij}|", f"peak elastic moment, pulse on a stand: {joined}", "(2)", shown="N m", range=POSITIVE) for ij, joined in zip(structure.LINK_NAMES, JOINED, strict=True)),
-    _R("cancellation", "1", "|a2/a1|", "what mode 2 adds to M12, over mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
-    _R("leakage", "1", "|a3,4/a1|", "what the local modes 3, 4 add to M12, the greater over mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
+    _R("cancellation", "1", "|a2/a1|", "contribution of mode 2 to M12 over that of mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
+    _R("leakage", "1", "|a3,4/a1|", "larger contribution of the local modes 3, 4 to M12 over that of mode 1, loads on 32 and 33", "Fig. 4", range=POSITIVE),
     _R("antiphase_pattern", "1", "", "1 if stands swing in antiphase where they do in the nominal drive, else 0", "Table 1", shown="count", range=SHARE),
-    _R("free_speed_range", "rad/s", "", "width of all speeds without resonance", "Fig. 5", shown="rpm", range=POSITIVE),
+    _R("free_speed_range", "rad/s", "", "total width of the speed ranges without resonance", "Fig. 5", shown="rpm", range=POSITIVE),
     _R("widest_free_range", "rad/s", "", "width of the widest range of speeds without resonance", "Fig. 5", shown="rpm", range=POSITIVE),
     _R("speed_margin", "1", "", "distance of the working speed from the nearest resonance, as a share of the natural frequency", "Fig. 5", range=POSITIVE),
 )  # fmt: skip

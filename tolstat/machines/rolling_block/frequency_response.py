@@ -24,7 +24,7 @@ from tolstat.model.view import Axis, Chart, Curve, Listing, Panel, bands_of
 
 POINTS = 1200
 BELOW, BEYOND = 0.2, 1.3  # of the lowest and the highest natural frequency: the axis
-NO_PART = 1e-9  # of all modes' contributions: a mode that has no part in a response
+NO_PART = 1e-9  # of the contributions of all modes: a smaller one is none
 
 
 def response(
@@ -44,12 +44,12 @@ class PolesAndZeros(NamedTuple):
     """Of the undamped response of one drive, Hz."""
 
     poles: Array  # ascending
-    cancelled: Array  # natural frequencies that do not reach the link
+    cancelled: Array  # natural frequencies without response in the link
     zeros: Array  # ascending; where the link is at rest
 
 
 def poles_and_zeros(omega: Array, a: Array) -> PolesAndZeros:
-    """Find where an undamped response is infinite, and where it is zero.
+    """Return where an undamped response is infinite, and where it is zero.
 
     Zeros that no real frequency meets are left out.
 
@@ -86,7 +86,7 @@ def poles_and_zeros(omega: Array, a: Array) -> PolesAndZeros:
 
 
 def _channels(drive: Drive, settings: Settings) -> dict[str, Array]:
-    """Return contributions [trial, mode] to the link, by words for what loads it.
+    """Return contributions [trial, mode] to the link, by its loads in words.
 
     Each load by itself, then all of them at once, 1 N m each.
     """
@@ -103,11 +103,11 @@ def _channels(drive: Drive, settings: Settings) -> dict[str, Array]:
 
 
 def frequency_response(deviations: Array, settings: Settings) -> Chart:
-    """Chart amplitude and phase of the moment in the link per moment of the load."""
+    """Return amplitude and phase of the moment in the link per moment of the load."""
     drive = drives(deviations, settings)
     omega = drive.modes.omega[0] / (2 * np.pi)
     even = np.geomspace(BELOW * omega[0], BEYOND * omega[-1], POINTS)
-    # the peaks themselves among the points, where they are finite
+    # the points include the peaks, where they are finite
     damped = drive.zeta[0] > 0
     frequency = np.unique(np.concatenate([even, omega])) if damped else even
     link = settings.response_link
@@ -134,7 +134,7 @@ def frequency_response(deviations: Array, settings: Settings) -> Chart:
 
 
 def poles(deviations: Array, settings: Settings) -> Listing:
-    """List poles, zeros and modes that do not reach the link, without damping."""
+    """Return poles, zeros and modes that do not reach the link, without damping."""
     drive = drives(deviations[:1], settings)
     omega = drive.modes.omega[0]
     rows: list[tuple[str, str, float, float]] = []

@@ -31,7 +31,7 @@ class RollingBlock(Model):
         "printed number of combinations; teeth and stage ratios are not printed.",
         "Amplification is the greatest elastic moment over the static one from the "
         "first load to the horizon, the loads stepping, a quarter on each stand.",
-        "Dormand-Prince 5(4) with a step of its own for each trial; a link a million "
+        "Dormand-Prince 5(4) with separate steps for each trial; a link a million "
         "times stiffer, or damped so, takes minutes.",
     )
 

@@ -1,4 +1,4 @@
-"""Natural frequencies and mode shapes, and what loads do to each mode, in closed form.
+"""Natural frequencies, mode shapes and modal contributions, in closed form.
 
 LAPACK takes the matrices one by one: a drive's answer is the same in any block.
 """
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array, Truths
 from tolstat.machines.rolling_block import structure
 
-AT_REST = 1e-12  # of a shape: what rounding leaves of a mass that does not move
-TIE = 1e-6  # parts of a shape that are as large as the largest, but for rounding
+AT_REST = 1e-12  # of a shape: the rounding error of a mass at rest
+TIE = 1e-6  # parts of a shape that differ by less are equal
 # A stand that swings less than this share of the shape's largest part stands still.
 # With 0.2 the paper's gap at 62.8 Hz is lost; with 0.01 small deviations change the
 # pattern.
@@ -31,7 +31,7 @@ class Modes(NamedTuple):
 
 
 def modes_of(Q: Array, C: Array) -> Modes:
-    """Solve (K - omega^2 M) phi = 0 for each drive, by its mass-scaled stiffness.
+    """Return the modes of each drive by its mass-scaled stiffness.
 
     Of Q[trial, mass], kg m2, and C[trial, link], N m/rad; signs of the shapes are as
     LAPACK finds them.
@@ -44,7 +44,7 @@ def modes_of(Q: Array, C: Array) -> Modes:
 
 
 def unit_shapes(phi: Array) -> Array:
-    """Scale shapes phi[..., mass, mode] as Table 1 has them.
+    """Return shapes phi[..., mass, mode], scaled as in Table 1.
 
     Of length 1, the largest part positive; of equally large ones the last.
     """
@@ -58,7 +58,7 @@ def unit_shapes(phi: Array) -> Array:
 
 
 def mac(phi: Array, reference: Array) -> Array:
-    """Compare shapes, [..., mass, mode], by the modal assurance criterion.
+    """Return the modal assurance criterion of shapes, [..., mass, mode].
 
     Returns
     -------
@@ -75,7 +75,7 @@ def mac(phi: Array, reference: Array) -> Array:
 
 
 def tracked(phi: Array, reference: Array) -> tuple[NDArray[np.intp], Array]:
-    """Say which mode of each drive is which of a reference, where modes veer.
+    """Return which mode of each drive is which of a reference, where modes veer.
 
     Frequencies are always reported ascending; statistics of shapes need the modes that
     are alike. They are paired so that the sum of their MAC is the greatest.
@@ -104,7 +104,7 @@ def tracked(phi: Array, reference: Array) -> tuple[NDArray[np.intp], Array]:
 
 
 def antiphase(phi: Array) -> Truths:
-    """Find the gaps whose stands swing in antiphase: there tension swings.
+    """Return the gaps whose stands swing in antiphase: there tension swings.
 
     Returns
     -------
@@ -143,7 +143,7 @@ def contributions(modes: Modes, C: Array, loads: dict[int, float]) -> Array:
 
 
 def step(time: Array, omega: Array, zeta: Array) -> Array:
-    """Return how a mode follows a unit step of its load at time 0, from rest.
+    """Return the response of a mode to a unit step of its load at time 0, from rest.
 
     s(t) = 1 - exp(-zeta omega t) (cos omega_d t + zeta omega/omega_d sin omega_d t),
     with omega_d = omega sqrt(1 - zeta^2); written by its two roots, so that damping may

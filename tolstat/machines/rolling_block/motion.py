@@ -39,7 +39,7 @@ Links = namedtuple("Links", "M12 M23 M34 M35 M46 M47 M58 M59")
 
 
 class Motion(NamedTuple):
-    """Everything the equations say about a moment."""
+    """All results of the equations at a moment."""
 
     derivative: State
     elastic: Links  # M_ij = C_ij phi_ij

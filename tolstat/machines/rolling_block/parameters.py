@@ -1,4 +1,4 @@
-"""The drive as built: inertias and stiffnesses from nominal values and deviations."""
+"""Inertias and stiffnesses of the drive, from nominal values and deviations."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class Drive(NamedTuple):
 
 
 def exist(deviations: Array) -> Truths:
-    """Tell which drives can be built."""
+    """Return which drives can be built."""
     factors = 1.0 + deviations
     found: Truths = np.all(factors[:, :-1] > 0, axis=1) & (factors[:, -1] >= 0)
     return found
 
 
 def drives(deviations: Array, settings: Settings) -> Drive:
-    """Build drives from relative deviations: Q1 ... Q9, C12 ... C59, damping ratio."""
+    """Return drives from relative deviations: Q1 ... Q9, C12 ... C59, damping ratio."""
     inertias, stiffnesses = reduction(settings.combination)
     factors, n = 1.0 + deviations, len(MASSES)
     Q = np.array(settings.inertias) * settings.scale * inertias * factors[:, :n]

@@ -1,4 +1,4 @@
-"""Speeds of the motor that resonate, and those that do not; the paper's Fig. 5."""
+"""Speeds of the motor with and without resonance; the paper's Fig. 5."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tolstat.statistics.intervals.shares import proportion
 from tolstat.units.grammar import Range
 
 POINTS = 851  # of a range of speeds: one each rpm of the paper's
-NEAR = 0.85  # modes that an excitation misses by less stand in its picture
+NEAR = 0.85  # modes within this ratio of an excitation are in its picture
 
 
 def named_orders(settings: Settings) -> dict[str, float]:
-    """Return what excites the drive, in words, and how often per turn of the motor."""
+    """Return the excitations by name, and their number per turn of the motor."""
     _, _, i31, i34 = ratios(settings.combination)
     turns = {"motor": 1.0, "rolls_31": 1.0 / i31, "rolls_34": 1.0 / i34}
     orders = settings.orders
@@ -58,7 +58,7 @@ def free_gaps(lower: Array, upper: Array, within: Range) -> tuple[Array, Array]:
     Returns
     -------
     begin, end : float64[trial, gap]
-        Ascending, rad/s; a gap that ends before it begins is none.
+        Ascending, rad/s; a gap whose end is below its begin is none.
     """
     rank = np.argsort(lower, axis=1)
     starts = np.take_along_axis(lower, rank, axis=1)
@@ -69,7 +69,7 @@ def free_gaps(lower: Array, upper: Array, within: Range) -> tuple[Array, Array]:
 
 
 def free_speeds(omega: Array, settings: Settings) -> tuple[Array, Array]:
-    """Measure the speeds without resonance, of omega[trial, mode], rad/s.
+    """Return the widths of speeds without resonance, of omega[trial, mode], rad/s.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def speed_margin(omega: Array, settings: Settings) -> Array:
 
 
 def campbell(deviations: Array, settings: Settings) -> Chart:
-    """Chart frequencies, excitations and the share of machines that resonate."""
+    """Return frequencies, excitations and the fraction of trials that resonate."""
     omega = drives(deviations, settings).modes.omega
     n = np.linspace(*settings.speed_range, POINTS)
     orders = named_orders(settings)
@@ -127,11 +127,11 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
     for low, high in zip(lower[drawn], upper[drawn], strict=True):
         hits += np.any((n >= low[:, None]) & (n <= high[:, None]), axis=0)
     machines = len(lower[drawn])
-    words = "share of machines that resonate"
+    words = "fraction of trials that resonate"
     share = Curve("resonating", "1", "P", words, hits / machines, shown="%")
     title, sure = "Whether the drive resonates", []
     if len(omega) > 1:
-        title = f"Share of {machines} machines that resonate"
+        title = f"Fraction of {machines} trials that resonate"
         sure = [Band("95 % interval", "1", *ends_of(hits, machines), of=share.name)]
     return Chart(
         Axis("motor speed", "rad/s", "rpm"),
@@ -147,12 +147,12 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
 
 
 def others_or_first(omega: Array) -> slice:
-    """Return the drives that a share is taken of: the first where it is alone."""
+    """Return the drives of which a fraction is taken: the first if it is alone."""
     return slice(min(1, len(omega) - 1), None)
 
 
 def ends_of(counts: Array, machines: int) -> tuple[Array, Array]:
-    """Return lower and upper ends of the intervals of shares, from counts."""
+    """Return lower and upper ends of the intervals of fractions, from counts."""
     each = [proportion(int(count), machines) for count in counts]
     return np.array([e.lower for e in each]), np.array([e.upper for e in each])
 
@@ -160,7 +160,7 @@ def ends_of(counts: Array, machines: int) -> tuple[Array, Array]:
 def _frequency_panels(
     modes: list[Curve], excitations: list[Curve], spreads: list[Band]
 ) -> list[Panel]:
-    """Draw each excitation with the modes that it meets, or nearly so."""
+    """Return each excitation with the modes that it meets, or nearly so."""
     panels = []
     for each in excitations:
         near = NEAR * each.values.min(), each.values.max() / NEAR
@@ -168,13 +168,13 @@ def _frequency_panels(
         names = [m.name for m in met]
         opened = [band for band in spreads if band.of in names]
         if met:
-            panels.append(Panel.of(f"What {each.name} meets", each, *met, *opened))
-    apart = Panel.of("Excitations and modes do not meet", *excitations, *modes)
+            panels.append(Panel.of(f"Modes near {each.name}", each, *met, *opened))
+    apart = Panel.of("Excitations and modes without resonance", *excitations, *modes)
     return panels or [apart]
 
 
 def resonances(deviations: Array, settings: Settings) -> Listing:
-    """List where excitations meet natural frequencies, within the speeds of the motor.
+    """Return where excitations meet natural frequencies, within the motor's speeds.
 
     The last column is the share of the others, or whether the drive alone does.
     """
@@ -192,7 +192,7 @@ def resonances(deviations: Array, settings: Settings) -> Listing:
     sure = ends_of(hit.sum(axis=0), len(hit))
     names = ("from, 95 %", "to, 95 %") if len(omega) > 1 else ()
     return Listing.of(
-        "what meets within the speeds of the motor, and the speeds to keep away from",
+        "excitation and mode, and the speeds to keep away from",
         ("excitation", "1", "", np.array(list(orders))[order]),
         ("mode", "1", "count", mode + 1),
         ("frequency", "Hz", "Hz", omega[0, mode] / (2 * np.pi)),

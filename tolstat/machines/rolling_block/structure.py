@@ -1,9 +1,9 @@
-"""What the drive is made of, by the paper's numbers: masses, links, stands, gearbox.
+"""The structure of the drive, by the paper's numbers: masses, links, gearbox.
 
 The paper prints the ranges of the gearbox's ratios and the number of its combinations,
-no tooth numbers and no stage ratios. What is assumed here: stage A has two positions a,
-stages B, C and D have four each, b, c, d; ratios grow geometrically. That is the least
-that meets both printed ranges and the number 128.
+no tooth numbers and no stage ratios. Assumed here: stage A has two positions a, stages
+B, C and D have four each, b, c, d; ratios grow geometrically. That is the smallest
+gearbox with both printed ranges and the number 128.
 
 References
 ----------

@@ -1,7 +1,7 @@
-"""Trials: drives integrated under both loadings, and what they answer.
+"""Trials: drives integrated under both loadings, and their responses.
 
-All is linear, so loads are those of 1 N m: in all where the stands step one after the
-other, on its stand for a pulse.
+The equations are linear, so loads are those of 1 N m: in all if the stands step one
+after the other, on its stand for a pulse.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from tolstat.model.contract import Outcome
 from tolstat.moving import Accuracy, Solution, integrate
 from tolstat.status import Status
 
-# In each period of the highest mode at least so many steps: its swings are not missed
-# where the tolerance would permit to step over them.
+# At least so many steps in each period of the highest mode: otherwise the tolerance
+# could permit steps over its swings.
 STEPS_A_PERIOD = 4
 NEVER = 99  # no phase has this number
 
@@ -70,7 +70,7 @@ def pulse(settings: Settings) -> Loading:
 
 
 def damping_matrix(modes: Modes, C: Array, zeta: Array) -> Array:
-    """Return what the rate of each twist adds to the moment in each link, N m s/rad.
+    """Return the damping moment in each link per rate of each twist, N m s/rad.
 
     The paper prints no damping: every elastic mode has the damping ratio zeta, the
     rigid one none. With phi^T M phi = 1 that is
@@ -157,7 +157,7 @@ def modal_answers(drive: Drive, settings: Settings) -> dict[str, Array]:
 def outcome_of(
     drive: Drive, loaded: Solution, pulsed: Solution, settings: Settings
 ) -> Outcome:
-    """Arrange the responses as `describe` lists them.
+    """Return the responses in the order of `describe`.
 
     Of drives integrated while the loads of the stands step, and after a pulse.
     """

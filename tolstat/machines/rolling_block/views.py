@@ -1,4 +1,4 @@
-"""What the rolling block can show: histories, combinations, shapes, pulses."""
+"""Views of the rolling block: histories, combinations, shapes, pulses."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ from tolstat.model.view import (
 )
 
 PAIRS = ("Motor side", "To C and D", "Spindles of C", "Spindles of D")
-# drives with deviations, where a study gives tolerances: for shares, for bands
+# trials with deviations, if a study gives tolerances: for fractions, for bands
 MANY, SOME = 2000, 300
 POINTS, PERIODS = 2001, 6  # of pulses: the lowest mode's, where the horizon permits
 LENGTHS = (1e-3, 5e-3, 10e-3)  # s, the paper's range; and a step, which never ends
 
 
 def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> Chart:
-    """Chart the moments, N m, [time, link]: loads stepping, and after the pulse.
+    """Return the moments, N m, [time, link]: loads stepping, and after the pulse.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
 
 
 def combinations(_: Array, settings: Settings) -> Listing:
-    """List natural frequencies and free speeds of the nominal drives."""
+    """Return natural frequencies and free speeds of the nominal drives."""
     each = [replace(settings, combination=those) for those in COMBINATIONS]
     omega = np.concatenate([nominal(one).modes.omega for one in each])
     free = [free_speeds(w[None], one) for w, one in zip(omega, each, strict=True)]
@@ -98,7 +98,7 @@ def combinations(_: Array, settings: Settings) -> Listing:
 
 
 def gearbox(_: Array, settings: Settings) -> Listing:
-    """List ratios, and inertias and stiffnesses of the nominal drives."""
+    """Return ratios, and inertias and stiffnesses of the nominal drives."""
     each = [nominal(replace(settings, combination=those)) for those in COMBINATIONS]
     Q, C = (np.concatenate([one[i] for one in each]) for i in range(2))
     return Listing.of(
@@ -114,7 +114,7 @@ def gearbox(_: Array, settings: Settings) -> Listing:
 
 
 def _named() -> tuple[tuple[str, str, str, NDArray[np.generic]], ...]:
-    """Name each combination, with its ratios of motor to roll."""
+    """Return the name of each combination, with its ratios of motor to roll."""
     every = [ratios(each) for each in COMBINATIONS]
     names = [" ".join(map(str, each)) for each in COMBINATIONS]
     return (
@@ -125,7 +125,7 @@ def _named() -> tuple[tuple[str, str, str, NDArray[np.generic]], ...]:
 
 
 def shapes(deviations: Array, settings: Settings) -> Chart:
-    """Chart the shapes over the number of the mass, as points: the drive branches."""
+    """Return the shapes over the mass number, as points: the drive branches."""
     modes = drives(deviations, settings).modes
     first = unit_shapes(modes.phi[0])
     others = modes.phi[1:]
@@ -152,7 +152,7 @@ def shapes(deviations: Array, settings: Settings) -> Chart:
 
 
 def pulses(deviations: Array, settings: Settings) -> Chart:
-    """Chart the moments of all links after the pulse, and of one link after others."""
+    """Return the moments of all links after the pulse, and of one after others."""
     drive = drives(deviations, settings)
     shown, length = settings.response_link, settings.pulse_length
     lowest = float(drive.modes.omega[0, 0])

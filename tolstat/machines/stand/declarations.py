@@ -1,4 +1,4 @@
-"""What the stand is given and answers: settings, contributors, responses."""
+"""Settings, contributors and responses of the stand."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ FIG4_CONTACT_YAW = 5.8e-4
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of the stand, SI; what each means stands in its sentence."""
+    """Settings of the stand, SI; each has a sentence."""
 
     # fmt: off
-    variant: str = setting("indeterminate", "the machine as built, or with a link that makes both rod forces equal", choices=("indeterminate", "equalized"))
+    variant: str = setting("indeterminate", "the stand as built, or with a link that makes both rod forces equal", choices=("indeterminate", "equalized"))
     drive: str = setting("direct", "gear 13 drives pinion 10, or a differential splits its torque equally", choices=("direct", "balanced"))
     crank_speed: float = setting(7.5, "speed of the cranks", unit="rad/s", above=0.0)
     start_up: float = setting(1.0, "start-up time t1", unit="s", above=0.0)
@@ -68,15 +68,15 @@ CONTRIBUTORS = (
 )  # fmt: skip
 RESPONSES = (
     _R("extra_loss", "1", "Delta E", "share of the drive energy lost to guide friction", "Fig. 4", range=SHARE),
-    _R("extra_loss_run", "1", "Delta E", "the same from standstill to the end", "Fig. 4", range=SHARE),
+    _R("extra_loss_run", "1", "Delta E", "share of the drive energy lost to guide friction, from standstill to the end", "Fig. 4", range=SHARE),
     _R("drive_energy", "J", "W", "work of the drive on gear 13", "(1), (2)"),
-    _R("slide_energy", "J", "W_fr1", "lost to friction under the weight", "(7)"),
-    _R("guide_energy", "J", "W_fr2", "lost to friction at the side guides", "(7)"),
+    _R("slide_energy", "J", "W_fr1", "energy lost to friction under the weight", "(7)"),
+    _R("guide_energy", "J", "W_fr2", "energy lost to friction at the side guides", "(7)"),
     _R("roll_energy", "J", "W_roll", "work of rolling", "(3)"),
-    _R("spin_energy", "J", "W_spin", "lost to friction against yawing", "(9)"),
-    _R("damping_energy", "J", "W_D", "lost in rods, meshes and shafts", "D in (2)"),
+    _R("spin_energy", "J", "W_spin", "energy lost to friction against yawing", "(9)"),
+    _R("damping_energy", "J", "W_D", "energy lost in rods, meshes and shafts", "D in (2)"),
     _R("contact_energy", "J", "W_guide", "work of the guides against yawing", "(6)"),
-    _R("energy_residual", "1", "eps", "part of the drive energy unaccounted for", "balance of (2)"),
+    _R("energy_residual", "1", "eps", "share of the drive energy unaccounted for", "balance of (2)"),
     _R("rod_force_1", "N", "|k d_1|", "peak force in rod 3", "(4)"),
     _R("rod_force_2", "N", "|k d_2|", "peak force in rod 4", "(5)"),
     _R("rod_tension_1", "N", "+k d_1", "peak tension in rod 3", "(4)"),

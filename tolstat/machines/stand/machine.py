@@ -30,8 +30,8 @@ class Stand(Model):
     settings = Settings
     failures = FAILURES
     assumptions = (
-        "Dormand-Prince 5(4) with a step of its own for each trial, the yaw rate "
-        "linearly damped in it.",
+        "Dormand-Prince 5(4) with separate steps for each trial; the yaw rate is "
+        "damped linearly within a step.",
         "Parts are rigid, or springs without mass; peak loads are elastic forces.",
         "Friction and the contact with the guides are smooth functions, as in the "
         "paper; the guides touch at one angle.",

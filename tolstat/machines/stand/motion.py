@@ -46,7 +46,7 @@ Loads = namedtuple(
     "mesh_force_0 mesh_force_1 mesh_force_2 drive_moment yaw",
 )
 
-# What the integrator measures each state's error by. The yaw is the sharpest: the gate
+# The scale of each state's error. The yaw is the sharpest: the gate
 # of the guides opens within 1e-8 rad, and friction holds the carriage on that edge.
 SCALE = State(
     phi31=1e-3, phi32=1e-3, x=3e-3, alpha=5e-7,
@@ -55,12 +55,12 @@ SCALE = State(
 
 
 class Motion(NamedTuple):
-    """Everything the equations say about a moment."""
+    """All results of the equations at a moment."""
 
     derivative: State
     powers: Powers
     loads: Loads
-    jam: tuple[Array]  # rad, yaw beyond the guides' clearance
+    jam: tuple[Array]  # rad, yaw in excess of the guides' clearance
     relaxation: tuple[Array]  # 1/s, at which friction and guides hold the yaw rate
     stored: Array  # J, kinetic and elastic energy without the guide contact
 

@@ -1,4 +1,4 @@
-"""The nominal machine, SI, by the paper's letters; it prints them before equation (1).
+"""Nominal values, SI, by the paper's letters; it prints them before equation (1).
 
 References
 ----------

@@ -1,4 +1,4 @@
-"""The machine as built from deviations: its parts, and what the equations take.
+"""Parts of a stand from its deviations, and the parameters of the equations.
 
 References
 ----------
@@ -32,7 +32,7 @@ FAULTS = {
     OFF_CENTRE: "run-outs and tooth positions are smaller than the wheel",
 }
 
-# what deviations make of the parts, float64[n] each, SI
+# the parts with their deviations, float64[n] each, SI
 Parts = namedtuple("Parts", "l1 l2 r_1 r_2 k30 k31 k32 k1 k2 I1 I2 m mu c2 c3 delta F0")
 
 
@@ -42,7 +42,7 @@ def named(deviations: Array) -> dict[str, Array]:
 
 
 def parts_of(d: Mapping[str, Array], settings: Settings) -> Parts:
-    """Return the parts of machines, of deviations d by name."""
+    """Return the parts of trials, from deviations d by name."""
     N = NOMINAL
     dl, dr = d["rod_difference"], d["crank_difference"]
     k30, k31, k32 = (N.k3 * (1 + d[f"mesh_stiffness_{i}"]) for i in range(3))
@@ -73,7 +73,7 @@ def parts_of(d: Mapping[str, Array], settings: Settings) -> Parts:
 def initial_position(
     l1: Array, l2: Array, r_1: Array, r_2: Array
 ) -> tuple[Array, Array, Array]:
-    """Place the carriage in its leftmost position, (10), (11).
+    """Return the leftmost position of the carriage, (10), (11).
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def initial_position(
 
 
 def faults(deviations: Array, settings: Settings) -> dict[str, Truths]:
-    """Tell which machines cannot be built, by the words of `FAULTS`."""
+    """Return which trials cannot be built, by the words of `FAULTS`."""
     d, N = named(deviations), NOMINAL
     p = parts_of(d, settings)
     # c2 may be zero by a sum of deviations or by the balanced drive, never negative
@@ -116,7 +116,7 @@ def faults(deviations: Array, settings: Settings) -> dict[str, Truths]:
     }
 
 
-# numbers of one machine, SI, as the equations name them, each float64[n]. Reciprocals
+# numbers of one trial, SI, as the equations name them, each float64[n]. Reciprocals
 # are hoisted out of the equations: a division costs as much as ten multiplications
 # there. B maps (phi1, a_1, a_2) to the deformations of meshes 0, 1, 2 and shaft 12;
 # E7c = E7 cos th7, E7s = E7 sin th7, ...; link is 1 with the equalizing link, else 0.
@@ -180,7 +180,7 @@ def friction_arm() -> float:
 
 
 def build(deviations: Array, settings: Settings) -> Parameters:
-    """Build machines from deviations[trial, contributor].
+    """Return the parameters of deviations[trial, contributor].
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Trials: stands integrated over the whole run, and what they answer."""
+"""Trials: stands integrated over the whole run, and their responses."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from tolstat.status import Status
 # marks of a trial
 START, STEADY, WINDOW, END = range(4)
 
-# parts that deviate so much that the start-up releases more than the drive puts in
+# parts deviate so much that the start-up releases more energy than the drive gives
 NO_SHARE = "loses too much"
 
 
 def simulated(
     p: Parameters, settings: Settings, samples: Array | None = None
 ) -> Solution:
-    """Integrate machines over the whole run, with their states at the sample times."""
-    # only a machine that is simulated needs the compiler
+    """Integrate trials over the whole run, with their states at the sample times."""
+    # only a simulation needs the compiler
     from tolstat.machines.stand.compiled import SYSTEM
 
     return integrate(
@@ -39,7 +39,7 @@ def simulated(
 
 
 def outcome_of(solution: Solution, p: Parameters, settings: Settings) -> Outcome:
-    """Arrange the responses as `describe` lists them."""
+    """Return the responses in the order of `describe`."""
     with np.errstate(invalid="ignore"):
         responses = responses_of(solution, p, settings)
     table = np.stack([responses[r.name] for r in RESPONSES], axis=1)
@@ -72,7 +72,7 @@ def start_of(p: Parameters, settings: Settings) -> Array:
 def responses_of(
     solution: Solution, p: Parameters, settings: Settings
 ) -> dict[str, Array]:
-    """Turn what the integrator found into the responses, by name, SI."""
+    """Return the responses by name, SI, from a solution."""
     marks = marks_of(settings)
 
     def stored(mark: int) -> Array:
@@ -84,7 +84,7 @@ def responses_of(
     greatest, least = Loads(*solution.greatest.T), Loads(*solution.least.T)
     lost = sum(energy[1:])
     residual = energy.drive - (stored(END) - stored(WINDOW)) - lost
-    # a time that is summed step by step may pass the window by some ulps
+    # a time that is summed step by step may exceed the window by some ulps
     jammed = np.minimum(solution.above[:, 0] / (marks[END] - marks[WINDOW]), 1.0)
     return {
         "extra_loss": energy.guide / energy.drive,

@@ -1,4 +1,4 @@
-"""How one stand moved: curves over time, and the pictures they belong to."""
+"""Views of a stand: curves over time, and their pictures."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ POWERS = {
 def chart_of(
     time: Array, states: Array, moved: Motion, window: tuple[float, float], delta: float
 ) -> Chart:
-    """Chart a motion; the first two panels are the paper's Figs. 2 and 3.
+    """Return the chart of a motion; the first two panels are the paper's Figs. 2 and 3.
 
     Loads are signed.
     """
