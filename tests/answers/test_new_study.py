@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from dataclasses import dataclass
 
 import pytest
 
@@ -20,7 +21,7 @@ MODELS = [*catalogue.names(), Rich(), Toy()]
 OPTIONAL = re.compile(r"^# (?=\w+ = \")", re.MULTILINE)
 
 
-@pytest.fixture(params=MODELS, ids=str)
+@pytest.fixture(params=MODELS, ids=lambda each: getattr(each, "name", each))
 def model(request):
     return catalogue.find(request.param)
 
@@ -55,3 +56,18 @@ def test_the_command_writes_a_file_and_replaces_none(tmp_path):
     assert call("new", "stand").stdout == path.read_text()
     done = call("new", "stant")
     assert done.exit_code == 2 and "no model is called 'stant'" in done.stderr
+
+
+@dataclass(frozen=True)
+class Quoted:
+    mode: str = tolstat.setting('pl"ain', "how it\nis done")
+
+
+class Hostile(Toy):
+    title = "first line\n evil = 1"
+    settings = Quoted
+
+
+def test_texts_of_a_model_cannot_break_the_study():
+    found = tomllib.loads(tolstat.new_study(Hostile()))
+    assert found["settings"] == {"mode": 'pl"ain'} and "evil" not in found

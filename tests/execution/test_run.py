@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import tolstat
-from tolstat.errors import ModelError, RunFileError
+from tolstat.errors import ModelError, PictureError, RunFileError
+from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import BlockSize, Workers
 from tolstat.model.checked import simulate
 from tolstat.status import Status
@@ -191,3 +193,24 @@ def test_blocks_grow_until_they_last_half_a_second():
     quick = BlockSize(2, None)
     quick.learn(1_000_000, 0.5)
     assert quick.of(1000) == 250
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol", "latin"])
+def test_a_run_without_any_trial_says_so(sampling, toy, tmp_path):
+    """Killed before its first block is stored: every question has a sentence."""
+    study = load(
+        {"model": "toy", "trials": 64, "seed": 1, "sampling": sampling,
+         "deviations": {"part": "+-0.1 mm"}, "limits": {"gap": "<= 2 mm"}},
+        model=toy,
+    )  # fmt: skip
+    run = execute(study, tmp_path / "r.h5", Workers(1))
+    status = np.zeros_like(run.status)
+    empty = replace(run, columns={**run.columns, "status": status}, complete=False)
+    said = tolstat.summary(empty).html()
+    assert "No trial has run." in said and "tolstat resume" in said
+    for question in (
+        lambda: tolstat.report(empty),
+        lambda: tolstat.what_if(empty, {"part": "+-0.05 mm"}, model=toy),
+    ):
+        with pytest.raises(PictureError, match="no trial has run"):
+            question()

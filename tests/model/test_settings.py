@@ -207,7 +207,7 @@ def test_a_setting_that_bears_the_name_of_a_contributor_can_be_swept(tmp_path):
     for index in range(6):
         assert tolstat.replay(run, index, Doubled()).differences == ()
     study["settings"] = {"order": 3}
-    with pytest.raises(StudyError, match=r"\[grid\] settings.order: stands in"):
+    with pytest.raises(StudyError, match=r"\[grid\] settings.order: is also in"):
         load(study, model=Doubled())
     study["grid"]["deviations"] = {"odrer": ["1 %"]}
     with pytest.raises(StudyError, match="did you mean 'order'"):

@@ -646,3 +646,20 @@ def test_problems_of_all_kinds_are_reported_at_once(tmp_path):
     ):  # fmt: skip
         assert said.count(each) == 1, (each, said)
     assert "trials: missing" not in said
+
+
+def test_all_misspelt_keys_are_named_though_the_model_is_missing():
+    with pytest.raises(StudyError) as raised:
+        load({"modle": "stand", "trial": 4, "limit": {"yaw": "<= 1 rad"}})
+    said = str(raised.value)
+    assert all(
+        each in said for each in ("model: missing", "modle:", "trial:", "limit:")
+    )
+
+
+def test_a_wrong_limit_of_a_rare_study_is_one_problem():
+    study = {"model": "stand", "sampling": "rare", "trials": 5000, "seed": 1}
+    study |= {"deviations": {"rod_length": "+-1 mm"}, "limits": {"gapp": "<= 1 mm"}}
+    with pytest.raises(StudyError) as raised:
+        load(study)
+    assert "gapp" in str(raised.value) and "sampling" not in str(raised.value)

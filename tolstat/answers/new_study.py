@@ -13,7 +13,14 @@ from tolstat.model import settings as model_settings
 from tolstat.model.checked import described
 from tolstat.model.contract import Model
 from tolstat.model.description import Contributor, Response
-from tolstat.model.setting_kinds import Boolean, Kind, Number, Numbers, Rows
+from tolstat.model.setting_kinds import (
+    Boolean,
+    Kind,
+    Number,
+    Numbers,
+    Rows,
+    as_typed,
+)
 from tolstat.study.links_section import NOMINAL, SETTING
 
 WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
@@ -26,8 +33,8 @@ HEAD = """\
 # Settings have their default values: delete those that you keep. Remove the # before
 # deviations and limits that you need, and set your numbers.
 
-title = "{name}"
-model = "{name}"
+title = {name}
+model = {name}
 trials = 4096
 seed = 1
 """
@@ -63,7 +70,8 @@ def new_study(model: str | Model) -> str:
             "[limits]  # 99.73 % within, unless said otherwise", _limits(responses)
         ),
     )
-    head = HEAD.format(title=found.title or found.name, name=found.name)
+    title = " ".join((found.title or found.name).split())
+    head = HEAD.format(title=title, name=as_typed(found.name, quoted=True))
     return "\n".join([head, *(part for each in sections for part in each)])
 
 
@@ -132,7 +140,7 @@ def _toml(kind: Kind, value: Any) -> str:
     bare = isinstance(kind, Boolean) or (
         isinstance(kind, Number) and words not in kind.presets and " " not in words
     )
-    return words if bare else f'"{words}"'
+    return words if bare else as_typed(words, quoted=True)
 
 
 def _rows(kind: Rows, value: Any) -> str:
@@ -151,6 +159,7 @@ def _entry(line: str, words: str) -> str:
     if place + 24 > WIDTH:
         comment = textwrap.wrap(words, WIDTH - 2, break_on_hyphens=False)
         return "\n".join([*(f"# {each}" for each in comment), line])
+    words = " ".join(words.split())
     first, *others = textwrap.wrap(
         words, WIDTH - place - 2, break_on_hyphens=False
     ) or [""]

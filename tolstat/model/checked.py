@@ -65,7 +65,7 @@ def check_model(model: object) -> Model:
         map(_printable, assumptions)
     ):
         raise model.fault(f"assumptions must be a tuple of texts, not {assumptions!r}")
-    for offer in model.views:
+    for offer in model.views if isinstance(model.views, tuple | list) else ("",):
         if not (
             isinstance(offer, Offer)
             and _printable(offer.name)
@@ -246,6 +246,8 @@ def _failing(
     model: Model, where: str, told: Mapping[str, ArrayLike], trials: int
 ) -> Iterator[tuple[int, NDArray[np.bool_]]]:
     """Yield the status of each word, and the trials that end with it."""
+    if not isinstance(told, Mapping):
+        raise model.fault(f"{where} must be a mapping by failure, not {told!r}")
     codes = {word: code for code, word in words_of(model.failures).items()}
     for word, those in told.items():
         if word not in model.failures:

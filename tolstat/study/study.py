@@ -214,9 +214,10 @@ def load(
             swept = points.swept if points else ()
             reference = read_reference(document.reference, swept, description, folder)
     limits = read_limits(document.limits, description.responses, problems)
-    with problems.noting("sampling", document.sampling):
-        names = [response.name for response in description.responses]
-        aim = aim_of(sampling, about, limits, names)
+    if limits or not document.limits:  # a wrong one has been noted
+        with problems.noting("sampling", document.sampling):
+            names = [response.name for response in description.responses]
+            aim = aim_of(sampling, about, limits, names)
     if isinstance(document.trials, dict):
         with problems.noting("trials", document.trials):
             until = read_until(document.trials, description, limits)

@@ -218,12 +218,12 @@ def _checked(table: dict[str, Any], problems: Problems) -> Document:
         else:
             expected = Document.model_fields[section].description
             problems.add(place, value, f"expected {expected}")
-        if section in DECISIVE:
-            raise problems.refusal
         if inner:
             left[section] = {k: v for k, v in left[section].items() if k != inner[0]}
         else:
             left.pop(section, None)
+    if any(section in DECISIVE for section, *_ in wrong):
+        raise problems.refusal
     return Document.model_validate(left)
 
 

@@ -78,6 +78,8 @@ def first_page(
 
 def _lead(found: RunSummary) -> Parts:
     """Say how many limits are met, and the yield of all of them."""
+    if not found.trials.ran:
+        return text("No trial has run.")
     if found.all_limits is None:
         return text("The study limits no response.")
     counts = Counter(each.yields.verdict for each in found.limits.values())

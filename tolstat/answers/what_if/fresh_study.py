@@ -155,7 +155,8 @@ def _enough(run: Run, study: Study, scenario: Deviations, fresh: Study) -> int:
     """
     counts = dict.fromkeys(fresh.limits, (0, 1))
     drawn, enough = drawn_trials(run), run.trials
-    if drawn and scenario.distributions and not drawn.sample.replicates:
+    some = drawn is not None and np.any(drawn.sample.ran)
+    if drawn and some and scenario.distributions and not drawn.sample.replicates:
         with suppress(StudyError):
             weights = reweighted(scenario, study, drawn, problems_of(run)).weights
             ran = drawn.sample.ran

@@ -44,6 +44,8 @@ def never_met(trials: int, replicates: int, confidence: float = 0.95) -> float:
     34 (1997) 1884-1910: true of Latin hypercubes but for a factor n/(n - 1); scrambled
     nets may have a larger factor. The bound was measured to hold.
     """
+    if not trials:
+        return 1.0
     met = ((1 - confidence) / 2) ** (-1 / replicates) - 1
     return float(min(met * replicates / trials, 1.0))
 
