@@ -80,7 +80,7 @@ def test_the_view_of_stability():
 def test_impossible_values_are_named():
     wide = {"support_angle": np.radians(130.0)}
     chart = tolstat.view("ring", "spectrum", None, wide)
-    assert chart.panels[2].title == "Lowest frequency, 195 deg cannot be"
+    assert chart.panels[2].title == "Lowest frequency, 195 deg impossible"
     assert [name.partition(" ")[2] for name in chart.panels[2].names] == [
         "angle 65 deg",
         "angle 130 deg",

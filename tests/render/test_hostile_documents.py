@@ -345,7 +345,7 @@ def test_a_frame_and_files_of_an_answer(small, tmp_path):
     for ending in ("html", "csv", "json"):
         assert small.save(tmp_path / f"small.{ending}").stat().st_size > 100
     shown = small._repr_html_()
-    assert shown.startswith("<iframe") and shown.count('"') == 8
+    assert shown.startswith("<iframe") and shown.count('"') == 10
     assert repr(small) == f"<tolstat small: {HOSTILE}>"
 
 
