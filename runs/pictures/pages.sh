@@ -14,7 +14,7 @@ shoot() { # page, picture, height
         --window-size="1180,$3" --screenshot="pictures/$2" "file://$PWD/$1" 2>/dev/null
 }
 
-shoot stack-up.html stack-up.png 640
-shoot khpt75.html report.png 1070
+shoot stack-up.html stack-up.png 572
+shoot khpt75.html report.png 1130
 shoot khpt75-equalized.html report-equalized.png 920
-shoot comparison.html comparison.png 1000
+shoot comparison.html comparison.png 945
