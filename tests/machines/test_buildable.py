@@ -194,9 +194,7 @@ class Nominal(Toy):
 
 def test_an_impossible_nominal_is_refused(toy_study):
     text = toy_study.read_text()
-    with pytest.raises(
-        StudyError, match=r"nominal trial .* too short \(its parts"
-    ):
+    with pytest.raises(StudyError, match=r"nominal trial .* too short \(its parts"):
         tolstat.run(toy_study, model=Nominal())
     assert toy_study.read_text() == text
 
