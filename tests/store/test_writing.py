@@ -263,3 +263,36 @@ def test_a_complete_run_takes_the_place_of_an_older_one_that_was_left(
     with pytest.warns(RuntimeWarning, match="is kept as"):
         watched(toy_study, path, tell, force=True, stopping=lambda: over[0] >= 100)
     assert tolstat.open(kept).made == done.made
+
+
+def test_a_replacement_that_cannot_begin_leaves_the_run_alone(
+    toy_study, tmp_path, monkeypatch
+):
+    path = tmp_path / "r.h5"
+    tolstat.run(toy_study, model=Toy(), output=path)
+    data = path.read_bytes()
+
+    def full(*_):
+        raise BrokenError("no room")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("tolstat.store.temporary_files.check_room", full)
+        with pytest.raises(BrokenError, match="no room"):
+            tolstat.run(toy_study, model=Toy(), output=path, force=True)
+    assert path.read_bytes() == data
+    assert {each.name for each in tmp_path.iterdir()} == {"toy.toml", "r.h5"}
+    (tmp_path / "r.h5.before").write_bytes(data)
+    with pytest.raises(RunFileError, match="is in the way"):
+        tolstat.run(toy_study, model=Toy(), output=path, force=True)
+    left = {each.name for each in tmp_path.iterdir()}
+    assert left == {"toy.toml", "r.h5", "r.h5.before"}
+
+
+def test_a_replacement_killed_before_its_file_was_made_can_begin_again(
+    toy_study, tmp_path
+):
+    path = tmp_path / "r.h5"
+    tolstat.run(toy_study, model=Toy(), output=path)
+    (tmp_path / "r.h5.before").hardlink_to(path)
+    assert tolstat.run(toy_study, model=Toy(), output=path, force=True).complete
+    assert {each.name for each in tmp_path.iterdir()} == {"toy.toml", "r.h5"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -25,7 +25,7 @@ from tolstat.study.links_section import NOMINAL, SETTING
 
 WIDTH = 88  # of the file; comments begin where the longest entries of theirs end
 BEGIN = 34
-# example tolerances by SI unit; 1 % of any other unit
+# example tolerances by SI unit; 1 of any other unit, 1 % of a relative one
 EXAMPLES = {"m": "0.1 mm", "rad": "0.1 deg", "s": "1 ms", "N m": "1 N m"}
 HEAD = """\
 # {title}
@@ -101,8 +101,7 @@ def _links(model: Model) -> Iterator[str]:
         table = model_settings.settings_of(model)[SETTING]
         assert isinstance(table.kind, Rows)
         for name, row in table.default.items():
-            keys = {k: _toml(c.kind, row[k]) for k, c in table.kind.columns.items()}
-            cells = ", ".join(f"{key} = {word}" for key, word in keys.items())
+            cells = _cells(table.kind, row)
             yield f'{name} = {{ {cells}, tolerance = "+-0.1 mm" }}'
 
 
@@ -144,13 +143,14 @@ def _toml(kind: Kind, value: Any) -> str:
 
 
 def _rows(kind: Rows, value: Any) -> str:
-    def one(row: dict[str, Any]) -> str:
-        cells = (f"{k} = {_toml(c.kind, row[k])}" for k, c in kind.columns.items())
-        return "{ " + ", ".join(cells) + " }"
-
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{k} = {one(row)}" for k, row in value.items()) + " }"
-    return "[" + ", ".join(map(one, value)) + "]"
+        rows = (f"{k} = {{ {_cells(kind, row)} }}" for k, row in value.items())
+        return "{ " + ", ".join(rows) + " }"
+    return "[" + ", ".join(f"{{ {_cells(kind, row)} }}" for row in value) + "]"
+
+
+def _cells(kind: Rows, row: Mapping[str, Any]) -> str:
+    return ", ".join(f"{k} = {_toml(c.kind, row[k])}" for k, c in kind.columns.items())
 
 
 def _entry(line: str, words: str) -> str:
@@ -159,7 +159,6 @@ def _entry(line: str, words: str) -> str:
     if place + 24 > WIDTH:
         comment = textwrap.wrap(words, WIDTH - 2, break_on_hyphens=False)
         return "\n".join([*(f"# {each}" for each in comment), line])
-    words = " ".join(words.split())
     first, *others = textwrap.wrap(
         words, WIDTH - place - 2, break_on_hyphens=False
     ) or [""]

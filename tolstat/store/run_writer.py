@@ -73,9 +73,15 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         temporary_files.check_replaceable(lock.path, force=force)
         path, replaced = lock.path.resolve(), None  # a link stays one
         if path.exists():
-            replaced = temporary_files.linked_aside(path)
             run = replace(run, replaces=temporary_files.kept_before(path))
-        writer = cls(lock, run)
+            replaced = temporary_files.linked_aside(path)
+        try:
+            writer = cls(lock, run)
+        except TolstatError:
+            if replaced:
+                temporary_files.forget_before(path, replaced)
+                replaced.unlink()
+            raise
         writer._new, writer._replaced = True, replaced
         return writer
 
@@ -270,8 +276,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         before = temporary_files.before_of(self.path)
         kept = self.run.replaces == temporary_files.identity(before) != ""
         if self._replaced and self._puts_back:
-            if kept and before.samefile(self._replaced):
-                before.unlink()
+            temporary_files.forget_before(self.path, self._replaced)
             os.replace(self._replaced, self.path.resolve())
             self._replaced, self.given_up = None, True
         elif self._unwanted:

@@ -67,11 +67,14 @@ def kept_before(path: Path) -> str:
     RunFileError
         If another file of this name is there, which is not removed.
     """
-    before, ours, complete = before_of(path), "", False
-    with suppress(TolstatError):  # of another format, or too damaged to be read
-        run = open_run(path, damaged=True)
-        ours, complete = run.replaces, run.complete
+    before = before_of(path)
     if known := identity(before):
+        if before.samefile(path):  # of a replacement that ended before it began
+            return known
+        ours, complete = "", False
+        with suppress(TolstatError):  # of another format, or too damaged to be read
+            run = open_run(path, damaged=True)
+            ours, complete = run.replaces, run.complete
         if known != ours:
             raise RunFileError(
                 f"{before} is in the way: the run that is replaced is kept there until "
@@ -79,9 +82,15 @@ def kept_before(path: Path) -> str:
             )
         if not complete:
             return known
-    aside = linked_aside(path)
-    os.replace(aside, before)
+    os.replace(linked_aside(path), before)
     return identity(before)
+
+
+def forget_before(path: Path, replaced: Path) -> None:
+    """Remove RUN.h5.before if it is the run that stays in its place."""
+    before = before_of(path)
+    if before.exists() and before.samefile(replaced):
+        before.unlink()
 
 
 def linked_aside(path: Path) -> Path:
