@@ -102,7 +102,8 @@ def test_the_compiled_step_is_that_of_the_constants():
     k[0] = -z, z, -z
     now, end, damped = np.zeros((2, WIDTH)), np.zeros((1, WIDTH)), np.array([0])
     lambda_h, share = np.zeros((1, WIDTH)), np.zeros((1, WIDTH))
-    step = Step(now, k, none, end, *(none,) * 4, damped[:0], damped, lambda_h, share)
+    search = *(none,) * 4, damped[:0], none, none
+    step = Step(now, k, none, end, *search, damped, lambda_h, share)
     error = np.zeros((1, WIDTH))
     one_step(decay, one, one.copy(), np.stack([z, 0 * z]), step, error)
     stages, expected = stages_of(-z)

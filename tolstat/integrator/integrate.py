@@ -72,12 +72,14 @@ def integrate(
         accuracy=Accuracy(float(rtol), float(max_step), int(max_steps)),
     )
     solution = unsolved(system, block)
-    lanes = idle_lanes(block, solution)
+    lanes = idle_lanes(block, solution, len(system.crossings))
     step = room_for_steps(system, lanes)
     check_rows(system, lanes, step)
     per_scale = 1.0 / np.ascontiguousarray(system.scale, float)
     watch = system.watch or system.rates
-    march(system.rates, watch, per_scale, lanes, step, block, solution)
+    jump = system.jump or system.rates
+    jumps = system.jump is not None
+    march(system.rates, watch, jump, jumps, per_scale, lanes, step, block, solution)
     return solution
 
 
@@ -97,7 +99,7 @@ def unsolved(system: System, block: Block) -> Solution:
     )
 
 
-def idle_lanes(block: Block, solution: Solution) -> Lanes:
+def idle_lanes(block: Block, solution: Solution, n_crossings: int = 0) -> Lanes:
     """Return lanes without trials."""
     n_extremes = solution.greatest.shape[1]
     clock = _lanes(CLOCK_ROWS)
@@ -110,6 +112,9 @@ def idle_lanes(block: Block, solution: Solution) -> Lanes:
         greatest=_lanes(n_extremes),
         least=_lanes(n_extremes),
         above=_lanes(solution.above.shape[1]),
+        side=_lanes(n_crossings),
+        size=_lanes(n_crossings),
+        returned=_lanes(n_crossings),
         trial=np.full(clock.shape[1], -1),
         sample=np.zeros(clock.shape[1], np.int64),
     )
@@ -125,7 +130,7 @@ def room_for_steps(system: System, lanes: Lanes) -> Step:
     spare = 0 if system.watch else n_damped
     middle, inside = (_lanes(watched.stop + spare) for _ in range(2))
     return Step(
-        moment=_lanes(MOMENT_ROWS),
+        moment=_lanes(MOMENT_ROWS + len(system.crossings)),
         k=_lanes(7, n_rates + system.n_watched + 2 * n_damped),
         middle=_lanes(n_states),
         end=_lanes(n_states),
@@ -134,6 +139,8 @@ def room_for_steps(system: System, lanes: Lanes) -> Step:
         watched_middle=middle[watched],
         watched_inside=inside[watched],
         crossings=np.array(system.crossings, np.int64),
+        found=_lanes(len(system.crossings)),
+        jumped=_lanes(n_states + len(system.crossings)),
         damped=np.array(system.damped, np.int64),
         lambda_h=_lanes(n_damped),
         share=_lanes(n_damped),
@@ -156,6 +163,9 @@ def check_rows(system: System, lanes: Lanes, step: Step) -> None:
     if system.watch and system.n_watched:
         watched = {name: counts[name] for name in ("extremes", "above")}
         asked.append(("watch", system.watch, watched))
+    if system.jump:
+        jumped = {"states": len(lanes.y), "crossings": len(system.crossings)}
+        asked.append(("jump", system.jump, jumped))
     for name, function, declared in asked:
         rows = sum(declared.values())
         out = np.full((rows + SPARE, lanes.y.shape[1]), UNWRITTEN)
