@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.errors import ModelError
+from tolstat.integrator.mistakes import check_block, check_equations
 from tolstat.integrator.problem import (
     CLOCK_ROWS,
     MOMENT_ROWS,
@@ -17,9 +17,6 @@ from tolstat.integrator.problem import (
     Step,
     System,
 )
-
-UNWRITTEN = -8.765e300  # no equation returns this
-SPARE = 64  # rows after the declared ones
 
 
 def integrate(
@@ -53,6 +50,13 @@ def integrate(
     samples : float64[sample], optional
         Ascending times, s, at which the states are stored, by dense output.
 
+    Raises
+    ------
+    ModelError
+        If the numbers of trials, states or rows do not fit together, times do not
+        ascend, a tolerance is not above zero, the equations read states or parameters
+        that are not given, or `watch` differs from the rates. See `mistakes`.
+
     Returns
     -------
     Solution
@@ -71,10 +75,11 @@ def integrate(
         watch_from=int(watch_from),
         accuracy=Accuracy(float(rtol), float(max_step), int(max_steps)),
     )
+    check_block(system, block)
     solution = unsolved(system, block)
     lanes = idle_lanes(block, solution, len(system.crossings))
     step = room_for_steps(system, lanes)
-    check_rows(system, lanes, step)
+    check_equations(system, block)
     per_scale = 1.0 / np.ascontiguousarray(system.scale, float)
     watch = system.watch or system.rates
     jump = system.jump or system.rates
@@ -145,39 +150,6 @@ def room_for_steps(system: System, lanes: Lanes) -> Step:
         lambda_h=_lanes(n_damped),
         share=_lanes(n_damped),
     )
-
-
-def check_rows(system: System, lanes: Lanes, step: Step) -> None:
-    """Refuse equations that fill other rows than declared.
-
-    Compiled equations would write outside the stages and crash Python.
-    """
-    counts = {
-        "states": len(lanes.y),
-        "quadratures": system.n_quadratures,
-        "extremes": system.n_extremes,
-        "above": system.n_above,
-        "damped": len(system.damped),
-    }
-    asked = [("rates", system.rates, counts)]
-    if system.watch and system.n_watched:
-        watched = {name: counts[name] for name in ("extremes", "above")}
-        asked.append(("watch", system.watch, watched))
-    if system.jump:
-        jumped = {"states": len(lanes.y), "crossings": len(system.crossings)}
-        asked.append(("jump", system.jump, jumped))
-    for name, function, declared in asked:
-        rows = sum(declared.values())
-        out = np.full((rows + SPARE, lanes.y.shape[1]), UNWRITTEN)
-        with np.errstate(all="ignore"):  # the lanes have no trial yet
-            function(step.moment, lanes.y, lanes.p, out)
-        filled = 1 + np.flatnonzero((out != UNWRITTEN).any(axis=1)).max(initial=-1)
-        if filled != rows:
-            words = ", ".join(f"{n} {each}" for each, n in declared.items() if n)
-            raise ModelError(
-                f"{name} fills {filled} rows, but {rows} are declared ({words}); make "
-                "the counts of System match the rows of out"
-            )
 
 
 def _lanes(*rows: int) -> Array:
