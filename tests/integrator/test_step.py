@@ -28,7 +28,16 @@ def one_step(rates, moment, h, t_new, y, p, k, y_new, error, middle):
     watched = none, none, none, none
     found = none, none
     step = Step(
-        moment, k, middle, y_new, *watched, nothing, *found, nothing, none, none
+        moment,
+        k,
+        middle,
+        y_new,
+        *watched,
+        nothing,
+        *found,
+        *(nothing, nothing, none),
+        none,
+        none,
     )
     advance(rates, t, h, t_new, y, p, step)
     for i in range(len(y)):

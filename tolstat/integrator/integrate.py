@@ -128,15 +128,16 @@ def idle_lanes(block: Block, solution: Solution, n_crossings: int = 0) -> Lanes:
 def room_for_steps(system: System, lanes: Lanes) -> Step:
     """Return empty arrays for the steps of lanes."""
     n_states, n_damped = len(lanes.y), len(system.damped)
+    n_slopes = n_damped * len(system.sloped)
     n_rates = n_states + system.n_quadratures
     # without `watch`, the watched quantities are among the rates
     first = 0 if system.watch else n_rates
     watched = slice(first, first + system.n_watched)
-    spare = 0 if system.watch else n_damped
+    spare = 0 if system.watch else n_damped + n_slopes
     middle, inside = (_lanes(watched.stop + spare) for _ in range(2))
     return Step(
         moment=_lanes(MOMENT_ROWS + len(system.crossings)),
-        k=_lanes(7, n_rates + system.n_watched + 2 * n_damped),
+        k=_lanes(7, n_rates + system.n_watched + 2 * n_damped + n_slopes),
         middle=_lanes(n_states),
         end=_lanes(n_states),
         filled_middle=middle,
@@ -147,6 +148,8 @@ def room_for_steps(system: System, lanes: Lanes) -> Step:
         found=_lanes(len(system.crossings)),
         jumped=_lanes(n_states + len(system.crossings)),
         damped=np.array(system.damped, np.int64),
+        sloped=np.array(system.sloped, np.int64),
+        slope=_lanes(n_slopes),
         lambda_h=_lanes(n_damped),
         share=_lanes(n_damped),
     )

@@ -18,6 +18,7 @@ from tolstat.integrator.crossing import (
     first_crossing,
     go_on,
 )
+from tolstat.integrator.damping import damped_part
 from tolstat.integrator.lane_refill import sort_out
 from tolstat.integrator.peaks import follow
 from tolstat.integrator.signatures import march_signature
@@ -98,8 +99,8 @@ def _take_over(accepted, h, lanes, step):
     for i in range(n):
         y[i] = np.where(accepted, end[i], y[i])
     for i in range(len(quadratures)):
-        grown = quadratures[i] + quadrature_of(h, step.k, n + i)
-        quadratures[i] = np.where(accepted, grown, quadratures[i])
+        grown = quadrature_of(h, step.k, n + i) + damped_part(i, h, step)
+        quadratures[i] = np.where(accepted, quadratures[i] + grown, quadratures[i])
     for i in range(len(K1)):
         K1[i] = np.where(accepted, K7[i], K1[i])
 

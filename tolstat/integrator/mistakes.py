@@ -80,6 +80,7 @@ def check_equations(system: System, block: Block) -> None:
         "extremes": system.n_extremes,
         "above": system.n_above,
         "damped": len(system.damped),
+        "slopes": len(system.damped) * len(system.sloped),
     }
     rates = _filled("rates", system.rates, counts, system, block)
     if system.watch and system.n_watched:

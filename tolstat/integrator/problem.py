@@ -71,6 +71,9 @@ class System:
         States that are damped in the step, because they relax so fast that only they
         would shorten it. lambda is minus the derivative of a state's rate by the state;
         a lambda ten times too great gives wrong results, see `damping`.
+    sloped : tuple of int
+        Quadratures whose rates depend on damped states. After the lambdas `out` has,
+        for each damped state and each of these, the slope of the rate over the state.
     crossings : tuple of int
         Watched quantities, counted with extremes first, whose change of sign is a kink
         or a jump of the rates: a step ends there, see `crossing`. The quantities
@@ -94,6 +97,7 @@ class System:
     n_extremes: int = 0
     n_above: int = 0
     damped: tuple[int, ...] = ()
+    sloped: tuple[int, ...] = ()
     crossings: tuple[int, ...] = ()
     jump: Callable[..., None] | None = None
 
@@ -101,6 +105,7 @@ class System:
         """Refuse numbers outside the states or the watched quantities."""
         for name, given, n, words in (
             ("damped", self.damped, len(self.scale), "states"),
+            ("sloped", self.sloped, self.n_quadratures, "quadratures"),
             ("crossings", self.crossings, self.n_watched, "watched quantities"),
         ):
             numbers = given if isinstance(given, tuple) else ("",)
@@ -196,5 +201,7 @@ class Step(NamedTuple):
     found: Array  # [crossing, lane], fraction of the step
     jumped: Array  # [state, then side; lane], filled by `jump`
     damped: NDArray[np.int64]  # [damped], which states
+    sloped: NDArray[np.int64]  # [sloped], which quadratures
+    slope: Array  # [damped times sloped, lane]
     lambda_h: Array  # [damped, lane], lambda times the step
     share: Array  # [damped, lane], 1/(1 + g h lambda)

@@ -42,7 +42,9 @@ solution_type = _tuple_type(
     steps=integers,
 )
 lanes_type = _tuple_type(Lanes, trial=integers, sample=integers)
-step_type = _tuple_type(Step, k=tables, crossings=integers, damped=integers)
+step_type = _tuple_type(
+    Step, k=tables, crossings=integers, damped=integers, sloped=integers
+)
 
 # (rates, watch, jump, jumps, per_scale, lanes, step, block, solution)
 march_signature = types.void(
