@@ -257,12 +257,12 @@ def dragged_without_slopes(moment, y, p, out):
 
 def test_energies_that_depend_on_a_damped_state():
     """With their slopes they err by tens of rtol, without by hundreds."""
-    beta = np.array([[1e3], [1e4], [1e5]])
-    start, marks = np.zeros((3, 2)), np.tile([0.0, 3.0], (3, 1))
+    beta = np.array([[1e3], [1e4]])
+    start, marks = np.zeros((2, 2)), np.tile([0.0, 3.0], (2, 1))
     plain = System(dragged_plainly, np.array([0.3, 0.6]), n_quadratures=2)
     damped = replace(plain, rates=dragged_without_slopes, damped=(1,))
     systems = {"slopes": replace(damped, rates=dragged, sloped=(0, 1)), "none": damped}
-    exact = integrate(plain, start, beta, marks, Accuracy(1e-10, 0.01))
+    exact = integrate(plain, start, beta, marks, Accuracy(1e-9, 0.01))
     total = exact.quadratures[:, -1].max(axis=1)  # J, lost
     worst = dict.fromkeys(systems, 0.0)
     for rtol in (1e-4, 1e-5):
