@@ -82,7 +82,7 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     for name, given in limits.items():
         for each in expand(name, list(read)):
             if isinstance(given, str) and each in before:
-                read[each] = read[each]._replace(demanded=before[each].demanded)
+                read[each] = read[each].demanding_as(before[each])
     every = {**before, **read}
     now = {each.name: every[each.name] for each in run.responses if each.name in every}
     said = "; ".join(f"{name} {limit.words}" for name, limit in read.items())

@@ -241,7 +241,8 @@ class Run:
         """Return how a number of the study is shown: as the response it describes."""
         if number.of in self.scales:
             return self.scales[number.of]
-        return scale_of(number.unit, number.shown, abs(number.value))
+        found = scale_of(number.unit, number.shown, abs(number.value))
+        return found.beside(1.0) if found.shown == "%" else found
 
     def column(self, name: str) -> NDArray[Any]:
         """Return a swept setting, contributor or response of all trials, SI.

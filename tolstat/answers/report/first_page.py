@@ -29,7 +29,7 @@ from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET
 from tolstat.statistics.summary import Limited
-from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM
+from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM
 
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import (
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     )
 
 MOST_NAMED = 4  # parts in a sentence
-LEVEL = PER_CENT.beside(1.0)  # of chance: no test is better than that
 STARRED = {"mean": "mean *", "sigma": "sigma *"}  # their assumption stands below
 PAGE_ONLY = ("mean *", "sigma *", "least", "largest", "0.135 %", "99.865 %")
 INTERVAL = "Each number has its 95 % interval below it"
@@ -124,8 +123,7 @@ def limit_row(
     name: Cell, limit: Limit, verdict: blocks.Given, share: Cell, equivalent: Estimate
 ) -> dict[str, blocks.Given]:
     """Return a row on a limit: its demand and its results."""
-    typed = limit.typed_ppk
-    demanded = f"{typed:.{KNOWN}g}" if typed else AS_IS.number(limit.ppk)
+    demanded = limit.typed_ppk or AS_IS.number(limit.ppk)
     return {
         "response": name,
         "limit": limit_cell(limit),
@@ -148,7 +146,7 @@ def _cause_cell(each: ResponseSummary) -> Cell:
         return Cell(text("; or equally ".join(every)), explained(pair, causes))
     if causes.leading:
         name = causes.leading[0]
-        level = Number(causes.every[name].level, LEVEL)
+        level = Number(causes.every[name].level, PER_CENT)
         return Cell((Name(name),), text("significant at ", level))
     variance: Parts = ()
     if most := each.largest_share:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_replay
 from tolstat.answers.report.first_page import (
-    LEVEL,
     at_least,
     explained,
     no_cause,
@@ -184,7 +183,7 @@ def _cause(part: Cell, level: float, cause: Cause | PairCause) -> Row:
     size = cause.effective_sample_size
     return {
         "contributor": part,
-        "level, %": Number(level, LEVEL),
+        "level, %": Number(level, PER_CENT),
         "out of limit with its tolerance halved, ppm": ppm(cause.halved),
         "effective sample size": Number(size) if size else None,
     }

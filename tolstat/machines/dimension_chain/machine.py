@@ -8,7 +8,7 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.dimension_chain.algebras import Values
-from tolstat.machines.dimension_chain.chain import answers
+from tolstat.machines.dimension_chain.chain import answers, without_rounding
 from tolstat.machines.dimension_chain.declarations import Settings
 from tolstat.model.contract import Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
@@ -100,4 +100,5 @@ def _gap(deviations: Array, settings: Settings) -> Array:
         for i, (name, nominal) in enumerate(settings.nominal.items())
     }
     found = settings.formula.worked_out(Values(links))
+    found = without_rounding(found, settings.formula, settings.nominal)
     return np.broadcast_to(found, len(deviations))

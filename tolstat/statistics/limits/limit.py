@@ -27,15 +27,15 @@ class Limit(NamedTuple):
         Demanded yield.
     words : str
         The values as the study writes them.
-    typed_ppk : float or None
-        The Ppk that the study demands; None if it demands a yield.
+    demand : str
+        The demand as the study writes it, "Ppk 1.33" or "2000 ppm"; empty for a yield.
     """
 
     lower: float
     upper: float
     demanded: float = DEMANDED
     words: str = ""
-    typed_ppk: float | None = None
+    demand: str = ""
 
     @property
     def permitted(self) -> tuple[float, float]:
@@ -53,9 +53,21 @@ class Limit(NamedTuple):
         return tuple(end for end in self.permitted if end and math.isfinite(end))
 
     @property
+    def typed_ppk(self) -> str:
+        """The Ppk that the study demands; empty if it demands none."""
+        return self.demand.partition("Ppk ")[2]
+
+    @property
     def ppk(self) -> float:
         """The demanded yield as the Ppk of a normal response."""
-        return self.typed_ppk or ppk_of(1 - self.demanded, self.ends)
+        return float(self.typed_ppk or ppk_of(1 - self.demanded, self.ends))
+
+    def demanding_as(self, other: Limit) -> Limit:
+        """Return the limit with the demand of another one."""
+        demanded = other.demanded
+        if other.typed_ppk:
+            demanded = yield_of_ppk(other.ppk, self.ends)
+        return self._replace(demanded=demanded, demand=other.demand)
 
 
 def within(values: Array, permitted: tuple[float, float]) -> Truths:
