@@ -37,9 +37,9 @@ def verdict_cell(judged: Yield) -> Cell:
     return Cell((word,))
 
 
-def ppm(share: Estimate) -> Number:
-    """Write a fraction out of limit."""
-    return Number(share, PPM)
+def ppm(share: Estimate, of: int = 0) -> Number:
+    """Write a fraction out of limit, of so many trials."""
+    return Number(share, PPM, of=of)
 
 
 def ppk_cell(found: Estimate) -> Cell:

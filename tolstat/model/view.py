@@ -5,14 +5,15 @@ All numbers are SI; a renderer chooses the units.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
+from tolstat.units.conversion import dimension
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -183,9 +184,10 @@ class Chart:
         for curve in self.curves:
             if curve.at is None:
                 yield Axis(curve.name, curve.unit, curve.shown), curve.values
+        shown = {curve.name: curve.shown for curve in self.curves}
         for band in self.bands:
-            yield Axis(f"{band.name}, lower", band.unit), band.lower
-            yield Axis(f"{band.name}, upper", band.unit), band.upper
+            for side, ends in (("lower", band.lower), ("upper", band.upper)):
+                yield Axis(f"{band.name}, {side}", band.unit, shown.get(band.of, "")), ends
 
     def parts(self) -> Iterator[tuple[str, Array, Array]]:
         """Yield all curves, bands and regions: name, where on the axis, values, SI."""
@@ -237,6 +239,21 @@ class Listing:
 
 
 View = Chart | Listing
+
+
+def in_units(view: View, names: Mapping[str, str], kinds: Mapping[str, str]) -> View:
+    """Return a view shown in typed units, by name and by SI unit; else as declared."""
+
+    def typed(each: Any) -> Any:
+        own = names.get(each.name, "")
+        if not own or dimension(own) != dimension(each.unit):
+            own = kinds.get(each.unit, "")
+        return each._replace(shown=own or each.shown)
+
+    if isinstance(view, Listing):
+        return replace(view, heads=tuple(map(typed, view.heads)))
+    curves = tuple(map(typed, view.curves))
+    return replace(view, axis=typed(view.axis), curves=curves)
 
 
 class Offer(NamedTuple):

@@ -43,6 +43,7 @@ from tolstat.study.sampling import (
 )
 from tolstat.study.stopping_rule import Until, read_until
 from tolstat.study.study_schema import Document, read
+from tolstat.study.typed_units import typed_units
 from tolstat.units.grammar import unit_of
 
 Source = str | os.PathLike[str] | Mapping[str, Any]
@@ -70,6 +71,7 @@ class Study:
     limits: dict[str, Limit]  # by response, SI
     # the unit in which each contributor, response or swept setting is written
     shown: dict[str, str]
+    kinds: dict[str, str]  # see `typed_units`
     # the response at whose limit the sampler aims; empty for any other study
     aim: str = ""
 
@@ -187,6 +189,7 @@ def load(
     problems = Problems(str(path or "the study"))
     given = path or cast(Mapping[str, Any], source)
     text, document = read(given, problems, trials=trials, seed=seed)
+    kinds = typed_units(document.model_dump())
     sampling, about = read_sampling(document.sampling, problems)
     chosen = _model(document, model, problems)
     document = read_links(document, chosen, problems)
@@ -259,15 +262,25 @@ def load(
                 **(until.shown if until else {}),
                 **{name: unit_of(limit.words) for name, limit in limits.items()},
             },
+            kinds,
         ),
+        kinds,
         aim,
     )
 
 
-def _shown(description: Description, written: dict[str, str]) -> dict[str, str]:
-    """Return units as written, without those of bare numbers for counts and ratios."""
-    own = {each.name for some in description for each in some if each.shown}
-    return {n: unit for n, unit in written.items() if not (unit == "1" and n in own)}
+def _shown(
+    description: Description, written: dict[str, str], kinds: dict[str, str]
+) -> dict[str, str]:
+    """Return units as written, without those of bare numbers for counts and ratios.
+
+    What is not written has the unit of its kind, where there is one.
+    """
+    every = [each for some in description for each in some]
+    own = {each.name for each in every if each.shown}
+    given = {each.name: kinds[each.unit] for each in every if each.unit in kinds}
+    given |= written
+    return {n: unit for n, unit in given.items() if not (unit == "1" and n in own)}
 
 
 def _model(document: Document, model: Model | None, problems: Problems) -> Model:

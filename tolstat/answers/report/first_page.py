@@ -91,7 +91,8 @@ def _lead(found: RunSummary) -> Parts:
     said += [text(f"{count} ", Word(word, word)) for word, count in others]
     return say(
         f"{{}}. Yield, {'all limits' if n > 1 else 'this limit'}: {{}}.{{}}",
-        listed(said, joint=""), Number(found.all_limits.within, PER_CENT),
+        listed(said, joint=""),
+        Number(found.all_limits.within, PER_CENT, of=found.trials.sampled),
         " Failed trials count as out of limit." if found.trials.failed else None,
     )  # fmt: skip
 
@@ -101,13 +102,13 @@ def limits_table(found: RunSummary, links: Collection[str] = ()) -> blocks.Table
     rows = []
     for name, limited in found.limits.items():
         each, yields = found.responses[name], limited.yields
-        good = Number(yields.within_at_most, PER_CENT)
+        good = Number(yields.within_at_most, PER_CENT, of=found.trials.sampled)
         failed = say("yield, if failed trials were good: {}", good)
         rows.append({
             **limit_row(
                 Cell((Name(name, name if name in links else ""),), text(each.sentence)),
                 limited.limit, verdict_cell(yields),
-                Cell((ppm(yields.fraction_out_of_limit),),
+                Cell((ppm(yields.fraction_out_of_limit, found.trials.sampled),),
                      failed if found.trials.failed else ()),
                 limited.equivalent_ppk,
             ),

@@ -81,7 +81,7 @@ def response_section(found: Report, name: str) -> Section:
     done = found.trials.done
     shown = blocks.shown(
         blocks.note(_declared(each)),
-        blocks.paragraph(_point_mass(each)),
+        blocks.paragraph(_point_mass(each, done)),
         blocks.Gallery(figures_of(found, name)) if done else blocks.paragraph(nothing),
         _part("Performance", *_performance(found, each)),
         _part("Main causes of out-of-limit trials", *_causes(found, each)),
@@ -103,14 +103,14 @@ def _declared(each: ReportedResponse) -> Parts:
     return text(f"{said}." if said else None)
 
 
-def _point_mass(each: ReportedResponse) -> Parts:
+def _point_mass(each: ReportedResponse, done: int) -> Parts:
     """Return a sentence on the value that many trials share."""
     if (mass := each.point_mass) is None:
         return ()
     ends = Number(mass.least, each.scale), Number(mass.largest, each.scale)
     return say(
         "{} of production shares one value, {}{}. The histogram shows the others.",
-        Number(mass.share, PER_CENT), Number(mass.value, each.scale),
+        Number(mass.share, PER_CENT, of=done), Number(mass.value, each.scale),
         say(" (from {} to {})", *ends) if mass.least != mass.largest else None,
     )  # fmt: skip
 
@@ -162,7 +162,8 @@ def _causes_table(found: Report, causes: Causes) -> Table:
     """Return a row for each pair, kind of part and contributor."""
     rows: list[Row] = []
     for pair in causes.pairs[:MOST_PAIRS]:
-        alone = Number(pair.together.alone, PER_CENT, "at_most")
+        n = causes.out_of_limit
+        alone = Number(pair.together.alone, PER_CENT, "at_most", n)
         below = say(
             "{}; either of them alone in at most {}", explained(pair, causes), alone
         )

@@ -20,7 +20,7 @@ from tolstat.model.contract import STEP, Model
 from tolstat.model.description import Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import read, setting_of
-from tolstat.model.view import Chart
+from tolstat.model.view import Chart, in_units
 from tolstat.render.serialize import Row
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status, words_of
@@ -30,6 +30,7 @@ from tolstat.store.stored_run import Run
 from tolstat.study.given_points import setting_name
 from tolstat.study.links_section import settings_with_links
 from tolstat.study.study import Study
+from tolstat.study.typed_units import typed_units
 from tolstat.units.scale import Scale, scale_of
 
 
@@ -177,8 +178,9 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
         for name in (each.name for each in run.swept):
             swept[name] = Quantity(run.column(name)[index].item(), scales[name])
     found = _simulated(
-        loaded, settings, row, run.responses, run.limits, lambda r, _: scales[r.name]
-    )
+        loaded, settings, row, run.responses, run.limits, lambda r, _: scales[r.name],
+        {each.name: each.shown for each in run.responses}, typed_units(run.study.table),
+    )  # fmt: skip
     which = "nominal trial" if index is None else f"trial {index}"
     return replace(
         found,
@@ -209,7 +211,9 @@ def nominal_trial(study: Study) -> Replay:
 
     row = {part.name: 0.0 for part in contributors}
     model, settings, limits = study.model, study.settings, study.limits
-    found = _simulated(model, settings, row, responses, limits, scale)
+    found = _simulated(
+        model, settings, row, responses, limits, scale, study.shown, study.kinds
+    )
     return replace(found, title=f"{study.title}: nominal trial")
 
 
@@ -220,11 +224,13 @@ def _simulated(
     responses: tuple[Response, ...],
     limits: Mapping[str, Limit],
     scale: Callable[[Response, float], Scale],
+    *typed: Mapping[str, str],
 ) -> Replay:
     """Return the simulated trial of a row of deviations, SI."""
     deviations, chart = np.array(list(row.values())), None
     if model.moves:
-        chart, outcome = history_of(model, deviations, settings, STEP)
+        history, outcome = history_of(model, deviations, settings, STEP)
+        chart = in_units(history, *typed)
     else:
         outcome = simulate(model, deviations[None, :], settings)
     found = {}
