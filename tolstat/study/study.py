@@ -15,12 +15,12 @@ from tolstat import catalogue
 from tolstat.arrays import Array
 from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
 from tolstat.deviations.samplers import Sampler, Stage
-from tolstat.errors import StudyError, TolstatError
+from tolstat.errors import ModelError, StudyError, TolstatError
 from tolstat.model.checked import check_possible, described
 from tolstat.model.contract import Model
 from tolstat.model.description import Description
-from tolstat.model.setting_kinds import as_typed
-from tolstat.model.settings import make, setting_of
+from tolstat.model.setting_kinds import Number, as_typed
+from tolstat.model.settings import Setting, make, setting_of
 from tolstat.statistics.limits.limit import Limit
 from tolstat.study.deviations_section import Deviations, read_deviations
 from tolstat.study.given_points import (
@@ -297,9 +297,23 @@ def _settings(document: Document, model: Model, problems: Problems) -> Any:
     values, before = {}, len(problems.found)
     for name, given in document.settings.items():
         with problems.noting(f"[settings] {name}", given):
-            values[name] = setting_of(model, name).kind.read(given)
+            values[name] = _read(setting_of(model, name), given)
     if len(problems.found) > before:  # names left out may be missed: not reported
         with suppress(TolstatError):
             return make(model, values)
         problems.raise_if_any()
     return problems.required("[settings]", None, lambda: make(model, values))
+
+
+def _read(setting: Setting, given: Any) -> Any:
+    """Return a setting; refuse a unit of one that has none, such as mm a turn."""
+    match setting.kind:
+        case Number(unit="", presets=words) if isinstance(given, str) and (
+            given not in words
+        ):
+            default = setting.kind.words(setting.default)
+            raise ModelError(
+                f"a number without quotes and unit is expected, such as {setting.name} "
+                f"= {default}: {setting.sentence}"
+            )
+    return setting.kind.read(given)

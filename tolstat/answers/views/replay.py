@@ -20,7 +20,7 @@ from tolstat.model.contract import STEP, Model
 from tolstat.model.description import Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import read, setting_of
-from tolstat.model.view import Chart, in_units
+from tolstat.model.view import Chart, Units
 from tolstat.render.serialize import Row
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status, words_of
@@ -224,13 +224,13 @@ def _simulated(
     responses: tuple[Response, ...],
     limits: Mapping[str, Limit],
     scale: Callable[[Response, float], Scale],
-    *typed: Mapping[str, str],
+    *typed: Units,
 ) -> Replay:
     """Return the simulated trial of a row of deviations, SI."""
     deviations, chart = np.array(list(row.values())), None
     if model.moves:
         history, outcome = history_of(model, deviations, settings, STEP)
-        chart = in_units(history, *typed)
+        chart = history.in_units(*typed)
     else:
         outcome = simulate(model, deviations[None, :], settings)
     found = {}
