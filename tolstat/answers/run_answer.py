@@ -37,11 +37,6 @@ class TrialCounts(NamedTuple):
     promise: str  # what the intervals hold for
     notes: tuple[str, ...]  # for readers of the numbers, failures first
 
-    @property
-    def sampled(self) -> int:
-        """Those that the statistics rest on and that have run."""
-        return self.done + self.failed
-
 
 class TitleBlock(NamedTuple):
     """The title block of the signature page; empty texts where not given."""

@@ -42,9 +42,7 @@ def in_cell(number: Number) -> tuple[Written, Written]:
 def in_line(number: Number) -> Written:
     """Return a number for a sentence, with its unit: 3.1 kN m (2.9 to 3.3)."""
     found, mark = number.value, number.scale.mark
-    unit = after = (f" {mark}",) if mark else ()
-    if _count(number):
-        unit = ()
+    unit = (f" {mark}",) if mark and not _count(number) else ()
     if not isinstance(found, Estimate):
         return (_digits(number, found), *unit)
     if math.isnan(found.value):
@@ -52,8 +50,8 @@ def in_line(number: Number) -> Written:
     value, ends = _estimate(number, found)
     if not found.sure and found.reason:
         ends = (found.reason,)
-    elif ends and not unit:
-        ends = (*ends, *after)
+    elif ends and mark and not unit:
+        ends = (*ends, f" {mark}")
     return (*value, *unit, " (", *ends, ")") if ends else (*value, *unit)
 
 

@@ -86,6 +86,8 @@ class Number(Kind):
             value = grammar.quantity(value, self.unit)
         if isinstance(value, bool) or not isinstance(value, int | float):
             words = f", or one of {', '.join(presets)}" if presets else ""
+            bare = typed and isinstance(value, str)
+            words += ", without quotes and unit" if bare and not words else ""
             raise ModelError(f"a number is expected{words}")
         if isinstance(value, float) and not math.isfinite(value):
             raise ModelError("a finite number is expected")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,18 +52,6 @@ class Curve(NamedTuple):
         words = response.sentence.removeprefix("peak of ").removeprefix("peak ")
         symbol, shown = response.symbol.strip("|"), response.shown
         return cls(response.name, response.unit, symbol, words, values, shown=shown)
-
-
-Quantity = TypeVar("Quantity", Axis, Curve)
-Units = Mapping[str, str]
-
-
-def _in_typed_unit(each: Quantity, names: Units, kinds: Units) -> Quantity:
-    """Return a quantity shown in its typed unit, or in that of its kind."""
-    own = names.get(each.name, "")
-    if not own or dimension(own) != dimension(each.unit):
-        own = kinds.get(each.unit, "")
-    return each._replace(shown=own or each.shown)
 
 
 class Band(NamedTuple):
@@ -199,10 +187,8 @@ class Chart:
         shown = {curve.name: curve.shown for curve in self.curves}
         for band in self.bands:
             for side, ends in (("lower", band.lower), ("upper", band.upper)):
-                yield (
-                    Axis(f"{band.name}, {side}", band.unit, shown.get(band.of, "")),
-                    ends,
-                )
+                name = f"{band.name}, {side}"
+                yield Axis(name, band.unit, shown.get(band.of, "")), ends
 
     def parts(self) -> Iterator[tuple[str, Array, Array]]:
         """Yield all curves, bands and regions: name, where on the axis, values, SI."""
@@ -213,12 +199,6 @@ class Chart:
             yield f"{band.name}, upper", self.at, band.upper
         for region in self.regions:
             yield region.name, region.at, region.values
-
-    def in_units(self, names: Units, kinds: Units) -> Chart:
-        """Return it shown in typed units, by name and by SI unit, where it has one."""
-        curves = tuple(_in_typed_unit(each, names, kinds) for each in self.curves)
-        axis = _in_typed_unit(self.axis, names, kinds)
-        return replace(self, axis=axis, curves=curves)
 
     def frame(self) -> pd.DataFrame:
         """Return the curves and bands as a DataFrame over the axis, SI.
@@ -254,17 +234,30 @@ class Listing:
         for head, values in self.columns():
             yield head.name, self.values[0], values
 
-    def in_units(self, names: Units, kinds: Units) -> Listing:
-        """Return it shown in typed units, by name and by SI unit, where it has one."""
-        heads = tuple(_in_typed_unit(each, names, kinds) for each in self.heads)
-        return replace(self, heads=heads)
-
     def frame(self) -> pd.DataFrame:
         """Return the rows as a DataFrame, SI; `attrs["units"]` holds the units."""
         return _frame([*self.columns()])
 
 
 View = Chart | Listing
+
+
+def typed_unit(each: Any, typed: Mapping[str, str]) -> str:
+    """Return the unit of a quantity: as typed, by name or SI unit; else as declared."""
+    given = (typed.get(key, "") for key in (each.name, each.unit))
+    fit = (u for u in given if u and dimension(u) == dimension(each.unit))
+    return next(fit, str(each.shown))
+
+
+def in_units(view: View, typed: Mapping[str, str]) -> Any:
+    """Return a view in typed units; see `typed_unit`."""
+
+    def shown(several: Any) -> Any:
+        return tuple(each._replace(shown=typed_unit(each, typed)) for each in several)
+
+    if isinstance(view, Listing):
+        return replace(view, heads=shown(view.heads))
+    return replace(view, axis=shown([view.axis])[0], curves=shown(view.curves))
 
 
 class Offer(NamedTuple):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -15,12 +16,12 @@ from tolstat import catalogue
 from tolstat.arrays import Array
 from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
 from tolstat.deviations.samplers import Sampler, Stage
-from tolstat.errors import ModelError, StudyError, TolstatError
+from tolstat.errors import ModelError, StudyError, TolstatError, UnitError
 from tolstat.model.checked import check_possible, described
 from tolstat.model.contract import Model
 from tolstat.model.description import Description
-from tolstat.model.setting_kinds import Number, as_typed
-from tolstat.model.settings import Setting, make, setting_of
+from tolstat.model.setting_kinds import as_typed
+from tolstat.model.settings import make, setting_of
 from tolstat.statistics.limits.limit import Limit
 from tolstat.study.deviations_section import Deviations, read_deviations
 from tolstat.study.given_points import (
@@ -43,9 +44,11 @@ from tolstat.study.sampling import (
 )
 from tolstat.study.stopping_rule import Until, read_until
 from tolstat.study.study_schema import Document, read
-from tolstat.study.typed_units import typed_units
+from tolstat.units.conversion import dimension, si_unit
 from tolstat.units.grammar import unit_of
+from tolstat.units.scale import SIZES
 
+SECTIONS = ("settings", "links", "deviations", "grid", "limits")
 Source = str | os.PathLike[str] | Mapping[str, Any]
 
 
@@ -69,9 +72,9 @@ class Study:
     # known points to show with a grid: their label, and columns
     reference: tuple[str, dict[str, Array]] | None
     limits: dict[str, Limit]  # by response, SI
-    # the unit in which each contributor, response or swept setting is written
+    # the unit in which each contributor, response or swept setting is written; and by
+    # SI unit, see `typed_units`
     shown: dict[str, str]
-    kinds: dict[str, str]  # see `typed_units`
     # the response at whose limit the sampler aims; empty for any other study
     aim: str = ""
 
@@ -189,7 +192,7 @@ def load(
     problems = Problems(str(path or "the study"))
     given = path or cast(Mapping[str, Any], source)
     text, document = read(given, problems, trials=trials, seed=seed)
-    kinds = typed_units(document.model_dump())
+    typed = typed_units(document.model_dump())
     sampling, about = read_sampling(document.sampling, problems)
     chosen = _model(document, model, problems)
     document = read_links(document, chosen, problems)
@@ -257,30 +260,37 @@ def load(
         _shown(
             description,
             {
+                **typed,
                 **(points.shown if points else {}),
                 **deviating.shown,
                 **(until.shown if until else {}),
                 **{name: unit_of(limit.words) for name, limit in limits.items()},
             },
-            kinds,
         ),
-        kinds,
         aim,
     )
 
 
-def _shown(
-    description: Description, written: dict[str, str], kinds: dict[str, str]
-) -> dict[str, str]:
-    """Return units as written, without those of bare numbers for counts and ratios.
+def _shown(description: Description, written: dict[str, str]) -> dict[str, str]:
+    """Return units as written, without those of bare numbers for counts and ratios."""
+    own = {each.name for some in description for each in some if each.shown}
+    return {n: unit for n, unit in written.items() if not (unit == "1" and n in own)}
 
-    What is not written has the unit of its kind, where there is one.
+
+def typed_units(study: Mapping[str, Any]) -> dict[str, str]:
+    """Return by SI unit the one in which all such quantities of a study are typed.
+
+    With all speeds in rpm that is {"rad/s": "rpm"}. Kinds whose unit follows their
+    size, mm or um, are left out, unless all lengths are in inches.
     """
-    every = [each for some in description for each in some]
-    own = {each.name for each in every if each.shown}
-    given = {each.name: kinds[each.unit] for each in every if each.unit in kinds}
-    given |= written
-    return {n: unit for n, unit in given.items() if not (unit == "1" and n in own)}
+    found: dict[str, set[str]] = {}
+    typed = as_typed([study.get(each) for each in SECTIONS], quoted=True)
+    for text in re.findall('"([^"]*)"', typed):
+        with suppress(UnitError):  # a word, a formula, the name of a file
+            unit = unit_of(text)
+            found.setdefault(si_unit(dimension(unit)), set()).add(unit)
+    agreed = {kind: units.pop() for kind, units in found.items() if len(units) == 1}
+    return {k: unit for k, unit in agreed.items() if k not in SIZES or unit == "in"}
 
 
 def _model(document: Document, model: Model | None, problems: Problems) -> Model:
@@ -297,23 +307,13 @@ def _settings(document: Document, model: Model, problems: Problems) -> Any:
     values, before = {}, len(problems.found)
     for name, given in document.settings.items():
         with problems.noting(f"[settings] {name}", given):
-            values[name] = _read(setting_of(model, name), given)
+            known = setting_of(model, name)
+            try:
+                values[name] = known.kind.read(given)
+            except ModelError as error:
+                raise ModelError(f"{error} ({known.sentence})") from None
     if len(problems.found) > before:  # names left out may be missed: not reported
         with suppress(TolstatError):
             return make(model, values)
         problems.raise_if_any()
     return problems.required("[settings]", None, lambda: make(model, values))
-
-
-def _read(setting: Setting, given: Any) -> Any:
-    """Return a setting; refuse a unit of one that has none, such as mm a turn."""
-    match setting.kind:
-        case Number(unit="", presets=words) if isinstance(given, str) and (
-            given not in words
-        ):
-            default = setting.kind.words(setting.default)
-            raise ModelError(
-                f"a number without quotes and unit is expected, such as {setting.name} "
-                f"= {default}: {setting.sentence}"
-            )
-    return setting.kind.read(given)

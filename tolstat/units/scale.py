@@ -71,11 +71,7 @@ class Scale(NamedTuple):
     @property
     def factor(self) -> float:
         """Factor from SI to the unit shown."""
-        return self.converted(1.0)
-
-    def converted(self, value: float) -> float:
-        """Return an SI number, converted to the unit shown."""
-        return float(from_si(value, self.unit, self.shown))
+        return float(from_si(1.0, self.unit, self.shown))
 
     @property
     def mark(self) -> str:
@@ -84,7 +80,7 @@ class Scale(NamedTuple):
 
     def beside(self, size: float) -> Scale:
         """Return the scale whose least number suits numbers of a size, SI."""
-        shown = NOTHING * abs(self.converted(size))
+        shown = NOTHING * self.factor * abs(size)
         known = shown > 0 and math.isfinite(shown)
         least = 10.0 ** math.ceil(math.log10(shown)) if known else 0.0
         return self._replace(least=least)
@@ -95,31 +91,22 @@ class Scale(NamedTuple):
         A spread of 0 or not finite is unknown. Numbers that are `asked`, such as ends
         of a limit, get one more decimal than they have.
         """
-        shown = (self.converted(each) for each in asked)
+        shown = (self.factor * each for each in asked)
         places = [1 - int(_known(x).as_tuple().exponent) for x in shown if x]
-        told = 2 * TOLD * abs(self.converted(spread))
+        told = 2 * TOLD * self.factor * abs(spread)
         if told > 0 and math.isfinite(told):
             places.append(math.ceil(-math.log10(told) - NOTHING))
         return self._replace(place=max(places, default=None))
-
-    @property
-    def exact(self) -> Scale:
-        """Return the scale without a least number."""
-        return self._replace(least=0.0)
-
-    def nothing(self, value: float) -> bool:
-        """Whether an SI number is practically zero, but not exactly."""
-        return 0 < abs(self.converted(value)) < self.least
 
     def number(self, value: float, count: int = 0) -> str:
         """Write an SI number in the unit shown, without it.
 
         It has at most `count` figures; by default four, or as many as its place needs.
         """
-        shown = self.converted(value)
+        shown = self.factor * value
         if abs(shown) < ROUNDING * self.least:
             return "0"
-        if self.nothing(value):
+        if 0 < abs(shown) < self.least:
             return self._below(shown)
         if self.shown == COUNT and shown.is_integer():
             return f"{shown:.0f}"
@@ -138,8 +125,8 @@ class Scale(NamedTuple):
         return self._bound(value, ROUND_CEILING)
 
     def _bound(self, value: float, rounding: str) -> str:
-        shown = self.converted(value)
-        if self.nothing(value):
+        shown = self.factor * value
+        if 0 < abs(shown) < self.least:
             safe = shown > 0 if rounding == ROUND_CEILING else shown < 0
             shown = math.copysign(self.least, shown) if safe else 0.0
         return figures(shown, BOUND, rounding)
@@ -156,7 +143,7 @@ class Scale(NamedTuple):
         interval the estimate has three figures.
         """
         given = (value, lower, upper)
-        three = [self.converted(x) for x in given]
+        three = [self.factor * x for x in given]
         whole = self.shown == COUNT and all(map(float.is_integer, three))
         if math.isnan(three[1]) or math.isnan(three[2]):
             return self.number(value, BOUND), self.number(lower), self.number(upper)

@@ -29,7 +29,7 @@ from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET
 from tolstat.statistics.summary import Limited
-from tolstat.units.scale import AS_IS, PART, PER_CENT, PPM
+from tolstat.units.scale import PART, PER_CENT, PPM
 
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import (
@@ -83,7 +83,7 @@ def _lead(found: RunSummary) -> Parts:
         return text("The study limits no response.")
     counts = Counter(each.yields.verdict for each in found.limits.values())
     (word, first), *others = counts.items()
-    n = counts.total()
+    n, trials = counts.total(), found.trials.done + found.trials.failed
     of = "The limit is" if n == 1 else f"All {n} limits are"
     if first < n:
         of = f"{first} of {n} limits {'is' if first == 1 else 'are'}"
@@ -91,24 +91,23 @@ def _lead(found: RunSummary) -> Parts:
     said += [text(f"{count} ", Word(word, word)) for word, count in others]
     return say(
         f"{{}}. Yield, {'all limits' if n > 1 else 'this limit'}: {{}}.{{}}",
-        listed(said, joint=""),
-        Number(found.all_limits.within, PER_CENT, of=found.trials.sampled),
+        listed(said, joint=""), Number(found.all_limits.within, PER_CENT, of=trials),
         " Failed trials count as out of limit." if found.trials.failed else None,
     )  # fmt: skip
 
 
 def limits_table(found: RunSummary, links: Collection[str] = ()) -> blocks.Table:
     """Return verdict, fraction out of limit, main cause and effect of halving it."""
-    rows = []
+    rows, of = [], found.trials.done + found.trials.failed
     for name, limited in found.limits.items():
         each, yields = found.responses[name], limited.yields
-        good = Number(yields.within_at_most, PER_CENT, of=found.trials.sampled)
+        good = Number(yields.within_at_most, PER_CENT, of=of)
         failed = say("yield, if failed trials were good: {}", good)
         rows.append({
             **limit_row(
                 Cell((Name(name, name if name in links else ""),), text(each.sentence)),
                 limited.limit, verdict_cell(yields),
-                Cell((ppm(yields.fraction_out_of_limit, found.trials.sampled),),
+                Cell((ppm(yields.fraction_out_of_limit, of),),
                      failed if found.trials.failed else ()),
                 limited.equivalent_ppk,
             ),
@@ -124,13 +123,13 @@ def limit_row(
     name: Cell, limit: Limit, verdict: blocks.Given, share: Cell, equivalent: Estimate
 ) -> dict[str, blocks.Given]:
     """Return a row on a limit: its demand and its results."""
-    demanded = limit.typed_ppk or AS_IS.number(limit.ppk)
+    demanded = Number(limit.ppk)
     return {
         "response": name,
         "limit": limit_cell(limit),
         "verdict": verdict,
         "out of limit, ppm": share,
-        "equivalent Ppk": Cell((Number(equivalent),), text(f"demanded {demanded}")),
+        "equivalent Ppk": Cell((Number(equivalent),), say("demanded {}", demanded)),
     }
 
 

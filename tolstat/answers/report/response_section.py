@@ -312,7 +312,7 @@ def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, .
     """Return the size of integration errors, and their effect."""
     if (errors := each.integration_errors) is None:
         return ()
-    exact, effect = each.scale.exact, errors.effect
+    exact, effect = each.scale._replace(least=0.0), errors.effect
     tightened = ", ".join(f"{k} {AS_IS.number(v)}" for k, v in errors.settings.items())
     above = text("Trials depend on each other: how many err more is not known.")
     if errors.above == errors.above:
@@ -353,7 +353,7 @@ def _sides(each: ReportedResponse, errors: IntegrationErrors) -> Parts:
     """Return how many trials change sides of the limit."""
     if errors.effect is None or (sides := errors.sides) is None:
         return ()
-    gap = Number(sides.gap, each.scale.exact)
+    gap = Number(sides.gap, each.scale, "at_least")
     rest = say(
         f"All {sides.near} less than {{}} from the limit were evaluated again. "
         "If all others err by less, the fraction out of limit moves by at most "

@@ -68,33 +68,14 @@ def answers(
     variance = math.fsum(parts.values())
     off = (xi[n] * (nominal[n] + s.mean - middle[n]) for n, s in used.items())
     least, largest, turning = _worst(formula, nominal, used)
-    mean = float(at.value) + math.fsum(off)
-    least, largest, mean = without_rounding(
-        np.array([least, largest, mean]), formula, nominal
-    ).tolist()
     return Answers(
         least,
         largest,
-        mean,
+        float(at.value) + math.fsum(off),
         math.sqrt(variance),
         {n: part / variance if variance else 0.0 for n, part in parts.items()},
         turning,
     )
-
-
-def without_rounding(
-    values: Array, formula: Formula, nominal: Mapping[str, float]
-) -> Array:
-    """Return closing links, SI; 0 where they are rounding errors of their terms.
-
-    In binary numbers 72.5 - 16 - 16 - 38 - 2.5 is not 0.
-    """
-    links = {name: np.float64(size) for name, size in nominal.items()}
-    slopes = formula.worked_out(Slopes(links)).by_link
-    terms = float(np.abs(slopes) @ np.abs([*links.values()]))
-    error = len(links) * np.finfo(float).eps * terms
-    known = np.isfinite(error)  # not where the formula has no slope
-    return np.where(known & (np.abs(values) <= error), 0.0, values)
 
 
 def _worst(

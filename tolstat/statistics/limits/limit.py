@@ -53,21 +53,10 @@ class Limit(NamedTuple):
         return tuple(end for end in self.permitted if end and math.isfinite(end))
 
     @property
-    def typed_ppk(self) -> str:
-        """The Ppk that the study demands; empty if it demands none."""
-        return self.demand.partition("Ppk ")[2]
-
-    @property
     def ppk(self) -> float:
         """The demanded yield as the Ppk of a normal response."""
-        return float(self.typed_ppk or ppk_of(1 - self.demanded, self.ends))
-
-    def demanding_as(self, other: Limit) -> Limit:
-        """Return the limit with the demand of another one."""
-        demanded = other.demanded
-        if other.typed_ppk:
-            demanded = yield_of_ppk(other.ppk, self.ends)
-        return self._replace(demanded=demanded, demand=other.demand)
+        typed = self.demand.partition("Ppk ")[2]
+        return float(typed) if typed else ppk_of(1 - self.demanded, self.ends)
 
 
 def within(values: Array, permitted: tuple[float, float]) -> Truths:
