@@ -243,10 +243,10 @@ View = Chart | Listing
 
 
 def typed_unit(each: Any, typed: Mapping[str, str]) -> str:
-    """Return the unit of a quantity: as typed, by name or SI unit; else as declared."""
-    given = (typed.get(key, "") for key in (each.name, each.unit))
-    fit = (u for u in given if u and dimension(u) == dimension(each.unit))
-    return next(fit, str(each.shown))
+    """Return the unit of a quantity: as typed, by name or kind; else as declared."""
+    kind = dimension(each.unit)
+    given = typed.get(each.name) or typed.get(str(kind), "")
+    return given if given and dimension(given) == kind else str(each.shown)
 
 
 def in_units(view: View, typed: Mapping[str, str]) -> Any:

@@ -44,7 +44,7 @@ from tolstat.study.sampling import (
 )
 from tolstat.study.stopping_rule import Until, read_until
 from tolstat.study.study_schema import Document, read
-from tolstat.units.conversion import dimension, si_unit
+from tolstat.units.conversion import dimension
 from tolstat.units.grammar import unit_of
 from tolstat.units.scale import SIZES
 
@@ -73,7 +73,7 @@ class Study:
     reference: tuple[str, dict[str, Array]] | None
     limits: dict[str, Limit]  # by response, SI
     # the unit in which each contributor, response or swept setting is written; and by
-    # SI unit, see `typed_units`
+    # dimension, see `typed_units`
     shown: dict[str, str]
     # the response at whose limit the sampler aims; empty for any other study
     aim: str = ""
@@ -278,19 +278,20 @@ def _shown(description: Description, written: dict[str, str]) -> dict[str, str]:
 
 
 def typed_units(study: Mapping[str, Any]) -> dict[str, str]:
-    """Return by SI unit the one in which all such quantities of a study are typed.
+    """Return by dimension the unit in which all such quantities of a study are typed.
 
-    With all speeds in rpm that is {"rad/s": "rpm"}. Kinds whose unit follows their
-    size, mm or um, are left out, unless all lengths are in inches.
+    With all speeds in rpm that is {"[angle] / [time]": "rpm"}. Those whose unit follows
+    their size, mm or um, are left out, unless all lengths are in inches.
     """
     found: dict[str, set[str]] = {}
     typed = as_typed([study.get(each) for each in SECTIONS], quoted=True)
     for text in re.findall('"([^"]*)"', typed):
         with suppress(UnitError):  # a word, a formula, the name of a file
             unit = unit_of(text)
-            found.setdefault(si_unit(dimension(unit)), set()).add(unit)
+            found.setdefault(str(dimension(unit)), set()).add(unit)
+    sized = {str(dimension(unit)) for unit in SIZES}
     agreed = {kind: units.pop() for kind, units in found.items() if len(units) == 1}
-    return {k: unit for k, unit in agreed.items() if k not in SIZES or unit == "in"}
+    return {k: unit for k, unit in agreed.items() if k not in sized or unit == "in"}
 
 
 def _model(document: Document, model: Model | None, problems: Problems) -> Model:

@@ -24,7 +24,7 @@ _WRITTEN = re.compile(
 # by SI unit others that a value may be written in, the first of equally short ones
 _WRITTEN_IN = {
     "m": ("mm", "um", "km"), "s": ("ms", "us"), "Hz": ("kHz", "mHz"),
-    "rad": ("deg", "mrad"), "rad/s": ("rpm",), "N": ("kN", "MN"), "N m": ("kN m",),
+    "rad": ("deg", "mrad"), "rad/s": ("rpm",), "N": ("kN", "MN"),
     "J": ("kJ", "MJ"), "W": ("kW", "MW"), "Pa": ("kPa", "MPa", "GPa"),
 }  # fmt: skip
 _ZERO_IN = {"m": "mm", "rad": "deg"}
