@@ -27,7 +27,6 @@ _WRITTEN_IN = {
     "rad": ("deg", "mrad"), "rad/s": ("rpm",), "N": ("kN", "MN"),
     "J": ("kJ", "MJ"), "W": ("kW", "MW"), "Pa": ("kPa", "MPa", "GPa"),
 }  # fmt: skip
-_ZERO_IN = {"m": "mm", "rad": "deg"}
 _SAME = 1e-12  # of a value: rounding of writing and reading
 
 # squares and products of numbers in this range are numbers too
@@ -137,7 +136,7 @@ def typed(unit: str, *values: float) -> str:
 
     best = min((unit, *_WRITTEN_IN.get(unit, ())), key=size)
     if not any(values):
-        best = _ZERO_IN.get(unit, unit)
+        best = {"m": "mm", "rad": "deg"}.get(unit, unit)
     words = [figures(from_si(value, unit, best), MOST_FIGURES) for value in values]
     back = [to_si(float(word), best, unit) for word in words]
     if not np.allclose(back, values, rtol=_SAME, atol=0.0):

@@ -216,8 +216,8 @@ class Ratio(NamedTuple):
         return figures(value * self.above.factor / self.below.factor)
 
 
-PER_CENT, PPM, AS_IS = Scale("1", "%").beside(1.0), Scale("1", "ppm"), Scale("1", PLAIN)
-PART = PER_CENT._replace(most=BOUND)  # of some trials, or of a variance
+PER_CENT, PPM, AS_IS = Scale("1", "%"), Scale("1", "ppm"), Scale("1", PLAIN)
+PART = PER_CENT.beside(1.0)._replace(most=BOUND)  # of trials, of a variance, of chance
 
 
 def share_words(share: float) -> str:

@@ -149,13 +149,15 @@ def _limits(found: Comparison, one: Difference) -> Table:
     b = one.design
     by_moments = f"Ppk by moments: {b} - A"
     rows: list[dict[str, Given]] = []
+    both = one.pairing.done_in_both + one.pairing.failed
+    of = [both or design.done + design.failed for design in found.of(one)]
     for name, each in one.limits.items():
         first, other = each.limits
         rows.append({
             "response": Name(name),
             "limit": Cell(text(first), text(f"{b}: {other}") if other != first else ()),
-            "ppm: A": ppm(each.fractions_out_of_limit[0]),
-            f"ppm: {b}": ppm(each.fractions_out_of_limit[1]),
+            "ppm: A": ppm(each.fractions_out_of_limit[0], of[0]),
+            f"ppm: {b}": ppm(each.fractions_out_of_limit[1], of[1]),
             f"ppm: {b} - A": ppm(each.fraction_difference),
             "worse": None if each.worse is None else Number(each.worse),
             "better": None if each.better is None else Number(each.better),

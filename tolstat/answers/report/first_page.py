@@ -146,7 +146,7 @@ def _cause_cell(each: ResponseSummary) -> Cell:
         return Cell(text("; or equally ".join(every)), explained(pair, causes))
     if causes.leading:
         name = causes.leading[0]
-        level = Number(causes.every[name].level, PER_CENT)
+        level = Number(causes.every[name].level, PART)
         return Cell((Name(name),), text("significant at ", level))
     variance: Parts = ()
     if most := each.largest_share:
@@ -272,7 +272,7 @@ def ranges_figure(found: RunSummary) -> blocks.Figure | None:
         *(plot.Rule(x, upright=True, label=f"permitted {x:.4g}")
           for x in sorted(permitted)),
     )  # fmt: skip
-    said = ", ".join(f"{n} {PPM.number(share.value)}" for n, share in sure.items())
+    said = ", ".join(f"{n} {PPM.interval(*x[:3])[0]}" for n, x in sure.items())
     axes = plot.PlotAxis("out of limit, ppm", "log"), plot.PlotAxis("")
     drawn = plot.Plot((plot.PlotPanel(*axes, layers),), height=0.22 * len(sure) + 0.8)
     return blocks.Figure(f"Fractions out of limit in ppm: {said}", drawn)

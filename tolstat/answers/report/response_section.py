@@ -184,7 +184,7 @@ def _cause(part: Cell, level: float, cause: Cause | PairCause) -> Row:
     size = cause.effective_sample_size
     return {
         "contributor": part,
-        "level, %": Number(level, PER_CENT),
+        "level, %": Number(level, PART),
         "out of limit with its tolerance halved, ppm": ppm(cause.halved),
         "effective sample size": Number(size) if size else None,
     }
@@ -248,7 +248,7 @@ def _contributors(
         shares["Sobol' first-order index, %"] = indices.first, PART
         shares["Sobol' total index, %"] = indices.total, PART
     if each.linear:
-        shares["root sum square, % of the variance"] = each.linear.shares, PER_CENT
+        shares["root sum square, % of the variance"] = each.linear.shares, PART
     rows: list[Row] = []
     for part in every:
         shown = found.stored_run.scales.get(part, AS_IS)  # a batch has none
