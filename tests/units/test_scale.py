@@ -265,3 +265,22 @@ def test_a_negligible_end_of_an_interval_is_zero():
     assert ppm.interval(500e-6, 8e-8, 3800e-6) == ("500", "0", "3800")
     # what is estimated is sooner worth a figure
     assert ppm.interval(1.4e-6, 3e-8, 14.5e-3) == ("1.40", "0", "14500")
+
+
+def test_an_estimate_has_three_figures_however_wide_its_interval():
+    plain = Scale("1", "1")
+    assert plain.interval(0.1594, 0.0312, 2.431) == ("0.159", "0.0312", "2.43")
+    ppm = Scale("1", "ppm")
+    # one number, whatever its interval
+    for lower, upper in ((300e-6, 1300e-6), (30e-6, 4000e-6), (0.0, 14500e-6)):
+        assert ppm.interval(732e-6, lower, upper)[0] == "732"
+    # what is practically zero beside its interval is zero
+    assert plain.interval(1e-9, -2.0, 2.0)[0] == "0"
+
+
+def test_what_no_computation_resolves_is_zero():
+    """A rounding error is not "above" nothing; a small share is "below" something."""
+    gap = Scale("m", "mm").beside(0.15e-3)
+    assert gap.number(-4.8e-18) == "0" and gap.number(-1e-14) == "above -1e-6"
+    assert PART.number(6.63e-36) == "0" and PART.number(3e-9) == "below 0.0001"
+    assert PART.number(0.3827) == "38.3"

@@ -245,8 +245,8 @@ View = Chart | Listing
 def typed_unit(each: Any, typed: Mapping[str, str]) -> str:
     """Return the unit of a quantity: as typed, by name or kind; else as declared."""
     kind = dimension(each.unit)
-    given = typed.get(each.name) or typed.get(str(kind), "")
-    return given if given and dimension(given) == kind else str(each.shown)
+    given = (typed.get(key, "") for key in (each.name, str(kind)))
+    return next((u for u in given if u and dimension(u) == kind), str(each.shown))
 
 
 def in_units(view: View, typed: Mapping[str, str]) -> Any:
