@@ -61,7 +61,7 @@ def test_one_fraction_has_the_same_digits_wherever_it_stands(tmp_path):
     """Intervals for one look and for any number of looks are of different width."""
     runs = [
         tolstat.run(
-            {**CHAIN, "trials": 4100, "seed": seed, "limits": {"gap": "<= 0.11 mm"}},
+            {**CHAIN, "trials": 4100, "seed": seed, "limits": {"gap": "<= 0.15 mm"}},
             output=tmp_path / f"{seed}.h5",
         )
         for seed in (1, 2)
@@ -74,5 +74,6 @@ def test_one_fraction_has_the_same_digits_wherever_it_stands(tmp_path):
     assert own == verdicts
     for words, run in zip(own, runs, strict=True):
         share = 1e6 * run.beyond("gap").mean()
-        assert share > 0 and float(words) == pytest.approx(share, rel=5e-3)
+        assert float(words) == pytest.approx(share, rel=5e-3)
+    assert float(own[0]) > 0
     assert as_text(row["response"].main) == "gap"

@@ -243,10 +243,14 @@ View = Chart | Listing
 
 
 def typed_unit(each: Any, typed: Mapping[str, str]) -> str:
-    """Return the unit of a quantity: as typed, by name or kind; else as declared."""
-    kind = dimension(each.unit)
+    """Return the unit of a quantity: as typed, by name or kind; else as declared.
+
+    A bare number is no unit for a count or a ratio.
+    """
+    kind, own = dimension(each.unit), str(each.shown)
     given = (typed.get(key, "") for key in (each.name, str(kind)))
-    return next((u for u in given if u and dimension(u) == kind), str(each.shown))
+    fit = (u for u in given if u and dimension(u) == kind and not (u == "1" and own))
+    return next(fit, own)
 
 
 def in_units(view: View, typed: Mapping[str, str]) -> Any:

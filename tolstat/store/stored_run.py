@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Truths
 from tolstat.model.description import Contributor, Response, StudyNumber
+from tolstat.model.view import typed_unit
 from tolstat.statistics.limits.limit import (
     WORST,
     Limit,
@@ -297,8 +298,7 @@ class Run:
     ) -> Run:
         """Return the run with these limits, units shown and one more note."""
         responses = tuple(
-            replace(each, shown=each.shown or shown.get(each.name, ""))
-            for each in self.responses
+            replace(each, shown=typed_unit(each, shown)) for each in self.responses
         )
         notes = (*self.notes, note)
         return replace(self, limits=limits, responses=responses, notes=notes)

@@ -257,24 +257,15 @@ def load(
         points,
         reference,
         limits,
-        _shown(
-            description,
-            {
-                **typed,
-                **(points.shown if points else {}),
-                **deviating.shown,
-                **(until.shown if until else {}),
-                **{name: unit_of(limit.words) for name, limit in limits.items()},
-            },
-        ),
+        {
+            **typed,
+            **(points.shown if points else {}),
+            **deviating.shown,
+            **(until.shown if until else {}),
+            **{name: unit_of(limit.words) for name, limit in limits.items()},
+        },
         aim,
     )
-
-
-def _shown(description: Description, written: dict[str, str]) -> dict[str, str]:
-    """Return units as written, without those of bare numbers for counts and ratios."""
-    own = {each.name for some in description for each in some if each.shown}
-    return {n: unit for n, unit in written.items() if not (unit == "1" and n in own)}
 
 
 def typed_units(study: Mapping[str, Any]) -> dict[str, str]:
