@@ -29,7 +29,7 @@ from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET
 from tolstat.statistics.summary import Limited
-from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM
+from tolstat.units.scale import PART, PER_CENT, PPM
 
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import (
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     )
 
 MOST_NAMED = 4  # parts in a sentence
-LEVEL = PER_CENT.beside(1.0)  # of chance: no test is better than that
 STARRED = {"mean": "mean *", "sigma": "sigma *"}  # their assumption stands below
 PAGE_ONLY = ("mean *", "sigma *", "least", "largest", "0.135 %", "99.865 %")
 INTERVAL = "Each number has its 95 % interval below it"
@@ -84,7 +83,7 @@ def _lead(found: RunSummary) -> Parts:
         return text("The study limits no response.")
     counts = Counter(each.yields.verdict for each in found.limits.values())
     (word, first), *others = counts.items()
-    n = counts.total()
+    n, trials = counts.total(), found.trials.done + found.trials.failed
     of = "The limit is" if n == 1 else f"All {n} limits are"
     if first < n:
         of = f"{first} of {n} limits {'is' if first == 1 else 'are'}"
@@ -92,23 +91,23 @@ def _lead(found: RunSummary) -> Parts:
     said += [text(f"{count} ", Word(word, word)) for word, count in others]
     return say(
         f"{{}}. Yield, {'all limits' if n > 1 else 'this limit'}: {{}}.{{}}",
-        listed(said, joint=""), Number(found.all_limits.within, PER_CENT),
+        listed(said, joint=""), Number(found.all_limits.within, PER_CENT, of=trials),
         " Failed trials count as out of limit." if found.trials.failed else None,
     )  # fmt: skip
 
 
 def limits_table(found: RunSummary, links: Collection[str] = ()) -> blocks.Table:
     """Return verdict, fraction out of limit, main cause and effect of halving it."""
-    rows = []
+    rows, of = [], found.trials.done + found.trials.failed
     for name, limited in found.limits.items():
         each, yields = found.responses[name], limited.yields
-        good = Number(yields.within_at_most, PER_CENT)
+        good = Number(yields.within_at_most, PER_CENT, of=of)
         failed = say("yield, if failed trials were good: {}", good)
         rows.append({
             **limit_row(
                 Cell((Name(name, name if name in links else ""),), text(each.sentence)),
                 limited.limit, verdict_cell(yields),
-                Cell((ppm(yields.fraction_out_of_limit),),
+                Cell((ppm(yields.fraction_out_of_limit, of),),
                      failed if found.trials.failed else ()),
                 limited.equivalent_ppk,
             ),
@@ -124,14 +123,13 @@ def limit_row(
     name: Cell, limit: Limit, verdict: blocks.Given, share: Cell, equivalent: Estimate
 ) -> dict[str, blocks.Given]:
     """Return a row on a limit: its demand and its results."""
-    typed = limit.typed_ppk
-    demanded = f"{typed:.{KNOWN}g}" if typed else AS_IS.number(limit.ppk)
+    demanded = Number(limit.ppk)
     return {
         "response": name,
         "limit": limit_cell(limit),
         "verdict": verdict,
         "out of limit, ppm": share,
-        "equivalent Ppk": Cell((Number(equivalent),), text(f"demanded {demanded}")),
+        "equivalent Ppk": Cell((Number(equivalent),), say("demanded {}", demanded)),
     }
 
 
@@ -148,7 +146,7 @@ def _cause_cell(each: ResponseSummary) -> Cell:
         return Cell(text("; or equally ".join(every)), explained(pair, causes))
     if causes.leading:
         name = causes.leading[0]
-        level = Number(causes.every[name].level, LEVEL)
+        level = Number(causes.every[name].level, PART)
         return Cell((Name(name),), text("significant at ", level))
     variance: Parts = ()
     if most := each.largest_share:
@@ -274,7 +272,7 @@ def ranges_figure(found: RunSummary) -> blocks.Figure | None:
         *(plot.Rule(x, upright=True, label=f"permitted {x:.4g}")
           for x in sorted(permitted)),
     )  # fmt: skip
-    said = ", ".join(f"{n} {PPM.number(share.value)}" for n, share in sure.items())
+    said = ", ".join(f"{n} {PPM.interval(*x[:3])[0]}" for n, x in sure.items())
     axes = plot.PlotAxis("out of limit, ppm", "log"), plot.PlotAxis("")
     drawn = plot.Plot((plot.PlotPanel(*axes, layers),), height=0.22 * len(sure) + 0.8)
     return blocks.Figure(f"Fractions out of limit in ppm: {said}", drawn)
