@@ -41,22 +41,12 @@ if TYPE_CHECKING:
 
 MOST_NAMED = 4  # parts in a sentence
 LEVEL = PER_CENT.beside(1.0)  # of chance: no test is better than that
-STARRED = {"mean": "mean *", "sigma": "sigma *"}  # their assumption stands below
-PAGE_ONLY = ("mean *", "sigma *", "least", "largest", "0.135 %", "99.865 %")
 INTERVAL = "Each number has its 95 % interval below it"
 READING = (
     "Quantiles: order statistics, for any distribution. Fractions out of limit: "
     "anytime-valid, trials may be added. Equivalent Ppk: of a normal response with the "
     "same fraction out of limit."
 )
-
-
-def summary_document(found: RunSummary) -> blocks.Document:
-    """Return the summary that is printed at the end of a run."""
-    return blocks.Document(
-        f"{found.title} ({found.model})",
-        blocks.shown(*first_page(found), responses_table(found), reading(found)),
-    )
 
 
 def first_page(
@@ -66,18 +56,26 @@ def first_page(
 
     Names of responses in `links` lead to their sections.
     """
-    steps = _next_steps(found)
-    next_steps = blocks.shown(blocks.Bullets(steps, numbered=len(steps) > 1))
     return blocks.shown(
-        blocks.Paragraph(_lead(found), "lead"),
+        lead(found),
         limits_table(found, links),
-        blocks.Section("What to do next", next_steps, level=3),
+        what_next(next_steps(found)),
         *map(blocks.note, found.trials.notes),
     )
 
 
-def _lead(found: RunSummary) -> Parts:
+def what_next(steps: tuple[Parts, ...]) -> blocks.Section:
+    """Return the section of next steps, the first one first."""
+    shown = blocks.shown(blocks.Bullets(steps, numbered=len(steps) > 1))
+    return blocks.Section("What to do next", shown, level=3)
+
+
+def lead(found: RunSummary) -> blocks.Paragraph:
     """Say how many limits are met, and the yield of all of them."""
+    return blocks.Paragraph(_lead(found), "lead")
+
+
+def _lead(found: RunSummary) -> Parts:
     if not found.trials.ran:
         return text("No trial has run.")
     if found.all_limits is None:
@@ -116,8 +114,9 @@ def limits_table(found: RunSummary, links: Collection[str] = ()) -> blocks.Table
             "tolerance halved, ppm": _effect_cell(each, limited),
         })  # fmt: skip
     return blocks.table_of(
-        rows, "Limits", words=["main cause"], caption=rests_on(found), look="verdicts"
-    )
+        rows, "Limits", words=["main cause"], caption=rests_on(found), look="verdicts",
+        spare=["tolerance halved, ppm", "equivalent Ppk"],
+    )  # fmt: skip
 
 
 def limit_row(
@@ -198,7 +197,7 @@ def differ(one: Estimate, other: Estimate) -> bool:
     return one.upper < other.lower or other.upper < one.lower
 
 
-def _next_steps(found: RunSummary) -> tuple[Parts, ...]:
+def next_steps(found: RunSummary) -> tuple[Parts, ...]:
     """Say what to do next: resume, tighten the main cause, or run more trials."""
     run = found.stored_run
     if run.ended < run.trials:
@@ -278,21 +277,6 @@ def ranges_figure(found: RunSummary) -> blocks.Figure | None:
     axes = plot.PlotAxis("out of limit, ppm", "log"), plot.PlotAxis("")
     drawn = plot.Plot((plot.PlotPanel(*axes, layers),), height=0.22 * len(sure) + 0.8)
     return blocks.Figure(f"Fractions out of limit in ppm: {said}", drawn)
-
-
-def responses_table(found: RunSummary) -> blocks.Table:
-    """Return the numbers of all responses."""
-    rows: list[dict[str, blocks.Given]] = [
-        {
-            "response": Name(name),
-            "unit": each.scale.mark,
-            "nominal": Number(each.nominal, each.scale),
-            **{STARRED.get(n, n): x for n, x in numbers_of(each, each.scale).items()},
-        }
-        for name, each in found.responses.items()
-    ]
-    return blocks.table_of(rows, "Responses", page_only=PAGE_ONLY,
-                           caption=rests_on(found), keys=2, look="dense")  # fmt: skip
 
 
 def rests_on(found: RunSummary) -> Parts:
