@@ -232,7 +232,7 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
         return ()
     clear, then = differ(main.halved, now), main.halved.value
     gains = then < now.value and (clear or verdict == NOT_MET)
-    if not (gains if known else math.isnan(then) and main.effective_sample_size):
+    if not (gains if known else math.isnan(then)):
         return ()
     if causes.pair:
         parts: tuple[str, ...] = causes.pair.together.members
@@ -240,16 +240,19 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
         kinds = kinds_of_part(list(run.assumed), run.contributors)
         parts = tuple(kinds.get(causes.leading[0], causes.leading[:1]))
     few = len(parts) <= MOST_NAMED
+    named = listed([Name(part) for part in parts]) if few else Name(causes.leading[0])
+    command = to_halve(run, parts)
+    if not (known or command):
+        return say(f"{{}} cannot be halved: {main.halved.reason}.", named)
     effect = say("the effect on {} is not estimable", Name(name))
     if known:
         falls = "falls" if clear else "may fall"
         effect = say(f"{{}} {falls} from {{}} to {{}}", Name(name), ppm(now),
                      ppm(main.halved))  # fmt: skip
-    command = to_halve(run, parts)
     return say(
         f"{'Halve' if clear else 'Test half'} the "
         f"{'tolerance' if len(parts) == 1 else 'tolerances'} of {{}}: {{}}{{}}.",
-        listed([Name(part) for part in parts]) if few else Name(causes.leading[0]),
+        named,
         effect,
         (". Check it with a fresh run: ", Typed(command)) if command else None,
     )
