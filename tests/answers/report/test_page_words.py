@@ -87,10 +87,17 @@ def test_a_partial_run_with_new_limits_names_no_missing_part(toy, toy_study):
     )  # fmt: skip
     found = report_of(tolstat.limited(part, {"gap": "-1..1.2 mm"}, toy))
     words = words_in(*found.document().blocks)
-    assert "requested limits" in words and "the audit and the worst" not in words
+    assert "requested limits" in words and "of the study's limits:" not in words
     assert len(found.responses["gap"].worst_trials) == 10 and "Worst trials" in words
     missing = "No slopes, worst cases or halved tolerances: the run did not come"
     assert missing in words
+    # stopped in its audit: what is stored is said, and how to finish
+    ended = replace(run, complete=False)
+    found = tolstat.summary(tolstat.limited(ended, {"gap": "-1..1.2 mm"}, toy))
+    words = words_in(*found.document().blocks)
+    assert "gap -1..1.2 mm; of the study's limits: worst cases" in words
+    assert "Finish the run, whose audit or diagnostics are missing: " in words
+    assert "tolstat resume" in words and "tolstat extend" not in words
 
 
 def test_the_page_is_self_contained(report):

@@ -200,9 +200,11 @@ def differ(one: Estimate, other: Estimate) -> bool:
 def next_steps(found: RunSummary) -> tuple[Parts, ...]:
     """Say what to do next: resume, tighten the main cause, or run more trials."""
     run = found.stored_run
-    if run.ended < run.trials:
-        resume = Typed(to_resume(run.path, run.machine))
-        return (text("Run the trials that are missing: ", resume, "."),)
+    if not run.complete:
+        what = "Run the trials that are missing"
+        if run.ended == run.trials:
+            what = "Finish the run, whose audit or diagnostics are missing"
+        return (text(f"{what}: ", Typed(to_resume(run.path, run.machine)), "."),)
     halve = (  # first what is known to gain
         _halve(found, name, each, known=known)
         for known in (True, False)
