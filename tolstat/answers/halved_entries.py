@@ -45,9 +45,7 @@ def halved_entries(run: Run, parts: Sequence[str]) -> dict[str, Any]:
     return found
 
 
-def _halved(
-    entry: Mapping[str, Any], zone: Tolerance, unit: str, scale: Scale
-) -> Any:
+def _halved(entry: Mapping[str, Any], zone: Tolerance, unit: str, scale: Scale) -> Any:
     """Return an entry with half its tolerance, and what depends on that."""
     centre = zone.nearest
 

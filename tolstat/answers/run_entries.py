@@ -103,8 +103,9 @@ class RunIndex(Answer):
                 "s": Number(each.seconds),
             })  # fmt: skip
         return blocks.table_of(
-            rows, words=["limits", "title"], page_only=["title", "s"]
-        )
+            rows, words=["limits", "title"], page_only=["title", "s"],
+            spare=["size", "written", "model", "failed"],
+        )  # fmt: skip
 
     def rows(self) -> list[Row]:
         """Return a row for each with all fields; paths are relative to the folder."""

@@ -76,7 +76,9 @@ def compare(
 
 @click.command()
 @options.run_file
-@options.output_option("The table to write.", metavar="FILE.csv|.parquet", required=True)
+@options.output_option(
+    "The table to write.", metavar="FILE.csv|.parquet", required=True
+)
 @options.force("Replace an existing file.")
 def export(source: Path, output: Path, force: bool) -> None:
     """Write the trials of a run as a table, in SI.

@@ -54,9 +54,7 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
 @click.command()
 @path_argument("study", "STUDY.toml")
 @click.argument("name")
-@output_option(
-    "Write a .png, .svg, .pdf, .csv or .html file; default: a table here."
-)
+@output_option("Write a .png, .svg, .pdf, .csv or .html file; default: a table here.")
 def view(study: Path, name: str, output: Path | None) -> None:
     """Show a view of a model, such as a diagram or a history.
 

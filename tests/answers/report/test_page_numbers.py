@@ -115,7 +115,9 @@ def test_summary_numbers_are_in_their_columns(report, mill):
         known = {"nominal": each.nominal, "mean *": each.mean, "sigma *": each.sigma}
         known |= {"least": each.least, "largest": each.largest}
         known |= {
-            head: each.quantiles[q] for q in QUANTILES if (head := share_words(q)) in SHARES
+            head: each.quantiles[q]
+            for q in QUANTILES
+            if (head := share_words(q)) in SHARES
         }
         for head, value in known.items():
             assert row[head].main == (Number(value, mill.scales[name]),), (name, head)
