@@ -9,8 +9,8 @@ import signal
 import subprocess
 import time
 
-import numpy as np
 import h5py
+import numpy as np
 import pytest
 
 import tolstat

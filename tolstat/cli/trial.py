@@ -58,8 +58,9 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
 def view(study: Path, name: str, output: Path | None) -> None:
     """Show a view of a model, such as a diagram or a history.
 
-    `tolstat show MODEL` lists the names. Views are diagrams, charts, lists and histories of the nominal trial of STUDY.toml.
-    Bands show the effect of its tolerances.
+    `tolstat show MODEL` lists the names. Views are diagrams, charts, lists and
+    histories of the nominal trial of STUDY.toml. Bands show the effect of its
+    tolerances.
     """
     if output:
         check_ending(output, "a view", VIEWS)

@@ -13,6 +13,7 @@ import numpy as np
 
 from tolstat import catalogue
 from tolstat.arrays import Array
+from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
 from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import StudyError, TolstatError
@@ -31,8 +32,9 @@ from tolstat.study.given_points import (
     read_table,
 )
 from tolstat.study.limits_section import read_limits
-from tolstat.study.links_section import check_sizes, read_links
+from tolstat.study.links_section import check_sizes, check_units, read_links
 from tolstat.study.memory_needed import large, too_large
+from tolstat.study.misplaced_keys import section_of
 from tolstat.study.problems import Problems
 from tolstat.study.sampling import (
     aim_of,
@@ -45,6 +47,7 @@ from tolstat.study.stopping_rule import Until, read_until
 from tolstat.study.study_schema import Document, read
 from tolstat.units.grammar import unit_of
 
+NOTHING = Deviations({}, Dependence({}, {}), {}, {}, ())
 Source = str | os.PathLike[str] | Mapping[str, Any]
 
 
@@ -186,14 +189,23 @@ def load(
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
     given = path or cast(Mapping[str, Any], source)
-    text, document = read(given, problems, trials=trials, seed=seed)
+
+    def section(name: str, value: Any, table: Mapping[str, Any]) -> str:
+        return section_of(name, value, table, model)
+
+    text, document = read(given, problems, section, trials=trials, seed=seed)
     sampling, about = read_sampling(document.sampling, problems)
-    chosen = _model(document, model, problems)
-    document = read_links(document, chosen, problems)
-    settings = _settings(document, chosen, problems)
-    description = problems.required(  # some settings may not fit each other
-        "[settings]", None, lambda: described(chosen, settings)
-    )
+    try:
+        chosen = _model(document, model, problems)
+        settings, document = _settings(document, chosen, problems)
+        description = problems.required(  # some settings may not fit each other
+            "[settings]", None, lambda: _described(chosen, settings)
+        )
+    except StudyError:  # without these the rest cannot be read
+        if not problems.noted("sampling"):
+            for each in faults_of(document, sampling, NOTHING, None):
+                problems.add(*each)
+        raise problems.refusal from None
     deviating = read_deviations(
         document.deviations, document.correlation, description.contributors, folder,
         problems, linked=document.links,
@@ -206,8 +218,9 @@ def load(
     if sampling == "table" and document.table:
         with problems.noting("table", document.table):
             points = read_table(folder, document.table, settings, description)
-    for key, value, wrong in faults_of(document, sampling, deviating, points):
-        problems.add(key, value, wrong)
+    if not problems.noted("sampling"):
+        for key, value, wrong in faults_of(document, sampling, deviating, points):
+            problems.add(key, value, wrong)
     reference, aim, until = None, "", None
     if document.reference:
         with problems.noting("[reference]", document.reference):
@@ -280,13 +293,36 @@ def _model(document: Document, model: Model | None, problems: Problems) -> Model
     return found
 
 
-def _settings(document: Document, model: Model, problems: Problems) -> Any:
+def _described(model: Model, settings: Any) -> Description:
+    """Return contributors and responses; a setting of the same name is the size."""
+    found = described(model, settings)
+    sized = [
+        replace(each, size=size)
+        if each.unit == "m" and each.size is None
+        and isinstance(size := getattr(settings, each.name, None), float) and size > 0
+        else each
+        for each in found.contributors
+    ]  # fmt: skip
+    return found._replace(contributors=tuple(sized))
+
+
+def _settings(
+    document: Document, model: Model, problems: Problems
+) -> tuple[Any, Document]:
+    """Return the settings, links among them, and the study with links as deviations."""
     values, before = {}, len(problems.found)
+    links, document = document.links, read_links(document, model, problems)
     for name, given in document.settings.items():
         with problems.noting(f"[settings] {name}", given):
             values[name] = setting_of(model, name).kind.read(given)
     if len(problems.found) > before:  # names left out may be missed: not reported
         with suppress(TolstatError):
-            return make(model, values)
+            return make(model, values), document
         problems.raise_if_any()
-    return problems.required("[settings]", None, lambda: make(model, values))
+    try:
+        return make(model, values), document
+    except TolstatError as error:
+        check_units(links, error, problems)
+        if len(problems.found) == before:
+            problems.add("[settings]", None, str(error))
+        raise problems.refusal from None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tolstat.answers.cells import limit_cell, numbers_of, ppm, verdict_cell
+from tolstat.answers.cells import limit_cell, ppm, verdict_cell
 from tolstat.answers.next_steps import to_extend, to_halve, to_resume
 from tolstat.document import blocks, plot
 from tolstat.document.blocks import Cell

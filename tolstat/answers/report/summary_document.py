@@ -19,6 +19,7 @@ from tolstat.answers.report.first_page import (
     rests_on,
     what_next,
 )
+from tolstat.answers.run_answer import responses_in_focus
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
@@ -39,9 +40,9 @@ MEDIAN, LARGEST_SHARE = share_words(0.5), "main contribution"
 
 def summary_document(found: RunSummary) -> blocks.Document:
     """Return limits, limited responses, worst cases and the next step."""
-    own = [*found.limits] or [*found.responses]
+    own = [*found.limits] or responses_in_focus(found.stored_run)
     others = len(found.responses) - len(own)
-    more = f"Other responses, without a limit: {others}; the report has them."
+    more = f"Other responses: {others}; the report has them."
     report = Typed(command("report", found.stored_run.path))
     steps = next_steps(found) or (text("Write the report: ", report, "."),)
     return blocks.Document(
@@ -105,8 +106,12 @@ def assumption(found: RunSummary) -> blocks.Paragraph:
 def _largest_share(each: ResponseSummary) -> Cell:
     """Return the largest contribution to the variance, or why none is named."""
     if (most := each.largest_share) is None:
-        few = each.contributions and each.contributions.dominated_by_few
-        return Cell((), text("few trials dominate" if few else "not significant"))
+        if (known := each.contributions) is None:
+            return Cell(())
+        shares = [x for x in known.first_order.values() if x.value != x.value]
+        reason = shares[0].reason if shares else "not significant"
+        few = known.dominated_by_few
+        return Cell((), text("few trials dominate" if few else reason))
     name, share = most
     said = at_least(share) if share.upper == 1 else text(Number(share, PART))
     return Cell((Name(name),), said)
