@@ -24,6 +24,7 @@ def section_of(
 
     A name of several kinds is what its value can be.
     """
+    setting = None
     with suppress(TolstatError, AttributeError, TypeError):
         model = model or catalogue.find(str(table.get("model")))
         setting = settings_of(model).get(name)
@@ -43,5 +44,4 @@ def section_of(
             first, *_ = expand(name, list(units))
             if not setting or read_limit(value, units[first]):
                 return "limits"
-        return "settings" if setting else ""
-    return ""
+    return "settings" if setting else ""

@@ -21,13 +21,12 @@ EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
 
 def read_sampling(given: str | dict[str, Any], problems: Problems) -> tuple[str, str]:
     """Return a sampling, and the response whose limit it aims at; empty for none."""
-    if isinstance(given, str):
-        known = [*SAMPLERS, *GIVEN]
-        if given not in known:
-            hint = f"no such sampling; {allowed_names(given, known)}"
-            problems.add("sampling", given, hint)
+    known = [*SAMPLERS, *GIVEN]
+    if isinstance(given, str) and given in known:
         return given, ""
     with problems.noting("sampling", given):
+        if isinstance(given, str):
+            raise StudyError(f"no such sampling; {allowed_names(given, known)}")
         return "rare", read_entry(RareEntry, given, "there is").rare
     return "random", ""
 

@@ -202,9 +202,7 @@ def load(
             "[settings]", None, lambda: _described(chosen, settings)
         )
     except StudyError:  # without these the rest cannot be read
-        if not problems.noted("sampling"):
-            for each in faults_of(document, sampling, NOTHING, None):
-                problems.add(*each)
+        _faults(document, sampling, NOTHING, None, problems)
         raise problems.refusal from None
     deviating = read_deviations(
         document.deviations, document.correlation, description.contributors, folder,
@@ -218,9 +216,7 @@ def load(
     if sampling == "table" and document.table:
         with problems.noting("table", document.table):
             points = read_table(folder, document.table, settings, description)
-    if not problems.noted("sampling"):
-        for key, value, wrong in faults_of(document, sampling, deviating, points):
-            problems.add(key, value, wrong)
+    _faults(document, sampling, deviating, points, problems)
     reference, aim, until = None, "", None
     if document.reference:
         with problems.noting("[reference]", document.reference):
@@ -275,6 +271,20 @@ def load(
         ),
         aim,
     )
+
+
+def _faults(
+    document: Document,
+    sampling: str,
+    deviating: Deviations,
+    points: Points | None,
+    problems: Problems,
+) -> None:
+    """Note keys that do not fit the sampling; a wrong one is taken for random."""
+    if problems.noted("sampling") and (document.grid or document.table):
+        return
+    for key, value, wrong in faults_of(document, sampling, deviating, points):
+        problems.add(key, value, wrong)
 
 
 def _shown(description: Description, written: dict[str, str]) -> dict[str, str]:
