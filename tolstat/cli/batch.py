@@ -105,7 +105,7 @@ class Queue:
             if not progress.warning:
                 self._set(
                     study, state=AFTERWARDS.get(progress.doing, RUNNING),
-                    trials=progress.asked, ended=progress.over, failed=progress.failed,
+                    trials=progress.asked, ran=progress.over, failed=progress.failed,
                     seconds=time.monotonic() - began,
                 )  # fmt: skip
 

@@ -283,7 +283,7 @@ def test_captions_of_groups_count_the_trials_used(toy, toy_study):
 def test_main_causes_come_from_the_stored_columns(report, mill):
     found = report.json["responses"]["jam_share"]["causes"]
     out = mill.column("jam_share") > 0.5
-    assert found["out_of_limit"] == out.sum() > 10 and found["reason"] == ""
+    assert found["trials_out_of_limit"] == out.sum() > 10 and found["reason"] == ""
     rod = mill.column("rod_length_1")
     said = found["contributors"]["rod_length_1"]
     off = (rod[out] - rod.mean()) / rod.std()

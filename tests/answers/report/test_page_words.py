@@ -218,7 +218,7 @@ def test_the_first_page_names_main_causes_and_the_gain_of_halving(report):
     cause = rows["jam_share"]["main cause"]
     apart = "rod_length_1 and rod_length_2 differ: one high, one low"
     assert as_text(cause.main) == apart
-    out = jam.causes.out_of_limit
+    out = jam.causes.trials_out_of_limit
     assert re.fullmatch(
         rf"\d+ of {out} out-of-limit trials in its outer 5 %",
         as_text(cause.below),
@@ -312,7 +312,7 @@ def test_dependent_trials_name_no_cause(toy, toy_study):
     found = report_of(tolstat.run(toy_study, model=toy))
     causes = found.responses["gap"].causes
     assert causes.reason == "for random trials only"
-    assert causes.out_of_limit > 0 and causes.contributors == {}
+    assert causes.trials_out_of_limit > 0 and causes.contributors == {}
     (row,) = rows_of(table_under(found.document(), "Limits"))
     assert as_text(row["response"].main) == "gap"
     assert as_text(row["main cause"].main) == "causes are named for random trials only"

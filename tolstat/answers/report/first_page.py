@@ -165,7 +165,7 @@ def at_least(share: Estimate) -> Parts:
 
 def explained(pair: PairCause, causes: Causes) -> Parts:
     """Say how many out-of-limit trials a pair explains, and how rare it is."""
-    n = causes.out_of_limit
+    n = causes.trials_out_of_limit
     trials = f"{round(pair.together.far.value * n)} of {n} out-of-limit trials"
     return say(f"{trials} in its outer {{}}", Number(pair.together.of_all, PART))
 

@@ -185,7 +185,7 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
             source=response.source,
             integration_errors=integration_of(drawn, name, each),
             slopes=slopes,
-            linear=by_slopes,
+            root_sum_square=by_slopes,
             departures=tuple(linear.departures(by_slopes, each.quantiles))
             if by_slopes
             else (),

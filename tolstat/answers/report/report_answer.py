@@ -64,7 +64,7 @@ class PairCause(NamedTuple):
 class Causes(NamedTuple):
     """Main causes of out-of-limit trials."""
 
-    out_of_limit: int  # trials, failed ones among them
+    trials_out_of_limit: int  # trials, failed ones among them
     reason: str  # why no cause is named; empty if one is
     # kinds of part, and contributors of no kind, that differ significantly among these
     # trials, the clearest first
@@ -217,7 +217,7 @@ class ReportedResponse(ResponseSummary):
     source: str
     integration_errors: IntegrationErrors | None  # None: nothing was evaluated again
     slopes: Mapping[str, float]  # at the nominal trial, by contributor that deviates
-    linear: Linear | None  # root sum square; None without slopes
+    root_sum_square: Linear | None  # root sum square; None without slopes
     departures: tuple[Departure, ...]  # how far that is off
     worst_cases: Mapping[str, WorstCase]  # by side, of a limited response
     worst_trials: tuple[WorstTrial, ...]  # the worst first, of a limited response

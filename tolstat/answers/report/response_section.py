@@ -147,7 +147,7 @@ def _performance(found: Report, each: ReportedResponse) -> tuple[Block, ...]:
 def _causes(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
     if (causes := each.causes) is None:
         return ()
-    out, known = causes.out_of_limit, causes.contributors
+    out, known = causes.trials_out_of_limit, causes.contributors
     failed = ", failed ones among them" if found.trials.failed else None
     none = None if causes.leading else f": {no_cause(causes)}"
     correlated = found.assumptions.correlation and known
@@ -247,8 +247,11 @@ def _contributors(
     if (indices := each.indices) and not indices.reason:
         shares["Sobol' first-order index, %"] = indices.first, PART
         shares["Sobol' total index, %"] = indices.total, PART
-    if each.linear:
-        shares["root sum square, % of the variance"] = each.linear.shares, PER_CENT
+    if each.root_sum_square:
+        shares["root sum square, % of the variance"] = (
+            each.root_sum_square.shares,
+            PER_CENT,
+        )
     rows: list[Row] = []
     for part in every:
         shown = found.stored_run.scales.get(part, AS_IS)  # a batch has none
@@ -289,7 +292,7 @@ def _classical(found: Report, name: str, each: ReportedResponse) -> Table:
         if case.failed:
             said += f"; {case.failed} of these failed, and count as out of limit"
         rows[f"worst case, {side}"] = Number(case.value, scale), said
-    if linear := each.linear:
+    if linear := each.root_sum_square:
         sigma = say("sigma {}", Number(linear.sigma, scale))
         mean = Cell((Number(linear.mean, scale),), sigma)
         rows["root sum square"] = mean, "slopes at the nominal trial, normal response"
