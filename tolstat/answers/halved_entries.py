@@ -12,9 +12,7 @@ from tolstat.store.stored_run import Run
 from tolstat.units import grammar
 from tolstat.units.scale import KNOWN, Scale, figures
 
-OF_A_GRADE = ("tolerance", "size", "iso1328", "module")
-OF_A_LINK = ("nominal",)
-PLACES, SPANS = ("mode", "median"), ("shift",)  # keys that follow the tolerance
+NOT_KEPT = ("tolerance", "size", "iso1328", "module", "nominal", "common", "cost")
 
 
 def halved_entries(run: Run, parts: Sequence[str]) -> dict[str, Any]:
@@ -47,27 +45,22 @@ def halved_entries(run: Run, parts: Sequence[str]) -> dict[str, Any]:
 
 def _halved(entry: Mapping[str, Any], zone: Tolerance, unit: str, scale: Scale) -> Any:
     """Return an entry with half its tolerance, and what depends on that."""
-    centre = zone.nearest
 
-    def near(place: float) -> float:
-        return centre + 0.5 * (place - centre)
-
-    def typed(*ends: float) -> str:
-        words = [figures(scale.factor * end, KNOWN) for end in ends]
+    def typed(ends: Sequence[float], centre: float = zone.nearest) -> str:
+        half = [scale.factor * (centre + 0.5 * (end - centre)) for end in ends]
+        words = [figures(end, KNOWN) for end in half]
+        if len(half) > 1 and half[0] == -half[1]:
+            words = [f"+-{words[1]}"]
         return f"{'..'.join(words)} {scale.mark}".strip()
 
-    def between(ends: tuple[float, float]) -> str:
-        lower, upper = map(near, ends)
-        return f"+-{typed(upper)}" if lower == -upper else typed(lower, upper)
-
-    new: dict[str, Any] = {"tolerance": between(zone)}
+    new: dict[str, Any] = {"tolerance": typed(zone)}
     for key, value in entry.items():
-        if key in PLACES:
-            new[key] = typed(near(grammar.quantity(value, unit)))
-        elif key in SPANS:
-            new[key] = typed(0.5 * grammar.quantity(value, unit))
+        if key == "shift":
+            new[key] = typed([grammar.quantity(value, unit)], 0.0)
+        elif key in ("mode", "median"):
+            new[key] = typed([grammar.quantity(value, unit)])
         elif key == "plateau":
-            new[key] = between(grammar.tolerance(value, unit))
-        elif key not in (*OF_A_GRADE, *OF_A_LINK, "common", "cost"):
+            new[key] = typed(grammar.tolerance(value, unit))
+        elif key not in NOT_KEPT:
             new[key] = value
     return new if len(new) > 1 else new["tolerance"]

@@ -193,6 +193,12 @@ def load(
     def section(name: str, value: Any, table: Mapping[str, Any]) -> str:
         return section_of(name, value, table, model)
 
+    def faults(deviating: Deviations, points: Points | None) -> None:
+        """Note keys that do not fit the sampling; a wrong one is taken for random."""
+        if not problems.noted("sampling") or not (document.grid or document.table):
+            for key, value, wrong in faults_of(document, sampling, deviating, points):
+                problems.add(key, value, wrong)
+
     text, document = read(given, problems, section, trials=trials, seed=seed)
     sampling, about = read_sampling(document.sampling, problems)
     try:
@@ -202,7 +208,7 @@ def load(
             "[settings]", None, lambda: _described(chosen, settings)
         )
     except StudyError:  # without these the rest cannot be read
-        _faults(document, sampling, NOTHING, None, problems)
+        faults(NOTHING, None)
         raise problems.refusal from None
     deviating = read_deviations(
         document.deviations, document.correlation, description.contributors, folder,
@@ -216,7 +222,7 @@ def load(
     if sampling == "table" and document.table:
         with problems.noting("table", document.table):
             points = read_table(folder, document.table, settings, description)
-    _faults(document, sampling, deviating, points, problems)
+    faults(deviating, points)
     reference, aim, until = None, "", None
     if document.reference:
         with problems.noting("[reference]", document.reference):
@@ -273,20 +279,6 @@ def load(
     )
 
 
-def _faults(
-    document: Document,
-    sampling: str,
-    deviating: Deviations,
-    points: Points | None,
-    problems: Problems,
-) -> None:
-    """Note keys that do not fit the sampling; a wrong one is taken for random."""
-    if problems.noted("sampling") and (document.grid or document.table):
-        return
-    for key, value, wrong in faults_of(document, sampling, deviating, points):
-        problems.add(key, value, wrong)
-
-
 def _shown(description: Description, written: dict[str, str]) -> dict[str, str]:
     """Return units as written, without those of bare numbers for counts and ratios."""
     own = {each.name for some in description for each in some if each.shown}
@@ -306,14 +298,13 @@ def _model(document: Document, model: Model | None, problems: Problems) -> Model
 def _described(model: Model, settings: Any) -> Description:
     """Return contributors and responses; a setting of the same name is the size."""
     found = described(model, settings)
-    sized = [
-        replace(each, size=size)
-        if each.unit == "m" and each.size is None
-        and isinstance(size := getattr(settings, each.name, None), float) and size > 0
-        else each
+    lengths = {e.name: getattr(settings, e.name, None) for e in found.contributors
+               if e.unit == "m" and e.size is None}  # fmt: skip
+    sizes = {n: x for n, x in lengths.items() if isinstance(x, float) and x > 0}
+    return found._replace(contributors=tuple(
+        replace(each, size=sizes.get(each.name, each.size))
         for each in found.contributors
-    ]  # fmt: skip
-    return found._replace(contributors=tuple(sized))
+    ))  # fmt: skip
 
 
 def _settings(
