@@ -217,12 +217,6 @@ def test_worst_trials_are_ordered_by_their_precise_values(rough):
     limited = tolstat.limited(again, {"gap": rough.limits["gap"].words})
     assert list(limited.worst_trials("gap"))[:2] == [second, first]
     assert len(limited.worst_trials("gap", 3)) == 3
-    # one that is worst only as it was evaluated again, of all trials
-    (last,) = [*rough.worst_trials("gap", 40)][-1:]
-    assert last not in limited.worst_trials("gap")
-    now = replace(swapped, trials=np.append(swapped.trials, last),
-                  responses={"gap": np.append(gap, 1.0)})  # fmt: skip
-    assert next(iter(replace(limited, audited=now).worst_trials("gap"))) == last
 
 
 def test_halving_agrees_with_a_run_of_halved_tolerances(rough, tmp_path):

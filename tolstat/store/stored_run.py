@@ -17,6 +17,7 @@ from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.statistics.limits.limit import (
     WORST,
     Limit,
+    margins,
     within,
     worst_trials,
 )
@@ -280,9 +281,10 @@ class Run:
         precise = np.full(len(values), np.nan)
         if self.audited:
             precise[self.audited.trials] = self.audited.responses[response]
-        known = np.where(np.isnan(precise), values, precise)
-        worst = worst_trials(known, self.status, limit, count)
-        return dict(zip(worst.tolist(), known[worst].tolist(), strict=True))
+        worst = worst_trials(values, self.status, limit, count)
+        known = np.where(np.isnan(precise), values, precise)[worst]
+        order = np.argsort(margins(known, limit.permitted), kind="stable")
+        return dict(zip(worst[order].tolist(), known[order].tolist(), strict=True))
 
     def first(self, trials: int) -> Run:
         """Return the run of its first trials alone."""

@@ -378,11 +378,11 @@ def _worst_trials(found: Report, name: str, each: ReportedResponse) -> Table:
     again, scales, run = "to see it again", found.stored_run.scales, found.stored_run
     rows: list[Row] = []
     for worst in each.worst_trials:
-        precise = Number(worst.precise, each.scale)
         rows.append({
             "trial": Number(worst.trial),
             each.scale.label(name): Number(worst.value, each.scale),
-            "evaluated again": precise if each.integration_errors else None,
+            "evaluated again": None if math.isnan(worst.precise)
+            else Number(worst.precise, each.scale),
             **{n: with_unit(Number(x, scales[n])) for n, x in worst.deviations.items()},
             again: Typed(to_replay(run.path, worst.trial, run.machine)),
         })  # fmt: skip
