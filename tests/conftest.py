@@ -31,7 +31,7 @@ def _in_the_project(monkeypatch):
     monkeypatch.setattr(catalogue, "_given", {**catalogue._given})
     monkeypatch.setattr(catalogue, "_places", {**catalogue._places})
     # rich reads these: the same width on every machine
-    monkeypatch.setitem(os.environ, "COLUMNS", "200")
+    monkeypatch.setitem(os.environ, "COLUMNS", "1000")
 
 
 @dataclass(frozen=True)

@@ -253,7 +253,7 @@ def test_yields_are_compared_by_the_limit_of_each(other):
     assert found.worse == np.count_nonzero(within[0] & ~within[1]) > 0
     assert found.better == np.count_nonzero(~within[0] & within[1])
     assert found.fractions_out_of_limit[1].value == 1 - within[1].mean()
-    less = found.fraction_difference.value
+    less = found.fraction_out_of_limit_difference.value
     assert less == pytest.approx(within[0].mean() - within[1].mean())
     unlimited = other(('[limits]\ngap = "-1..2 mm"\n', ""))
     found = limit_of(base, unlimited)
@@ -276,7 +276,10 @@ def test_unpaired_runs_are_compared_as_independent(other):
     )
     half = (each.mean.upper - each.mean.lower) / 2
     assert 1.96 * sigma < half < 4 * 1.96 * sigma
-    assert each.limit.worse is None and each.limit.fraction_difference.lower < 0
+    assert (
+        each.limit.worse is None
+        and each.limit.fraction_out_of_limit_difference.lower < 0
+    )
 
 
 def test_a_page_of_several_runs_says_how_each_is_paired_with_the_first(other, tmp_path):
@@ -302,7 +305,10 @@ def test_dependent_trials_are_compared_by_their_replicates(other, sampling):
     base, half = other(drawn, name="a.h5"), other(drawn, ("+-1 mm", "+-0.5 mm"))
     (less,) = tolstat.compare(base, half).differences
     found = less.responses["gap"]
-    assert found.limit.fraction_difference.upper < 0 and found.limit.worse == 0
+    assert (
+        found.limit.fraction_out_of_limit_difference.upper < 0
+        and found.limit.worse == 0
+    )
     ppk = found.limit.equivalent_ppk_difference
     assert ppk.reason == found.quantiles[0.95].reason
     assert "random trials only" in ppk.reason

@@ -58,6 +58,31 @@ def test_no_unused_schema_is_stored():
     assert {path.stem for path in SCHEMAS.iterdir()} == set(ANSWERS)
 
 
+ONE_KIND = (
+    "all_limits", "trials_out_of_limit", "fractions_out_of_limit", "equivalent_ppk",
+    "equivalent_ppks", "equivalent_ppk_difference", "within", "yields", "verdict",
+    "effective_sample_size", "ran", "root_sum_square", "out_of_limit",
+    "fraction_out_of_limit_difference",
+)  # fmt: skip
+
+
+def test_a_name_of_json_means_one_thing():
+    """Of one type in all answers: a count, an estimate, or a record."""
+    kinds = {}
+    for name in ANSWERS:
+        schema = schema_of(ANSWERS[name], name)
+        for record in (schema, *schema["$defs"].values()):
+            for key, each in record.get("properties", {}).items():
+                either = json.dumps(each.get("anyOf", [each])[0])
+                kinds.setdefault(key, set()).add(either)
+    assert {key: kinds[key] for key in ONE_KIND if len(kinds[key]) > 1} == {
+        "all_limits": {
+            '{"$ref": "#/$defs/all_limits"}', '{"$ref": "#/$defs/all_limits_what_if"}'
+        }
+    }  # fmt: skip
+    assert not kinds.keys() & {"equivalent", "yield_all_limits", "ended"}
+
+
 @pytest.fixture(scope="module")
 def gears(tmp_path_factory):
     path = tmp_path_factory.mktemp("gears") / "gear.h5"

@@ -555,7 +555,7 @@ def test_a_yield_of_zero_is_printed(stack):
         yields["fraction_out_of_limit"]["value"] == 1 and yields["within"]["value"] == 0
     )
     assert (
-        found["yield_all_limits"]["scenario"]["within"]["value"] == 0
+        found["all_limits"]["scenario"]["within"]["value"] == 0
         and yields["verdict"] == "not met"
     )
 

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import time
 
+import h5py
 import numpy as np
 import pytest
 
@@ -225,6 +226,8 @@ def test_runs_lists_stored_runs(tmp_path, monkeypatch):
     content = (tmp_path / "good.h5").read_bytes()
     content = re.sub(rb"(tolstat seal, format )\d+", rb"\g<1>99", content, count=1)
     (tmp_path / "later.h5").write_bytes(content)
+    with h5py.File(tmp_path / "early.h5", "w") as file:  # of format 1 or 2
+        file.attrs.update(format=2, study="", version_tolstat="0.1.0")
     listed = call("runs", ".")
     assert listed.exit_code == 1
     states = {
@@ -234,6 +237,8 @@ def test_runs_lists_stored_runs(tmp_path, monkeypatch):
     assert " damaged " in states["inner/damaged.h5"]
     assert " no run " in states["other.h5"]
     assert " other format " in states["later.h5"]
+    assert " other format " in states["early.h5"]
+    assert "early.h5: has format 1 or 2, this tolstat reads" in listed.stdout
     assert "later.h5: has format 99, this tolstat reads" in listed.stdout
     assert "or run its study again" in listed.stdout
     assert "17" in next(

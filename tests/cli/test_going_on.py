@@ -146,7 +146,8 @@ def test_all_trials_failed(tmp_path):
     )
     done = call("run", study, "--machine", machine)
     assert done.exit_code == 3, done.output
-    (line,) = [x for x in done.stdout.splitlines() if "<= 1 mm" in x]
+    (line, worst) = [x for x in done.stdout.splitlines() if "<= 1 mm" in x]
+    assert worst == "Worst case of the tolerances, out of limit: gap failed (<= 1 mm)."
     assert "not met" in line and "100" in line
     assert "300 of 300 trials failed" in done.stdout
     assert "300 cannot be mounted; they count as out of every limit" in done.stdout

@@ -47,7 +47,7 @@ def test_signals_stop_in_two_seconds_and_keep_done_trials(small_study, number):
     assert f"{run.counts['done']} of 100000 trials are stored" in " ".join(
         shown.split()
     )
-    assert shown.splitlines()[-1] == f"tolstat resume {path}"
+    assert shown.splitlines()[-1].strip() == f"tolstat resume {path}"
     assert run.provenance["trials_done"] == run.counts["done"] >= 100
     done = run.status == 1
     assert np.all(np.isfinite(run.column("extra_loss")[done]))

@@ -388,7 +388,9 @@ def test_failed_trials_are_out_of_limit(toy, tmp_path):
     out = found.fraction_out_of_limit
     assert out.lower < norm.sf(4.2) < out.upper
     assert max(found.failure_points[0].off.values()) == pytest.approx(4.2, rel=0.01)
-    assert found.trials.failed == sum(stage.out_of_limit for stage in found.stages)
+    assert found.trials.failed == sum(
+        stage.trials_out_of_limit for stage in found.stages
+    )
     # as many as are beyond; of the trials most, which is nobody's share
     failed, share = found.trials.failed, found.trials.failures
     assert share == out and failed > 1000

@@ -73,7 +73,7 @@ def test_every_command(own, name):
         assert words in page, words
     found = json.loads(call(own, "report", f"{name}.h5", "--json"))
     for each in found["responses"].values():
-        assert each["linear"]["shares"]
+        assert each["root_sum_square"]["shares"]
     unknown = typed(own, "trial", f"{name}.h5", "7", code=2)
     assert "--machine FILE.py:NAME" in unknown
     # the command beside a worst trial does what it says

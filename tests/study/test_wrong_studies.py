@@ -29,7 +29,45 @@ FILES = {
     "broad.csv": f"length [mm]\n{'1' * 2000}\n",
 }
 
+CHAIN = 'model = "dimension_chain"\ntrials = 8\nseed = 1\nsettings.gap = "A - B"\n'
+A = 'links.A = { nominal = "50 mm", tolerance = "+-0.1 mm" }\n'
+
 WRONG = {
+    "a link without a unit": (
+        CHAIN + A + 'links.B = { nominal = 49.5 }\n',
+        ['[links] B = { nominal = 49.5 }: the size has no unit', 'nominal = "49.5 mm"'],
+    ),
+    "a link that is a number": (
+        CHAIN + A + "links.B = 49.5\n", ["[links] B = 49.5: the size has no unit"],
+    ),
+    "a contributor at the top": (
+        HEAD + 'rod_length = "+-1.2 mm"\n',
+        ['rod_length = "+-1.2 mm": it belongs in [deviations]', "deviations.rod_length ="],
+    ),
+    "a numbered contributor at the top": (
+        HEAD + 'runout_7 = "IT7"\n', ['runout_7 = "IT7": it belongs in [deviations]'],
+    ),
+    "a response at the top": (
+        HEAD + 'extra_loss = "<= 3 %"\n', ['extra_loss = "<= 3 %": it belongs in [limits]'],
+    ),
+    "a setting at the top": (
+        HEAD + 'crank_speed = "7.5 rad/s"\n',
+        ["it belongs in [settings], as settings.crank_speed = ..."],
+    ),
+    "a limit at the top with the name of a setting": (
+        CHAIN + A + 'links.B = "49 mm"\ngap = "0.2..1 mm"\n', ["it belongs in [limits]"],
+    ),
+    "a formula at the top": (
+        CHAIN.replace("settings.", "") + A + 'links.B = "49 mm"\n',
+        ['gap = "A - B": it belongs in [settings]'],
+    ),
+    "a tolerance of a link at the top": (
+        CHAIN + A + 'links.B = "49 mm"\nA = "+-0.1 mm"\n', ["it belongs in [links]"],
+    ),
+    "a grade of a part whose size is no setting": (
+        'model = "ring"\ntrials = 8\nseed = 1\ndeviations.radius = "IT10"\n',
+        ["radius has no nominal size", 'size = "350 mm"'],
+    ),
     "unknown key of the document": (
         HEAD + '[document]\ndrawin = "A-1"\n', ["[document] drawin: ", "did you mean 'drawing'"],
     ),
@@ -646,6 +684,39 @@ def test_problems_of_all_kinds_are_reported_at_once(tmp_path):
     ):  # fmt: skip
         assert said.count(each) == 1, (each, said)
     assert "trials: missing" not in said
+
+
+def test_problems_of_links_and_sampling_hide_no_others(tmp_path):
+    path = tmp_path / "wrong.toml"
+    path.write_text(
+        'model = "dimension_chain"\nsampling = "latn"\ntitel = "x"\n'
+        '[settings]\ngap = "A - B"\nworst = "no"\n[links]\n'
+        'A = { nominal = "50 mm", tolerance = "+-0.1 kN" }\nB = { tolerance = "h7" }\n'
+    )
+    with pytest.raises(StudyError) as raised:
+        load(path)
+    wrong = ("titel:", 'sampling = "latn"', "[links] B", "[settings] worst", "seed:",
+             "trials: missing")  # fmt: skip
+    for each in wrong:
+        assert str(raised.value).count(f"  {each}") == 1, (each, str(raised.value))
+    text = path.read_text().replace("B = {", 'B = { nominal = "49 mm",')
+    path.write_text(text.replace('worst = "no"', "") + '[limits]\ngap = "<= 1 kg"\n')
+    with pytest.raises(StudyError) as raised:
+        load(path)
+    wrong = ("titel:", 'sampling = "latn"', "[links] A", "[limits] gap", "seed:",
+             "trials: missing")  # fmt: skip
+    for each in wrong:
+        assert str(raised.value).count(f"  {each}") == 1, (each, str(raised.value))
+
+
+def test_a_grade_takes_its_size_from_a_setting():
+    """IT10 of a thickness of 80 mm is 0.12 mm wide, of 100 mm 0.14 mm."""
+    study = {"model": "ring", "trials": 8, "seed": 1}
+    study["deviations"] = {"thickness": "IT10"}
+    for size, width in (("80 mm", 0.12e-3), ("100 mm", 0.14e-3)):
+        found = load({**study, "settings": {"thickness": size}})
+        zone = found.deviating.distributions["thickness"].tolerance
+        assert zone == pytest.approx((-width / 2, width / 2))
 
 
 def test_all_misspelt_keys_are_named_though_the_model_is_missing():

@@ -7,11 +7,11 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
+from tolstat.answers.halved_entries import halved_entries
 from tolstat.answers.sweep.curves import responses_of_interest
-from tolstat.deviations.names import expand
 from tolstat.errors import Advice, TolstatError
 from tolstat.store.stored_run import Run
-from tolstat.units.scale import figures
+from tolstat.study.problems import toml_of
 
 WORDS = {
     "custom model": "name a custom model by --machine FILE.py:NAME",
@@ -81,25 +81,15 @@ def to_extend(run: Run, trials: int) -> str:
 def to_halve(run: Run, parts: Sequence[str]) -> str:
     """Return the command that writes a study with some tolerances halved.
 
-    Empty unless all tolerances are symmetric and their distributions normal: the user
-    must choose half of any other.
+    Empty if one of the parts has no tolerance.
     """
-    halves = {}
-    for name in parts:
-        assumed, scale = run.assumed[name], run.scales[name]
-        lower, upper = assumed.tolerance
-        if not assumed.words.startswith("normal, +-") or lower != -upper:
-            return ""
-        halves[name] = f"+-{figures(scale.factor * upper / 2)} {scale.mark}"
-    stem = parts[0].rpartition("_")[0]
-    every = [each.name for each in run.contributors]
-    if (
-        set(expand(stem, every) if stem else ()) == set(parts)
-        and len({*halves.values()}) == 1
-    ):  # all parts of one name
-        halves = {stem: halves[parts[0]]}
-    entries = (f"{name}={words}" for name, words in halves.items())
+    entries = [
+        f"{name}={entry if isinstance(entry, str) else toml_of(entry)}"
+        for name, entry in halved_entries(run, parts).items()
+    ]
     study = run.path.with_name(f"{run.path.stem}-halved.toml")
+    if not entries:
+        return ""
     return command("what-if", run.path, *entries, "--write", study, machine=run.machine)
 
 

@@ -89,8 +89,9 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     now = {each.name: every[each.name] for each in run.responses if each.name in every}
     said = "; ".join(f"{name} {limit.words}" for name, limit in read.items())
     note = f"requested limits, not those of the study: {said}"
-    if run.complete:
-        note += "; the audit and the worst cases are those of the study's limits"
+    chosen = {"audit": run.audited, "worst cases": run.diagnostics.worst_cases}
+    if kept := [what for what, each in chosen.items() if each]:
+        note += f"; of the study's limits: {' and '.join(kept)}"
     shown = {name: unit_of(limit.words) for name, limit in read.items()}
     return run.limited(now, shown, note)
 

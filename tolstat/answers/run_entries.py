@@ -34,7 +34,7 @@ class Entry(NamedTuple):
     model: str = ""
     state: str = ""  # "complete", ..., "no run"; of a batch the state of the study
     trials: int = 0  # requested
-    ended: int = 0
+    ran: int = 0
     failed: int | None = 0  # None for a rare run, whose trials are no sample
     verdicts: str = ""  # on its limits, not met first
     written: str = ""  # when, with its zone
@@ -50,7 +50,7 @@ class Entry(NamedTuple):
         """The number of its finished trials."""
         if not self.trials:
             return ()
-        of = () if self.ended == self.trials else (Number(self.ended), " of ")
+        of = () if self.ran == self.trials else (Number(self.ran), " of ")
         return *of, Number(self.trials)
 
 
@@ -95,7 +95,7 @@ class RunIndex(Answer):
                 "state": each.state,
                 "limits": each.verdicts,
                 "trials": each.progress,
-                "failed": Number(failed) if each.ended and failed is not None else None,
+                "failed": Number(failed) if each.ran and failed is not None else None,
                 "model": each.model,
                 "written": f"{at:%Y-%m-%d %H:%M}" if at else None,
                 "size": size if each.bytes else None,
@@ -103,8 +103,9 @@ class RunIndex(Answer):
                 "s": Number(each.seconds),
             })  # fmt: skip
         return blocks.table_of(
-            rows, words=["limits", "title"], page_only=["title", "s"]
-        )
+            rows, words=["limits", "title"], page_only=["title", "s"],
+            spare=["size", "written", "model", "failed"],
+        )  # fmt: skip
 
     def rows(self) -> list[Row]:
         """Return a row for each with all fields; paths are relative to the folder."""

@@ -46,7 +46,7 @@ def allocate(
     form: str | None,
     force: bool,
 ) -> None:
-    """Find the cheapest tolerances with which STUDY.toml meets its limits.
+    """Find the cheapest tolerances that meet the limits of STUDY.toml.
 
     Entries of [deviations] give costs by tolerance. A fresh run proves the result. The
     exit code is 3 if no tolerances meet the limits.

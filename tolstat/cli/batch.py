@@ -64,8 +64,8 @@ def batch(
         show_table(queue.index.progress())
         for each in queue.entries.values():
             if each.problem:
-                console.print(f"{each.study}: {each.problem}", soft_wrap=True)
-        console.print(f"index in {page} and {page.with_suffix('.csv')}")
+                console.say(f"{each.study}: {each.problem}")
+        console.say(f"index in {page} and {page.with_suffix('.csv')}")
         if stop.is_set():
             console.print("stopped; the same command continues")
             leave_interrupted()
@@ -90,7 +90,7 @@ class Queue:
 
     def table(self) -> Table:
         """Return the index for the live display."""
-        return as_rich(self.index.progress())
+        return as_rich(self.index.progress(), self.console.width)
 
     def work_off(self, study: Path, crew: Workers) -> None:
         """Run one study and write its report; a failure stops no other study."""
@@ -98,14 +98,14 @@ class Queue:
 
         def note(notes: Iterable[str]) -> None:
             for each in notes:
-                self.console.print(f"note: {study}: {each}", soft_wrap=True)
+                self.console.say(f"note: {study}: {each}")
 
         def tell(progress: Progress) -> None:
             note(notes_of(progress))
             if not progress.warning:
                 self._set(
                     study, state=AFTERWARDS.get(progress.doing, RUNNING),
-                    trials=progress.asked, ended=progress.over, failed=progress.failed,
+                    trials=progress.asked, ran=progress.over, failed=progress.failed,
                     seconds=time.monotonic() - began,
                 )  # fmt: skip
 

@@ -12,7 +12,6 @@ from importlib.resources import files
 import click
 
 from tolstat.errors import TolstatError
-from tolstat.literal import visible
 
 FILES = {
     "new": "new",
@@ -64,17 +63,21 @@ class Group(click.Group):
             return super().invoke(ctx)
         except TolstatError as error:
             from tolstat.answers.next_steps import worded
+            from tolstat.render.screen import Screen
 
-            click.echo(f"tolstat: {visible(worded(error))}", err=True)
+            Screen(stderr=True).say(f"tolstat: {worded(error)}")
             sys.exit(error.exit_code)
         except MemoryError:
             click.echo("tolstat: not enough memory", err=True)
             sys.exit(1)
         except OSError as error:
-            if error.errno != errno.ENOSPC or error.filename is not None:
+            cut = error.errno in (errno.ENOSPC, errno.EPIPE)
+            if not cut or error.filename is not None:
                 raise
             # at exit Python would write its buffer, and fail again
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            if error.errno == errno.EPIPE:  # its reader, such as head, has ended
+                sys.exit(0)
             click.echo(
                 "tolstat: the disk of standard output is full, and the output is cut "
                 "off; data stored before is safe",

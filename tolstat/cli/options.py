@@ -60,7 +60,7 @@ def form(command: Callable[..., Any]) -> Callable[..., Any]:
             ctx.params["form"] = option.name
 
     for name in ("csv", "json"):
-        help = f"The numbers as {name.upper()}."
+        help = f"Write the numbers as {name.upper()}."
         option = click.option(
             f"--{name}", is_flag=True, callback=choose, expose_value=False, help=help
         )
@@ -78,14 +78,15 @@ closely = click.option(
     "--response",
     "responses",
     multiple=True,
-    help="Response in focus; default: all with a limit. May be repeated.",
+    help="A response in focus; default: all with a limit. May be repeated.",
+    metavar="NAME",
 )
 limits = click.option(
     "--limit",
     "limits",
     multiple=True,
     metavar='"NAME <= VALUE"',
-    help="Adds a limit, or replaces one of the study. May be repeated.",
+    help="Add a limit, or replace one of the study. May be repeated.",
 )
 
 
@@ -114,6 +115,7 @@ class Compute(NamedTuple):
 workers = click.option(
     "--workers",
     type=click.IntRange(1, MOST),
+    metavar="N",
     help="Threads; default: all processors. Results do not depend on it.",
 )
 _cluster = click.option(

@@ -32,6 +32,7 @@ class ProgressBar(bars.Progress):
     """
 
     def __init__(self, title: str) -> None:
+        self._screen = Screen(stderr=True)
         super().__init__(
             bars.TextColumn("{task.description}", markup=False),
             bars.BarColumn(),
@@ -39,7 +40,7 @@ class ProgressBar(bars.Progress):
             bars.TextColumn("{task.fields[rate]}", style="cyan"),
             bars.TimeRemainingColumn(),
             bars.TextColumn("{task.fields[failed]}"),
-            console=Screen(stderr=True),
+            console=self._screen,
             transient=True,
         )
         self._named = {"trials": visible(title), **AFTERWARDS}
@@ -49,7 +50,7 @@ class ProgressBar(bars.Progress):
     def tell(self, progress: Progress) -> None:
         """Show the progress."""
         for each in notes_of(progress):
-            self.print(f"note: {each}", soft_wrap=True)
+            self._screen.say(f"note: {each}")
         if progress.warning:
             return
         task, total = self.tasks[0], progress.asked or None
@@ -90,14 +91,14 @@ def watch(path: Path, compute: Compute, work: Callable[..., Run]) -> None:
             with suppress(OSError):  # the terminal may be gone
                 stored = f"{done.ended} of {done.trials} trials are stored"
                 said = f"stopped: {stored} in {done.path}; continue with:"
-                console.print(said, soft_wrap=True)
-                console.print(to_resume(done.path, done.machine), soft_wrap=True)
+                console.say(said)
+                console.type(to_resume(done.path, done.machine))
             leave_interrupted()
         found = summary(done)
         show(found.document())
     seconds = done.provenance["seconds"]
     rate = f"{done.trials / seconds:.0f} trials/s"
     stored = f"stored in {done.path}"
-    console.print(f"{done.trials} trials in {seconds:.1f} s ({rate}), {stored}")
+    console.say(f"{done.trials} trials in {seconds:.1f} s ({rate}), {stored}")
     if found.not_met:
         sys.exit(LIMITS_NOT_MET)

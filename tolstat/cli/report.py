@@ -21,7 +21,7 @@ from tolstat.store.open_run import open as open_run
 
 @click.command()
 @options.run_file
-@options.output_option("The page; default: the run's name ending in .html.")
+@options.output_option("The page to write; default: the run's name ending in .html.")
 @options.form
 @options.closely
 @options.limits
@@ -76,10 +76,15 @@ def compare(
 
 @click.command()
 @options.run_file
-@options.output_option("The table.", metavar="FILE.csv|.parquet", required=True)
+@options.output_option(
+    "The table to write.", metavar="FILE.csv|.parquet", required=True
+)
 @options.force("Replace an existing file.")
 def export(source: Path, output: Path, force: bool) -> None:
-    """Write the trials of a run as a table, SI: a row for each, units in the heads."""
+    """Write the trials of a run as a table, in SI.
+
+    It has a row for each trial, and units in its heads.
+    """
     run = open_run(source)
     write_trials(run, output, force=force)
     click.echo(f"{run.trials} trials in {visible(str(output))}")

@@ -39,7 +39,7 @@ def run(
     loaded = load(study, trials=trials, seed=seed)
     path = output or study.with_suffix(".h5")
     for each in loaded.warnings:
-        Screen(stderr=True).print(f"note: {each}", soft_wrap=True)
+        Screen(stderr=True).say(f"note: {each}")
     watch(path, compute, partial(execute, loaded, path, force=force))
 
 

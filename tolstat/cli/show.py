@@ -38,13 +38,13 @@ SHARE = 5.0  # times the duration of a read, at least
     "--response",
     "responses",
     multiple=True,
-    help="Response to draw; default: all with a limit. May be repeated.",
+    help="A response to draw; default: all with a limit. May be repeated.",
 )
 @click.option("--follow", is_flag=True, help="Follow a run while it is being written.")
 def show(
     what: tuple[str, ...], plot: Path | None, responses: tuple[str, ...], follow: bool
 ) -> None:
-    """Show the summary of stored runs, or inputs and responses of a model."""
+    """Show the summary of stored runs, or what a model has."""
     if responses and not plot:
         raise click.UsageError("--response needs --plot")
     if follow and (plot or len(what) > 1):
@@ -81,7 +81,7 @@ def runs(folder: Path) -> None:
 @click.command()
 @click.option("--schema", is_flag=True, help="Print a JSON Schema of studies instead.")
 def models(schema: bool) -> None:
-    """List the models: built-in, of installed packages, and of --machine."""
+    """List the models: built-in, installed, and of --machine."""
     if schema:
         found = editor_schema(map(catalogue.find, catalogue.names()))
         click.echo(json.dumps(found, indent=1))
@@ -102,16 +102,16 @@ def follow_run(path: Path) -> None:
             now = f"{path}: {run.ended} of {run.trials} trials{failed}"
             if live:
                 index = RunIndex("", path.parent, (entry_of(run),))
-                live.update(as_rich(index.progress()))
+                live.update(as_rich(index.progress(), console.width))
             elif now != said:
-                console.print(said := now, soft_wrap=True)
+                console.say(said := now)
             if run.complete or not writer:
                 break
             if stop.wait(max(LOOK_AGAIN, SHARE * (time.monotonic() - began))):
                 sys.exit(INTERRUPTED)
     if not run.complete:
-        console.print(
+        console.say(
             f"no process writes {path}: {run.ended} of {run.trials} trials have run; "
-            f"continue it with: {to_resume(path, run.machine)}",
-            soft_wrap=True,
+            "continue it with:"
         )
+        console.type(to_resume(path, run.machine))

@@ -21,12 +21,12 @@ from tolstat.study.study import load
 @click.command()
 @path_argument("source", "RUN.h5|STUDY.toml")
 @click.argument("index", type=click.IntRange(min=0), required=False)
-@click.option("--nominal", is_flag=True, help="The trial without deviations.")
-@plot_option("Its histories: a .png, .svg, .pdf, .csv or .html file.")
+@click.option("--nominal", is_flag=True, help="Simulate the trial without deviations.")
+@plot_option("Write its histories to a .png, .svg, .pdf, .csv or .html file.")
 def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> None:
-    """Simulate one stored trial again, bit for bit, with its histories.
+    """Simulate one stored trial again, with its histories.
 
-    Exit code 1 if it differs from the stored trial.
+    It repeats bit for bit. Exit code 1 if it differs from the stored trial.
     """
     if nominal == (index is not None):
         raise click.UsageError("give the number of a trial, or --nominal")
@@ -54,14 +54,13 @@ def trial(source: Path, index: int | None, nominal: bool, plot: Path | None) -> 
 @click.command()
 @path_argument("study", "STUDY.toml")
 @click.argument("name")
-@output_option(
-    "A .png, .svg, .pdf, .csv or .html file; default: a table on the screen."
-)
+@output_option("Write a .png, .svg, .pdf, .csv or .html file; default: a table here.")
 def view(study: Path, name: str, output: Path | None) -> None:
-    """Show a view of a model, by name; `tolstat show MODEL` lists the names.
+    """Show a view of a model, such as a diagram or a history.
 
-    Views are diagrams, charts, lists and histories of the nominal trial of STUDY.toml.
-    Bands show the effect of its tolerances.
+    `tolstat show MODEL` lists the names. Views are diagrams, charts, lists and
+    histories of the nominal trial of STUDY.toml. Bands show the effect of its
+    tolerances.
     """
     if output:
         check_ending(output, "a view", VIEWS)

@@ -43,7 +43,7 @@ def what_if(
     limits: tuple[str, ...],
     write: Path | None,
 ) -> None:
-    """Estimate the results of a run with other tolerances; nothing is simulated.
+    """Estimate a run with other tolerances; nothing is simulated.
 
     As in [deviations] of a study: rod_length="+-0.6 mm" crank_radius=IT11
     runout='{ tolerance = "0..30 um", distribution = "uniform" }'. The stored trials are

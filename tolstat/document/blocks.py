@@ -40,6 +40,7 @@ class Table:
     caption: Parts = ()  # below it
     keys: int = 1  # columns that say what a row is
     look: str = ""  # "verdicts" or "dense"
+    spare: tuple[str, ...] = ()  # heads that a narrow screen leaves out, in this order
 
     @property
     def sides(self) -> tuple[str, ...]:
@@ -63,6 +64,7 @@ def table_of(
     caption: Parts = (),
     keys: int = 1,
     look: str = "",
+    spare: Sequence[str] = (),
 ) -> Table:
     """Return a table of cells by head; empty columns are left out.
 
@@ -72,7 +74,7 @@ def table_of(
         A cell that is missing is empty.
     words, page_only : sequence of str
         Heads of columns of sentences, and of those that a screen leaves out.
-    title, caption, keys, look
+    title, caption, keys, look, spare
         As of `Table`.
     """
     known = [{head: _cell(each) for head, each in row.items()} for row in rows]
@@ -82,6 +84,7 @@ def table_of(
         tuple(Column(head, head in words, head in page_only) for head in heads),
         tuple(tuple(row.get(head, Cell(())) for head in heads) for row in known),
         title, caption, keys, look,
+        tuple(head for head in spare if head in heads and head not in page_only),
     )  # fmt: skip
 
 

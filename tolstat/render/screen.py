@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
+import re
+import shlex
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from rich import box
 from rich.cells import cell_len
 from rich.console import Console
+from rich.segment import Segment
 from rich.table import Table as RichTable
 from rich.text import Text
 
@@ -28,11 +32,12 @@ from tolstat.document.digits import in_cell, in_line, plain
 from tolstat.document.inline import Inline, Number, Parts, Typed
 from tolstat.literal import visible
 
-PIPED_WIDTH = 120  # if the output is no terminal
-UNBOUNDED = 100_000
+PIPED_WIDTH = 120  # if the output is no terminal, and COLUMNS is not set
+UNBOUNDED, NARROWEST = 100_000, 20
 PADDING = 0, 1, 0, 0  # of a cell
 AT_SPACES: Any = {"break_long_words": False, "break_on_hyphens": False}
 UNBROKEN = "\ue000"  # stands for a space where no line may end
+COMMAND = re.compile("`[^`]*`")
 LETTERS = 24, 14, 10  # in a line of a head or below a number: the most that fit
 
 
@@ -41,16 +46,51 @@ class Screen(Console):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(highlight=False, markup=False, emoji=False, **options)
+        known = self.is_terminal or os.environ.get("COLUMNS", "").strip("0").isdigit()
+        if not known and "width" not in options:  # messages in a log: one line each
+            self.width = UNBOUNDED if self.stderr else PIPED_WIDTH
+        self.width = max(self.width, NARROWEST)
 
     def render_str(self, text: str, **options: Any) -> Text:
         """Return a text in which every character is visible."""
         return super().render_str(visible(text), **options)
 
+    def render(self, *given: Any, **options: Any) -> Iterable[Segment]:
+        """Yield texts in lines, with the spaces at which no line may end."""
+        for each in super().render(*given, **options):
+            yield each._replace(text=each.text.replace(UNBROKEN, " "))
+
+    def say(self, words: str) -> None:
+        """Print words in lines that end at spaces, and at none in a `command`."""
+        words = COMMAND.sub(lambda found: found[0].replace(" ", UNBROKEN), words)
+        lines = list[str]()
+        for line in visible(words).splitlines():
+            indent = "    " if line.startswith(" ") else ""
+            lines += textwrap.wrap(
+                line, self.width, subsequent_indent=indent, **AT_SPACES
+            )
+        self.print("\n".join(lines), soft_wrap=True)
+
+    def type(self, command: str) -> None:
+        """Print a command to copy; a long one continues after a backslash."""
+        words = (shlex.quote(word) for word in shlex.split(command))
+        whole = " ".join(word.replace(" ", UNBROKEN) for word in words)
+        lines = [f"   {whole}"]
+        if cell_len(lines[0]) > self.width:
+            lines = textwrap.wrap(
+                whole, self.width - 2, initial_indent=" " * 3,
+                subsequent_indent=" " * 5, **AT_SPACES,
+            )  # fmt: skip
+        self.print(" \\\n".join(lines), soft_wrap=True)
+
+    def on_broken_pipe(self) -> None:
+        """Print no more: the reader, such as head, has ended; the work goes on."""
+        os.dup2(os.open(os.devnull, os.O_WRONLY), self.file.fileno())
+
 
 def screen() -> Screen:
     """Return the standard output."""
-    console = Screen()
-    return console if console.is_terminal else Screen(width=PIPED_WIDTH)
+    return Screen()
 
 
 def show(document: Document) -> None:
@@ -78,7 +118,7 @@ def _show(block: Block) -> None:
             for name, parts in block.rows:
                 _print((f"{name}: ", *parts))
         case Verbatim():
-            screen().print(block.text, soft_wrap=True)
+            screen().say(block.text)
         case _:
             pass  # figures are for pages
 
@@ -97,15 +137,15 @@ def as_text(parts: Parts) -> str:
 
 def _print(parts: Parts, before: str = "") -> None:
     """Print a sentence; numbers keep their units, and a command has its own line."""
-    left = list(parts)
+    left, console = list(parts), screen()
     while left:
         typed = [i for i, part in enumerate(left) if isinstance(part, Typed)]
         end = typed[0] if typed else len(left)
         words = before + "".join(map(_unbroken, left[:end]))
         if words.strip(" ."):
-            _print_wrapped(words.rstrip())
+            console.say(words.rstrip())
         if typed:
-            screen().print(f"   {as_text((left[end],))}", soft_wrap=True)
+            console.type(as_text((left[end],)))
         before, left = "", left[end + 1 :]
 
 
@@ -113,43 +153,46 @@ def _unbroken(part: Inline) -> str:
     return part if isinstance(part, str) else as_text((part,)).replace(" ", UNBROKEN)
 
 
-def _print_wrapped(words: str) -> None:
-    """Print words in lines that end at spaces alone."""
-    console, lines = screen(), list[str]()
-    for line in visible(words).splitlines():
-        indent = "    " if line.startswith(" ") else ""
-        lines += textwrap.wrap(
-            line, console.width, subsequent_indent=indent, **AT_SPACES
-        )
-    console.print("\n".join(lines).replace(UNBROKEN, " "), soft_wrap=True)
-
-
 def _print_title(title: str) -> None:
     screen().print(title, style="table.title")
 
 
-def as_rich(given: Table) -> RichTable:
-    """Return a table for a live display, folded to fit."""
-    return _folded(given, LETTERS[-1])
+def as_rich(given: Table, width: int) -> RichTable:
+    """Return a table for a live display of a width."""
+    fits, _ = _fitting(given, width)
+    return fits or _folded(given, LETTERS[-1], width)
 
 
 def show_table(given: Table) -> None:
     """Print a table: words to the left, numbers to the right.
 
     Nothing is cut: a number without its last digits is wrong. If the columns do not fit
-    beside each other, each row is a list, with a line for each column.
+    beside each other, the spare ones are left out, and named. If the others do not fit
+    either, each row is a list, with a line for each column.
     """
     if given.title:
         _print_title(given.title)
-    made = (_folded(given, letters) for letters in LETTERS)
-    fits = next((each for each in made if _width(each) <= screen().width), None)
+    fits, left_out = _fitting(given, screen().width)
     if fits:
         screen().print(fits)
     else:
         for row in given.rows:
             _print_row(given, row)
+    if left_out:
+        _print((f"on a wider screen also: {'; '.join(left_out)}",))
     if given.caption:
         _print(given.caption)
+
+
+def _fitting(given: Table, width: int) -> tuple[RichTable | None, tuple[str, ...]]:
+    """Return a table that fits a width, or None, and the columns that it leaves out."""
+    for count in range(len(given.spare) + 1):
+        left_out = given.spare[:count]
+        for letters in LETTERS if count == len(given.spare) else LETTERS[:-1]:
+            made = _folded(given, letters, width, left_out)
+            if _width(made) <= width:
+                return made, left_out
+    return None, ()
 
 
 def _print_row(given: Table, row: Sequence[Cell]) -> None:
@@ -168,16 +211,18 @@ def _print_row(given: Table, row: Sequence[Cell]) -> None:
 
 def _written(cell: Cell) -> tuple[str, list[str]]:
     """Return a number, and its interval or the reason why it has none; or words."""
-    main, interval = as_text(cell.main), ""
+    main, interval = "".join(map(_unbroken, cell.main)), ""
     if len(cell.main) == 1 and isinstance(cell.main[0], Number):
         main, interval = map(plain, in_cell(cell.main[0]))
-    return main, [each for each in (interval, as_text(cell.below)) if each]
+    below = "".join(map(_unbroken, cell.below))
+    return main, [each for each in (interval, below) if each]
 
 
-def _made(given: Table, letters: int) -> RichTable:
+def _made(given: Table, letters: int, left_out: Sequence[str]) -> RichTable:
     """Return a table; heads, and lines below a number, have at most these letters."""
     made = RichTable(box=box.SIMPLE_HEAD, padding=PADDING)
-    shown = [i for i, each in enumerate(given.columns) if not each.page_only]
+    columns = enumerate(given.columns)
+    shown = [i for i, x in columns if not x.page_only and x.head not in left_out]
     for i in shown:
         column = given.columns[i]
         head = column.head if column.words else _wrapped(column.head, letters)
@@ -215,12 +260,14 @@ def _width(made: RichTable) -> int:
     return Screen(width=UNBOUNDED).measure(made).maximum
 
 
-def _folded(given: Table, letters: int) -> RichTable:
+def _folded(
+    given: Table, letters: int, width: int, left_out: Sequence[str] = ()
+) -> RichTable:
     """Return a table whose words wrap, with at least these letters in a line.
 
     Columns share the room so that no word is cut; Rich does not ensure that.
     """
-    made = _made(given, letters)
+    made = _made(given, letters, left_out)
     widths, longest = dict[int, int](), dict[int, int]()
     for i, column in enumerate(made.columns):
         if not column.no_wrap:
@@ -229,7 +276,7 @@ def _folded(given: Table, letters: int) -> RichTable:
             word = max(map(cell_len, " ".join(cells).split()), default=1)
             widths[i] = max(word, min(longest[i], letters))
             column.width = widths[i]
-    for _ in range(screen().width - _width(made) if longest else 0):
+    for _ in range(width - _width(made) if longest else 0):
         i = max(longest, key=lambda i: longest[i] / widths[i])
         widths[i] += widths[i] < longest[i]
         made.columns[i].width = widths[i]

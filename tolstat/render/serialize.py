@@ -84,7 +84,7 @@ def rows_as_csv(rows: Sequence[Row]) -> str:
     """Return rows with the same heads as CSV, in the units shown.
 
     A head may end in its unit in brackets; "[unit]" is that of the row. An estimate
-    takes three columns: itself and the ends of its 95 % interval.
+    takes four columns: itself, the ends of its 95 % interval, and why it has none.
     """
     shown = [
         {head: _shown(value, factor) for head, value, factor in _cells(row)}
@@ -121,6 +121,7 @@ def _cells(row: Row) -> Iterator[tuple[str, Any, float]]:
             name, bracket, unit = head.partition(" [")
             for end, value in zip(ENDS, given.value[:3], strict=True):
                 yield name + end + bracket + unit, value, given.scale.factor
+            yield f"{name} reason", given.value.reason, 0.0
         else:
             yield head, given.value, given.scale.factor
 

@@ -20,6 +20,7 @@ FORMAT = 6
 MARK = b"tolstat seal, format "
 HDF5 = b"\x89HDF\r\n\x1a\n"
 NEAR = 1 << 16  # bytes from the beginning, in which earlier formats have their seal
+UNSEALED, SAID = 2, b"version_tolstat"  # formats 1 and 2, and an attribute of theirs
 AT_ONCE = 1 << 20
 PATTERN = re.compile(
     rb"\d+\nsize (\d{1,18})\nsha256 ([0-9a-f]{64})\nbut((?: \d{1,18}-\d{1,18})+)\n"
@@ -66,7 +67,7 @@ def _format_of(file: File) -> int:
     found = re.search(MARK + rb"(\d{1,9})\n", head)
     if found and (found.start() == 0 or head.startswith(HDF5)):
         return int(found[1])
-    return 0
+    return UNSEALED if head.startswith(HDF5) and SAID in head else 0
 
 
 def is_run(path: Path) -> bool:
@@ -93,13 +94,11 @@ def _check(file: File, path: Path) -> None:
         file.seek(0)
         hdf5 = file.read(len(HDF5)) == HDF5
         what = "is an HDF5 file, but" if hdf5 else "cannot be read as HDF5: it is"
-        raise RunFileError(
-            f"{path} {what} not a run of tolstat, or one made before format 3: run its "
-            "study again"
-        )
+        raise RunFileError(f"{path} {what} not a run of tolstat; run its study again")
     if made_as != FORMAT:
+        known = "1 or 2" if made_as == UNSEALED else made_as
         raise FormatError(
-            f"{path} has format {made_as}, this tolstat reads format {FORMAT}; open it "
+            f"{path} has format {known}, this tolstat reads format {FORMAT}; open it "
             "with the tolstat that made it, or run its study again",
         )
     file.seek(len(MARK))

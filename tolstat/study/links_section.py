@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from tolstat.deviations.distributions import Distribution
-from tolstat.errors import ModelError
+from tolstat.errors import ModelError, TolstatError
 from tolstat.model.contract import Model
 from tolstat.model.setting_kinds import Rows
 from tolstat.model.settings import settings_of
@@ -42,12 +42,15 @@ def read_links(document: Document, model: Model, problems: Problems) -> Document
             raise ModelError(f"model '{model.name}' has no links; use [deviations]")
         if SETTING in document.settings:
             raise ModelError("[settings] links exists too; give links once")
-    deviations: dict[str, Any] = {}
+    if problems.noted("[links]"):
+        return document
+    deviations, sized = dict[str, Any](), dict[str, Any]()
     for name, link in document.links.items():
         with problems.noting(f"[links] {name}", link):
             if NOMINAL not in _keys(link):
                 example = 'such as nominal = "60 mm"'
                 raise ModelError(f"the key {NOMINAL} is missing, {example}")
+            sized[name] = link
             if name in document.deviations:
                 raise ModelError(
                     "also given in [deviations]; give its tolerance here only, as "
@@ -55,11 +58,21 @@ def read_links(document: Document, model: Model, problems: Problems) -> Document
                 )
             if deviates := _deviation(_keys(link), columns):
                 deviations[name] = deviates
-    problems.raise_if_any()
-    given = {"settings": document.settings, "links": document.links}
+    given = {"settings": document.settings, "links": sized}
     settings = settings_with_links(given, model)
     both = {**deviations, **document.deviations}
     return document.model_copy(update={"settings": settings, "deviations": both})
+
+
+def check_units(
+    links: Mapping[str, Any], error: TolstatError, problems: Problems
+) -> None:
+    """Note links without a unit that an error of the model names."""
+    for name, link in links.items():
+        number = _keys(link)[NOMINAL]
+        if isinstance(number, int | float) and f"'{name}'" in str(error):
+            example = f'write its unit, such as {NOMINAL} = "{number} mm"'
+            problems.add(f"[links] {name}", link, f"the size has no unit; {example}")
 
 
 def check_sizes(

@@ -40,6 +40,10 @@ class Problems:
         if len(self.found) > MOST_SAID:
             self.raise_if_any()
 
+    def noted(self, key: str) -> bool:
+        """Return whether a problem of a key was noted."""
+        return key in self._places
+
     @contextmanager
     def noting(self, key: str, value: Any) -> Iterator[None]:
         """Note an error that is raised inside, and continue after it."""

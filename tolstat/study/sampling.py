@@ -21,9 +21,12 @@ EXAMPLE = 'such as extra_loss = "<= 3 %"'  # a limit
 
 def read_sampling(given: str | dict[str, Any], problems: Problems) -> tuple[str, str]:
     """Return a sampling, and the response whose limit it aims at; empty for none."""
-    if isinstance(given, str):
+    known = [*SAMPLERS, *GIVEN]
+    if isinstance(given, str) and given in known:
         return given, ""
     with problems.noting("sampling", given):
+        if isinstance(given, str):
+            raise StudyError(f"no such sampling; {allowed_names(given, known)}")
         return "rare", read_entry(RareEntry, given, "there is").rare
     return "random", ""
 
@@ -63,11 +66,6 @@ def faults_of(
 
     Each with its value, None for a missing one, and the problem.
     """
-    known = [*SAMPLERS, *GIVEN]
-    if sampling not in known:
-        allowed = allowed_names(sampling, known)
-        yield "sampling", sampling, f"no such sampling; {allowed}"
-        return
     for key, of in (("grid", "grid"), ("table", "table"), ("[reference]", "grid")):
         if getattr(document, key.strip("[]")) and sampling != of:
             yield key, None, f'it needs sampling = "{of}"'

@@ -14,6 +14,7 @@ import numpy as np
 
 from tolstat import catalogue
 from tolstat.arrays import Array
+from tolstat.deviations.dependence import Dependence
 from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
 from tolstat.deviations.samplers import Sampler, Stage
 from tolstat.errors import ModelError, StudyError, TolstatError, UnitError
@@ -32,8 +33,9 @@ from tolstat.study.given_points import (
     read_table,
 )
 from tolstat.study.limits_section import read_limits
-from tolstat.study.links_section import check_sizes, read_links
+from tolstat.study.links_section import check_sizes, check_units, read_links
 from tolstat.study.memory_needed import large, too_large
+from tolstat.study.misplaced_keys import section_of
 from tolstat.study.problems import Problems
 from tolstat.study.sampling import (
     aim_of,
@@ -49,6 +51,7 @@ from tolstat.units.grammar import unit_of
 from tolstat.units.scale import SIZES
 
 SECTIONS = ("settings", "links", "deviations", "grid", "limits")
+NOTHING = Deviations({}, Dependence({}, {}), {}, {}, ())
 Source = str | os.PathLike[str] | Mapping[str, Any]
 
 
@@ -191,15 +194,28 @@ def load(
     folder = folder or (path.parent if path else None)
     problems = Problems(str(path or "the study"))
     given = path or cast(Mapping[str, Any], source)
-    text, document = read(given, problems, trials=trials, seed=seed)
+
+    def section(name: str, value: Any, table: Mapping[str, Any]) -> str:
+        return section_of(name, value, table, model)
+
+    def faults(deviating: Deviations, points: Points | None) -> None:
+        """Note keys that do not fit the sampling; a wrong one is taken for random."""
+        if not problems.noted("sampling") or not (document.grid or document.table):
+            for key, value, wrong in faults_of(document, sampling, deviating, points):
+                problems.add(key, value, wrong)
+
+    text, document = read(given, problems, section, trials=trials, seed=seed)
     typed = typed_units(document.model_dump())
     sampling, about = read_sampling(document.sampling, problems)
-    chosen = _model(document, model, problems)
-    document = read_links(document, chosen, problems)
-    settings = _settings(document, chosen, problems)
-    description = problems.required(  # some settings may not fit each other
-        "[settings]", None, lambda: described(chosen, settings)
-    )
+    try:
+        chosen = _model(document, model, problems)
+        settings, document = _settings(document, chosen, problems)
+        description = problems.required(  # some settings may not fit each other
+            "[settings]", None, lambda: _described(chosen, settings)
+        )
+    except StudyError:  # without these the rest cannot be read
+        faults(NOTHING, None)
+        raise problems.refusal from None
     deviating = read_deviations(
         document.deviations, document.correlation, description.contributors, folder,
         problems, linked=document.links,
@@ -212,8 +228,7 @@ def load(
     if sampling == "table" and document.table:
         with problems.noting("table", document.table):
             points = read_table(folder, document.table, settings, description)
-    for key, value, wrong in faults_of(document, sampling, deviating, points):
-        problems.add(key, value, wrong)
+    faults(deviating, points)
     reference, aim, until = None, "", None
     if document.reference:
         with problems.noting("[reference]", document.reference):
@@ -295,8 +310,24 @@ def _model(document: Document, model: Model | None, problems: Problems) -> Model
     return found
 
 
-def _settings(document: Document, model: Model, problems: Problems) -> Any:
+def _described(model: Model, settings: Any) -> Description:
+    """Return contributors and responses; a setting of the same name is the size."""
+    found = described(model, settings)
+    lengths = {e.name: getattr(settings, e.name, None) for e in found.contributors
+               if e.unit == "m" and e.size is None}  # fmt: skip
+    sizes = {n: x for n, x in lengths.items() if isinstance(x, float) and x > 0}
+    return found._replace(contributors=tuple(
+        replace(each, size=sizes.get(each.name, each.size))
+        for each in found.contributors
+    ))  # fmt: skip
+
+
+def _settings(
+    document: Document, model: Model, problems: Problems
+) -> tuple[Any, Document]:
+    """Return the settings, links among them, and the study with links as deviations."""
     values, before = {}, len(problems.found)
+    links, document = document.links, read_links(document, model, problems)
     for name, given in document.settings.items():
         with problems.noting(f"[settings] {name}", given):
             known = setting_of(model, name)
@@ -306,6 +337,12 @@ def _settings(document: Document, model: Model, problems: Problems) -> Any:
                 raise ModelError(f"{error} ({known.sentence})") from None
     if len(problems.found) > before:  # names left out may be missed: not reported
         with suppress(TolstatError):
-            return make(model, values)
+            return make(model, values), document
         problems.raise_if_any()
-    return problems.required("[settings]", None, lambda: make(model, values))
+    try:
+        return make(model, values), document
+    except TolstatError as error:
+        check_units(links, error, problems)
+        if len(problems.found) == before:
+            problems.add("[settings]", None, str(error))
+        raise problems.refusal from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
@@ -24,7 +24,7 @@ MISSING = {
     "trials": "missing; give the number of trials, such as trials = 4096",
     "seed": "missing; give a whole number, such as seed = 75; it makes runs repeatable",
 }
-DECISIVE = ("model", "settings", "links", "sampling")  # for all other sections
+DECISIVE = ("model", "settings", "links")  # for all other sections
 UNTIL = '{ until = "extra_loss p95 +-2 %", at_most = 200000 }'
 AXIS = '{ from = "0 mm", to = "3 mm", points = 61 } or a list ["0 mm", "1 mm"]'
 
@@ -177,15 +177,19 @@ def read_entry(kind: type[Kind], given: Mapping[str, Any], what: str) -> Kind:
 
 
 def read(
-    source: Path | Mapping[str, Any], problems: Problems, **typed: int | None
+    source: Path | Mapping[str, Any],
+    problems: Problems,
+    section_of: Callable[[str, Any, Mapping[str, Any]], str],
+    **typed: int | None,
 ) -> tuple[str, Document]:
     """Return the text and the keys of a study, checked.
 
-    Trials and seed given by the caller replace those of the study.
+    Trials and seed given by the caller replace those of the study. `section_of` says
+    where an unknown key, its value and the study belong; empty where that is unknown.
     """
     text, table = read_toml(source)
     table |= {key: value for key, value in typed.items() if value is not None}
-    return text, _checked(table, problems)
+    return text, _checked(table, problems, section_of)
 
 
 def check_section(section: str, entries: object, problems: Problems) -> None:
@@ -194,7 +198,11 @@ def check_section(section: str, entries: object, problems: Problems) -> None:
     problems.raise_if_any()
 
 
-def _checked(table: dict[str, Any], problems: Problems) -> Document:
+def _checked(
+    table: dict[str, Any],
+    problems: Problems,
+    section_of: Callable[[str, Any, Mapping[str, Any]], str] = lambda *_: "",
+) -> Document:
     check_bounds(table, problems)
     problems.raise_if_any()
     try:
@@ -209,6 +217,8 @@ def _checked(table: dict[str, Any], problems: Problems) -> Document:
             place, value = f"[{section}] {inner[0]}", table[section][inner[0]]
         if kind == "missing":
             problems.add(place, None, MISSING[section])
+        elif kind == "extra_forbidden" and (own := section_of(place, value, table)):
+            problems.add(place, value, f"it belongs in [{own}], as {own}.{place} = ...")
         elif kind == "extra_forbidden":
             known = allowed_names(section, Document.model_fields)
             problems.add(place, None, NO_SUCH_KEY + known)

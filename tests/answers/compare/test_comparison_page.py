@@ -41,7 +41,7 @@ def test_a_ppk_without_interval_is_as_small_as_its_reason(comparison):
     assert a_ppk_without_interval_stands_as_small_as_its_reason(
         table.rows,
         comparison.text,
-        [(each.ppk_difference_by_moments,) for each in limits],
+        [(each.moments_ppk_difference,) for each in limits],
     )
 
 

@@ -87,10 +87,17 @@ def test_a_partial_run_with_new_limits_names_no_missing_part(toy, toy_study):
     )  # fmt: skip
     found = report_of(tolstat.limited(part, {"gap": "-1..1.2 mm"}, toy))
     words = words_in(*found.document().blocks)
-    assert "requested limits" in words and "the audit and the worst" not in words
+    assert "requested limits" in words and "of the study's limits:" not in words
     assert len(found.responses["gap"].worst_trials) == 10 and "Worst trials" in words
     missing = "No slopes, worst cases or halved tolerances: the run did not come"
     assert missing in words
+    # stopped in its audit: what is stored is said, and how to finish
+    ended = replace(run, complete=False)
+    found = tolstat.summary(tolstat.limited(ended, {"gap": "-1..1.2 mm"}, toy))
+    words = words_in(*found.document().blocks)
+    assert "gap -1..1.2 mm; of the study's limits: worst cases" in words
+    assert "Finish the run, whose audit or diagnostics are missing: " in words
+    assert "tolstat resume" in words and "tolstat extend" not in words
 
 
 def test_the_page_is_self_contained(report):
@@ -211,7 +218,7 @@ def test_the_first_page_names_main_causes_and_the_gain_of_halving(report):
     cause = rows["jam_share"]["main cause"]
     apart = "rod_length_1 and rod_length_2 differ: one high, one low"
     assert as_text(cause.main) == apart
-    out = jam.causes.out_of_limit
+    out = jam.causes.trials_out_of_limit
     assert re.fullmatch(
         rf"\d+ of {out} out-of-limit trials in its outer 5 %",
         as_text(cause.below),
@@ -305,7 +312,7 @@ def test_dependent_trials_name_no_cause(toy, toy_study):
     found = report_of(tolstat.run(toy_study, model=toy))
     causes = found.responses["gap"].causes
     assert causes.reason == "for random trials only"
-    assert causes.out_of_limit > 0 and causes.contributors == {}
+    assert causes.trials_out_of_limit > 0 and causes.contributors == {}
     (row,) = rows_of(table_under(found.document(), "Limits"))
     assert as_text(row["response"].main) == "gap"
     assert as_text(row["main cause"].main) == "causes are named for random trials only"

@@ -147,8 +147,8 @@ class Comparison(Answer):
         for i, (words, _) in enumerate(both):
             row[f"{words}limit"] = limit.limits[i]
             row[words + out] = Number(limit.fractions_out_of_limit[i], PPM)
-            row[f"{words}equivalent Ppk"] = Number(limit.equivalent_ppk[i])
-        row[less + out] = Number(limit.fraction_difference, PPM)
+            row[f"{words}equivalent Ppk"] = Number(limit.equivalent_ppks[i])
+        row[less + out] = Number(limit.fraction_out_of_limit_difference, PPM)
         row[f"{less}equivalent Ppk"] = Number(limit.equivalent_ppk_difference)
         row["worse"] = "" if limit.worse is None else limit.worse
         row["better"] = "" if limit.better is None else limit.better

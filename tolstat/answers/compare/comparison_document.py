@@ -158,13 +158,13 @@ def _limits(found: Comparison, one: Difference) -> Table:
             "limit": Cell(text(first), text(f"{b}: {other}") if other != first else ()),
             "ppm: A": ppm(each.fractions_out_of_limit[0], of[0]),
             f"ppm: {b}": ppm(each.fractions_out_of_limit[1], of[1]),
-            f"ppm: {b} - A": ppm(each.fraction_difference),
+            f"ppm: {b} - A": ppm(each.fraction_out_of_limit_difference),
             "worse": None if each.worse is None else Number(each.worse),
             "better": None if each.better is None else Number(each.better),
-            "Ppk: A": ppk_cell(each.equivalent_ppk[0]),
-            f"Ppk: {b}": ppk_cell(each.equivalent_ppk[1]),
+            "Ppk: A": ppk_cell(each.equivalent_ppks[0]),
+            f"Ppk: {b}": ppk_cell(each.equivalent_ppks[1]),
             f"Ppk: {b} - A": ppk_cell(each.equivalent_ppk_difference),
-            by_moments: ppk_cell(each.ppk_difference_by_moments),
+            by_moments: ppk_cell(each.moments_ppk_difference),
         })  # fmt: skip
     return table_of(
         rows, "Out of limit, and equivalent Ppk", page_only=[by_moments],

@@ -28,15 +28,15 @@ class LimitDifference(NamedTuple):
     fractions_out_of_limit: tuple[Estimate, Estimate]
     worse: int | None  # trials within in the first and out of limit in the second
     better: int | None  # the reverse; None of unpaired runs
-    fraction_difference: Estimate
-    equivalent_ppk: tuple[Estimate, Estimate]
+    fraction_out_of_limit_difference: Estimate
+    equivalent_ppks: tuple[Estimate, Estimate]
     equivalent_ppk_difference: Estimate
-    ppk_difference_by_moments: Estimate
+    moments_ppk_difference: Estimate
 
     @property
     def significant(self) -> int:
         """1 for significantly more trials out of limit in the second, -1 for fewer."""
-        found = self.fraction_difference
+        found = self.fraction_out_of_limit_difference
         return int(found.lower > 0) - int(found.upper < 0)
 
 

@@ -40,7 +40,7 @@ class Stage(NamedTuple):
     """Trials that were sampled at once."""
 
     trials: int  # that have run
-    out_of_limit: int  # failed ones among them
+    trials_out_of_limit: int  # failed ones among them
     failed: int
     least: float  # times the spread of the study that they aimed at
     largest: float
@@ -55,7 +55,7 @@ class RareSummary(run_answer.RunAnswer):
     trial that the last stage did not meet.
     """
 
-    out_of_limit: int  # trials of the last stage
+    trials_out_of_limit: int  # trials of the last stage
     response: str  # the limited response
     sentence: str
     scale: Scale
@@ -105,7 +105,7 @@ class RareSummary(run_answer.RunAnswer):
             "failed [ppm]": Number(self.trials.failures, PPM),
             "trials run": self.trials.ran,
             "trials counted": self.trials.counted,
-            "of these out of limit": self.out_of_limit,
+            "of these out of limit": self.trials_out_of_limit,
         }]  # fmt: skip
 
 
@@ -146,7 +146,7 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     )  # fmt: skip
     return RareSummary(
         **run_answer.fields_of(run, trials),
-        out_of_limit=int(np.count_nonzero(out[last])),
+        trials_out_of_limit=int(np.count_nonzero(out[last])),
         response=name,
         sentence=sentences[name],
         scale=run.scales[name],

@@ -74,8 +74,8 @@ def _verdict(found: RareSummary) -> tuple[blocks.Block, ...]:
     notes = [
         say(
             f"{INTERVAL}. The last stage gives the fraction: {{}} "
-            f"({found.out_of_limit} out of limit), each weighted by the ratio of "
-            "densities. Failed trials count as out of limit. {}",
+            f"({found.trials_out_of_limit} out of limit), each weighted by the ratio "
+            "of densities. Failed trials count as out of limit. {}",
             counted(trials.counted, "independent trial"),
             unmet_kinds(found) if trials.counted else None,
         ),
@@ -165,7 +165,8 @@ def _stages(found: RareSummary) -> blocks.Section:
         upto = (" to ", Number(stage.largest)) if stage.least != stage.largest else None
         rows.append({
             "stage": str(n), "times the spread": text(Number(stage.least), upto),
-            "trials": Number(stage.trials), "out of limit": Number(stage.out_of_limit),
+            "trials": Number(stage.trials),
+            "out of limit": Number(stage.trials_out_of_limit),
             "of these failed": Number(stage.failed),
         })  # fmt: skip
     changed = blocks.note(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tolstat.answers.cells import limit_cell, numbers_of, ppm, verdict_cell
+from tolstat.answers.cells import limit_cell, ppm, verdict_cell
 from tolstat.answers.next_steps import to_extend, to_halve, to_resume
 from tolstat.document import blocks, plot
 from tolstat.document.blocks import Cell
@@ -40,22 +40,12 @@ if TYPE_CHECKING:
     )
 
 MOST_NAMED = 4  # parts in a sentence
-STARRED = {"mean": "mean *", "sigma": "sigma *"}  # their assumption stands below
-PAGE_ONLY = ("mean *", "sigma *", "least", "largest", "0.135 %", "99.865 %")
 INTERVAL = "Each number has its 95 % interval below it"
 READING = (
     "Quantiles: order statistics, for any distribution. Fractions out of limit: "
     "anytime-valid, trials may be added. Equivalent Ppk: of a normal response with the "
     "same fraction out of limit."
 )
-
-
-def summary_document(found: RunSummary) -> blocks.Document:
-    """Return the summary that is printed at the end of a run."""
-    return blocks.Document(
-        f"{found.title} ({found.model})",
-        blocks.shown(*first_page(found), responses_table(found), reading(found)),
-    )
 
 
 def first_page(
@@ -65,18 +55,26 @@ def first_page(
 
     Names of responses in `links` lead to their sections.
     """
-    steps = _next_steps(found)
-    next_steps = blocks.shown(blocks.Bullets(steps, numbered=len(steps) > 1))
     return blocks.shown(
-        blocks.Paragraph(_lead(found), "lead"),
+        lead(found),
         limits_table(found, links),
-        blocks.Section("What to do next", next_steps, level=3),
+        what_next(next_steps(found)),
         *map(blocks.note, found.trials.notes),
     )
 
 
-def _lead(found: RunSummary) -> Parts:
+def what_next(steps: tuple[Parts, ...]) -> blocks.Section:
+    """Return the section of next steps, the first one first."""
+    shown = blocks.shown(blocks.Bullets(steps, numbered=len(steps) > 1))
+    return blocks.Section("What to do next", shown, level=3)
+
+
+def lead(found: RunSummary) -> blocks.Paragraph:
     """Say how many limits are met, and the yield of all of them."""
+    return blocks.Paragraph(_lead(found), "lead")
+
+
+def _lead(found: RunSummary) -> Parts:
     if not found.trials.ran:
         return text("No trial has run.")
     if found.all_limits is None:
@@ -115,8 +113,9 @@ def limits_table(found: RunSummary, links: Collection[str] = ()) -> blocks.Table
             "tolerance halved, ppm": _effect_cell(each, limited),
         })  # fmt: skip
     return blocks.table_of(
-        rows, "Limits", words=["main cause"], caption=rests_on(found), look="verdicts"
-    )
+        rows, "Limits", words=["main cause"], caption=rests_on(found), look="verdicts",
+        spare=["tolerance halved, ppm", "equivalent Ppk"],
+    )  # fmt: skip
 
 
 def limit_row(
@@ -164,7 +163,7 @@ def at_least(share: Estimate) -> Parts:
 
 def explained(pair: PairCause, causes: Causes) -> Parts:
     """Say how many out-of-limit trials a pair explains, and how rare it is."""
-    n = causes.out_of_limit
+    n = causes.trials_out_of_limit
     trials = f"{round(pair.together.far.value * n)} of {n} out-of-limit trials"
     return say(f"{trials} in its outer {{}}", Number(pair.together.of_all, PART))
 
@@ -196,12 +195,14 @@ def differ(one: Estimate, other: Estimate) -> bool:
     return one.upper < other.lower or other.upper < one.lower
 
 
-def _next_steps(found: RunSummary) -> tuple[Parts, ...]:
+def next_steps(found: RunSummary) -> tuple[Parts, ...]:
     """Say what to do next: resume, tighten the main cause, or run more trials."""
     run = found.stored_run
-    if run.ended < run.trials:
-        resume = Typed(to_resume(run.path, run.machine))
-        return (text("Run the trials that are missing: ", resume, "."),)
+    if not run.complete:
+        what = "Run the trials that are missing"
+        if run.ended == run.trials:
+            what = "Finish the run, whose audit or diagnostics are missing"
+        return (text(f"{what}: ", Typed(to_resume(run.path, run.machine)), "."),)
     halve = (  # first what is known to gain
         _halve(found, name, each, known=known)
         for known in (True, False)
@@ -231,7 +232,7 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
         return ()
     clear, then = differ(main.halved, now), main.halved.value
     gains = then < now.value and (clear or verdict == NOT_MET)
-    if not (gains if known else math.isnan(then) and main.effective_sample_size):
+    if not (gains if known else math.isnan(then)):
         return ()
     if causes.pair:
         parts: tuple[str, ...] = causes.pair.together.members
@@ -239,16 +240,19 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
         kinds = kinds_of_part(list(run.assumed), run.contributors)
         parts = tuple(kinds.get(causes.leading[0], causes.leading[:1]))
     few = len(parts) <= MOST_NAMED
+    named = listed([Name(part) for part in parts]) if few else Name(causes.leading[0])
+    command = to_halve(run, parts)
+    if not (known or command):
+        return say(f"{{}} cannot be halved: {main.halved.reason}.", named)
     effect = say("the effect on {} is not estimable", Name(name))
     if known:
         falls = "falls" if clear else "may fall"
         effect = say(f"{{}} {falls} from {{}} to {{}}", Name(name), ppm(now),
                      ppm(main.halved))  # fmt: skip
-    command = to_halve(run, parts)
     return say(
         f"{'Halve' if clear else 'Test half'} the "
         f"{'tolerance' if len(parts) == 1 else 'tolerances'} of {{}}: {{}}{{}}.",
-        listed([Name(part) for part in parts]) if few else Name(causes.leading[0]),
+        named,
         effect,
         (". Check it with a fresh run: ", Typed(command)) if command else None,
     )
@@ -276,21 +280,6 @@ def ranges_figure(found: RunSummary) -> blocks.Figure | None:
     axes = plot.PlotAxis("out of limit, ppm", "log"), plot.PlotAxis("")
     drawn = plot.Plot((plot.PlotPanel(*axes, layers),), height=0.22 * len(sure) + 0.8)
     return blocks.Figure(f"Fractions out of limit in ppm: {said}", drawn)
-
-
-def responses_table(found: RunSummary) -> blocks.Table:
-    """Return the numbers of all responses."""
-    rows: list[dict[str, blocks.Given]] = [
-        {
-            "response": Name(name),
-            "unit": each.scale.mark,
-            "nominal": Number(each.nominal, each.scale),
-            **{STARRED.get(n, n): x for n, x in numbers_of(each, each.scale).items()},
-        }
-        for name, each in found.responses.items()
-    ]
-    return blocks.table_of(rows, "Responses", page_only=PAGE_ONLY,
-                           caption=rests_on(found), keys=2, look="dense")  # fmt: skip
 
 
 def rests_on(found: RunSummary) -> Parts:

@@ -60,7 +60,9 @@ def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
     if run.aim and run.ended:
         return rare_summary(run)
     drawn = drawn_trials(run)
-    return summary_of(drawn) if drawn else extremes_of(run)
+    if drawn is None:
+        return extremes_of(run)
+    return summary_of(drawn, run_answer.responses_in_focus(run))
 
 
 def report(run: RunSource, responses: Sequence[str] = ()) -> Report | RareSummary:
@@ -123,10 +125,14 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
     }
 
 
-def summary_of(drawn: Drawn) -> RunSummary:
+def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     """Return the summary of a sampled run: limits, main causes, responses."""
-    run, causes, sample = drawn.run, main_causes(drawn), drawn.sample
-    summaries = summaries_of(drawn)
+    run, sample = drawn.run, drawn.sample
+    with ThreadPoolExecutor(1) as other:
+        # the slowest part, in parallel: NumPy lets other threads run
+        shares = other.submit(contributions_of, drawn, focus)
+        causes, summaries = main_causes(drawn), summaries_of(drawn)
+        contributions, members = shares.result()
     done = int(np.count_nonzero(sample.done))
     outside = unseen(done)
     if sample.replicates:  # at either end, which the trials choose themselves
@@ -143,6 +149,8 @@ def summary_of(drawn: Drawn) -> RunSummary:
             sentence=each.sentence,
             scale=run.scales[each.name],
             causes=causes.get(each.name),
+            contributions=contributions.get(each.name),
+            members=members if each.name in focus else {},
         )
         for each in run.responses
     }
@@ -163,15 +171,7 @@ def summary_of(drawn: Drawn) -> RunSummary:
 def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
     """Return the report of a run whose trials were sampled; see `report`."""
     drawn, focus = reportable(run, chosen)
-    with ThreadPoolExecutor(1) as other:
-        # the slowest part, in parallel: NumPy lets other threads run
-        shares = other.submit(contributions_of, drawn, focus)
-        summary = summary_of(drawn)
-        errors = {
-            name: integration_of(drawn, name, each)
-            for name, each in summary.responses.items()
-        }
-        contributions, members = shares.result()
+    summary = summary_of(drawn, focus)
     scatter, diagnostics, sample = _scatter(drawn), run.diagnostics, drawn.sample
     replicate = sample.replicate[sample.done] if sample.replicates else None
     responses = {}
@@ -183,17 +183,15 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
             **vars(each),
             symbol=response.symbol,
             source=response.source,
-            integration_errors=errors[name],
+            integration_errors=integration_of(drawn, name, each),
             slopes=slopes,
-            linear=by_slopes,
+            root_sum_square=by_slopes,
             departures=tuple(linear.departures(by_slopes, each.quantiles))
             if by_slopes
             else (),
             worst_cases=diagnostics.worst_cases.get(name, {}),
             worst_trials=(),
             point_mass=point_mass_of(drawn.done(name), replicate) if shown else None,
-            contributions=contributions.get(name),
-            members=members if shown else {},
             indices=indices_of(drawn, name) if shown and drawn.grouped else None,
         )
         worst = _worst_trials(run, name, found.leading[:NAMED])

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from tolstat.answers.cells import summary_cells
-from tolstat.answers.report import first_page, report_document
+from tolstat.answers.report import report_document
+from tolstat.answers.report.summary_document import summary_document
 from tolstat.answers.run_answer import RunAnswer
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
@@ -63,7 +64,7 @@ class PairCause(NamedTuple):
 class Causes(NamedTuple):
     """Main causes of out-of-limit trials."""
 
-    out_of_limit: int  # trials, failed ones among them
+    trials_out_of_limit: int  # trials, failed ones among them
     reason: str  # why no cause is named; empty if one is
     # kinds of part, and contributors of no kind, that differ significantly among these
     # trials, the clearest first
@@ -180,48 +181,9 @@ class ResponseSummary(Summary):
     sentence: str
     scale: Scale
     causes: Causes | None  # None without a limit
-
-    @property
-    def largest_share(self) -> tuple[str, Estimate] | None:
-        """The largest variance contribution; None if unknown."""
-        return None
-
-
-@dataclass(frozen=True)
-class ReportedResponse(ResponseSummary):
-    """A response in a report."""
-
-    symbol: str
-    source: str
-    integration_errors: IntegrationErrors | None  # None: nothing was evaluated again
-    slopes: Mapping[str, float]  # at the nominal trial, by contributor that deviates
-    linear: Linear | None  # root sum square; None without slopes
-    departures: tuple[Departure, ...]  # how far that is off
-    worst_cases: Mapping[str, WorstCase]  # by side, of a limited response
-    worst_trials: tuple[WorstTrial, ...]  # the worst first, of a limited response
-    # of a response in focus, as all that follow: the value that many trials share
-    point_mass: PointMass | None
+    # of a response in focus, as the next; None where nothing deviates
     contributions: Contributions | None
     members: Mapping[str, tuple[str, ...]]  # of each kind of part
-    indices: SobolIndices | None
-
-    @property
-    def leading(self) -> list[str]:
-        """The contributors that matter to it, the most important first.
-
-        If few trials dominate the variance, contributions are noise. Contributors that
-        differ significantly among out-of-limit trials then come first, and ranks order
-        the rest.
-        """
-        found = self.contributions
-        if found is None:
-            return []
-        few = found.dominated_by_few
-        shares = found.rank_regression if few else found.first_order
-        known = {n: x.value for n, x in shares.items() if x.value == x.value}
-        first = self.causes.significant if few and self.causes else []
-        rest = sorted(known, key=lambda n: -(abs(known[n]) if few else known[n]))
-        return [name for name in dict.fromkeys([*first, *rest]) if name in known]
 
     @property
     def largest_share(self) -> tuple[str, Estimate] | None:
@@ -245,6 +207,41 @@ class ReportedResponse(ResponseSummary):
             kind: together if together.value > 0 else found.groups[kind]
             for kind, together in found.together.items()
         }
+
+
+@dataclass(frozen=True)
+class ReportedResponse(ResponseSummary):
+    """A response in a report."""
+
+    symbol: str
+    source: str
+    integration_errors: IntegrationErrors | None  # None: nothing was evaluated again
+    slopes: Mapping[str, float]  # at the nominal trial, by contributor that deviates
+    root_sum_square: Linear | None  # root sum square; None without slopes
+    departures: tuple[Departure, ...]  # how far that is off
+    worst_cases: Mapping[str, WorstCase]  # by side, of a limited response
+    worst_trials: tuple[WorstTrial, ...]  # the worst first, of a limited response
+    # of a response in focus, as the next: the value that many trials share
+    point_mass: PointMass | None
+    indices: SobolIndices | None
+
+    @property
+    def leading(self) -> list[str]:
+        """The contributors that matter to it, the most important first.
+
+        If few trials dominate the variance, contributions are noise. Contributors that
+        differ significantly among out-of-limit trials then come first, and ranks order
+        the rest.
+        """
+        found = self.contributions
+        if found is None:
+            return []
+        few = found.dominated_by_few
+        shares = found.rank_regression if few else found.first_order
+        known = {n: x.value for n, x in shares.items() if x.value == x.value}
+        first = self.causes.significant if few and self.causes else []
+        rest = sorted(known, key=lambda n: -(abs(known[n]) if few else known[n]))
+        return [name for name in dict.fromkeys([*first, *rest]) if name in known]
 
 
 class NumberOfStudy(NamedTuple):
@@ -296,8 +293,8 @@ class RunSummary(RunAnswer):
         return f"{self.run}, {self.trials.done} trials; {verdicts}"
 
     def document(self) -> Document:
-        """Return the first page, and the table of responses."""
-        return first_page.summary_document(self)
+        """Return limits, limited responses, worst cases and the next step."""
+        return summary_document(self)
 
     def rows(self) -> Sequence[Row]:
         """Return a row for each response."""

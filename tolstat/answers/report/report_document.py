@@ -10,12 +10,11 @@ from tolstat.answers.report.first_page import (
     first_page,
     ranges_figure,
     reading,
-    responses_table,
 )
 from tolstat.answers.report.response_section import response_section
+from tolstat.answers.report.summary_document import assumption, responses_table
 from tolstat.document import blocks
 from tolstat.document.inline import Number, Parts, listed, say, text
-from tolstat.statistics.intervals.moments import Reach
 from tolstat.units.scale import PER_CENT
 
 if TYPE_CHECKING:
@@ -174,26 +173,18 @@ def _judged(found: Report) -> list[Parts]:
 
 def _summary(found: Report) -> blocks.Section:
     failed, done = found.trials.failed, found.trials.done
-    ranged = [
-        each.name for each in found.stored_run.responses if Reach(each.range).known
-    ]
     one_in = math.floor(1 / found.trials.unseen)
     of = "of those that do not fail " if failed else ""
     outside = (
         f" Least and largest are those of the trials: at most 1 in {one_in} units {of}"
         "lies outside (95 %)."
     )
-    within = f"; of {', '.join(ranged)} for any distribution within the declared range"
-    star = (
-        "* Assumes that no unseen trial lies more than twice the observed range "
-        f"outside{within if ranged else ''}."
-    )
     shown = blocks.shown(
         responses_table(found),
         blocks.note(
             f"{INTERVAL}, or why there is none.{outside if one_in > 1 else ''}"
         ),
-        blocks.note(star) if done else None,
+        assumption(found) if done else None,
         blocks.note(MOMENTS) if failed and done else None,
     )
     return blocks.Section("Summary", shown, "summary")

@@ -146,7 +146,7 @@ def _performance(found: Report, each: ReportedResponse) -> tuple[Block, ...]:
 def _causes(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
     if (causes := each.causes) is None:
         return ()
-    out, known = causes.out_of_limit, causes.contributors
+    out, known = causes.trials_out_of_limit, causes.contributors
     failed = ", failed ones among them" if found.trials.failed else None
     none = None if causes.leading else f": {no_cause(causes)}"
     correlated = found.assumptions.correlation and known
@@ -162,7 +162,7 @@ def _causes_table(found: Report, causes: Causes) -> Table:
     """Return a row for each pair, kind of part and contributor."""
     rows: list[Row] = []
     for pair in causes.pairs[:MOST_PAIRS]:
-        n = causes.out_of_limit
+        n = causes.trials_out_of_limit
         alone = Number(pair.together.alone, PER_CENT, "at_most", n)
         below = say(
             "{}; either of them alone in at most {}", explained(pair, causes), alone
@@ -247,8 +247,11 @@ def _contributors(
     if (indices := each.indices) and not indices.reason:
         shares["Sobol' first-order index, %"] = indices.first, PART
         shares["Sobol' total index, %"] = indices.total, PART
-    if each.linear:
-        shares["root sum square, % of the variance"] = each.linear.shares, PART
+    if each.root_sum_square:
+        shares["root sum square, % of the variance"] = (
+            each.root_sum_square.shares,
+            PART,
+        )
     rows: list[Row] = []
     for part in every:
         shown = found.stored_run.scales.get(part, AS_IS)  # a batch has none
@@ -289,7 +292,7 @@ def _classical(found: Report, name: str, each: ReportedResponse) -> Table:
         if case.failed:
             said += f"; {case.failed} of these failed, and count as out of limit"
         rows[f"worst case, {side}"] = Number(case.value, scale), said
-    if linear := each.linear:
+    if linear := each.root_sum_square:
         sigma = say("sigma {}", Number(linear.sigma, scale))
         mean = Cell((Number(linear.mean, scale),), sigma)
         rows["root sum square"] = mean, "slopes at the nominal trial, normal response"
@@ -375,11 +378,11 @@ def _worst_trials(found: Report, name: str, each: ReportedResponse) -> Table:
     again, scales, run = "to see it again", found.stored_run.scales, found.stored_run
     rows: list[Row] = []
     for worst in each.worst_trials:
-        precise = Number(worst.precise, each.scale)
         rows.append({
             "trial": Number(worst.trial),
             each.scale.label(name): Number(worst.value, each.scale),
-            "evaluated again": precise if each.integration_errors else None,
+            "evaluated again": None if math.isnan(worst.precise)
+            else Number(worst.precise, each.scale),
             **{n: with_unit(Number(x, scales[n])) for n, x in worst.deviations.items()},
             again: Typed(to_replay(run.path, worst.trial, run.machine)),
         })  # fmt: skip

@@ -36,7 +36,7 @@ class ResponseExtremes(NamedTuple):
     least: Extreme | None  # None where no trial is done
     largest: Extreme | None
     limit: Limit | None  # the permitted range
-    out_of_limit: int  # trials, failed ones among them; 0 without a limit
+    trials_out_of_limit: int  # trials, failed ones among them; 0 without a limit
 
 
 @dataclass(frozen=True, repr=False)
@@ -75,7 +75,7 @@ class Extremes(Answer):
                 "nominal [unit]": Number(each.nominal, each.scale),
                 "least [unit]": _value(each.least, each.scale),
                 "largest [unit]": _value(each.largest, each.scale),
-                "trials out of limit": each.out_of_limit,
+                "trials out of limit": each.trials_out_of_limit,
             }
             for name, each in self.responses.items()
         ]

@@ -29,7 +29,7 @@ def extremes_document(found: Extremes) -> Document:
         {
             "response": Name(name),
             "limit": each.limit.words,
-            "trials out of limit": text(f"{each.out_of_limit} of {found.ran}"),
+            "trials out of limit": text(f"{each.trials_out_of_limit} of {found.ran}"),
         }
         for name, each in found.responses.items()
         if each.limit

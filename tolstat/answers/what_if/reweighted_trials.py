@@ -11,10 +11,10 @@ from tolstat.answers.report.gather import all_limits, reportable, summaries_of
 from tolstat.answers.run_answer import notes_of
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.answers.what_if.what_if_answer import (
+    AllLimitsWhatIf,
     Change,
     ResponseWhatIf,
     WhatIf,
-    YieldAllLimits,
 )
 from tolstat.deviations.density_ratio import DensityRatio
 from tolstat.deviations.names import expand
@@ -83,7 +83,7 @@ def what_if(
     Examples
     --------
     >>> found = tolstat.what_if("runs/stack-up.h5", {"housing": "+-0.06 mm"})
-    >>> found.yield_all_limits.scenario.within
+    >>> found.all_limits.scenario.within
     0.999749 (0.999041 to 0.999879)
     """
     run = open_run(run)
@@ -123,7 +123,7 @@ def what_if(
         len(drawn.trials),
         found.weights.number,
         found.expected,
-        YieldAllLimits(before_all, after_all) if before_all and after_all else None,
+        AllLimitsWhatIf(before_all, after_all) if before_all and after_all else None,
         {
             response.name: ResponseWhatIf(
                 before[response.name],

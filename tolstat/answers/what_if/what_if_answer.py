@@ -26,7 +26,7 @@ class Change(NamedTuple):
     fraction_left: float  # effective sample size with this change alone, per trial
 
 
-class YieldAllLimits(NamedTuple):
+class AllLimitsWhatIf(NamedTuple):
     """The yield of all limits, of the baseline and of the scenario."""
 
     baseline: AllLimits
@@ -55,7 +55,7 @@ class WhatIf(Answer):
     trials: int  # that are weighted
     effective_sample_size: int  # of the weighted trials
     expected_sample_size: float  # the same by the distributions, without the trials
-    yield_all_limits: YieldAllLimits | None  # None without limits
+    all_limits: AllLimitsWhatIf | None  # None without limits
     responses: Mapping[str, ResponseWhatIf]
     notes: tuple[str, ...]  # for readers of the numbers
     answers: ClassVar[str] = "what_if"
@@ -105,7 +105,7 @@ class WhatIf(Answer):
         )
 
     def _yields(self) -> Parts:
-        both = self.yield_all_limits
+        both = self.all_limits
         if both is None:
             return text("The study limits no response.")
         whose = "all limits" if both.baseline.limits > 1 else "this limit"

@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from tolstat.deviations.density_ratio import DensityRatio
-from tolstat.deviations.distributions import Constant
+from tolstat.deviations.distributions import Constant, Tolerance
 from tolstat.deviations.samplers import OWN
-from tolstat.deviations.spread import halved
+from tolstat.deviations.spread import halved, zone_of
 from tolstat.errors import DistributionError
 from tolstat.execution.trial_table import Trials
-from tolstat.model.description import Contributor, kinds_of_part
+from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.weighted_estimates import weighted_share
 from tolstat.statistics.intervals.weights import Weights
@@ -53,7 +53,8 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     kinds = kinds_of_part(list(every), contributors).values()
     found: dict[str, dict[Members, Halved]] = {name: {} for name in out_of_limit}
     # a deviation over a full turn, the phase of a run-out, has no tolerance to halve
-    turning = [e.name for e in contributors if e.name in every and _is_turn(study, e)]
+    zones = {name: zone_of(deviating.distributions[name]) for name in every}
+    turning = [e.name for e in contributors if is_turn(e.unit, zones.get(e.name))]
     unfit: set[str] = set()  # refused alone; these come first
     alone = [(name,) for name in every]
     paired = [e.members for of in pairs(every, out_of_limit).values() for e in of]
@@ -77,7 +78,6 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     return found
 
 
-def _is_turn(study: Study, of: Contributor) -> bool:
+def is_turn(unit: str, zone: Tolerance | None) -> bool:
     """Return whether a deviation covers a full turn."""
-    zone = getattr(study.deviating.distributions[of.name], "tolerance", None)
-    return of.unit == "rad" and zone is not None and zone.upper - zone.lower >= TURN
+    return unit == "rad" and zone is not None and zone.upper - zone.lower >= TURN

@@ -1,0 +1,118 @@
+"""Commands that halve the tolerance of a cause, each run as it is printed."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import tomllib
+
+import pytest
+from click.testing import CliRunner
+
+import tolstat
+from tests.conftest import ROOT
+from tolstat.answers.next_steps import to_halve
+from tolstat.answers.report.first_page import next_steps
+from tolstat.cli.main import main
+from tolstat.render.screen import as_text
+
+# the entry of a link, half of it, and a limit that its parts often miss
+ENTRIES = {
+    "normal": ({"tolerance": "+-0.4 mm"}, "+-0.2 mm", "<= 0.2 mm"),
+    "capability": (
+        {"tolerance": "+-0.4 mm", "cp": 1.33, "shift": "0.05 mm"},
+        {"tolerance": "+-0.2 mm", "cp": 1.33, "shift": "0.025 mm"}, "<= 0.2 mm"),
+    "uniform": (
+        {"tolerance": "-0.2..0.4 mm", "distribution": "uniform"},
+        {"tolerance": "-0.1..0.2 mm", "distribution": "uniform"}, "<= 0.25 mm"),
+    "triangular": (
+        {"tolerance": "+-0.4 mm", "distribution": "triangular", "mode": "0.2 mm"},
+        {"tolerance": "+-0.2 mm", "distribution": "triangular", "mode": "0.1 mm"},
+        "<= 0.3 mm"),
+    "trapezoidal": (
+        {"tolerance": "0..0.4 mm", "distribution": "trapezoidal",
+         "plateau": "0.1..0.2 mm"},
+        {"tolerance": "0..0.2 mm", "distribution": "trapezoidal",
+         "plateau": "0.05..0.1 mm"}, "<= 0.3 mm"),
+    "lognormal": (
+        {"tolerance": "0.1..0.4 mm", "distribution": "lognormal", "median": "0.2 mm"},
+        {"tolerance": "0.1..0.25 mm", "distribution": "lognormal",
+         "median": "0.15 mm"}, "<= 0.3 mm"),
+    "one side": ({"tolerance": "-0.4..0 mm"}, "-0.2..0 mm", ">= -0.3 mm"),
+    "grade": ({"tolerance": "h12"}, "-0.125..0 mm", ">= -0.2 mm"),
+    "clipped": (
+        {"tolerance": "+-0.4 mm", "distribution": "truncated_normal", "cp": 0.5,
+         "outside": "clipped"},
+        {"tolerance": "+-0.2 mm", "distribution": "truncated_normal", "cp": 0.5,
+         "outside": "clipped"}, "<= 0.35 mm"),
+}  # fmt: skip
+
+
+def chain(tmp_path, entry, limit, trials=4000):
+    study = tmp_path / "chain.toml"
+    links = {"a": {"nominal": "50 mm", **entry}, "b": {"nominal": "50 mm"}}
+    links["b"]["tolerance"] = "+-0.02 mm"
+    text = ['model = "dimension_chain"', f"trials = {trials}", "seed = 1"]
+    text += ['settings.gap = "a - b"', f'limits.gap = "{limit}"', "[links]"]
+    for name, link in links.items():
+        keys = ", ".join(f'{k} = "{v}"' if isinstance(v, str) else f"{k} = {v}"
+                         for k, v in link.items())  # fmt: skip
+        text.append(f"{name} = {{ {keys} }}")
+    study.write_text("\n".join(text))
+    return tolstat.run(study)
+
+
+def typed(command):
+    done = CliRunner().invoke(main, shlex.split(command)[1:])
+    assert done.exit_code in (0, 3), done.output
+    return done.output
+
+
+@pytest.mark.parametrize("kind", ENTRIES)
+def test_the_printed_command_halves_as_the_number_promises(tmp_path, kind):
+    entry, half, limit = ENTRIES[kind]
+    run = chain(tmp_path, entry, limit)
+    shown = CliRunner().invoke(main, ["show", str(run.path)]).output
+    (command,) = re.findall("^   (tolstat what-if .*)$", shown, re.MULTILINE)
+    again = typed(command).partition("run it: ")[2].strip()
+    study = tomllib.loads((tmp_path / "chain-halved.toml").read_text())
+    wanted = half if isinstance(half, dict) else {"tolerance": half}
+    assert study["links"]["a"] == {"nominal": "50 mm", **wanted}
+    typed(f"{again} --trials 100000")
+    (fresh,) = tolstat.summary(tmp_path / "chain-halved.h5").limits.values()
+    promised = tolstat.summary(run).responses["gap"].causes.main.halved
+    found = fresh.yields.fraction_out_of_limit
+    if promised.value == promised.value:
+        assert found.upper >= promised.lower and found.lower <= promised.upper
+
+
+def test_measured_parts_have_no_tolerance_to_halve(tmp_path):
+    sizes = "\n".join(str(50 + i * 0.01) for i in range(-40, 41))
+    (tmp_path / "parts.csv").write_text(f"size [mm]\n{sizes}\n")
+    run = chain(tmp_path, {"data": "parts.csv", "column": "size"}, "<= 0.3 mm")
+    assert not to_halve(run, ["a"])
+
+
+def test_a_class_of_gears_halves_as_its_zone_and_a_full_turn_stays(tmp_path):
+    path = tmp_path / "grades.h5"
+    run = tolstat.run(ROOT / "runs/khpt75-grades.toml", trials=16, output=path)
+    command = to_halve(run, ["runout_7", "runout_phase_7", "tooth_position_1"])
+    name, *entries = shlex.split(command)[1:5]
+    zone = run.assumed["tooth_position_1"].tolerance[1] * 1e6
+    assert name == "what-if" and "runout_phase" not in command
+    assert f"tooth_position_1=+-{zone / 2:g} um" in entries
+    (runout,) = (each for each in entries if each.startswith("runout_7"))
+    assert tomllib.loads(runout)["runout_7"]["shape"] == 2
+    typed(command)
+    assert (tmp_path / "grades-halved.toml").is_file()
+    both = to_halve(run, ["tooth_position_1", "tooth_position_2"])
+    assert "'tooth_position=+-" in both
+
+
+def test_the_next_step_says_why_a_cause_cannot_be_halved(tmp_path):
+    sizes = "\n".join(str(50 + i * 0.01) for i in range(-40, 41))
+    (tmp_path / "parts.csv").write_text(f"size [mm]\n{sizes}\n")
+    entry = {"data": "parts.csv", "column": "size"}
+    found = tolstat.summary(chain(tmp_path, entry, "<= 0.3 mm"))
+    said = [as_text(each) for each in next_steps(found)]
+    assert "a cannot be halved: it has no tolerance." in said

@@ -1,0 +1,133 @@
+"""The summary of a run, as it is printed after the run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tolstat.answers.cells import numbers_of
+from tolstat.answers.next_steps import command
+from tolstat.answers.report.first_page import (
+    at_least,
+    lead,
+    limits_table,
+    next_steps,
+    reading,
+    rests_on,
+    what_next,
+)
+from tolstat.answers.run_answer import responses_in_focus
+from tolstat.document import blocks
+from tolstat.document.blocks import Cell
+from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
+from tolstat.statistics.intervals.moments import Reach
+from tolstat.statistics.limits.limit import within
+from tolstat.statistics.summary import QUANTILES
+from tolstat.units.scale import PART, share_words
+
+if TYPE_CHECKING:
+    from tolstat.answers.report.report_answer import ResponseSummary, RunSummary
+
+STARRED = {"mean": "mean *", "sigma": "sigma *"}  # their assumption stands below
+LOW = [share_words(share) for share in QUANTILES if share < 0.5]
+HIGH = [share_words(share) for share in QUANTILES if share > 0.5]
+NO_ROOM = "1 %"  # on the sheet of a report, which is full
+MEDIAN, LARGEST_SHARE = share_words(0.5), "main contribution"
+
+
+def summary_document(found: RunSummary) -> blocks.Document:
+    """Return limits, limited responses, worst cases and the next step."""
+    own = [*found.limits] or responses_in_focus(found.stored_run)
+    others = len(found.responses) - len(own)
+    more = f"Other responses: {others}; the report has them."
+    report = Typed(command("report", found.stored_run.path))
+    steps = next_steps(found) or (text("Write the report: ", report, "."),)
+    return blocks.Document(
+        f"{found.title} ({found.model})",
+        blocks.shown(
+            lead(found),
+            limits_table(found),
+            responses_table(found, own),
+            blocks.note(more) if others else None,
+            blocks.paragraph(_worst_cases(found)),
+            *map(blocks.note, found.trials.notes),
+            assumption(found) if found.trials.done else None,
+            reading(found),
+            what_next(steps),
+        ),
+    )
+
+
+def responses_table(found: RunSummary, names: Sequence[str] = ()) -> blocks.Table:
+    """Return the numbers of responses; of all by default, for a page.
+
+    A screen shows the quantiles on the sides that have limits.
+    """
+    rows: list[dict[str, blocks.Given]] = [
+        {
+            "response": Name(name),
+            "unit": each.scale.mark,
+            "nominal": Number(each.nominal, each.scale),
+            **{
+                STARRED.get(n, n): x
+                for n, x in numbers_of(each, each.scale).items()
+                if names or n != NO_ROOM
+            },
+            LARGEST_SHARE: _largest_share(each) if names else None,
+        }
+        for name in names or found.responses
+        for each in [found.responses[name]]
+    ]
+    ends = [each.limit.permitted for each in found.limits.values()] or [(0.0, 0.0)]
+    hidden = ["least", "largest"] + [MEDIAN] * bool(found.limits)
+    hidden += LOW if all(lower == -math.inf for lower, _ in ends) else []
+    hidden += HIGH if all(upper == math.inf for _, upper in ends) else []
+    return blocks.table_of(
+        rows, "Responses", page_only=hidden, words=[LARGEST_SHARE],
+        caption=() if names and found.limits else rests_on(found), keys=2, look="dense",
+        spare=["nominal", "5 %", "95 %", "0.135 %", "99.865 %", MEDIAN],
+    )  # fmt: skip
+
+
+def assumption(found: RunSummary) -> blocks.Paragraph:
+    """Say what the intervals of mean and sigma assume."""
+    responses = found.stored_run.responses
+    ranged = ", ".join(x.name for x in responses if Reach(x.range).known)
+    within = f"; of {ranged} for any distribution within the declared range"
+    return blocks.note(
+        "* Assumes that no unseen trial lies more than twice the observed range "
+        f"outside{within if ranged else ''}."
+    )
+
+
+def _largest_share(each: ResponseSummary) -> Cell:
+    """Return the largest contribution to the variance, or why none is named."""
+    if (most := each.largest_share) is None:
+        if (known := each.contributions) is None:
+            return Cell(())
+        shares = [x for x in known.first_order.values() if x.value != x.value]
+        reason = shares[0].reason if shares else "not significant"
+        few = known.dominated_by_few
+        return Cell((), text("few trials dominate" if few else reason))
+    name, share = most
+    said = at_least(share) if share.upper == 1 else text(Number(share, PART))
+    return Cell((Name(name),), said)
+
+
+def _worst_cases(found: RunSummary) -> Parts:
+    """Say where the worst corner of the tolerances is out of limit, or failed."""
+    out = []
+    for name, limited in found.limits.items():
+        scale, limit = found.responses[name].scale, limited.limit
+        cases = found.stored_run.diagnostics.worst_cases.get(name, {})
+        out += [
+            say(f"{{}} {{}} ({limit.words})", Name(name),
+                "failed" if math.isnan(case.value) else Number(case.value, scale))
+            for case in cases.values()
+            if not within(np.array(case.value), limit.permitted)
+        ]  # fmt: skip
+    said = listed(out, joint="")
+    return say("Worst case of the tolerances, out of limit: {}.", said) if out else ()
