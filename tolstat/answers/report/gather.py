@@ -13,6 +13,7 @@ from tolstat.answers.rare.rare_answer import RareSummary, rare_summary
 from tolstat.answers.report import report_answer
 from tolstat.answers.report.integration import integration_of
 from tolstat.answers.report.main_causes import main_causes
+from tolstat.answers.report.off_centre import OFF_CENTRE, off_centre
 from tolstat.answers.report.report_answer import Report, RunSummary
 from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
@@ -136,6 +137,11 @@ def summary_of(drawn: Drawn) -> RunSummary:
         sample.failures, outside, run.sampling, drawn.sampled.promise,
         tuple(run_answer.notes_of(run, sample)),
     )  # fmt: skip
+    centres = {name: off_centre(drawn, name, summaries[name]) for name in run.limits}
+    for name, off in centres.items():
+        if off and off.tolerances:  # trials out of limit show no cause
+            none = causes[name]._replace(reason=OFF_CENTRE, leading=(), pairs=())
+            causes[name] = none
     responses = {
         each.name: report_answer.ResponseSummary(
             **vars(summaries[each.name]),
@@ -143,6 +149,7 @@ def summary_of(drawn: Drawn) -> RunSummary:
             sentence=each.sentence,
             scale=run.scales[each.name],
             causes=causes.get(each.name),
+            off_centre=centres.get(each.name),
         )
         for each in run.responses
     }

@@ -8,6 +8,7 @@ from typing import ClassVar, NamedTuple
 
 from tolstat.answers.cells import summary_cells
 from tolstat.answers.report import first_page, report_document
+from tolstat.answers.report.off_centre import OffCentre
 from tolstat.answers.run_answer import RunAnswer
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
@@ -180,6 +181,7 @@ class ResponseSummary(Summary):
     sentence: str
     scale: Scale
     causes: Causes | None  # None without a limit
+    off_centre: OffCentre | None  # None if the limit is met, or its centre is right
 
     @property
     def largest_share(self) -> tuple[str, Estimate] | None:

@@ -1,0 +1,183 @@
+"""How far a response lies off the centre of its limit, and what would centre it.
+
+Tolerances set the spread of a response, nominal values its centre: Pp shows the spread
+alone, Ppk both (ISO 22514-2).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.special import ndtri
+
+from tolstat.answers.cells import ppm
+from tolstat.answers.next_steps import to_shift
+from tolstat.answers.sampled_trials import Drawn
+from tolstat.arrays import Array
+from tolstat.deviations.distributions import Tolerance
+from tolstat.deviations.names import general
+from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.capability import HIGH, LOW, Performance
+from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.yields import MET, Yield, yield_of
+from tolstat.statistics.summary import Summary
+from tolstat.store.stored_run import Run
+
+if TYPE_CHECKING:
+    from tolstat.answers.report.report_answer import ResponseSummary
+
+OFF_CENTRE = "off centre"  # why no cause is named
+NEVER = "Narrower tolerances cannot meet the limit. "
+NOT_HALVED = "Halving all tolerances would not meet the limit. "
+ONE_SIDED = "Tolerances not centred on zero move the mean. "
+NONLINEAR = "The response is not linear: its spread moves the mean. "
+ROOM = 0.1  # of the permitted fraction: left out of a limit with one end
+MOST, FARTHEST = 3, 100.0  # shifts; the farthest over half its tolerance
+TOLD, ROUNDING = 0.01, 1e-9  # of half a tolerance: rounding of its shift; of a limit
+
+
+class Shift(NamedTuple):
+    """Nominal values that centre a response, all shifted by as much."""
+
+    members: tuple[str, ...]  # contributors
+    shift: float  # SI
+    relative: float  # over half the tolerance, the widest of them
+
+
+class OffCentre(NamedTuple):
+    """How far a response lies off the centre of its limit, SI."""
+
+    what: str  # lies outside: "nominal value", "mean" or "median"; empty if none does
+    value: float  # of it, or the mean
+    outside: float  # distance; 0 inside
+    tolerances: str  # what narrower ones cannot do; empty if they may help
+    reason: str  # why the mean lies outside and not the nominal value
+    performance: Performance  # by percentiles where they have an interval
+    shift: float  # to the middle of the limit; with one end to a tenth of the permitted
+    shifted: Yield  # of the trials, all shifted by that
+    shifts: tuple[Shift, ...]  # each alone; the least over its tolerance first
+
+
+def off_centre(drawn: Drawn, name: str, found: Summary) -> OffCentre | None:
+    """Return how a response lies off the centre of its limit; None if it does not.
+
+    It does if the interval of the median lies outside, or if Pp is significantly good
+    or twice Ppk. With halved tolerances half of the mean's shift by slopes stays, and a
+    quarter of the rest, of second order.
+    """
+    limited, median, at = found.limited, found.quantiles[0.5], found.mean.value
+    if limited is None or limited.yields.verdict == MET:
+        return None
+    limit, (lower, upper) = limited.limit, limited.limit.permitted
+    by = limited.percentiles if limited.percentiles.ppk.sure else limited.moments
+    pp, ppk, what, reason = by.pp.lower, by.ppk.upper, "", ""
+    if median.lower > upper or median.upper < lower:
+        what, at = ("median", median.value) if lower <= at <= upper else ("mean", at)
+    elif not (ppk < limit.ppk and (pp >= limit.ppk or pp > 2 * ppk)):
+        return None
+    run, slopes = drawn.run, drawn.run.diagnostics.slopes.get(name, {})
+    zones = {n: Tolerance(*run.assumed[n].tolerance) for n in slopes}
+    nominal, linear = run.nominal_values[name], math.nan
+    narrow = nominal + sum(s * zones[n].nearest for n, s in slopes.items())
+    if slopes:
+        linear = nominal + sum(s * run.assumed[n].mean for n, s in slopes.items())
+    halved = (narrow + linear) / 2 + (at - linear) / 4
+    room = min(upper - halved, halved - lower)
+    tolerances = NOT_HALVED if room < 1.5 * limit.ppk * found.sigma.value else ""
+    if min(upper - narrow, narrow - lower) <= ROUNDING * abs(at - nominal):
+        tolerances = NEVER
+    shift = _wanted(limit, drawn.done(name), at)
+    side, end = (1, upper) if shift < 0 else (-1, lower)
+    if what and side * (nominal - end) > 0:
+        what, at = "nominal value", nominal
+    elif what and slopes:
+        by_slopes = abs(linear - nominal) >= abs(at - nominal) / 2
+        reason = ONE_SIDED if by_slopes else NONLINEAR
+    shifted = drawn.values(name) + shift
+    return OffCentre(
+        what, at, max(side * (at - end), 0.0), tolerances, reason, by, shift,
+        yield_of(shifted, drawn.sample, limit.permitted, limit.demanded),
+        () if reason == NONLINEAR else _shifts(run, slopes, zones, shift),
+    )  # fmt: skip
+
+
+def _wanted(limit: Limit, done: Array, at: float) -> float:
+    """Return the shift of a response that centres it."""
+    if limit.ends == 2:
+        return (limit.lower + limit.upper) / 2 - at
+    sign, end = (1, limit.upper) if limit.upper < math.inf else (-1, limit.lower)
+    aim = ROOM * (1 - limit.demanded)
+    middle, tail = np.quantile(done, [0.5, HIGH if sign > 0 else LOW])
+    deep = sign * (middle + (tail - middle) * -ndtri(aim) / 3)
+    return float(end - sign * max(np.quantile(sign * done, 1 - aim), deep))
+
+
+def _shifts(
+    run: Run, slopes: Mapping[str, float], zones: Mapping[str, Tolerance], wanted: float
+) -> tuple[Shift, ...]:
+    """Return shifts of nominal values, the best of each kind of part."""
+    families: dict[str, tuple[str, ...]] = {}  # parts that share a name
+    parts = {each.name: each.part for each in run.contributors}
+    for each in (each for each in run.contributors if each.name in slopes):
+        turns = each.unit == "rad" and zones[each.name].half > 3.14  # a phase
+        if each.gear is None and not turns:  # neither has a nominal value
+            stem = general(each.name)
+            families[stem] = (*families.get(stem, ()), each.name)
+    best: dict[str, Shift] = {}
+    alone = ((name,) for family in families.values() for name in family)
+    for members in (*families.values(), *alone):
+        if not (slope := sum(slopes[name] for name in members)):
+            continue
+        half = max(zones[name].half for name in members)
+        factor = run.scales[members[0]].factor
+        place = -math.floor(math.log10(TOLD * half * factor))
+        shift = round(wanted / slope * factor, place) / factor
+        kind = parts[members[0]] or general(members[0])
+        known = best[kind].relative if kind in best else FARTHEST
+        if abs(shift) / half < known:
+            best[kind] = Shift(members, shift, abs(shift) / half)
+    return tuple(sorted(best.values(), key=lambda each: each.relative)[:MOST])
+
+
+def place(each: ResponseSummary) -> Parts:
+    """Say where the nominal value or the mean lies, against an end of the limit."""
+    if (off := each.off_centre) is None:
+        return ()
+    if not off.what:
+        return say("mean lies {} off the middle", Number(abs(off.shift), each.scale))
+    side = "above" if off.shift < 0 else "below"
+    return say(
+        f"{off.what} lies {{}} {side} the limit", Number(off.outside, each.scale)
+    )
+
+
+def finding(run: Run, name: str, each: ResponseSummary) -> Parts:
+    """Say how far a response is off centre, and what helps; empty if it is not."""
+    if (off := each.off_centre) is None or each.limited is None:
+        return ()
+    (pp, ppk), scale, judged = off.performance, each.scale, off.shifted
+    at: Estimate | float = off.value if off.what == "nominal value" else each.mean
+    options = [
+        say("{} by {}{}", listed([*map(Name, by.members)]),
+            Number(by.shift, run.scales[by.members[0]]),
+            " each" * (len(by.members) > 1)) for by in off.shifts
+    ]  # fmt: skip
+    commands = (to_shift(run, name, by, judged.needed) for by in off.shifts)
+    return text(
+        Name(name), ": the ", place(each), ", at ",
+        Number(each.quantiles[0.5] if off.what == "median" else at, scale), ". ",
+        off.tolerances, off.reason,
+        say("Pp {}, ", Number(pp)) if pp.value == pp.value else None,
+        "Ppk ", Number(ppk), ": the spread is fine, the centre is not. "
+        if pp.value >= each.limited.demanded_ppk else ". ",
+        say("Shifted by {}, the trials have {} out of limit. ",
+            Number(off.shift, scale), ppm(judged.fraction_out_of_limit)),
+        say("Change the nominal value of {}.", listed(options, "or")) if options
+        else "No nominal value of a contributor is known to centre it.",
+        next((say(" A fresh run shows the effect: {} {}", *map(Typed, each))
+              for each in commands if each), None),
+    )  # fmt: skip
