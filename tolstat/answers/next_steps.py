@@ -6,7 +6,6 @@ import os
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from tolstat.answers.sweep.curves import responses_of_interest
 from tolstat.deviations.names import expand, general
@@ -16,9 +15,6 @@ from tolstat.store.temporary_files import free_name
 from tolstat.study.problems import toml_of
 from tolstat.units.grammar import quantity
 from tolstat.units.scale import figures
-
-if TYPE_CHECKING:
-    from tolstat.answers.report.off_centre import Shift
 
 MOST = 100_000  # trials of a run that is suggested
 # keys that a shifted zone replaces, and those of cost and batch
@@ -104,7 +100,9 @@ def to_halve(run: Run, parts: Sequence[str]) -> str:
     return _to_write(run, halves, run.path.with_name(f"{run.path.stem}-halved.toml"))
 
 
-def to_shift(run: Run, response: str, by: Shift, trials: int) -> Sequence[str]:
+def to_shift(
+    run: Run, response: str, members: Sequence[str], shift: float, trials: int
+) -> Sequence[str]:
     """Return the commands that write and run a study with shifted nominal values.
 
     A link gets another nominal; the zone of any other tolerance moves. None for
@@ -112,18 +110,18 @@ def to_shift(run: Run, response: str, by: Shift, trials: int) -> Sequence[str]:
     """
     every, entries = [each.name for each in run.contributors], dict[str, str]()
     links, deviations = (run.study.table.get(n, {}) for n in ("links", "deviations"))
-    for member in by.members:
+    for member in members:
         name = next((n for n in deviations if member in expand(n, every)), member)
         given, scale = links.get(member) or deviations[name], run.scales[member]
         keys = {"tolerance": given} if isinstance(given, str) else dict(given)
-        part = "common" in keys and not {*expand(name, every)} <= {*by.members}
+        part = "common" in keys and not {*expand(name, every)} <= {*members}
         if part or keys.keys() & {"data", "mode", "median", "plateau"}:
             return ()
         key, old = "tolerance", [*run.assumed[member].tolerance]
         kept = {k: x for k, x in keys.items() if k not in OF_THE_ZONE}
         if member in links:
             key, old, kept = "nominal", [quantity(str(keys["nominal"]), scale.unit)], {}
-        ends = (f"{scale.converted(end + by.shift):.10g}" for end in old)
+        ends = (f"{scale.converted(end + shift):.10g}" for end in old)
         moved = f"{'..'.join(ends)} {scale.mark}".strip()
         entries[member] = toml_of({key: moved, **kept})
     study = run.study_file or run.path.with_suffix(".toml")

@@ -15,6 +15,8 @@ import pytest
 
 import tolstat
 from tests.answers.report.test_main_causes import steps_of
+from tolstat import Contributor, Description, Model, Outcome, Response
+from tolstat.answers.report import off_centre
 from tolstat.answers.report.first_page import first_page
 from tolstat.answers.report.gather import report_of, summary_of
 from tolstat.answers.report.off_centre import (
@@ -23,6 +25,7 @@ from tolstat.answers.report.off_centre import (
     NOT_HALVED,
     ONE_SIDED,
     finding,
+    findings,
 )
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document.blocks import Bullets, Table
@@ -247,6 +250,60 @@ def test_a_grade_follows_the_new_size_of_its_link(tmp_path):
 def _written(text, folder):
     (folder / "new.toml").write_text(text)
     return folder / "new.toml"
+
+
+def test_the_median_is_named_if_the_mean_of_a_skewed_response_lies_inside(tmp_path):
+    links = {"x": {"nominal": "0", "tolerance": "-1.8..1.2"}}  # median 0.74, mean 0.84
+    study = {**STACK, "settings": {"gap": "exp(x)"}, "links": links,
+             "limits": {"gap": "0.8..3"}}  # fmt: skip
+    found, parts = found_of(study, tmp_path)
+    off = found.responses["gap"].off_centre
+    assert off.what == "median" and off.value == pytest.approx(math.exp(-0.3), rel=0.03)
+    assert "the median lies" in as_text(parts)
+
+
+@pytest.mark.parametrize(("limit", "far"), [(">= 1.7", False), (">= 4", True)])
+def test_no_share_is_shifted_by_100_per_cent(limit, far, tmp_path):
+    class Stiff(Model):
+        name = "stiff"
+
+        def describe(self, settings):
+            parts = (Contributor("stiffness", "1", "c", "relative"),)
+            return Description(parts, (Response("force", "1", "F"),))
+
+        def evaluate(self, deviations, settings):
+            return Outcome(1 + deviations)
+
+    study = {"model": "stiff", "trials": 500, "seed": 1, "limits": {"force": limit},
+             "deviations": {"stiffness": "+-15 %"}}  # fmt: skip
+    run = tolstat.run(study, model=Stiff(), output=tmp_path / "stiff.h5")
+    off = summary_of(drawn_trials(run)).responses["force"].off_centre
+    assert bool(off.shifts) is not far
+
+
+def test_a_nominal_trial_that_failed_leaves_no_claim(tmp_path):
+    run = tolstat.run(STACK, output=tmp_path / "gap.h5")
+    slopes = {"gap": dict.fromkeys(run.diagnostics.slopes["gap"], math.nan)}
+    run = replace(
+        run,
+        diagnostics=replace(run.diagnostics, slopes=slopes),
+        nominal_values={**run.nominal_values, "gap": math.nan},
+    )
+    off = summary_of(drawn_trials(run)).responses["gap"].off_centre
+    assert (off.what, off.tolerances, off.reason, off.shifts) == ("mean", "", "", ())
+
+
+def test_only_the_first_findings_are_told_whole(tmp_path, toy, monkeypatch):
+    limits = {"gap": "9..10 mm", "ratio": "8..9"}
+    toy_study = {"model": "toy", "trials": 500, "seed": 1, "limits": limits,
+                 "deviations": {"part": "+-0.1 mm"}}  # fmt: skip
+    run = tolstat.run(toy_study, model=toy, output=tmp_path / "toy.h5")
+    found = summary_of(drawn_trials(run))
+    said = [as_text(each) for each in findings(found)]
+    assert [each.split(":")[0] for each in said] == ["gap", "ratio"]
+    monkeypatch.setattr(off_centre, "WHOLE", 1)
+    said = [as_text(each) for each in findings(found)]
+    assert "Also off centre: ratio: nominal value lies 8 below the limit." in said
 
 
 def test_a_partial_run_claims_nothing_on_tolerances(tmp_path):

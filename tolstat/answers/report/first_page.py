@@ -11,7 +11,7 @@ import numpy as np
 
 from tolstat.answers.cells import limit_cell, numbers_of, ppm, verdict_cell
 from tolstat.answers.next_steps import to_extend, to_halve, to_resume
-from tolstat.answers.report.off_centre import OFF_CENTRE, finding, place
+from tolstat.answers.report.off_centre import OFF_CENTRE, findings
 from tolstat.document import blocks, plot
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
@@ -68,12 +68,10 @@ def first_page(
     Names of responses in `links` lead to their sections.
     """
     steps = _next_steps(found)
-    run = found.stored_run
-    off_centre = (finding(run, n, found.responses[n]) for n in found.limits)
     next_steps = blocks.shown(blocks.Bullets(steps, numbered=len(steps) > 1))
     return blocks.shown(
         blocks.Paragraph(_lead(found), "lead"),
-        blocks.Bullets(tuple(filter(None, off_centre))),
+        blocks.Bullets(findings(found)),
         limits_table(found, links),
         blocks.Section("What to do next", next_steps, level=3),
         *map(blocks.note, found.trials.notes),
@@ -155,9 +153,7 @@ def _cause_cell(each: ResponseSummary) -> Cell:
         level = Number(causes.every[name].level, LEVEL)
         return Cell((Name(name),), text("significant at ", level))
     variance: Parts = ()
-    if causes.reason == OFF_CENTRE:
-        variance = place(each)
-    elif most := each.largest_share:
+    if causes.reason != OFF_CENTRE and (most := each.largest_share):
         name, share = most
         least = share.upper == 1  # open at the top
         said = at_least(share) if least else Number(share, PART)

@@ -28,7 +28,7 @@ from tolstat.statistics.summary import Summary
 from tolstat.store.stored_run import Run
 
 if TYPE_CHECKING:
-    from tolstat.answers.report.report_answer import ResponseSummary
+    from tolstat.answers.report.report_answer import ResponseSummary, RunSummary
 
 OFF_CENTRE = "off centre"  # why no cause is named
 NEVER = "Narrower tolerances cannot meet the limit. "
@@ -37,6 +37,7 @@ ONE_SIDED = "Tolerances not centred on zero move the mean. "
 NONLINEAR = "The response is not linear: its spread moves the mean. "
 ROOM = 0.1  # of the permitted fraction: left out of a limit with one end
 MOST, FARTHEST = 3, 100.0  # shifts; the farthest over half its tolerance
+WHOLE = 2  # findings on the first page
 TOLD, ROUNDING = 0.01, 1e-9  # of half a tolerance: rounding of its shift; of a limit
 
 
@@ -94,7 +95,7 @@ def off_centre(drawn: Drawn, name: str, found: Summary) -> OffCentre | None:
     side, end = (1, upper) if shift < 0 else (-1, lower)
     if what and side * (nominal - end) > 0:
         what, at = "nominal value", nominal
-    elif what and slopes:
+    elif what and linear == linear:
         by_slopes = abs(linear - nominal) >= abs(at - nominal) / 2
         reason = ONE_SIDED if by_slopes else NONLINEAR
     shifted = drawn.values(name) + shift
@@ -121,38 +122,44 @@ def _shifts(
 ) -> tuple[Shift, ...]:
     """Return shifts of nominal values, the best of each kind of part."""
     families: dict[str, tuple[str, ...]] = {}  # parts that share a name
-    parts = {each.name: each.part for each in run.contributors}
-    for each in (each for each in run.contributors if each.name in slopes):
-        turns = each.unit == "rad" and zones[each.name].half > 3.14  # a phase
+    every = {each.name: each for each in run.contributors if each.name in slopes}
+    for name, each in every.items():
+        turns = each.unit == "rad" and zones[name].half > 3.14  # a phase
         if each.gear is None and not turns:  # neither has a nominal value
-            stem = general(each.name)
-            families[stem] = (*families.get(stem, ()), each.name)
+            families[general(name)] = (*families.get(general(name), ()), name)
     best: dict[str, Shift] = {}
     alone = ((name,) for family in families.values() for name in family)
     for members in (*families.values(), *alone):
-        if not (slope := sum(slopes[name] for name in members)):
+        if not abs(slope := sum(slopes[name] for name in members)) > 0:
             continue
-        half = max(zones[name].half for name in members)
-        factor = run.scales[members[0]].factor
+        first, half = every[members[0]], max(zones[name].half for name in members)
+        factor = run.scales[first.name].factor
         place = -math.floor(math.log10(TOLD * half * factor))
         shift = round(wanted / slope * factor, place) / factor
-        kind = parts[members[0]] or general(members[0])
-        known = best[kind].relative if kind in best else FARTHEST
-        if abs(shift) / half < known:
-            best[kind] = Shift(members, shift, abs(shift) / half)
+        kind, relative = first.part or general(first.name), abs(shift) / half
+        # no part is 100 % smaller
+        whole = first.unit == "1" and first.shown != "1" and abs(shift) >= 1
+        if not whole and relative < (best[kind].relative if kind in best else FARTHEST):
+            best[kind] = Shift(members, shift, relative)
     return tuple(sorted(best.values(), key=lambda each: each.relative)[:MOST])
 
 
-def place(each: ResponseSummary) -> Parts:
+def findings(found: RunSummary) -> tuple[Parts, ...]:
+    """Say which responses are off centre; of the first ones also what helps."""
+    every = ((n, e, e.off_centre) for n in found.limits if (e := found.responses[n]))
+    known = [(n, each, off) for n, each, off in every if off]
+    known.sort(key=lambda of: not of[2].shifts)
+    said = [finding(found.stored_run, n, each) for n, each, _ in known[:WHOLE]]
+    rest = [text(Name(n), ": ", _place(each, off)) for n, each, off in known[WHOLE:]]
+    return (*said, *([say("Also off centre: {}.", listed(rest))] if rest else []))
+
+
+def _place(each: ResponseSummary, off: OffCentre) -> Parts:
     """Say where the nominal value or the mean lies, against an end of the limit."""
-    if (off := each.off_centre) is None:
-        return ()
     if not off.what:
         return say("mean lies {} off the middle", Number(abs(off.shift), each.scale))
-    side = "above" if off.shift < 0 else "below"
-    return say(
-        f"{off.what} lies {{}} {side} the limit", Number(off.outside, each.scale)
-    )
+    where = f"{'above' if off.shift < 0 else 'below'} the limit"
+    return say(f"{off.what} lies {{}} {where}", Number(off.outside, each.scale))
 
 
 def finding(run: Run, name: str, each: ResponseSummary) -> Parts:
@@ -161,15 +168,15 @@ def finding(run: Run, name: str, each: ResponseSummary) -> Parts:
         return ()
     (pp, ppk), scale, judged = off.performance, each.scale, off.shifted
     at: Estimate | float = off.value if off.what == "nominal value" else each.mean
-    options = [
-        say("{} by {}{}", listed([*map(Name, by.members)]),
-            Number(by.shift, run.scales[by.members[0]]),
-            " each" * (len(by.members) > 1)) for by in off.shifts
-    ]  # fmt: skip
-    commands = (to_shift(run, name, by, judged.needed) for by in off.shifts)
+    at = each.quantiles[0.5] if off.what == "median" else at
+    options = []
+    for by in off.shifts:
+        first, *others = by.members
+        of = text("each ", Name(general(first))) if others else Name(first)
+        options.append(say("{} by {}", of, Number(by.shift, run.scales[first])))
+    commands = (to_shift(run, name, *by[:2], judged.needed) for by in off.shifts)
     return text(
-        Name(name), ": the ", place(each), ", at ",
-        Number(each.quantiles[0.5] if off.what == "median" else at, scale), ". ",
+        Name(name), ": the ", _place(each, off), ", at ", Number(at, scale), ". ",
         off.tolerances, off.reason,
         say("Pp {}, ", Number(pp)) if pp.value == pp.value else None,
         "Ppk ", Number(ppk), ": the spread is fine, the centre is not. "
