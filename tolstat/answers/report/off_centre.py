@@ -20,6 +20,7 @@ from tolstat.arrays import Array
 from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import general
 from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
+from tolstat.model.description import Contributor
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.capability import HIGH, LOW, Performance
 from tolstat.statistics.limits.limit import Limit
@@ -120,28 +121,27 @@ def _wanted(limit: Limit, done: Array, at: float) -> float:
 def _shifts(
     run: Run, slopes: Mapping[str, float], zones: Mapping[str, Tolerance], wanted: float
 ) -> tuple[Shift, ...]:
-    """Return shifts of nominal values, the best of each kind of part."""
-    families: dict[str, tuple[str, ...]] = {}  # parts that share a name
-    every = {each.name: each for each in run.contributors if each.name in slopes}
-    for name, each in every.items():
-        turns = each.unit == "rad" and zones[name].half > 3.14  # a phase
+    """Return shifts of nominal values, of parts that share a name together."""
+    families, found = dict[str, list[Contributor]](), list[Shift]()
+    for each in (each for each in run.contributors if each.name in slopes):
+        turns = each.unit == "rad" and zones[each.name].half > 3.14  # a phase
         if each.gear is None and not turns:  # neither has a nominal value
-            families[general(name)] = (*families.get(general(name), ()), name)
-    best: dict[str, Shift] = {}
-    alone = ((name,) for family in families.values() for name in family)
-    for members in (*families.values(), *alone):
-        if not abs(slope := sum(slopes[name] for name in members)) > 0:
-            continue
-        first, half = every[members[0]], max(zones[name].half for name in members)
-        factor = run.scales[first.name].factor
+            families.setdefault(general(each.name), []).append(each)
+    for family in families.values():
+        steepest = max(family, key=lambda each: abs(slopes[each.name]))
+        slope = sum(slopes[each.name] for each in family)
+        if abs(slope) < abs(slopes[steepest.name]):  # they act against each other
+            family, slope = [steepest], slopes[steepest.name]
+        half = max(zones[each.name].half for each in family)
+        factor = run.scales[steepest.name].factor
         place = -math.floor(math.log10(TOLD * half * factor))
-        shift = round(wanted / slope * factor, place) / factor
-        kind, relative = first.part or general(first.name), abs(shift) / half
+        shift = round(wanted / (slope or math.nan) * factor, place) / factor
         # no part is 100 % smaller
-        whole = first.unit == "1" and first.shown != "1" and abs(shift) >= 1
-        if not whole and relative < (best[kind].relative if kind in best else FARTHEST):
-            best[kind] = Shift(members, shift, relative)
-    return tuple(sorted(best.values(), key=lambda each: each.relative)[:MOST])
+        share = steepest.unit == "1" and steepest.shown != "1" and abs(shift) >= 1
+        if abs(shift) / half < FARTHEST and not share:
+            members = tuple(each.name for each in family)
+            found.append(Shift(members, shift, abs(shift) / half))
+    return tuple(sorted(found, key=lambda each: each.relative)[:MOST])
 
 
 def findings(found: RunSummary) -> tuple[Parts, ...]:
@@ -185,6 +185,7 @@ def finding(run: Run, name: str, each: ResponseSummary) -> Parts:
             Number(off.shift, scale), ppm(judged.fraction_out_of_limit)),
         say("Change the nominal value of {}.", listed(options, "or")) if options
         else "No nominal value of a contributor is known to centre it.",
-        next((say(" A fresh run shows the effect: {} {}", *map(Typed, each))
+        next((say(" A fresh run shows the effect. Write its study: {} Run it: {}",
+                  *map(Typed, each))
               for each in commands if each), None),
     )  # fmt: skip
