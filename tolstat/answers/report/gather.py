@@ -31,6 +31,7 @@ from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 
 NAMED = 3  # contributors of a worst trial
+FEWEST_WITHIN = 0.1  # of the trials, of which those out of limit differ
 
 
 def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
@@ -139,7 +140,9 @@ def summary_of(drawn: Drawn) -> RunSummary:
     )  # fmt: skip
     centres = {name: off_centre(drawn, name, summaries[name]) for name in run.limits}
     for name, off in centres.items():
-        if off and off.tolerances:  # trials out of limit show no cause
+        judged = summaries[name].limited
+        few = judged and judged.yields.within.value < FEWEST_WITHIN
+        if off and (off.tolerances or few):  # trials out of limit show no cause
             none = causes[name]._replace(reason=OFF_CENTRE, leading=(), pairs=())
             causes[name] = none
     responses = {

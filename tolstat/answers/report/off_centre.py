@@ -99,6 +99,7 @@ def off_centre(drawn: Drawn, name: str, found: Summary) -> OffCentre | None:
     elif what and linear == linear:
         by_slopes = abs(linear - nominal) >= abs(at - nominal) / 2
         reason = ONE_SIDED if by_slopes else NONLINEAR
+        tolerances = tolerances if by_slopes else ""
     shifted = drawn.values(name) + shift
     return OffCentre(
         what, at, max(side * (at - end), 0.0), tolerances, reason, by, shift,
@@ -181,9 +182,9 @@ def finding(run: Run, name: str, each: ResponseSummary) -> Parts:
         say("Pp {}, ", Number(pp)) if pp.value == pp.value else None,
         "Ppk ", Number(ppk), ": the spread is fine, the centre is not. "
         if pp.value >= each.limited.demanded_ppk else ". ",
-        say("Shifted by {}, the trials have {} out of limit. ",
-            Number(off.shift, scale), ppm(judged.fraction_out_of_limit)),
-        say("Change the nominal value of {}.", listed(options, "or")) if options
+        say("Shifted by {}, the trials have {} out of limit. Change the nominal value "
+            "of {}.", Number(off.shift, scale), ppm(judged.fraction_out_of_limit),
+            listed(options, "or")) if options
         else "No nominal value of a contributor is known to centre it.",
         next((say(" A fresh run shows the effect. Write its study: {} Run it: {}",
                   *map(Typed, each))
