@@ -178,6 +178,31 @@ def test_the_nominal_value_is_named_if_it_lies_outside_too(tmp_path):
     assert off.outside == pytest.approx(0.4e-3)
 
 
+def test_a_kink_gives_no_shift(tmp_path):
+    """The slopes at a kink, a half each, describe neither of its sides."""
+    links = {n: {"nominal": "0 mm", "tolerance": "+-0.6 mm"} for n in ("x", "y")}
+    study = {**STACK, "settings": {"gap": "max(x, y)"}, "links": links,
+             "limits": {"gap": "<= 0.05 mm"}}  # fmt: skip
+    off = found_of(study, tmp_path)[0].responses["gap"].off_centre
+    assert off.reason == NONLINEAR and off.shifts == ()
+
+
+def test_the_fresh_run_has_the_trials_that_decide(tmp_path):
+    found, parts = found_of({**STACK, "limits": {"gap": "0.2..0.6 mm"}}, tmp_path)
+    needed = found.responses["gap"].off_centre.shifted.needed
+    assert needed > 4000 and f"--trials {needed}" in as_text(parts)
+
+
+def test_a_nominal_value_outside_its_tolerance_is_not_named(tmp_path):
+    """Ever narrower tolerances would leave 0.3 mm: the drawing aims at that."""
+    housing = STACK["links"]["housing"] | {"tolerance": "-0.42..-0.3 mm"}
+    links = {**STACK["links"], "housing": housing}
+    study = {**STACK, "links": links, "limits": {"gap": "0.2..0.35 mm"}}
+    found, _ = found_of(study, tmp_path)
+    off = found.responses["gap"].off_centre
+    assert (off.what, off.reason) == ("mean", ONE_SIDED)
+
+
 def test_a_reason_is_given_if_only_the_mean_lies_outside(tmp_path):
     found, parts = found_of({**STACK, "limits": {"gap": "0.3..0.67 mm"}}, tmp_path)
     off = found.responses["gap"].off_centre

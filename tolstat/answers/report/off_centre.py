@@ -94,7 +94,7 @@ def off_centre(drawn: Drawn, name: str, found: Summary) -> OffCentre | None:
         tolerances = NEVER
     shift = _wanted(limit, drawn.done(name), at)
     side, end = (1, upper) if shift < 0 else (-1, lower)
-    if what and side * (nominal - end) > 0:
+    if what and tolerances == NEVER and side * (nominal - end) > 0:
         what, at = "nominal value", nominal
     elif what and linear == linear:
         by_slopes = abs(linear - nominal) >= abs(at - nominal) / 2
