@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from tolstat.answers.halved_entries import halved_entries
 from tolstat.answers.sweep.curves import responses_of_interest
+from tolstat.deviations.names import expand, general
 from tolstat.errors import Advice, TolstatError
 from tolstat.store.stored_run import Run
+from tolstat.store.temporary_files import free_name
 from tolstat.study.problems import toml_of
+from tolstat.units.grammar import quantity
 
+MOST = 100_000  # trials of a run that is suggested
+# keys that a shifted zone replaces, and those of cost and batch
+OF_THE_ZONE = ("tolerance", "size", "iso1328", "module", "cost", "common")
 WORDS = {
     "custom model": "name a custom model by --machine FILE.py:NAME",
     "replace": "--force replaces it, -o gives another name",
@@ -83,14 +89,54 @@ def to_halve(run: Run, parts: Sequence[str]) -> str:
 
     Empty if one of the parts has no tolerance.
     """
-    entries = [
-        f"{name}={entry if isinstance(entry, str) else toml_of(entry)}"
+    halves = {
+        name: entry if isinstance(entry, str) else toml_of(entry)
         for name, entry in halved_entries(run, parts).items()
-    ]
-    study = run.path.with_name(f"{run.path.stem}-halved.toml")
-    if not entries:
+    }
+    if not halves:
         return ""
-    return command("what-if", run.path, *entries, "--write", study, machine=run.machine)
+    return _to_write(run, halves, run.path.with_name(f"{run.path.stem}-halved.toml"))
+
+
+def to_shift(
+    run: Run, response: str, members: Sequence[str], shift: float, trials: int
+) -> Sequence[str]:
+    """Return the commands that write and run a study with shifted nominal values.
+
+    A link gets another nominal; the zone of any other tolerance moves. None for
+    measured parts, some parts of a batch, and zones with a place for a key of its own.
+    """
+    every, entries = [each.name for each in run.contributors], dict[str, str]()
+    links, deviations = (run.study.table.get(n, {}) for n in ("links", "deviations"))
+    for member in members:
+        name = next((n for n in deviations if member in expand(n, every)), member)
+        given, scale = links.get(member) or deviations[name], run.scales[member]
+        keys = {"tolerance": given} if isinstance(given, str) else dict(given)
+        part = "common" in keys and not {*expand(name, every)} <= {*members}
+        if part or keys.keys() & {"data", "mode", "median", "plateau"}:
+            return ()
+        key, old = "tolerance", [*run.assumed[member].tolerance]
+        kept = {k: x for k, x in keys.items() if k not in OF_THE_ZONE}
+        if member in links:
+            key, old, kept = "nominal", [quantity(str(keys["nominal"]), scale.unit)], {}
+        ends = (f"{scale.factor * (end + shift):.10g}" for end in old)
+        moved = f"{'..'.join(ends)} {scale.mark}".strip()
+        entries[member] = toml_of({key: moved, **kept})
+    study = run.study_file or run.path.with_suffix(".toml")
+    study = as_typed(free_name(study, f"{response}-centred"))
+    more = ["--trials", trials] if run.trials < trials <= MOST and not run.rules else []
+    start = command("run", study, *more, machine=run.machine)
+    return _to_write(run, entries, study), start
+
+
+def _to_write(run: Run, entries: Mapping[str, str], study: Path) -> str:
+    """Return the command that writes a study with other entries of contributors."""
+    every = [each.name for each in run.contributors]
+    stem, words = general(next(iter(entries))), {*entries.values()}
+    if stem not in every and {*expand(stem, every)} == {*entries} and len(words) == 1:
+        entries = {stem: words.pop()}  # all parts of one name
+    typed = (f"{name}={entry}" for name, entry in entries.items())
+    return command("what-if", run.path, *typed, "--write", study, machine=run.machine)
 
 
 def typed_options(run: Run, trials: int | None = None) -> list[object]:

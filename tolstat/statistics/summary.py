@@ -20,7 +20,7 @@ from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import Yield, yield_of
 from tolstat.statistics.sample import Sample
 
-QUANTILES = (0.00135, 0.01, 0.05, 0.5, 0.95, 0.99, 0.99865)
+QUANTILES = (0.00135, 0.05, 0.5, 0.95, 0.99, 0.99865)
 
 
 class Limited(NamedTuple):

@@ -100,10 +100,11 @@ def check_sizes(
 def with_deviation(
     link: Any, entry: str | Mapping[str, Any], model: Model
 ) -> dict[str, Any]:
-    """Return a link as it is, with another deviation."""
-    columns = _columns(model)
-    own = {key: value for key, value in _keys(link).items() if key in columns}
-    return own | ({"tolerance": entry} if isinstance(entry, str) else dict(entry))
+    """Return a link as it is, with another deviation, or another nominal alone."""
+    given = {"tolerance": entry} if isinstance(entry, str) else dict(entry)
+    columns, every = _columns(model), _keys(link)
+    own = {key: value for key, value in every.items() if key in columns}
+    return {**(every if given.keys() <= set(columns) else own), **given}
 
 
 def _columns(model: Model) -> tuple[str, ...]:

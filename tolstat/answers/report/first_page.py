@@ -11,6 +11,7 @@ import numpy as np
 
 from tolstat.answers.cells import limit_cell, ppm, verdict_cell
 from tolstat.answers.next_steps import to_extend, to_halve, to_resume
+from tolstat.answers.report.off_centre import OFF_CENTRE, findings
 from tolstat.document import blocks, plot
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
@@ -57,6 +58,7 @@ def first_page(
     """
     return blocks.shown(
         lead(found),
+        blocks.Bullets(findings(found)),
         limits_table(found, links),
         what_next(next_steps(found)),
         *map(blocks.note, found.trials.notes),
@@ -148,7 +150,7 @@ def _cause_cell(each: ResponseSummary) -> Cell:
         level = Number(causes.every[name].level, PART)
         return Cell((Name(name),), text("significant at ", level))
     variance: Parts = ()
-    if most := each.largest_share:
+    if causes.reason != OFF_CENTRE and (most := each.largest_share):
         name, share = most
         least = share.upper == 1  # open at the top
         said = at_least(share) if least else Number(share, PART)

@@ -13,6 +13,7 @@ from tolstat.answers.rare.rare_answer import RareSummary, rare_summary
 from tolstat.answers.report import report_answer
 from tolstat.answers.report.integration import integration_of
 from tolstat.answers.report.main_causes import main_causes
+from tolstat.answers.report.off_centre import OFF_CENTRE, off_centre
 from tolstat.answers.report.report_answer import Report, RunSummary
 from tolstat.answers.report.variance import contributions_of, indices_of
 from tolstat.answers.sampled_trials import Drawn, drawn_trials, no_sample
@@ -30,6 +31,7 @@ from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 
 NAMED = 3  # contributors of a worst trial
+FEWEST_WITHIN = 0.1  # of the trials, of which those out of limit differ
 
 
 def summary(run: RunSource) -> RunSummary | RareSummary | Extremes:
@@ -142,6 +144,13 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         sample.failures, outside, run.sampling, drawn.sampled.promise,
         tuple(run_answer.notes_of(run, sample)),
     )  # fmt: skip
+    centres = {name: off_centre(drawn, name, summaries[name]) for name in run.limits}
+    for name, off in centres.items():
+        judged = summaries[name].limited
+        few = judged and judged.yields.within.value < FEWEST_WITHIN
+        if off and (off.tolerances or few):  # trials out of limit show no cause
+            none = causes[name]._replace(reason=OFF_CENTRE, leading=(), pairs=())
+            causes[name] = none
     responses = {
         each.name: report_answer.ResponseSummary(
             **vars(summaries[each.name]),
@@ -151,6 +160,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
             causes=causes.get(each.name),
             contributions=contributions.get(each.name),
             members=members if each.name in focus else {},
+            off_centre=centres.get(each.name),
         )
         for each in run.responses
     }

@@ -8,6 +8,7 @@ from typing import ClassVar, NamedTuple
 
 from tolstat.answers.cells import summary_cells
 from tolstat.answers.report import report_document
+from tolstat.answers.report.off_centre import OffCentre
 from tolstat.answers.report.summary_document import summary_document
 from tolstat.answers.run_answer import RunAnswer
 from tolstat.document.blocks import Document
@@ -181,6 +182,7 @@ class ResponseSummary(Summary):
     sentence: str
     scale: Scale
     causes: Causes | None  # None without a limit
+    off_centre: OffCentre | None  # None if the limit is met, or its centre is right
     # of a response in focus, as the next; None where nothing deviates
     contributions: Contributions | None
     members: Mapping[str, tuple[str, ...]]  # of each kind of part

@@ -14,6 +14,7 @@ from tolstat.answers.report.first_page import (
     no_cause,
     rests_on,
 )
+from tolstat.answers.report.off_centre import finding
 from tolstat.answers.report.response_figures import figures_of
 from tolstat.document import blocks
 from tolstat.document.blocks import Block, Cell, Given, Section, Table
@@ -83,6 +84,7 @@ def response_section(found: Report, name: str) -> Section:
         blocks.note(_declared(each)),
         blocks.paragraph(_point_mass(each, done)),
         blocks.Gallery(figures_of(found, name)) if done else blocks.paragraph(nothing),
+        blocks.paragraph(finding(found.stored_run, name, each)),
         _part("Performance", *_performance(found, each)),
         _part("Main causes of out-of-limit trials", *_causes(found, each)),
         _part("Variance contributions", *_contributions(found, each)),

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 STARRED = {"mean": "mean *", "sigma": "sigma *"}  # their assumption stands below
 LOW = [share_words(share) for share in QUANTILES if share < 0.5]
 HIGH = [share_words(share) for share in QUANTILES if share > 0.5]
-NO_ROOM = "1 %"  # on the sheet of a report, which is full
 MEDIAN, LARGEST_SHARE = share_words(0.5), "main contribution"
 
 
@@ -71,11 +70,7 @@ def responses_table(found: RunSummary, names: Sequence[str] = ()) -> blocks.Tabl
             "response": Name(name),
             "unit": each.scale.mark,
             "nominal": Number(each.nominal, each.scale),
-            **{
-                STARRED.get(n, n): x
-                for n, x in numbers_of(each, each.scale).items()
-                if names or n != NO_ROOM
-            },
+            **{STARRED.get(n, n): x for n, x in numbers_of(each, each.scale).items()},
             LARGEST_SHARE: _largest_share(each) if names else None,
         }
         for name in names or found.responses

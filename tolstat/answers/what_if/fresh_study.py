@@ -17,7 +17,7 @@ from tolstat.answers.what_if.reweighted_trials import (
     read_scenario,
     reweighted,
 )
-from tolstat.deviations.names import expand
+from tolstat.deviations.names import expand, general
 from tolstat.errors import StudyError, TolstatError
 from tolstat.execution.compatibility import study_of
 from tolstat.model.contract import Model
@@ -31,7 +31,7 @@ from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.deviations_section import Deviations
 from tolstat.study.limits_section import read_limits
-from tolstat.study.links_section import with_deviation
+from tolstat.study.links_section import NOMINAL, with_deviation
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Study, load
 from tolstat.study.study_schema import check_section
@@ -54,7 +54,8 @@ def fresh_study(
         many trials, or more if more are likely to decide every limit. Sampling becomes
         random where its trials depend on each other; a rare run stays one.
     deviations, limits : mapping of str to str or dict
-        As of `what_if`; whether the stored trials cover them does not matter.
+        As of `what_if`; whether the stored trials cover them does not matter. A link
+        may get another size: `{"housing": {"nominal": "120.4 mm"}}`.
     model : Model, optional
         A custom model, if the run is of one.
     folder : path, optional
@@ -85,7 +86,11 @@ def fresh_study(
         raise no_sample(run)
     study = study_of(run, model=model)
     problems = problems_of(run)
-    scenario = read_scenario(deviations, study, run, problems)
+    links = run.study.table.get("links", {})
+    linked = {n: deviations[n] for n in {*links, *map(general, links)} & {*deviations}}
+    sizes = [n for n, e in linked.items() if isinstance(e, dict) and {*e} == {NOMINAL}]
+    changed = {n: e for n, e in deviations.items() if n not in sizes}
+    scenario = read_scenario(changed, study, run, problems)
     check_section("limits", limits or {}, problems)
     limited = read_limits(limits or {}, run.responses, problems)
     batches = study.deviating.dependence.batches
@@ -113,6 +118,8 @@ def fresh_study(
     place = Path(folder or home.parent)
     new = {**before.distributions, **scenario.distributions}
     wanted = before._replace(distributions=new)
+    if sizes:  # the grade of a link follows its size
+        wanted = load(table, model=study.model, folder=home.parent).deviating
     found = study_in(place, table, study.model, wanted, home)
     if not (run.rules or run.aim):
         enough = _enough(run, study, scenario, found)

@@ -1,0 +1,347 @@
+"""A response off the centre of its limit: what is said, and whether it helps."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shlex
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import tolstat
+from tests.answers.report.test_main_causes import steps_of
+from tolstat import Contributor, Description, Model, Outcome, Response
+from tolstat.answers.report import off_centre
+from tolstat.answers.report.first_page import first_page
+from tolstat.answers.report.gather import report_of, summary_of
+from tolstat.answers.report.off_centre import (
+    NEVER,
+    NONLINEAR,
+    NOT_HALVED,
+    ONE_SIDED,
+    finding,
+    findings,
+)
+from tolstat.answers.sampled_trials import drawn_trials
+from tolstat.cli.main import main
+from tolstat.document.blocks import Bullets, Table
+from tolstat.document.inline import Typed
+from tolstat.errors import StudyError
+from tolstat.render.screen import as_text
+from tolstat.store.stored_run import NOT_ENDED
+
+BEARING = {"nominal": "20 mm", "tolerance": "-0.12..0 mm", "distribution": "uniform"}
+STACK = {
+    "model": "dimension_chain", "trials": 4000, "seed": 1,
+    "settings": {"gap": "housing - shaft - bearing_1 - bearing_2"},
+    "links": {
+        "housing": {"nominal": "120.6 mm", "tolerance": "+-0.12 mm"},
+        "shaft": {"nominal": "80 mm", "tolerance": "h8"},
+        "bearing_1": BEARING, "bearing_2": BEARING,
+    },
+    "limits": {"gap": "0.15..0.6 mm"},
+}  # fmt: skip
+
+
+def link(name, **keys):
+    """The stack-up with other keys of a link; a size of 0 leaves it out."""
+    return {**STACK, "links": {**STACK["links"], name: STACK["links"][name] | keys}}
+
+
+def found_of(study, folder, name="gap", **options):
+    """Run a study file in a folder; return its summary and the finding, as parts."""
+    run = tolstat.run(study, output=folder / "gap.h5", **options)
+    found = summary_of(drawn_trials(run))
+    return found, finding(run, name, found.responses[name])
+
+
+def follow(parts, folder, *, shell=False):
+    """Type the commands of a finding; return the run that they make."""
+    typed = [each.text for each in parts if isinstance(each, Typed)]
+    assert len(typed) == 2, as_text(parts)
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    for each in typed:
+        if shell:
+            subprocess.run(
+                each, shell=True, cwd=folder, env={**os.environ, "PATH": path},
+                capture_output=True, check=True,
+            )  # fmt: skip
+        else:
+            done = CliRunner().invoke(main, shlex.split(each)[1:])
+            assert done.exit_code == 0, f"{each}\n{done.output}"
+    (fresh,) = folder.glob("*centred.h5")
+    return tolstat.open(fresh)
+
+
+TRIANGULAR = {"tolerance": "+-0.12 mm", "distribution": "triangular"}
+
+
+@pytest.mark.parametrize(
+    "study",
+    [
+        STACK,
+        {**STACK, "limits": {"gap": "<= 0.6 mm"}},
+        {**STACK, "limits": {"gap": ">= 0.9 mm"}},
+        # the steepest over its tolerance: a normal one with a shift, a one-sided one
+        link("housing", tolerance="+-0.2 mm", shift="0.05 mm", cp=2.0),
+        link("housing", nominal="12.06 cm", **TRIANGULAR),
+        link("shaft", tolerance="-0.3..-0.1 mm", cp=2.0),
+    ],
+)
+def test_the_commands_lead_to_a_limit_that_is_met(study, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found, parts = found_of(study, Path())
+    assert found.verdicts == {"gap": "not met"}
+    fresh = follow(parts, tmp_path, shell=study is STACK)
+    assert summary_of(drawn_trials(fresh)).verdicts == {"gap": "met"}
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "typed"),
+    [
+        ("-50..-20 um", '"tooth_thickness={ tolerance'),
+        ({"tolerance": "-50..-20 um", "distribution": "uniform"}, "uniform"),
+        ({"tolerance": "-50..-20 um", "common": True, "cp": 1.33}, "cp = 1.33"),
+    ],
+)
+def test_the_commands_move_tolerances_of_any_other_model(
+    tolerance, typed, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    study = {
+        "model": "planetary", "trials": 4000, "seed": 2,
+        "settings": {"teeth": [24, 36, 21, 84], "module": "2.5 mm"},
+        "deviations": {"tooth_thickness": tolerance, "centre_distance": "js7"},
+        "limits": {"backlash": "0..16 arcmin"},
+    }  # fmt: skip
+    _, parts = found_of(study, Path(), "backlash")
+    assert typed.strip('"') in as_text(parts)
+    fresh = follow(parts, tmp_path)
+    assert summary_of(drawn_trials(fresh)).verdicts == {"backlash": "met"}
+    entry = fresh.study.table["deviations"]["tooth_thickness"]
+    kept = {"tolerance": tolerance} if isinstance(tolerance, str) else tolerance
+    assert {**entry, "tolerance": kept["tolerance"]} == kept
+
+
+def test_numbers_agree_with_the_closed_form(tmp_path):
+    found, _ = found_of(STACK, tmp_path, trials=50_000)
+    gap = found.responses["gap"]
+    off = gap.off_centre
+    mean = 0.6e-3 + (0.046e-3 + 0.12e-3 + 0.12e-3) / 2  # h8 of 80 mm
+    tolerance = gap.mean.upper - gap.mean.lower
+    assert off.what == "mean" and off.value == pytest.approx(mean, abs=tolerance)
+    assert off.outside == pytest.approx(mean - 0.6e-3, abs=tolerance)
+    assert off.shift == pytest.approx(0.375e-3 - mean, abs=tolerance)
+    shifts = {each.members: each for each in off.shifts}
+    assert {*shifts} == {("bearing_1", "bearing_2"), ("housing",), ("shaft",)}
+    half = {"bearing_1": 0.06e-3, "housing": 0.12e-3, "shaft": 0.023e-3}
+    slopes = {"bearing_1": -2, "housing": 1, "shaft": -1}
+    for members, each in shifts.items():
+        known = off.shift / slopes[members[0]]
+        assert each.shift == pytest.approx(known, abs=0.02 * half[members[0]])
+        assert each.relative == pytest.approx(abs(each.shift) / half[members[0]])
+    sigma = math.sqrt(0.04**2 + (0.023 / 3) ** 2 + 2 * 0.12**2 / 12) * 1e-3
+    assert gap.sigma.value == pytest.approx(sigma, rel=0.01)
+    assert off.performance.pp.value > 1 > 0 > off.performance.ppk.value
+    assert off.shifted.verdict == "met"
+
+
+def test_the_finding_comes_first_and_no_cause_is_named(tmp_path):
+    found, parts = found_of(STACK, tmp_path)
+    blocks = first_page(found)
+    kinds = [type(each) for each in blocks]
+    assert kinds.index(Bullets) < kinds.index(Table)
+    said = as_text(parts)
+    for words in ("the mean lies", "above the limit", NEVER.strip(), "Pp 1.", "Ppk -",
+                  "the spread is fine, the centre is not"):  # fmt: skip
+        assert words in said
+    causes = found.responses["gap"].causes
+    assert not causes.leading and causes.main is None
+    assert "alve" not in str([as_text(step) for step in steps_of(found)])
+    run = tolstat.open(tmp_path / "gap.h5")
+    text = json.dumps(json.loads(tolstat.report(run).json())["responses"]["gap"])
+    assert '"off_centre": {"what": "mean"' in text
+    assert "off centre" in str(report_of(run).document())
+
+
+def test_the_nominal_value_is_named_if_it_lies_outside_too(tmp_path):
+    found, _ = found_of(link("housing", nominal="121 mm"), tmp_path)
+    off = found.responses["gap"].off_centre
+    assert (off.what, off.reason, off.tolerances) == ("nominal value", "", NEVER)
+    assert off.outside == pytest.approx(0.4e-3)
+
+
+def test_a_kink_gives_no_shift(tmp_path):
+    """The slopes at a kink, a half each, describe neither of its sides."""
+    links = {n: {"nominal": "0 mm", "tolerance": "+-0.6 mm"} for n in ("x", "y")}
+    study = {**STACK, "settings": {"gap": "max(x, y)"}, "links": links,
+             "limits": {"gap": "<= 0.05 mm"}}  # fmt: skip
+    off = found_of(study, tmp_path)[0].responses["gap"].off_centre
+    assert off.reason == NONLINEAR and off.shifts == ()
+
+
+def test_the_fresh_run_has_the_trials_that_decide(tmp_path):
+    found, parts = found_of({**STACK, "limits": {"gap": "0.2..0.6 mm"}}, tmp_path)
+    needed = found.responses["gap"].off_centre.shifted.needed
+    assert needed > 4000 and f"--trials {needed}" in as_text(parts)
+
+
+def test_a_nominal_value_outside_its_tolerance_is_not_named(tmp_path):
+    """Ever narrower tolerances would leave 0.3 mm: the drawing aims at that."""
+    housing = STACK["links"]["housing"] | {"tolerance": "-0.42..-0.3 mm"}
+    links = {**STACK["links"], "housing": housing}
+    study = {**STACK, "links": links, "limits": {"gap": "0.2..0.35 mm"}}
+    found, _ = found_of(study, tmp_path)
+    off = found.responses["gap"].off_centre
+    assert (off.what, off.reason) == ("mean", ONE_SIDED)
+
+
+def test_a_reason_is_given_if_only_the_mean_lies_outside(tmp_path):
+    found, parts = found_of({**STACK, "limits": {"gap": "0.3..0.67 mm"}}, tmp_path)
+    off = found.responses["gap"].off_centre
+    assert (off.what, off.reason) == ("mean", ONE_SIDED)
+    assert off.tolerances == NOT_HALVED  # half of the shift stays: 0.67 mm
+    assert ONE_SIDED.strip() in as_text(parts)
+
+
+def test_a_spread_that_moves_the_mean_calls_for_narrower_tolerances(tmp_path):
+    """Out of round: no nominal value centres it, and half the spread helps."""
+    links = {n: {"nominal": "0 mm", "tolerance": "+-0.6 mm"} for n in ("x", "y")}
+    study = {**STACK, "settings": {"gap": "hypot(x, y)"}, "links": links,
+             "limits": {"gap": "<= 0.2 mm"}}  # fmt: skip
+    found, parts = found_of(study, tmp_path)
+    gap = found.responses["gap"]
+    assert (gap.off_centre.what, gap.off_centre.reason) == ("mean", NONLINEAR)
+    assert gap.off_centre.shifts == () and NEVER not in gap.off_centre.tolerances
+    assert "No nominal value" in as_text(parts) and gap.causes.leading
+    study["limits"] = {"gap": "<= 0.05 mm"}  # 97 % are out of limit
+    found, _ = found_of(study, tmp_path, force=True)
+    assert not found.responses["gap"].causes.leading
+
+
+def test_a_mean_inside_the_limit_is_off_centre_if_its_spread_is_fine(tmp_path):
+    even = {"nominal": "20 mm", "tolerance": "+-0.06 mm"}
+    links = {**STACK["links"], "bearing_1": even, "bearing_2": even}
+    study = {**STACK, "links": links, "limits": {"gap": "0.1..0.68 mm"}}
+    found, parts = found_of(study, tmp_path)
+    gap = found.responses["gap"]
+    off, (pp, ppk) = gap.off_centre, gap.off_centre.performance
+    assert (off.what, off.outside, off.tolerances) == ("", 0.0, NOT_HALVED)
+    assert pp.lower > 1 > ppk.upper and "off the middle" in as_text(parts)
+
+
+@pytest.mark.parametrize("limit", ["0.54..0.94 mm", "0.7..0.78 mm", "<= 0.8 mm"])
+def test_a_centred_response_or_a_near_end_is_not_off_centre(limit, tmp_path):
+    found, parts = found_of({**STACK, "limits": {"gap": limit}}, tmp_path)
+    assert found.responses["gap"].off_centre is None and parts == ()
+
+
+def test_parts_that_act_against_each_other_are_not_shifted_together(tmp_path):
+    study = {**STACK, "settings": {"gap": "housing + shaft - bearing_1 + bearing_2"}}
+    found, _ = found_of({**study, "limits": {"gap": "199..200 mm"}}, tmp_path)
+    members = [each.members for each in found.responses["gap"].off_centre.shifts]
+    assert ("bearing_1", "bearing_2") not in members and len(members) == 3
+
+
+def test_measured_parts_have_no_command(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    sizes = np.random.default_rng(1).normal(121, 0.05, 300)
+    text = "\n".join(["size", *map(str, sizes)])
+    Path("parts.csv").write_text(text)
+    Path("gap.toml").write_text(
+        """model = "dimension_chain"\ntrials = 3000\nseed = 1
+        settings.gap = "housing - shaft"\nlinks.shaft = "120 mm"
+        limits.gap = "0..0.5 mm"
+        [links.housing]\nnominal = "120.2 mm"\ndata = "parts.csv"
+        column = "size"\nunit = "mm"\nfit = "normal"\n"""
+    )
+    _, parts = found_of(Path("gap.toml"), Path())
+    assert "Change the nominal value of housing by" in as_text(parts)
+    assert not [each for each in parts if isinstance(each, Typed)]
+
+
+def test_a_grade_follows_the_new_size_of_its_link(tmp_path):
+    tolstat.run(STACK, output=tmp_path / "gap.h5")
+    text = tolstat.fresh_study(tmp_path / "gap.h5", {"shaft": {"nominal": "81 mm"}})
+    fresh = tolstat.run(_written(text, tmp_path), output=tmp_path / "new.h5")
+    assert fresh.assumed["shaft"].tolerance == pytest.approx((-54e-6, 0))  # to 120 mm
+    assert fresh.study.table["links"]["shaft"] == {
+        "nominal": "81 mm",
+        "tolerance": "h8",
+    }
+    assert fresh.nominal_values["gap"] == pytest.approx(-0.4e-3)
+    with pytest.raises(StudyError, match="did you mean 'shaft'"):
+        tolstat.fresh_study(tmp_path / "gap.h5", {"shaf": {"nominal": "81 mm"}})
+
+
+def _written(text, folder):
+    (folder / "new.toml").write_text(text)
+    return folder / "new.toml"
+
+
+def test_the_median_is_named_if_the_mean_of_a_skewed_response_lies_inside(tmp_path):
+    links = {"x": {"nominal": "0", "tolerance": "-1.8..1.2"}}  # median 0.74, mean 0.84
+    study = {**STACK, "settings": {"gap": "exp(x)"}, "links": links,
+             "limits": {"gap": "0.8..3"}}  # fmt: skip
+    found, parts = found_of(study, tmp_path)
+    off = found.responses["gap"].off_centre
+    assert off.what == "median" and off.value == pytest.approx(math.exp(-0.3), rel=0.03)
+    assert "the median lies" in as_text(parts)
+
+
+@pytest.mark.parametrize(("limit", "far"), [(">= 1.7", False), (">= 4", True)])
+def test_no_share_is_shifted_by_100_per_cent(limit, far, tmp_path):
+    class Stiff(Model):
+        name = "stiff"
+
+        def describe(self, settings):
+            parts = (Contributor("stiffness", "1", "c", "relative"),)
+            return Description(parts, (Response("force", "1", "F"),))
+
+        def evaluate(self, deviations, settings):
+            return Outcome(1 + deviations)
+
+    study = {"model": "stiff", "trials": 500, "seed": 1, "limits": {"force": limit},
+             "deviations": {"stiffness": "+-15 %"}}  # fmt: skip
+    run = tolstat.run(study, model=Stiff(), output=tmp_path / "stiff.h5")
+    off = summary_of(drawn_trials(run)).responses["force"].off_centre
+    assert bool(off.shifts) is not far
+
+
+def test_a_nominal_trial_that_failed_leaves_no_claim(tmp_path):
+    run = tolstat.run(STACK, output=tmp_path / "gap.h5")
+    slopes = {"gap": dict.fromkeys(run.diagnostics.slopes["gap"], math.nan)}
+    run = replace(
+        run,
+        diagnostics=replace(run.diagnostics, slopes=slopes),
+        nominal_values={**run.nominal_values, "gap": math.nan},
+    )
+    off = summary_of(drawn_trials(run)).responses["gap"].off_centre
+    assert (off.what, off.tolerances, off.reason, off.shifts) == ("mean", "", "", ())
+
+
+def test_only_the_first_findings_are_told_whole(tmp_path, toy, monkeypatch):
+    limits = {"gap": "9..10 mm", "ratio": "8..9"}
+    toy_study = {"model": "toy", "trials": 500, "seed": 1, "limits": limits,
+                 "deviations": {"part": "+-0.1 mm"}}  # fmt: skip
+    run = tolstat.run(toy_study, model=toy, output=tmp_path / "toy.h5")
+    found = summary_of(drawn_trials(run))
+    said = [as_text(each) for each in findings(found)]
+    assert [each.split(":")[0] for each in said] == ["gap", "ratio"]
+    monkeypatch.setattr(off_centre, "WHOLE", 1)
+    said = [as_text(each) for each in findings(found)]
+    assert "Also off centre: ratio: nominal value lies 8 below the limit." in said
+
+
+def test_a_partial_run_claims_nothing_on_tolerances(tmp_path):
+    run = tolstat.run(STACK, output=tmp_path / "gap.h5")
+    found = summary_of(drawn_trials(replace(run, diagnostics=NOT_ENDED)))
+    off = found.responses["gap"].off_centre
+    assert (off.what, off.reason, off.shifts) == ("mean", "", ())
