@@ -160,7 +160,7 @@ def verdicts_of(run: Run) -> dict[str, list[str]]:
     Of a grid or a table a verdict is how many trials are out of limit.
     """
     if run.aim:
-        return {rare_summary(run).verdict: [run.aim]} if run.ended else {}
+        return {rare_summary(run).words: [run.aim]} if run.ended else {}
     found: dict[str, list[str]] = {}
     sampled = drawn_trials(run)
     for name, limit in run.limits.items() if run.ended else ():
@@ -169,12 +169,19 @@ def verdicts_of(run: Run) -> dict[str, list[str]]:
             word = f"{out} of {run.ended} out of limit"
         elif sampled.sample.ran.any():
             values = sampled.values(name)
-            judged = yield_of(values, sampled.sample, limit.permitted, limit.demanded)
-            word = judged.verdict
+            word = yield_of(
+                values, sampled.sample, limit.permitted, limit.demanded,
+                sampled.ends(name),
+            ).words  # fmt: skip
         else:
             continue
         found.setdefault(word, []).append(name)
-    return {word: found[word] for word in (*WORST_FIRST, *found) if word in found}
+    return {
+        word: found[word]
+        for first in (*WORST_FIRST, "")
+        for word in found
+        if word.startswith(first)
+    }
 
 
 def _stored_in(folder: Path) -> Iterable[Path]:

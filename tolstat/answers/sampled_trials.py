@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.deviations.samplers import OWN
 from tolstat.errors import Advice, PictureError
+from tolstat.statistics.integration_error import response_ends
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run_records import Sampled
@@ -40,6 +41,11 @@ class Drawn(NamedTuple):
         every = {n.name: self.values(n.name)[among] for n in self.run.contributors}
         return {n: x for n, x in every.items() if len(x) and np.ptp(x) > 0}
 
+    def ends(self, name: str) -> tuple[Array, Array] | None:
+        """Return the responses that integration errors allow; None if not audited."""
+        found = ends_of(self.run, name)
+        return (found[0][self.trials], found[1][self.trials]) if found else None
+
     @property
     def grouped(self) -> bool:
         """Whether the run was made for Sobol' indices."""
@@ -52,6 +58,26 @@ class Drawn(NamedTuple):
         status = self.run.status.reshape(-1, group)
         whole = np.all(status == Status.DONE, axis=1)
         return every[whole], int(np.count_nonzero(~whole))
+
+
+def audited_of(run: Run, name: str) -> tuple[Array, Integers, Array, Truths] | None:
+    """Return a response and its audit, as `integration_error` has them; None if none.
+
+    These are the response of all trials, SI; the trials evaluated again; their precise
+    response, NaN if they failed then; which of them represent others.
+    """
+    audited = run.audited
+    if audited is None:
+        return None
+    precise = np.where(audited.status == Status.DONE, audited.responses[name], np.nan)
+    chosen = audited.at_random | (audited.chosen_by.get(name, 0) != 0)
+    return run.column(name), audited.trials, precise, chosen
+
+
+def ends_of(run: Run, name: str) -> tuple[Array, Array] | None:
+    """Return the least and largest response of all trials; None if not audited."""
+    audited = audited_of(run, name)
+    return response_ends(*audited) if audited else None
 
 
 def drawn_trials(run: Run) -> Drawn | None:

@@ -53,16 +53,41 @@ class IntegrationError(NamedTuple):
         """
         if not self.representative.any():
             return np.full_like(values, np.nan)
-        known = values[self.trials[self.representative]]
-        order = np.argsort(known, kind="stable")
-        levels, first, equal = np.unique(
-            known[order], return_index=True, return_counts=True
-        )
+        levels = self._levels(values)
         nearest = np.searchsorted((levels[1:] + levels[:-1]) / 2, values)
-        turn = _turns(nearest) % equal[nearest]
-        found = values - self.errors[self.representative][order[first[nearest] + turn]]
+        found = values - self._of_level(nearest, values)
         found[self.trials] = values[self.trials] - self.errors
         return np.asarray(found)
+
+    def size(self, values: Array) -> Array:
+        """Return float64[trial], how large the integration error of a response may be.
+
+        Trials that were not integrated again err by as much as the worse of the two
+        representative trials whose responses are next to theirs, below and above. It is
+        infinite where none is representative.
+        """
+        if not self.representative.any():
+            return np.full_like(values, np.inf)
+        levels = self._levels(values)
+        below = np.searchsorted(levels, values, side="right") - 1
+        above = np.searchsorted(levels, values).clip(max=len(levels) - 1)
+        errors = [self._of_level(at, values) for at in (below.clip(0), above)]
+        return np.asarray(np.abs(errors).max(axis=0))
+
+    def _levels(self, values: Array) -> Array:
+        """Return the responses of representative trials, each once, ascending."""
+        return np.unique(values[self.trials[self.representative]])
+
+    def _of_level(self, level: Integers, values: Array) -> Array:
+        """Return the error of a representative trial of each trial's level.
+
+        Those of equal response take turns.
+        """
+        known = values[self.trials[self.representative]]
+        order = np.argsort(known, kind="stable")
+        _, first, equal = np.unique(known[order], return_index=True, return_counts=True)
+        turn = _turns(level) % equal[level]
+        return np.asarray(self.errors[self.representative][order[first[level] + turn]])
 
 
 def _turns(groups: Integers) -> Integers:
@@ -98,6 +123,35 @@ def share_above_largest(trials: int) -> float:
     point masses; NaN without trials.
     """
     return 1 - (1 - 0.95) ** (1 / trials) if trials else math.nan
+
+
+def response_ends(
+    values: Array, trials: Integers, precise: Array, representative: Truths
+) -> tuple[Array, Array]:
+    """Return the least and the largest response that integration errors allow.
+
+    Trials that were integrated again have their precise response. Others err up or down
+    by `IntegrationError.size`. A trial that is done once only may have any response,
+    and so may those that it represents.
+
+    Returns
+    -------
+    tuple of float64[trial]
+        NaN for trials that fail both times, and those that they represent.
+    """
+    errors = values[trials] - precise
+    once = np.isfinite(values[trials]) & np.isnan(precise)
+    errors[once] = np.inf
+    known = ~np.isnan(errors)
+    found = IntegrationError(trials[known], errors[known], representative[known], 0)
+    size = found.size(values)
+    if np.any(np.isnan(values[trials]) & np.isfinite(precise) & representative):
+        size = np.where(np.isnan(values), np.inf, size)  # others may be done as well
+        values = np.nan_to_num(values)
+    least, largest = values - size, values + size
+    least[trials] = np.where(once, -np.inf, precise)
+    largest[trials] = np.where(once, np.inf, precise)
+    return least, largest
 
 
 class VerdictChanges(NamedTuple):

@@ -117,7 +117,11 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
     limits = drawn.run.limits
     return {
         each.name: summarize(
-            drawn.values(each.name), drawn.sample, limits.get(each.name), each.range
+            drawn.values(each.name),
+            drawn.sample,
+            limits.get(each.name),
+            each.range,
+            drawn.ends(each.name) if each.name in limits else None,
         )
         for each in drawn.run.responses
     }

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.answers.report.report_answer import Effect, IntegrationErrors, LargestError
-from tolstat.answers.sampled_trials import Drawn
+from tolstat.answers.sampled_trials import Drawn, audited_of
 from tolstat.arrays import Array
 from tolstat.statistics.integration_error import (
     IntegrationError,
@@ -20,7 +20,6 @@ from tolstat.statistics.integration_error import (
 from tolstat.statistics.intervals.statistic import quantiles_at
 from tolstat.statistics.limits.yields import yield_of
 from tolstat.statistics.summary import Summary
-from tolstat.status import Status
 from tolstat.store.run_records import Reason
 
 
@@ -29,14 +28,11 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | 
 
     None where nothing was evaluated again.
     """
-    run, audited = drawn.run, drawn.run.audited
-    if audited is None:
+    audited, found = drawn.run.audited, audited_of(drawn.run, name)
+    if audited is None or found is None:
         return None
-    ran = (audited.status == Status.DONE) & (run.status[audited.trials] == Status.DONE)
-    precise = np.where(ran, audited.responses[name], np.nan)
-    reasons = audited.chosen_by.get(name, np.zeros(len(ran), np.uint8))
-    values, random = run.column(name), audited.at_random
-    error = integration_error(values, audited.trials, precise, random | (reasons > 0))
+    error, values, random = integration_error(*found), found[0], audited.at_random
+    reasons = audited.chosen_by.get(name, np.zeros(len(random), np.uint8))
 
     def largest(some: NDArray[np.bool_]) -> LargestError:
         own = error.of(audited.trials[some])

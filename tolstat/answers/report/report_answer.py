@@ -14,7 +14,7 @@ from tolstat.document.inline import Number
 from tolstat.render.serialize import Row
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.integration_error import VerdictChanges
-from tolstat.statistics.limits.yields import NOT_MET, WORST_FIRST
+from tolstat.statistics.limits.yields import WORST_FIRST
 from tolstat.statistics.point_mass import PointMass
 from tolstat.statistics.sensitivity.contributions import Contributions
 from tolstat.statistics.sensitivity.linear import Departure, Linear
@@ -285,15 +285,11 @@ class RunSummary(RunAnswer):
         return {n: known[n].yields.verdict for n in self.responses if n in known}
 
     @property
-    def not_met(self) -> tuple[str, ...]:
-        """The responses whose limit is not met."""
-        return tuple(name for name, word in self.verdicts.items() if word == NOT_MET)
-
-    @property
     def short(self) -> str:
         """A description in a few words."""
-        verdicts = ", ".join(map(" ".join, self.verdicts.items())) or "-"
-        return f"{self.run}, {self.trials.done} trials; {verdicts}"
+        known = self.limits
+        said = (f"{n} {known[n].yields.words}" for n in self.verdicts)
+        return f"{self.run}, {self.trials.done} trials; {', '.join(said) or '-'}"
 
     def document(self) -> Document:
         """Return the first page, and the table of responses."""

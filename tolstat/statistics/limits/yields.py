@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from tolstat.statistics.sample import Sample
 Ends = tuple[float, float]
 
 MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
+INTEGRATION_ERROR = "integration error"  # why a verdict is undecided
 WORST_FIRST = (NOT_MET, UNDECIDED, MET)
 
 
@@ -35,9 +36,12 @@ class Yield(NamedTuple):
     verdict : str
         "met" when the whole interval of the yield lies at or above the demanded one,
         "not met" when it lies below, else "undecided"; failed trials count against.
+        Also "undecided" if integration errors can change it.
     needed : int
-        Trials that decide an undecided verdict with a chance of 80 %; 0 otherwise, and
-        above 1e9.
+        Trials that decide an undecided verdict with a chance of 80 %; 0 otherwise,
+        above 1e9, and if integration errors leave it undecided.
+    reason : str
+        "integration error" if these leave it undecided; otherwise empty.
     """
 
     fraction_out_of_limit: Estimate
@@ -45,12 +49,25 @@ class Yield(NamedTuple):
     within_at_most: Estimate
     verdict: str
     needed: int
+    reason: str = ""
+
+    @property
+    def words(self) -> str:
+        """The verdict, and its reason where it has one."""
+        return f"{self.verdict} ({self.reason})" if self.reason else self.verdict
 
 
 def yield_of(
-    values: Array, sample: Sample, limit: Ends, demanded: float = DEMANDED
+    values: Array,
+    sample: Sample,
+    limit: Ends,
+    demanded: float = DEMANDED,
+    ends: tuple[Array, Array] | None = None,
 ) -> Yield:
     """Estimate the yield of a limit.
+
+    `ends` are the least and the largest response of each trial that integration errors
+    allow; see `tolstat.statistics.integration_error.response_ends`.
 
     Returns
     -------
@@ -63,15 +80,38 @@ def yield_of(
     good = within(values, limit) & sample.done
     least = _most(good, sample)
     found = verdict(least, demanded)
-    needed = 0
-    if found == UNDECIDED and sample.replicates:
+    needed, reason = 0, ""
+    if ends and turned(
+        found, demanded, ends, limit, sample.done, lambda units: _most(units, sample)
+    ):
+        found, reason = UNDECIDED, INTEGRATION_ERROR
+    elif found == UNDECIDED and sample.replicates:
         needed = replicates_that_decide(good[ran], sample.replicate[ran], demanded)
     elif found == UNDECIDED and not sample.weights:
         out, trials = np.count_nonzero(ran & ~good), np.count_nonzero(ran)
         needed = trials_that_decide(int(out), int(trials), 1 - demanded)
         needed = grown(needed * sample.each) if needed else 0
     most = _most(good | ~sample.done, sample)
-    return Yield(sample.share(~good, ran), least, most, found, needed)
+    return Yield(sample.share(~good, ran), least, most, found, needed, reason)
+
+
+def turned(
+    found: str,
+    demanded: float,
+    ends: tuple[Array, Array],
+    limit: Ends,
+    done: Truths,
+    share: Callable[[Truths], Estimate],
+) -> bool:
+    """Tell whether integration errors can change a verdict.
+
+    It has to be the same for the trials that are within the limit for any of their
+    errors, and for those that are within for some. `share` estimates the yield.
+    """
+    (least, largest), (lower, upper) = ends, limit
+    certain = done & (least >= lower) & (largest <= upper)
+    possible = (least <= upper) & (largest >= lower)
+    return any(verdict(share(each), demanded) != found for each in (certain, possible))
 
 
 def joint_yield(
