@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Array, Integers, Truths
+from tolstat.arrays import Array, Truths
 from tolstat.deviations.samplers import OWN
 from tolstat.errors import Advice, PictureError
 from tolstat.statistics.integration_error import response_ends
+from tolstat.statistics.limits.limit import within
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run_records import Sampled
@@ -41,10 +42,10 @@ class Drawn(NamedTuple):
         every = {n.name: self.values(n.name)[among] for n in self.run.contributors}
         return {n: x for n, x in every.items() if len(x) and np.ptp(x) > 0}
 
-    def ends(self, name: str) -> tuple[Array, Array] | None:
-        """Return the responses that integration errors allow; None if not audited."""
+    def ends(self, name: str) -> Array | None:
+        """Return what integration errors allow of a response; None if not audited."""
         found = ends_of(self.run, name)
-        return (found[0][self.trials], found[1][self.trials]) if found else None
+        return None if found is None else found[:, self.trials]
 
     @property
     def grouped(self) -> bool:
@@ -60,24 +61,25 @@ class Drawn(NamedTuple):
         return every[whole], int(np.count_nonzero(~whole))
 
 
-def audited_of(run: Run, name: str) -> tuple[Array, Integers, Array, Truths] | None:
-    """Return a response and its audit, as `integration_error` has them; None if none.
+def ends_of(run: Run, name: str) -> Array | None:
+    """Return the responses that integration errors allow, as of `response_ends`.
 
-    These are the response of all trials, SI; the trials evaluated again; their precise
-    response, NaN if they failed then; which of them represent others.
+    None where nothing was evaluated again.
     """
-    audited = run.audited
-    if audited is None:
+    if (again := run.audited) is None:
         return None
-    precise = np.where(audited.status == Status.DONE, audited.responses[name], np.nan)
-    chosen = audited.at_random | (audited.chosen_by.get(name, 0) != 0)
-    return run.column(name), audited.trials, precise, chosen
+    chosen = again.at_random | (again.chosen_by.get(name, 0) != 0)
+    values, precise = run.column(name), again.responses[name]
+    return response_ends(values, again.trials, precise, chosen)
 
 
-def ends_of(run: Run, name: str) -> tuple[Array, Array] | None:
-    """Return the least and largest response of all trials; None if not audited."""
-    audited = audited_of(run, name)
-    return response_ends(*audited) if audited else None
+def changes_of(run: Run, name: str) -> Truths:
+    """Return whether each trial evaluated again changes sides of its limit."""
+    if run.audited is None:
+        return np.zeros(0, dtype=np.bool_)
+    permitted = run.limits[name].permitted
+    before = within(run.column(name)[run.audited.trials], permitted)
+    return np.asarray(before != within(run.audited.responses[name], permitted))
 
 
 def drawn_trials(run: Run) -> Drawn | None:

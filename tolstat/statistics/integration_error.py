@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.statistics.limits.limit import within
 
 
 class IntegrationError(NamedTuple):
@@ -53,41 +52,16 @@ class IntegrationError(NamedTuple):
         """
         if not self.representative.any():
             return np.full_like(values, np.nan)
-        levels = self._levels(values)
-        nearest = np.searchsorted((levels[1:] + levels[:-1]) / 2, values)
-        found = values - self._of_level(nearest, values)
-        found[self.trials] = values[self.trials] - self.errors
-        return np.asarray(found)
-
-    def size(self, values: Array) -> Array:
-        """Return float64[trial], how large the integration error of a response may be.
-
-        Trials that were not integrated again err by as much as the worse of the two
-        representative trials whose responses are next to theirs, below and above. It is
-        infinite where none is representative.
-        """
-        if not self.representative.any():
-            return np.full_like(values, np.inf)
-        levels = self._levels(values)
-        below = np.searchsorted(levels, values, side="right") - 1
-        above = np.searchsorted(levels, values).clip(max=len(levels) - 1)
-        errors = [self._of_level(at, values) for at in (below.clip(0), above)]
-        return np.asarray(np.abs(errors).max(axis=0))
-
-    def _levels(self, values: Array) -> Array:
-        """Return the responses of representative trials, each once, ascending."""
-        return np.unique(values[self.trials[self.representative]])
-
-    def _of_level(self, level: Integers, values: Array) -> Array:
-        """Return the error of a representative trial of each trial's level.
-
-        Those of equal response take turns.
-        """
         known = values[self.trials[self.representative]]
         order = np.argsort(known, kind="stable")
-        _, first, equal = np.unique(known[order], return_index=True, return_counts=True)
-        turn = _turns(level) % equal[level]
-        return np.asarray(self.errors[self.representative][order[first[level] + turn]])
+        levels, first, equal = np.unique(
+            known[order], return_index=True, return_counts=True
+        )
+        nearest = np.searchsorted((levels[1:] + levels[:-1]) / 2, values)
+        turn = _turns(nearest) % equal[nearest]
+        found = values - self.errors[self.representative][order[first[nearest] + turn]]
+        found[self.trials] = values[self.trials] - self.errors
+        return np.asarray(found)
 
 
 def _turns(groups: Integers) -> Integers:
@@ -127,78 +101,29 @@ def share_above_largest(trials: int) -> float:
 
 def response_ends(
     values: Array, trials: Integers, precise: Array, representative: Truths
-) -> tuple[Array, Array]:
-    """Return the least and the largest response that integration errors allow.
+) -> Array:
+    """Return float64[end, trial], the range of responses that integration errors allow.
 
     Trials that were integrated again have their precise response. Others err up or down
-    by `IntegrationError.size`. A trial that is done once only may have any response,
-    and so may those that it represents.
-
-    Returns
-    -------
-    tuple of float64[trial]
-        NaN for trials that fail both times, and those that they represent.
+    by as much as the worst of the representative trials of nearest response, and of
+    those next below and above. A trial that failed in one integration only may have any
+    response, and so may those that it represents. NaN where both integrations failed.
     """
     errors = values[trials] - precise
     once = np.isfinite(values[trials]) & np.isnan(precise)
     errors[once] = np.inf
     known = ~np.isnan(errors)
     found = IntegrationError(trials[known], errors[known], representative[known], 0)
-    size = found.size(values)
+    size = np.nan_to_num(np.abs(values - found.removed(values)), nan=np.inf)
+    some = found.trials[found.representative]
+    order = np.argsort(values[some])
+    levels, sizes = values[some][order], np.abs(found.errors[found.representative])
+    between = ~np.isin(values, levels) & bool(len(levels))
+    for at in np.searchsorted(levels, values[between]) - [[1], [0]]:
+        beside = sizes[order][at.clip(0, len(levels) - 1)]
+        size[between] = np.maximum(size[between], beside)
     if np.any(np.isnan(values[trials]) & np.isfinite(precise) & representative):
-        size = np.where(np.isnan(values), np.inf, size)  # others may be done as well
-        values = np.nan_to_num(values)
-    least, largest = values - size, values + size
-    least[trials] = np.where(once, -np.inf, precise)
-    largest[trials] = np.where(once, np.inf, precise)
-    return least, largest
-
-
-class VerdictChanges(NamedTuple):
-    """The effect of integration errors on the share of units out of limit.
-
-    Attributes
-    ----------
-    near : int
-        Trials integrated again that are nearer to the limit than all others.
-    changed : int
-        Trials integrated again that are within the limit in one integration only.
-    gap : float
-        Distance from the limit to the nearest trial that was not integrated again.
-        If the errors of such trials are smaller, only `changed` trials change sides.
-        Infinite if there is none.
-    at_most : float
-        Greatest change of the share out of limit then: `changed` over all trials done.
-    """
-
-    near: int
-    changed: int
-    gap: float
-    at_most: float
-
-
-def verdict_changes(
-    values: Array,
-    trials: Integers,
-    precise: Array,
-    limit: tuple[float, float],
-) -> VerdictChanges:
-    """Count the trials that change sides of a limit.
-
-    Parameters
-    ----------
-    trials : int64[n]
-        Trials that are done in both integrations.
-    precise : float64[n]
-        Their precise response.
-    """
-    lower, upper = limit
-    distance = np.fmin(np.abs(values - lower), np.abs(values - upper))
-    others = np.isfinite(values)
-    done = int(np.count_nonzero(others))
-    others[trials] = False
-    gap = float(distance[others].min()) if others.any() else math.inf
-    near = int(np.count_nonzero(distance[trials] < gap))
-    before, after = within(values[trials], limit), within(precise, limit)
-    changed = int(np.count_nonzero(before != after))
-    return VerdictChanges(near, changed, gap, changed / done if done else math.nan)
+        values = np.nan_to_num(values)  # other failed trials may be done as well
+    ends = np.stack([values - size, values + size])
+    ends[:, trials] = np.where(once, [[-np.inf], [np.inf]], precise)
+    return ends

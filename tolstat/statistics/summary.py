@@ -77,7 +77,7 @@ def summarize(
     sample: Sample,
     limit: Limit | None = None,
     declared: Ends | None = None,
-    ends: tuple[Array, Array] | None = None,
+    ends: Array | None = None,
 ) -> Summary:
     """Summarize a response: float64[trial], SI, NaN in trials that are not done.
 

@@ -45,6 +45,9 @@ from tolstat.study.stopping_rule import Until, read_until
 from tolstat.study.study_schema import Document, read
 from tolstat.units.grammar import unit_of
 
+UNAUDITED = (
+    "integration errors are not audited: the model moves, but has no setting rtol"
+)
 Source = str | os.PathLike[str] | Mapping[str, Any]
 
 
@@ -113,6 +116,8 @@ class Study:
     def notes(self) -> tuple[str, ...]:
         """The notes for the summary of the run: warnings, trials, deviations."""
         own = (self.points.note,) if self.points and self.points.note else ()
+        if self.model.moves and not self.model.integrates:
+            own = (*own, UNAUDITED)
         return (*self._warnings, *own, *self.deviating.notes)
 
     @property

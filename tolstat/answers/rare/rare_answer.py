@@ -15,7 +15,7 @@ from tolstat.answers import run_answer
 from tolstat.answers.cells import limit_cells
 from tolstat.answers.rare import rare_document
 from tolstat.answers.rare.failure_points import FailurePoint, failure_points
-from tolstat.answers.sampled_trials import ends_of
+from tolstat.answers.sampled_trials import changes_of, ends_of
 from tolstat.deviations.rare_stage import SPREAD, STAGE, WEIGHT
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
@@ -30,14 +30,8 @@ from tolstat.statistics.intervals.weighted_estimates import (
 )
 from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.capability import by_share
-from tolstat.statistics.limits.limit import Limit, within
-from tolstat.statistics.limits.yields import (
-    INTEGRATION_ERROR,
-    MET,
-    UNDECIDED,
-    turned,
-    verdict,
-)
+from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.yields import MET, judged_with, worded
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PPM, Scale
@@ -88,7 +82,7 @@ class RareSummary(run_answer.RunAnswer):
     @property
     def words(self) -> str:
         """The verdict, and its reason or condition where it has one."""
-        return f"{self.verdict} ({self.reason})" if self.reason else self.verdict
+        return worded(self.verdict, self.reason)
 
     @property
     def short(self) -> str:
@@ -144,21 +138,19 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     if failures.value > 0:  # failed trials are out of limit: no more than these
         failures = failures._replace(upper=min(failures.upper, share.upper))
     unseen = unmet(weights[last]) if last.any() else math.nan
-    points, changes = failure_points(run, out), _changes(run)
-    judged, reason = verdict(share.complement, limit.demanded), ""
-    if (ends := ends_of(run, name)) and turned(
-        judged, limit.demanded, ends, limit.permitted, run.status == Status.DONE,
+    points, changes = failure_points(run, out), changes_of(run, name)
+    judged, reason = judged_with(
+        ends_of(run, name), limit.permitted, limit.demanded,
+        run.status == Status.DONE, ran & ~out,
         lambda good: rare_share(~good[last], weights[last]).complement,
-    ):  # fmt: skip
-        judged, reason = UNDECIDED, INTEGRATION_ERROR
-    elif judged == MET and share.upper + unseen > 1 - limit.demanded:
+    )  # fmt: skip
+    if judged == MET and share.upper + unseen > 1 - limit.demanded:
         reason = "if no kind of failure was missed"
     few, failing = _too_few(weights[last & out]), _failing(run, failures)
     assert run.sampled
     trials = run_answer.TrialCounts(
         run.trials, run.ended, run.ended - run.failed, run.failed,
-        int(np.count_nonzero(last)), run.counts, failures,
-        unseen,
+        int(np.count_nonzero(last)), run.counts, failures, unseen,
         run.sampling, run.sampled.promise,
         (*few, failing, *run_answer.notes_of(run, None)),
     )  # fmt: skip
@@ -216,13 +208,3 @@ def _stage(run: Run, trials: NDArray[np.bool_]) -> Stage:
         int(np.count_nonzero(run.status[trials] > Status.DONE)),
         float(spread.min()), float(spread.max()),
     )  # fmt: skip
-
-
-def _changes(run: Run) -> NDArray[np.bool_]:
-    """Return whether each trial evaluated again changes sides of the limit."""
-    if run.audited is None:
-        return np.zeros(0, dtype=np.bool_)
-    permitted = run.limits[run.aim].permitted
-    before = within(run.column(run.aim)[run.audited.trials], permitted)
-    after = within(run.audited.responses[run.aim], permitted)
-    return np.asarray(before != after)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import ppm
 from tolstat.answers.next_steps import to_replay
-from tolstat.answers.report.finer_run import settled_by
+from tolstat.answers.report.finer_run import settle
 from tolstat.answers.report.first_page import INTERVAL, limit_row
 from tolstat.answers.report.report_document import assumptions_section, sheet
 from tolstat.document import blocks
@@ -73,7 +73,7 @@ def _verdict(found: RareSummary) -> tuple[blocks.Block, ...]:
     if found.trials.counted:
         said.insert(0, unmet_kinds(found))
     if found.reason == INTEGRATION_ERROR:
-        said.insert(0, settled_by(found.stored_run, [Name(found.response)]))
+        said.insert(0, settle(found.stored_run, [found.response]))
     if found.plain_trials == found.plain_trials:
         needed = Number(found.plain_trials)
         plain = "A plain run would need about {} trials for as narrow an interval."

@@ -212,7 +212,8 @@ def _next_steps(found: RunSummary) -> tuple[Parts, ...]:
         for known in (True, False)
         for name, each in found.limits.items()
     )
-    steps = [settle(found), next(filter(None, halve), ())]
+    rough = [name for name, each in found.limits.items() if each.yields.reason]
+    steps = [settle(run, rough), next(filter(None, halve), ())]
     limits = [(found.limits[name].yields.needed, name) for name in found.verdicts]
     if undecided := [each for each in limits if each[0]]:
         needed, name = min(undecided)
@@ -234,7 +235,7 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
     causes, run = found.responses[name].causes, found.stored_run
     if verdict == MET or causes is None or (main := causes.main) is None:
         return ()
-    if limited.yields.reason:  # the number itself is wrong
+    if limited.yields.reason:  # the numbers are wrong
         return ()
     clear, then = differ(main.halved, now), main.halved.value
     gains = then < now.value and (clear or verdict == NOT_MET)

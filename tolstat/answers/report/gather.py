@@ -121,7 +121,7 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
             drawn.sample,
             limits.get(each.name),
             each.range,
-            drawn.ends(each.name) if each.name in limits else None,
+            drawn.ends(each.name),
         )
         for each in drawn.run.responses
     }

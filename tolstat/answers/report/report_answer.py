@@ -13,7 +13,6 @@ from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.render.serialize import Row
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.integration_error import VerdictChanges
 from tolstat.statistics.limits.yields import WORST_FIRST
 from tolstat.statistics.point_mass import PointMass
 from tolstat.statistics.sensitivity.contributions import Contributions
@@ -141,7 +140,7 @@ class IntegrationErrors(NamedTuple):
     # of trials chosen for this response: "near" its limit, the "worst", and "spread"
     chosen: Mapping[str, LargestError]
     effect: Effect | None  # None where it is unknown
-    sides: VerdictChanges | None  # None without a limit
+    changed: int | None  # trials that change sides of the limit; None without one
 
 
 class SobolIndices(NamedTuple):

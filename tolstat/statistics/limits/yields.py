@@ -54,7 +54,7 @@ class Yield(NamedTuple):
     @property
     def words(self) -> str:
         """The verdict, and its reason where it has one."""
-        return f"{self.verdict} ({self.reason})" if self.reason else self.verdict
+        return worded(self.verdict, self.reason)
 
 
 def yield_of(
@@ -62,12 +62,11 @@ def yield_of(
     sample: Sample,
     limit: Ends,
     demanded: float = DEMANDED,
-    ends: tuple[Array, Array] | None = None,
+    ends: Array | None = None,
 ) -> Yield:
     """Estimate the yield of a limit.
 
-    `ends` are the least and the largest response of each trial that integration errors
-    allow; see `tolstat.statistics.integration_error.response_ends`.
+    `ends` are responses that integration errors allow, as of `response_ends`.
 
     Returns
     -------
@@ -79,15 +78,13 @@ def yield_of(
     ran = sample.ran
     good = within(values, limit) & sample.done
     least = _most(good, sample)
-    found = verdict(least, demanded)
-    needed, reason = 0, ""
-    if ends and turned(
-        found, demanded, ends, limit, sample.done, lambda units: _most(units, sample)
-    ):
-        found, reason = UNDECIDED, INTEGRATION_ERROR
-    elif found == UNDECIDED and sample.replicates:
+    found, reason = judged_with(
+        ends, limit, demanded, sample.done, good, lambda units: _most(units, sample)
+    )
+    needed, more = 0, found == UNDECIDED and not reason
+    if more and sample.replicates:
         needed = replicates_that_decide(good[ran], sample.replicate[ran], demanded)
-    elif found == UNDECIDED and not sample.weights:
+    elif more and not sample.weights:
         out, trials = np.count_nonzero(ran & ~good), np.count_nonzero(ran)
         needed = trials_that_decide(int(out), int(trials), 1 - demanded)
         needed = grown(needed * sample.each) if needed else 0
@@ -95,23 +92,28 @@ def yield_of(
     return Yield(sample.share(~good, ran), least, most, found, needed, reason)
 
 
-def turned(
-    found: str,
-    demanded: float,
-    ends: tuple[Array, Array],
+def judged_with(
+    ends: Array | None,
     limit: Ends,
+    demanded: float,
     done: Truths,
+    good: Truths,
     share: Callable[[Truths], Estimate],
-) -> bool:
-    """Tell whether integration errors can change a verdict.
+) -> tuple[str, str]:
+    """Return a verdict, and why it is undecided if integration errors can change it.
 
-    It has to be the same for the trials that are within the limit for any of their
-    errors, and for those that are within for some. `share` estimates the yield.
+    It has to be the same for the trials `good` within the limit, for those within it
+    whatever their errors, and for those that some error puts within. `share` estimates
+    their yield.
     """
-    (least, largest), (lower, upper) = ends, limit
-    certain = done & (least >= lower) & (largest <= upper)
-    possible = (least <= upper) & (largest >= lower)
-    return any(verdict(share(each), demanded) != found for each in (certain, possible))
+    found, every = verdict(share(good), demanded), list[Truths]()
+    if ends is not None:
+        (least, largest), (lower, upper) = ends, limit
+        every.append(done & (least >= lower) & (largest <= upper))
+        every.append((least <= upper) & (largest >= lower))
+    if any(verdict(share(each), demanded) != found for each in every):
+        return UNDECIDED, INTEGRATION_ERROR
+    return found, ""
 
 
 def joint_yield(
@@ -122,6 +124,11 @@ def joint_yield(
         [within(responses[name], limit) for name, limit in limits.items()], axis=0
     )
     return _most(good & sample.done, sample)
+
+
+def worded(verdict: str, reason: str) -> str:
+    """Return a verdict with its reason, or with the condition on which it holds."""
+    return f"{verdict} ({reason})" if reason else verdict
 
 
 def verdict(share: Estimate, demanded: float) -> str:
