@@ -29,8 +29,8 @@ Exit codes:
   0    done
   1    something broke or is damaged; data stored before is safe
   2    the command, its options or its files are wrong; nothing was done
-  3    done, and a limit is not met (check, --check, allocate)
-  4    done, and a limit is undecided, none is not met (check, --check)
+  3    a limit is not met (check, --check, allocate)
+  4    a limit is undecided, and none is not met (check, --check)
   130  stopped by Ctrl-C, SIGTERM or SIGHUP; finished trials are stored
 """
 
