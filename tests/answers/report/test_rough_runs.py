@@ -115,3 +115,15 @@ def test_more_trials_are_not_the_answer_to_a_rough_run(rough):
     assert yields.needed == 0 and yields.fraction_out_of_limit.value < 1e-3
     drawn = drawn_trials(rough)
     assert drawn.ends("force").shape == (2, 4000)
+
+
+def test_a_rare_verdict_can_be_turned_too(tmp_path):
+    """As integrated 0.1 ppm are out of limit, in truth 690; 100 are permitted."""
+    path = tmp_path / "rare.toml"
+    text = STUDY.format(rtol=1.0, limit=13.2).replace("trials = 4000", "trials = 5000")
+    demanded = '{ limit = "<= 13.2 N", ppm = 100 }'
+    path.write_text('sampling = "rare"\n' + text.replace('"<= 13.2 N"', demanded))
+    found = tolstat.summary(tolstat.run(path, model=Rough(), progress=None))
+    assert found.fraction_out_of_limit.upper < 1e-6
+    assert found.words == "undecided (integration error)"
+    assert "write rtol = 1e-6 and" in words_in(*found.document().blocks)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tolstat.answers.next_steps import as_typed, to_run_again
-from tolstat.document.inline import Name, Parts, Typed, listed, say, text
+from tolstat.document.inline import Name, Parts, Typed, Word, listed, say, text
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import figures
 
@@ -23,8 +23,8 @@ def settle(run: Run, limits: Sequence[str]) -> Parts:
         lines.append(f"{name} = {number}")
     study = as_typed(run.study_file) if again and run.study_file else "the study"
     return say(
-        f"Decide {{}}, whose integration errors are too large: write {{}} into "
-        f"[settings] of {study}, then run it again{{}}.",
-        listed([Name(name) for name in limits]), listed([Typed(x) for x in lines]),
-        text(": ", Typed(again)) if again else None,
+        "Decide {}, whose integration errors are too large: write {} into [settings] "
+        "of {}, then run it again{}.",
+        listed([Name(name) for name in limits]), listed([Word(x) for x in lines]),
+        f"{study}", text(": ", Typed(again)) if again else None,
     )  # fmt: skip
