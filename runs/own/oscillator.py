@@ -62,6 +62,7 @@ class Settings:
     length: float = setting(0.02, "how long it lasts", unit="s", above=0.0)
     horizon: float = setting(0.5, "how long one looks", unit="s", above=0.0)
     rtol: float = setting(1e-6, "integration tolerance", above=0.0)
+    max_step: float = setting(1e-2, "longest step", unit="s", above=0.0)
 
 
 class Oscillator(Model):
@@ -105,7 +106,8 @@ def solved(deviations, settings, samples=None):
     push = np.full((len(deviations), 1), settings.push)
     machines = np.hstack([nominal * (1 + deviations), push])
     marks = np.tile([0.0, settings.length, settings.horizon], (len(machines), 1))
-    start, accuracy = np.zeros((len(machines), 2)), Accuracy(settings.rtol, 1e-2)
+    start = np.zeros((len(machines), 2))
+    accuracy = Accuracy(settings.rtol, settings.max_step)
     found = integrate(SYSTEM, start, machines, marks, accuracy, samples=samples)
     return machines, found
 

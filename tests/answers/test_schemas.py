@@ -22,10 +22,13 @@ from tolstat.answers.run_entries import RunIndex, stored_runs
 from tolstat.answers.sweep.extremes import Extremes
 from tolstat.answers.views.replay import Replay
 from tolstat.answers.what_if.what_if_answer import WhatIf
+from tolstat.cli.check import LimitCheck, checked
+from tolstat.render.serialize import as_json
 
 SCHEMAS = ROOT / "tolstat" / "answers" / "schemas"
 ANSWERS = {
-    "allocate": Allocation, "compare": Comparison, "extremes": Extremes,
+    "allocate": Allocation, "check": LimitCheck, "compare": Comparison,
+    "extremes": Extremes,
     "rare": RareSummary, "report": Report, "runs": RunIndex, "summary": RunSummary,
     "trial": Replay, "what_if": WhatIf,
 }  # fmt: skip
@@ -92,13 +95,15 @@ def gears(tmp_path_factory):
 def valid(answer):
     validators = pytest.importorskip("jsonschema")
     schema = json.loads((SCHEMAS / f"{answer.answers}.json").read_text())
-    validators.Draft202012Validator(schema).validate(json.loads(answer.json()))
+    found = json.loads(as_json(answer, answer.answers))
+    validators.Draft202012Validator(schema).validate(found)
 
 
 def test_a_trial_and_runs_match_their_schemas(gears):
     valid(tolstat.replay(gears, 3))
     valid(tolstat.replay(gears, None))
     valid(stored_runs(gears.path.parent))
+    valid(checked([gears]))
 
 
 def test_a_what_if_matches_its_schema(gears):

@@ -182,7 +182,7 @@ def test_a_refusal_of_a_valid_scenario_names_the_command_to_run(tmp_path):
     assert written.exit_code == 0 and "tolstat run" in written.output
     _, typed = written.output.strip().split("tolstat ")
     made = CliRunner().invoke(main, shlex.split(typed))
-    assert made.exit_code in (0, 3), made.output
+    assert made.exit_code == 0, made.output
     # as many trials as can decide, with a seed of its own; it replaces nothing
     own = tolstat.open(path.with_suffix(".h5"))
     assert own.trials == 2000 and own.sampled.seed == 9 and run.path.exists()
@@ -457,7 +457,7 @@ def stack(tmp_path_factory):
         main, ["run", "runs/own/stack.toml", "--machine", place, "--trials", "1000",
                "-o", str(path)],
     )  # fmt: skip
-    assert made.exit_code in (0, 3), made.output
+    assert made.exit_code == 0, made.output
 
     def ask(command, *arguments):
         asked = [command, str(path), *arguments, "--machine", place]

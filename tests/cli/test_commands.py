@@ -395,7 +395,7 @@ def test_a_run_until_precise_reports_it(tmp_path):
     rule = 'trials = { until = "rod_force_1 median +-1 %", at_most = 3000 }'
     study.write_text(re.sub(r"trials = 4096.*", rule, text))
     done = call("run", study)
-    assert done.exit_code == 3 and "not met" in done.output  # jam_share
+    assert done.exit_code == 0 and "not met" in done.output  # jam_share
     assert "0 of 1024 trials failed" in done.output
     reached = "rod_force_1 median +-1 %: reached, checked after 1024 trials"
     assert reached in done.output

@@ -132,7 +132,10 @@ def test_both_commands_of_a_changed_run_refusal_work(half):
 
 def test_exit_codes_match_the_documentation():
     shown = call("--help").output
-    for line in ("0    done", "3    done, and a limit is not met", "130  stopped by"):
+    for line in (
+        "0    done", "3    a limit is not met", "4    a limit is undecided",
+        "130  stopped by",
+    ):  # fmt: skip
         assert line in shown
 
 
@@ -145,7 +148,8 @@ def test_all_trials_failed(tmp_path):
         '[limits]\ngap = "<= 1 mm"\n'
     )
     done = call("run", study, "--machine", machine)
-    assert done.exit_code == 3, done.output
+    assert done.exit_code == 0, done.output
+    assert call("check", study.with_suffix(".h5")).exit_code == 3
     (line, worst) = [x for x in done.stdout.splitlines() if "<= 1 mm" in x]
     assert worst == "Worst case of the tolerances, out of limit: gap failed (<= 1 mm)."
     assert "not met" in line and "100" in line

@@ -74,7 +74,7 @@ def test_ignored_signals_stay_ignored(small_study):
     wait_for_trials(path, process, 0)
     process.send_signal(signal.SIGHUP)
     assert "stored in" in process.communicate(timeout=60)[1]
-    assert process.returncode in (0, 3)
+    assert process.returncode == 0
 
 
 def test_ctrl_c_in_python_does_not_wait_for_the_nominal_trial(small_study):

@@ -306,7 +306,7 @@ def test_repeated_failed_trials_are_kept_separately(tmp_path):
     again = tolstat.resume(run.path, rerun_failed=True)
     assert again.counts["too many steps"] == 2 and again.failed == 2
     assert again.rerun.trials.tolist() == [3, 7] and (again.rerun.status == 1).all()
-    assert again.rerun.settings == pytest.approx({"rtol": 1e-6})
+    assert again.rerun.settings == pytest.approx({"rtol": 1e-6, "max_step": 2.5e-4})
     precise, known = again.rerun.responses["rod_force_1"], before["rod_force_1"][[3, 7]]
     assert np.all(precise != known) and np.allclose(precise, known, rtol=1e-2)
     assert repr(again.diagnostics) == repr(run.diagnostics)

@@ -48,7 +48,7 @@ def test_audit_and_assumptions_in_plain_h5py(run):
 
 def test_audit_and_assumptions_of_a_run(run):
     assert (
-        run.audited.settings == {"rtol": pytest.approx(1e-6)}
+        run.audited.settings == pytest.approx({"rtol": 1e-6, "max_step": 2.5e-4})
         and np.count_nonzero(run.audited.at_random) == 3
     )
     assert set(run.audited.responses) == {each.name for each in run.responses}

@@ -28,8 +28,10 @@ def demand_words(limit: Limit) -> str:
 
 
 def verdict_cell(judged: Yield) -> Cell:
-    """Return a verdict, above the trials that would decide an undecided one."""
+    """Return a verdict, above its reason or the trials that would decide it."""
     word = Word(judged.verdict, judged.verdict)
+    if judged.reason:
+        return Cell((word,), text(f"({judged.reason})"))
     if judged.needed:
         return Cell((word,), text("about ", counted(judged.needed, "trial"), " decide"))
     if judged.verdict == UNDECIDED:
@@ -106,7 +108,7 @@ def summary_cells(each: Summary, scale: Scale, whose: str = "") -> Cells:
     if limited := each.limited:
         yields, percentiles = limited.yields, limited.percentiles.ppk
         found = limit_cells(
-            limited.limit, scale, yields.verdict, yields.within,
+            limited.limit, scale, yields.words, yields.within,
             yields.fraction_out_of_limit, limited.equivalent_ppk,
         )  # fmt: skip
     found["Ppk by percentiles"] = Number(percentiles)

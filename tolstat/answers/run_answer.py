@@ -144,6 +144,9 @@ def notes_of(run: Run, sample: Sample | None) -> list[str]:
     if run.ended < run.trials:
         left = run.trials - run.ended
         notes.append(f"{left} of {run.trials} trials have not run")
+    if run.complete and run.steps is not None and run.audited is None:
+        why = run.diagnostics.missing or "the model has no tighter settings"
+        notes.append(f"integration errors are not audited: {why}")
     nominal = run.nominal_values["status"]
     if nominal != Status.DONE.word:
         notes.append(f"the nominal trial: {nominal}")

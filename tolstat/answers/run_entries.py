@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tolstat.answers.answer import Answer
-from tolstat.answers.rare.rare_answer import rare_summary
+from tolstat.answers.rare.rare_answer import RareSummary, rare_summary
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.document import blocks
 from tolstat.document.inline import Link, Number, Parts, text
 from tolstat.errors import DamagedError, FormatError, RunFileError, TolstatError
 from tolstat.render.serialize import Row
-from tolstat.statistics.limits.yields import NOT_MET, WORST_FIRST, yield_of
+from tolstat.statistics.limits.yields import WORST_FIRST, Yield, yield_of
 from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import AS_IS
@@ -43,7 +43,6 @@ class Entry(NamedTuple):
     run: Path | None = None
     report: Path | None = None
     problem: str = ""  # why it is damaged or no run, or what stopped it
-    not_met: bool = False  # whether a limit is found to be not met
 
     @property
     def progress(self) -> Parts:
@@ -111,7 +110,6 @@ class RunIndex(Answer):
         """Return a row for each with all fields; paths are relative to the folder."""
         known: list[dict[str, Any]] = [each._asdict() for each in self.entries]
         for each in known:
-            del each["not_met"]
             each["failed"] = "" if each["failed"] is None else each["failed"]
             each["seconds"] = Number(each["seconds"])
             each |= {name: self._seen(each[name]) for name in ("run", "report")}
@@ -151,8 +149,20 @@ def entry_of(run: Run) -> Entry:
         run.provenance["seconds"],
         run.path.stat().st_size,
         run.path,
-        not_met=NOT_MET in verdicts,
     )
+
+
+def judged(run: Run) -> Mapping[str, Yield | RareSummary]:
+    """Return the verdict on each limit, from the trials that ran; none of a grid."""
+    if run.aim:
+        return {run.aim: rare_summary(run)} if run.ended else {}
+    if (drawn := drawn_trials(run)) is None or not drawn.sample.ran.any():
+        return {}
+    return {
+        name: yield_of(drawn.values(name), drawn.sample, of.permitted, of.demanded,
+                       drawn.ends(name))
+        for name, of in run.limits.items()
+    }  # fmt: skip
 
 
 def verdicts_of(run: Run) -> dict[str, list[str]]:
@@ -160,22 +170,14 @@ def verdicts_of(run: Run) -> dict[str, list[str]]:
 
     Of a grid or a table a verdict is how many trials are out of limit.
     """
-    if run.aim:
-        return {rare_summary(run).verdict: [run.aim]} if run.ended else {}
-    found: dict[str, list[str]] = {}
-    sampled = drawn_trials(run)
-    for name, limit in run.limits.items() if run.ended else ():
-        if sampled is None:
+    words = {name: each.words for name, each in judged(run).items()}
+    if run.sampled is None and run.ended:
+        for name in run.limits:
             out = np.count_nonzero(run.beyond(name))
-            word = f"{out} of {run.ended} out of limit"
-        elif sampled.sample.ran.any():
-            values = sampled.values(name)
-            judged = yield_of(values, sampled.sample, limit.permitted, limit.demanded)
-            word = judged.verdict
-        else:
-            continue
-        found.setdefault(word, []).append(name)
-    return {word: found[word] for word in (*WORST_FIRST, *found) if word in found}
+            words[name] = f"{out} of {run.ended} out of limit"
+    found = {word: [n for n in words if words[n] == word] for word in words.values()}
+    ranks = (*WORST_FIRST, "")
+    return {word: found[word] for r in ranks for word in found if word.startswith(r)}
 
 
 def _stored_in(folder: Path) -> Iterable[Path]:

@@ -7,9 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Truths
 from tolstat.deviations.samplers import OWN
 from tolstat.errors import Advice, PictureError
+from tolstat.statistics.integration_error import response_ends
+from tolstat.statistics.limits.limit import within
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
 from tolstat.store.run_records import Sampled
@@ -40,6 +42,11 @@ class Drawn(NamedTuple):
         every = {n.name: self.values(n.name)[among] for n in self.run.contributors}
         return {n: x for n, x in every.items() if len(x) and np.ptp(x) > 0}
 
+    def ends(self, name: str) -> Array | None:
+        """Return what integration errors allow of a response; None if not audited."""
+        found = ends_of(self.run, name)
+        return None if found is None else found[:, self.trials]
+
     @property
     def grouped(self) -> bool:
         """Whether the run was made for Sobol' indices."""
@@ -52,6 +59,27 @@ class Drawn(NamedTuple):
         status = self.run.status.reshape(-1, group)
         whole = np.all(status == Status.DONE, axis=1)
         return every[whole], int(np.count_nonzero(~whole))
+
+
+def ends_of(run: Run, name: str) -> Array | None:
+    """Return the responses that integration errors allow, as of `response_ends`.
+
+    None where nothing was evaluated again.
+    """
+    if (again := run.audited) is None:
+        return None
+    chosen = again.at_random | (again.chosen_by.get(name, 0) != 0)
+    values, precise = run.column(name), again.responses[name]
+    return response_ends(values, again.trials, precise, chosen)
+
+
+def changes_of(run: Run, name: str) -> Truths:
+    """Return whether each trial evaluated again changes sides of its limit."""
+    if run.audited is None:
+        return np.zeros(0, dtype=np.bool_)
+    permitted = run.limits[name].permitted
+    before = within(run.column(name)[run.audited.trials], permitted)
+    return np.asarray(before != within(run.audited.responses[name], permitted))
 
 
 def drawn_trials(run: Run) -> Drawn | None:

@@ -19,7 +19,8 @@ from tolstat.answers.next_steps import worded
 from tolstat.answers.report.gather import report
 from tolstat.answers.run_entries import Entry, RunIndex, entry_of
 from tolstat.cli import options
-from tolstat.cli.entry import LIMITS_NOT_MET, leave_interrupted, stop_on_interrupt
+from tolstat.cli.check import checked
+from tolstat.cli.entry import leave_interrupted, stop_on_interrupt
 from tolstat.cli.progress import AFTERWARDS, notes_of
 from tolstat.errors import PictureError, RunFileError, StoppedError, TolstatError
 from tolstat.execution.execute import run_of, work_off
@@ -27,6 +28,7 @@ from tolstat.execution.run_loop import Progress
 from tolstat.execution.workers.crew import Workers
 from tolstat.render.output_file import check_folder, replace
 from tolstat.render.screen import Screen, as_rich, show_table
+from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 
 WAITING, RUNNING, STOPPED, FAILED = "waiting", "running", "stopped", "failed"
@@ -41,14 +43,19 @@ HEADS = ",".join(Entry._fields[:5])  # how the table of an index begins
     "Folder of batch.html and batch.csv; default: that of the studies.",
     metavar="FOLDER",
 )
+@options.checking
 def batch(
-    studies: tuple[Path, ...], compute: options.Compute, output: Path | None
+    studies: tuple[Path, ...],
+    compute: options.Compute,
+    output: Path | None,
+    check: bool,
 ) -> None:
     """Run studies one after the other, each on all workers.
 
     Runs and reports lie beside their studies. Finished studies are skipped, interrupted
     ones are resumed, and a failure does not stop the others. The exit code is the first
-    that applies: 1 something broke, 2 a study was refused, 3 a limit is not met.
+    that applies: 1 something broke, 2 a study was refused or, with --check, has no
+    limit, then 3 and 4 of --check.
     """
     files = list({path.resolve(): path for path in studies}.values())
     page = _index_in(output, files)
@@ -69,9 +76,10 @@ def batch(
         if stop.is_set():
             console.print("stopped; the same command continues")
             leave_interrupted()
-    # the worst: broken, wrong, not met, done
-    not_met = any(each.not_met for each in queue.entries.values())
-    sys.exit(min(queue.exit_codes or {LIMITS_NOT_MET if not_met else 0}))
+    if check and not queue.exit_codes:
+        runs = (each.run for each in queue.entries.values() if each.run)
+        queue.exit_codes.add(checked(map(open_run, runs)).exit_code)
+    sys.exit(min(queue.exit_codes, default=0))  # the worst: broken, wrong, not met
 
 
 @dataclass

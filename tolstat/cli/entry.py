@@ -12,7 +12,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 INTERRUPTED = 130
-LIMITS_NOT_MET = 3
+LIMITS_NOT_MET, LIMITS_UNDECIDED = 3, 4
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # not every system has the last
 
 Handler = Callable[[int, FrameType | None], object]

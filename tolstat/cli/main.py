@@ -15,7 +15,8 @@ from tolstat.errors import TolstatError
 
 FILES = {
     "new": "new",
-    "run": "run", "resume": "run", "extend": "run", "verify": "verify",
+    "run": "run", "resume": "run", "extend": "run", "check": "check",
+    "verify": "verify",
     "show": "show", "trial": "trial", "view": "trial", "report": "report",
     "what-if": "what_if", "compare": "report", "allocate": "allocate",
     "batch": "batch", "runs": "show", "export": "report", "models": "show",
@@ -27,7 +28,8 @@ Exit codes:
   0    done
   1    something broke or is damaged; data stored before is safe
   2    the command, its options or its files are wrong; nothing was done
-  3    done, and a limit is not met (run, resume, extend, batch, allocate)
+  3    a limit is not met (check, --check, allocate)
+  4    a limit is undecided, and none is not met (check, --check)
   130  stopped by Ctrl-C, SIGTERM or SIGHUP; finished trials are stored
 """
 

@@ -90,6 +90,13 @@ limits = click.option(
 )
 
 
+checking = click.option(
+    "--check",
+    is_flag=True,
+    help="End as `tolstat check`: 3 if a limit is not met, 4 if one is undecided.",
+)
+
+
 class Compute(NamedTuple):
     """Where trials are evaluated."""
 

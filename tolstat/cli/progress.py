@@ -12,7 +12,8 @@ from rich import progress as bars
 
 from tolstat.answers.next_steps import to_resume
 from tolstat.answers.report.gather import summary
-from tolstat.cli.entry import LIMITS_NOT_MET, leave_interrupted, stop_on_interrupt
+from tolstat.cli.check import checked
+from tolstat.cli.entry import leave_interrupted, stop_on_interrupt
 from tolstat.cli.options import Compute
 from tolstat.execution.run_loop import Progress
 from tolstat.literal import visible
@@ -81,8 +82,10 @@ def notes_of(progress: Progress) -> Iterator[str]:
         )
 
 
-def watch(path: Path, compute: Compute, work: Callable[..., Run]) -> None:
-    """Work on a run, show its progress and its summary, and end the command."""
+def watch(
+    path: Path, compute: Compute, work: Callable[..., Run], *, check: bool = False
+) -> None:
+    """Work on a run, show its progress and its summary; with `check` end as that."""
     console = Screen(stderr=True)
     with stop_on_interrupt() as stop:
         with ProgressBar(path.stem) as bar, compute.crew(stop.is_set) as crew:
@@ -94,11 +97,10 @@ def watch(path: Path, compute: Compute, work: Callable[..., Run]) -> None:
                 console.say(said)
                 console.type(to_resume(done.path, done.machine))
             leave_interrupted()
-        found = summary(done)
-        show(found.document())
+        show(summary(done).document())
     seconds = done.provenance["seconds"]
     rate = f"{done.trials / seconds:.0f} trials/s"
     stored = f"stored in {done.path}"
     console.say(f"{done.trials} trials in {seconds:.1f} s ({rate}), {stored}")
-    if found.not_met:
-        sys.exit(LIMITS_NOT_MET)
+    if check:
+        sys.exit(checked([done]).exit_code)

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from tolstat.cli import options
+from tolstat.cli.check import require_limits
 from tolstat.cli.progress import watch
 from tolstat.execution.execute import execute, go_on
 from tolstat.render.screen import Screen
@@ -23,6 +24,7 @@ from tolstat.study.study import load
 @options.force(
     "Replace an existing run file, which stays until the new one is complete."
 )
+@options.checking
 def run(
     study: Path,
     trials: int | None,
@@ -30,6 +32,7 @@ def run(
     compute: options.Compute,
     output: Path | None,
     force: bool,
+    check: bool,
 ) -> None:
     """Run the study STUDY.toml and store it in an HDF5 file.
 
@@ -38,9 +41,12 @@ def run(
     """
     loaded = load(study, trials=trials, seed=seed)
     path = output or study.with_suffix(".h5")
+    if check:
+        require_limits(study, loaded.limits)
     for each in loaded.warnings:
         Screen(stderr=True).say(f"note: {each}")
-    watch(path, compute, partial(execute, loaded, path, force=force))
+    work = partial(execute, loaded, path, force=force)
+    watch(path, compute, work, check=check)
 
 
 @click.command()
@@ -53,14 +59,16 @@ def run(
     help="Evaluate failed trials again with tighter settings, stored separately.",
 )
 @options.regardless
+@options.checking
 def resume(
-    source: Path, compute: options.Compute, rerun: bool, regardless: bool
+    source: Path, compute: options.Compute, rerun: bool, regardless: bool, check: bool
 ) -> None:
     """Finish an interrupted run, and repair a damaged one.
 
     The result is, bit for bit, that of an uninterrupted run.
     """
-    watch(source, compute, partial(go_on, source, rerun=rerun, regardless=regardless))
+    work = partial(go_on, source, rerun=rerun, regardless=regardless)
+    watch(source, compute, work, check=check)
 
 
 @click.command()
@@ -73,12 +81,13 @@ def resume(
 )
 @options.computing
 @options.regardless
+@options.checking
 def extend(
-    source: Path, trials: int, compute: options.Compute, regardless: bool
+    source: Path, trials: int, compute: options.Compute, regardless: bool, check: bool
 ) -> None:
     """Add trials to a run of random or Sobol' sampling.
 
     The result is, bit for bit, that of one run with all trials.
     """
     work = partial(go_on, source, trials=trials, regardless=regardless)
-    watch(source, compute, work)
+    watch(source, compute, work, check=check)

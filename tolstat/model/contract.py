@@ -23,6 +23,7 @@ from tolstat.model.view import Chart, Offer
 STEP = 1e-4  # s, between two points of a history
 MOST_SAMPLES = 2_000_000  # of a history
 TIGHTER, LEAST_RTOL = 1000.0, 1e-12  # of an audit: below, rounding decides
+SHORTER = 4.0  # steps of an audit, as the tolerance alone makes them: 1000^(1/5)
 Spreads = Mapping[str, Spread]  # by contributor that deviates
 NOTHING_FAILED: Mapping[str, Truths] = {}
 
@@ -75,7 +76,8 @@ class Model(ABC):
 
     A custom model inherits from this class and has a name, `describe` and `evaluate`;
     the rest is optional. One that integrates has a setting `rtol`, its tolerance: steps
-    are stored, and some trials are audited with a thousandth of it.
+    are stored, and some trials are audited with a thousandth of it. An audit also takes
+    a quarter of a setting `max_step`, the longest step in s, at most.
     """
 
     name: ClassVar[str]  # how it is called in study files
@@ -112,7 +114,10 @@ class Model(ABC):
         """Return settings that integrate more precisely, for audits; None without."""
         if not self.integrates:
             return None
-        return replace(settings, rtol=max(settings.rtol / TIGHTER, LEAST_RTOL))
+        tight = replace(settings, rtol=max(settings.rtol / TIGHTER, LEAST_RTOL))
+        if isinstance(step := getattr(settings, "max_step", None), float):
+            tight = replace(tight, max_step=step / SHORTER)
+        return None if tight == settings else tight
 
     def numbers(
         self, settings: Any, spreads: Spreads, *, independent: bool = True

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from tolstat.arrays import Array, Integers, Truths
-from tolstat.statistics.limits.limit import within
 
 
 class IntegrationError(NamedTuple):
@@ -100,51 +99,31 @@ def share_above_largest(trials: int) -> float:
     return 1 - (1 - 0.95) ** (1 / trials) if trials else math.nan
 
 
-class VerdictChanges(NamedTuple):
-    """The effect of integration errors on the share of units out of limit.
+def response_ends(
+    values: Array, trials: Integers, precise: Array, representative: Truths
+) -> Array:
+    """Return float64[end, trial], the range of responses that integration errors allow.
 
-    Attributes
-    ----------
-    near : int
-        Trials integrated again that are nearer to the limit than all others.
-    changed : int
-        Trials integrated again that are within the limit in one integration only.
-    gap : float
-        Distance from the limit to the nearest trial that was not integrated again.
-        If the errors of such trials are smaller, only `changed` trials change sides.
-        Infinite if there is none.
-    at_most : float
-        Greatest change of the share out of limit then: `changed` over all trials done.
+    Trials that were integrated again have their precise response. Others err up or down
+    by as much as the worst of the representative trials of nearest response, and of
+    those next below and above. A trial that failed in one integration only may have any
+    response, and so may those that it represents. NaN where both integrations failed.
     """
-
-    near: int
-    changed: int
-    gap: float
-    at_most: float
-
-
-def verdict_changes(
-    values: Array,
-    trials: Integers,
-    precise: Array,
-    limit: tuple[float, float],
-) -> VerdictChanges:
-    """Count the trials that change sides of a limit.
-
-    Parameters
-    ----------
-    trials : int64[n]
-        Trials that are done in both integrations.
-    precise : float64[n]
-        Their precise response.
-    """
-    lower, upper = limit
-    distance = np.fmin(np.abs(values - lower), np.abs(values - upper))
-    others = np.isfinite(values)
-    done = int(np.count_nonzero(others))
-    others[trials] = False
-    gap = float(distance[others].min()) if others.any() else math.inf
-    near = int(np.count_nonzero(distance[trials] < gap))
-    before, after = within(values[trials], limit), within(precise, limit)
-    changed = int(np.count_nonzero(before != after))
-    return VerdictChanges(near, changed, gap, changed / done if done else math.nan)
+    errors = values[trials] - precise
+    once = np.isfinite(values[trials]) & np.isnan(precise)
+    errors[once] = np.inf
+    known = ~np.isnan(errors)
+    found = IntegrationError(trials[known], errors[known], representative[known], 0)
+    size = np.nan_to_num(np.abs(values - found.removed(values)), nan=np.inf)
+    some = found.trials[found.representative]
+    order = np.argsort(values[some])
+    levels, sizes = values[some][order], np.abs(found.errors[found.representative])
+    between = ~np.isin(values, levels) & bool(len(levels))
+    for at in np.searchsorted(levels, values[between]) - [[1], [0]]:
+        beside = sizes[order][at.clip(0, len(levels) - 1)]
+        size[between] = np.maximum(size[between], beside)
+    if np.any(np.isnan(values[trials]) & np.isfinite(precise) & representative):
+        values = np.nan_to_num(values)  # other failed trials may be done as well
+    ends = np.stack([values - size, values + size])
+    ends[:, trials] = np.where(once, [[-np.inf], [np.inf]], precise)
+    return ends

@@ -77,15 +77,17 @@ def summarize(
     sample: Sample,
     limit: Limit | None = None,
     declared: Ends | None = None,
+    ends: Array | None = None,
 ) -> Summary:
     """Summarize a response: float64[trial], SI, NaN in trials that are not done.
 
-    `declared` is the declared range of the response; an open end is infinite.
+    `declared` is the declared range of the response; an open end is infinite. `ends`
+    are the responses that integration errors allow, as of `yield_of`.
     """
     done = values[sample.done]
     limited = None
     if limit is not None and sample.ran.any():
-        judged = yield_of(values, sample, limit.permitted, limit.demanded)
+        judged = yield_of(values, sample, limit.permitted, limit.demanded, ends)
         limited = Limited(
             limit,
             judged,

@@ -52,6 +52,9 @@ from tolstat.units.scale import SIZES
 
 SECTIONS = ("settings", "links", "deviations", "grid", "limits")
 NOTHING = Deviations({}, Dependence({}, {}), {}, {}, ())
+UNAUDITED = (
+    "integration errors are not audited: the model moves, but has no setting rtol"
+)
 Source = str | os.PathLike[str] | Mapping[str, Any]
 
 
@@ -121,6 +124,8 @@ class Study:
     def notes(self) -> tuple[str, ...]:
         """The notes for the summary of the run: warnings, trials, deviations."""
         own = (self.points.note,) if self.points and self.points.note else ()
+        if self.model.moves and not self.model.integrates:
+            own = (*own, UNAUDITED)
         return (*self._warnings, *own, *self.deviating.notes)
 
     @property

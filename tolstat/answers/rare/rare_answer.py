@@ -15,6 +15,7 @@ from tolstat.answers import run_answer
 from tolstat.answers.cells import limit_cells
 from tolstat.answers.rare import rare_document
 from tolstat.answers.rare.failure_points import FailurePoint, failure_points
+from tolstat.answers.sampled_trials import changes_of, ends_of
 from tolstat.deviations.rare_stage import SPREAD, STAGE, WEIGHT
 from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
@@ -29,8 +30,8 @@ from tolstat.statistics.intervals.weighted_estimates import (
 )
 from tolstat.statistics.intervals.weights import effective_number
 from tolstat.statistics.limits.capability import by_share
-from tolstat.statistics.limits.limit import Limit, within
-from tolstat.statistics.limits.yields import NOT_MET, verdict
+from tolstat.statistics.limits.limit import Limit
+from tolstat.statistics.limits.yields import MET, judged_with, worded
 from tolstat.status import Status
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import PPM, Scale
@@ -65,6 +66,8 @@ class RareSummary(run_answer.RunAnswer):
     fraction_out_of_limit: Estimate  # of production; failed trials are out of limit
     within: Estimate
     verdict: str  # as of a plain run, for one number of trials
+    # why it is undecided: "integration error"; or on which condition the limit is met
+    reason: str
     equivalent_ppk: Estimate  # of a normal response with the same fraction
     plain_trials: float  # of a plain run with as narrow an interval; NaN where none
     # fraction out of limit at this end of a limit that is straight, as far from the
@@ -77,15 +80,15 @@ class RareSummary(run_answer.RunAnswer):
     answers: ClassVar[str] = "rare"
 
     @property
-    def not_met(self) -> tuple[str, ...]:
-        """The response, if its limit is not met."""
-        return (self.response,) if self.verdict == NOT_MET else ()
+    def words(self) -> str:
+        """The verdict, and its reason or condition where it has one."""
+        return worded(self.verdict, self.reason)
 
     @property
     def short(self) -> str:
         """A description in a few words."""
         value = PPM.interval(*self.fraction_out_of_limit[:3])[0]
-        return f"{self.run}, {self.response} {self.verdict}, {value} ppm"
+        return f"{self.run}, {self.response} {self.words}, {value} ppm"
 
     def document(self) -> Document:
         """Return verdict, failure points, stages, assumptions."""
@@ -99,7 +102,7 @@ class RareSummary(run_answer.RunAnswer):
             "unit": self.scale.shown,
             "nominal [unit]": Number(self.nominal, self.scale),
             **limit_cells(
-                self.limit, self.scale, self.verdict, self.within,
+                self.limit, self.scale, self.words, self.within,
                 self.fraction_out_of_limit, self.equivalent_ppk,
             ),
             "failed [ppm]": Number(self.trials.failures, PPM),
@@ -134,13 +137,20 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
     failures = rare_share(run.status[last] > Status.DONE, weights[last])
     if failures.value > 0:  # failed trials are out of limit: no more than these
         failures = failures._replace(upper=min(failures.upper, share.upper))
-    points, changes = failure_points(run, out), _changes(run)
+    unseen = unmet(weights[last]) if last.any() else math.nan
+    points, changes = failure_points(run, out), changes_of(run, name)
+    judged, reason = judged_with(
+        ends_of(run, name), limit.permitted, limit.demanded,
+        run.status == Status.DONE, ran & ~out,
+        lambda good: rare_share(~good[last], weights[last]).complement,
+    )  # fmt: skip
+    if judged == MET and share.upper + unseen > 1 - limit.demanded:
+        reason = "if no kind of failure was missed"
     few, failing = _too_few(weights[last & out]), _failing(run, failures)
     assert run.sampled
     trials = run_answer.TrialCounts(
         run.trials, run.ended, run.ended - run.failed, run.failed,
-        int(np.count_nonzero(last)), run.counts, failures,
-        unmet(weights[last]) if last.any() else math.nan,
+        int(np.count_nonzero(last)), run.counts, failures, unseen,
         run.sampling, run.sampled.promise,
         (*few, failing, *run_answer.notes_of(run, None)),
     )  # fmt: skip
@@ -155,7 +165,8 @@ def rare_summary(run: Run, chosen: Sequence[str] = ()) -> RareSummary:
         demanded_ppk=limit.ppk,
         fraction_out_of_limit=share,
         within=share.complement,
-        verdict=verdict(share.complement, limit.demanded),
+        verdict=judged,
+        reason=reason,
         equivalent_ppk=by_share(share, limit),
         plain_trials=plain_trials(share),
         first_order=float(ndtr(-points[0].distance)) if points else math.nan,
@@ -197,13 +208,3 @@ def _stage(run: Run, trials: NDArray[np.bool_]) -> Stage:
         int(np.count_nonzero(run.status[trials] > Status.DONE)),
         float(spread.min()), float(spread.max()),
     )  # fmt: skip
-
-
-def _changes(run: Run) -> NDArray[np.bool_]:
-    """Return whether each trial evaluated again changes sides of the limit."""
-    if run.audited is None:
-        return np.zeros(0, dtype=np.bool_)
-    permitted = run.limits[run.aim].permitted
-    before = within(run.column(run.aim)[run.audited.trials], permitted)
-    after = within(run.audited.responses[run.aim], permitted)
-    return np.asarray(before != after)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import ppm
 from tolstat.answers.next_steps import to_replay
+from tolstat.answers.report.finer_run import settle
 from tolstat.answers.report.first_page import INTERVAL, limit_row
 from tolstat.answers.report.report_document import assumptions_section, sheet
 from tolstat.document import blocks
@@ -21,6 +22,7 @@ from tolstat.document.inline import (
     say,
     text,
 )
+from tolstat.statistics.limits.yields import INTEGRATION_ERROR, MET
 from tolstat.units.scale import PART, PER_CENT, PPM
 
 if TYPE_CHECKING:
@@ -62,10 +64,16 @@ def rare_document(found: RareSummary) -> blocks.Document:
 def _verdict(found: RareSummary) -> tuple[blocks.Block, ...]:
     row = limit_row(
         Cell((Name(found.response),), text(found.sentence)), found.limit,
-        Word(found.verdict, found.verdict), Cell((ppm(found.fraction_out_of_limit),)),
+        Cell((Word(found.verdict, found.verdict),),
+             text(f"({found.reason})" if found.reason else None)),
+        Cell((ppm(found.fraction_out_of_limit),)),
         found.equivalent_ppk,
     )  # fmt: skip
     said = [_yield(found), _most_probable(found)]
+    if found.trials.counted:
+        said.insert(0, unmet_kinds(found))
+    if found.reason == INTEGRATION_ERROR:
+        said.insert(0, settle(found.stored_run, [found.response]))
     if found.plain_trials == found.plain_trials:
         needed = Number(found.plain_trials)
         plain = "A plain run would need about {} trials for as narrow an interval."
@@ -75,9 +83,8 @@ def _verdict(found: RareSummary) -> tuple[blocks.Block, ...]:
         say(
             f"{INTERVAL}. The last stage gives the fraction: {{}} "
             f"({found.trials_out_of_limit} out of limit), each weighted by the ratio "
-            "of densities. Failed trials count as out of limit. {}",
+            "of densities. Failed trials count as out of limit.",
             counted(trials.counted, "independent trial"),
-            unmet_kinds(found) if trials.counted else None,
         ),
         *map(text, trials.notes),
     ]  # fmt: skip
@@ -92,10 +99,13 @@ def _verdict(found: RareSummary) -> tuple[blocks.Block, ...]:
 
 
 def unmet_kinds(found: RareSummary) -> Parts:
-    """Return what interval and verdict leave out."""
+    """Say what interval and verdict hold for, and what they leave out."""
     return say(
-        "Interval and verdict leave out kinds of out-of-limit trials that the last "
-        "stage never met: up to {}.", Number(found.trials.unseen, PPM, "at_most"),
+        "Interval and verdict hold for the kinds of out-of-limit trials that the last "
+        "stage met. A kind that it never met may make up to {}{}.",
+        Number(found.trials.unseen, PPM, "at_most"),
+        ", more than the limit permits: another seed or a plain run can find it"
+        if found.reason and found.verdict == MET else None,
     )  # fmt: skip
 
 

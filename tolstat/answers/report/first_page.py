@@ -11,6 +11,7 @@ import numpy as np
 
 from tolstat.answers.cells import limit_cell, ppm, verdict_cell
 from tolstat.answers.next_steps import to_extend, to_halve, to_resume
+from tolstat.answers.report.finer_run import settle
 from tolstat.answers.report.off_centre import OFF_CENTRE, findings
 from tolstat.document import blocks, plot
 from tolstat.document.blocks import Cell
@@ -81,14 +82,16 @@ def _lead(found: RunSummary) -> Parts:
         return text("No trial has run.")
     if found.all_limits is None:
         return text("The study limits no response.")
-    counts = Counter(each.yields.verdict for each in found.limits.values())
+    judged = [each.yields for each in found.limits.values()]
+    tones = {each.words: each.verdict for each in judged}
+    counts = Counter(each.words for each in judged)
     (word, first), *others = counts.items()
     n, trials = counts.total(), found.trials.done + found.trials.failed
     of = "The limit is" if n == 1 else f"All {n} limits are"
     if first < n:
         of = f"{first} of {n} limits {'is' if first == 1 else 'are'}"
-    said = [text(f"{of} ", Word(word, word))]
-    said += [text(f"{count} ", Word(word, word)) for word, count in others]
+    said = [text(f"{of} ", Word(word, tones[word]))]
+    said += [text(f"{count} ", Word(word, tones[word])) for word, count in others]
     return say(
         f"{{}}. Yield, {'all limits' if n > 1 else 'this limit'}: {{}}.{{}}",
         listed(said, joint=""), Number(found.all_limits.within, PER_CENT, of=trials),
@@ -210,7 +213,8 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
         for known in (True, False)
         for name, each in found.limits.items()
     )
-    steps = [next(filter(None, halve), ())]
+    rough = [name for name, each in found.limits.items() if each.yields.reason]
+    steps = [settle(run, rough), next(filter(None, halve), ())]
     limits = [(found.limits[name].yields.needed, name) for name in found.verdicts]
     if undecided := [each for each in limits if each[0]]:
         needed, name = min(undecided)
@@ -231,6 +235,8 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
     now, verdict = limited.yields.fraction_out_of_limit, limited.yields.verdict
     causes, run = found.responses[name].causes, found.stored_run
     if verdict == MET or causes is None or (main := causes.main) is None:
+        return ()
+    if limited.yields.reason:  # the numbers are wrong
         return ()
     clear, then = differ(main.halved, now), main.halved.value
     gains = then < now.value and (clear or verdict == NOT_MET)

@@ -121,7 +121,11 @@ def summaries_of(drawn: Drawn) -> dict[str, Summary]:
     limits = drawn.run.limits
     return {
         each.name: summarize(
-            drawn.values(each.name), drawn.sample, limits.get(each.name), each.range
+            drawn.values(each.name),
+            drawn.sample,
+            limits.get(each.name),
+            each.range,
+            drawn.ends(each.name),
         )
         for each in drawn.run.responses
     }

@@ -8,14 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.answers.report.report_answer import Effect, IntegrationErrors, LargestError
-from tolstat.answers.sampled_trials import Drawn
+from tolstat.answers.sampled_trials import Drawn, changes_of
 from tolstat.arrays import Array
 from tolstat.statistics.integration_error import (
-    IntegrationError,
-    VerdictChanges,
     integration_error,
     share_above_largest,
-    verdict_changes,
 )
 from tolstat.statistics.intervals.statistic import quantiles_at
 from tolstat.statistics.limits.yields import yield_of
@@ -45,7 +42,6 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | 
     # statements about production need independent trials
     at_random = largest(random & np.isin(audited.trials, drawn.trials))
     chosen = {str(r.name).lower(): (reasons & r) > 0 for r in Reason}
-    limit = of.limited.limit.permitted if of.limited else None
     above = share_above_largest(at_random.trials)
     known = len(error.trials) > 0
     return IntegrationErrors(
@@ -53,7 +49,7 @@ def integration_of(drawn: Drawn, name: str, of: Summary) -> IntegrationErrors | 
         math.nan if drawn.sample.replicates else above,
         {reason: largest(some) for reason, some in chosen.items() if some.any()},
         _effect(drawn, error.removed(values)[drawn.trials], of) if known else None,
-        _sides(drawn, error, values, limit) if limit else None,
+        int(np.count_nonzero(changes_of(run, name))) if of.limited else None,
     )  # fmt: skip
 
 
@@ -72,13 +68,3 @@ def _effect(drawn: Drawn, better: Array, of: Summary) -> Effect:
         {share: of.quantiles[share].value - q.value for share, q in quantiles.items()},
         moved,
     )
-
-
-def _sides(
-    drawn: Drawn, error: IntegrationError, values: Array, limit: tuple[float, float]
-) -> VerdictChanges:
-    """Return changes of side among the trials that the statistics rest on."""
-    counted = np.full_like(values, np.nan)
-    counted[drawn.trials] = values[drawn.trials]
-    own = error.of(drawn.trials)
-    return verdict_changes(counted, own.trials, values[own.trials] - own.errors, limit)

@@ -15,8 +15,7 @@ from tolstat.document.blocks import Document
 from tolstat.document.inline import Number
 from tolstat.render.serialize import Row
 from tolstat.statistics.estimate import Estimate
-from tolstat.statistics.integration_error import VerdictChanges
-from tolstat.statistics.limits.yields import NOT_MET, WORST_FIRST
+from tolstat.statistics.limits.yields import WORST_FIRST
 from tolstat.statistics.point_mass import PointMass
 from tolstat.statistics.sensitivity.contributions import Contributions
 from tolstat.statistics.sensitivity.linear import Departure, Linear
@@ -143,7 +142,7 @@ class IntegrationErrors(NamedTuple):
     # of trials chosen for this response: "near" its limit, the "worst", and "spread"
     chosen: Mapping[str, LargestError]
     effect: Effect | None  # None where it is unknown
-    sides: VerdictChanges | None  # None without a limit
+    changed: int | None  # trials that change sides of the limit; None without one
 
 
 class SobolIndices(NamedTuple):
@@ -284,15 +283,11 @@ class RunSummary(RunAnswer):
         return {n: known[n].yields.verdict for n in self.responses if n in known}
 
     @property
-    def not_met(self) -> tuple[str, ...]:
-        """The responses whose limit is not met."""
-        return tuple(name for name, word in self.verdicts.items() if word == NOT_MET)
-
-    @property
     def short(self) -> str:
         """A description in a few words."""
-        verdicts = ", ".join(map(" ".join, self.verdicts.items())) or "-"
-        return f"{self.run}, {self.trials.done} trials; {verdicts}"
+        known = self.limits
+        said = (f"{n} {known[n].yields.words}" for n in self.verdicts)
+        return f"{self.run}, {self.trials.done} trials; {', '.join(said) or '-'}"
 
     def document(self) -> Document:
         """Return limits, limited responses, worst cases and the next step."""

@@ -29,7 +29,8 @@ MOMENTS = (
 )
 JUDGED = (
     "A limit is met when the whole interval of its yield lies at or above the demanded "
-    "yield, and not met when it lies below. Failed trials count as out of limit.",
+    "yield, and not met when it lies below. Failed trials count as out of limit. If "
+    "integration errors can change a verdict, the limit is undecided.",
     "The number of trials that decide does so with a chance of 80 %.",
     "Equivalent Ppk: of a normal response with the same fraction out of limit, half of "
     "it at each end where there are two. 1.00 is 1350 ppm at one end.",

@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import (
         Cause,
         Causes,
-        IntegrationErrors,
         PairCause,
         Report,
         ReportedResponse,
@@ -338,6 +337,11 @@ def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, .
         moved = {"unit": exact.mark, **{n: Number(x, exact) for n, x in by.items()}}
         if effect.fraction_out_of_limit is not None:
             moved["out of limit, ppm"] = Number(effect.fraction_out_of_limit, PPM)
+    sides = None
+    if errors.changed is not None:
+        sides = blocks.paragraph(
+            "Trials that change sides of the limit: ", Number(errors.changed), "."
+        )
     nearest = (
         "Estimate: each trial has the error of the audited one of nearest response."
     )
@@ -350,30 +354,8 @@ def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, .
         blocks.table_of(seen, caption=rests_on(found)),
         blocks.table_of([moved], caption=rests_on(found)) if moved else None,
         blocks.note(nearest) if moved else None,
-        blocks.paragraph(_sides(each, errors)),
+        sides,
     )  # fmt: skip
-
-
-def _sides(each: ReportedResponse, errors: IntegrationErrors) -> Parts:
-    """Return how many trials change sides of the limit."""
-    if errors.effect is None or (sides := errors.sides) is None:
-        return ()
-    gap = Number(sides.gap, each.scale, "at_least")
-    rest = say(
-        f"All {sides.near} less than {{}} from the limit were evaluated again. "
-        "If all others err by less, the fraction out of limit moves by at most "
-        "{}.",
-        gap, Number(sides.at_most, PER_CENT, "at_most"),
-    )  # fmt: skip
-    if math.isinf(sides.gap):
-        rest = text("All were evaluated again.")
-    elif sides.gap <= errors.largest:
-        rest = say(
-            "One that was not evaluated again lies {} from the limit, and errors as "
-            "large were seen: others may change sides too.", gap,
-        )  # fmt: skip
-    changed = Number(sides.changed)
-    return say("Trials that change sides of the limit: {}. {}", changed, rest)
 
 
 def _worst_trials(found: Report, name: str, each: ReportedResponse) -> Table:

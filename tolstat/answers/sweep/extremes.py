@@ -54,7 +54,6 @@ class Extremes(Answer):
     notes: tuple[str, ...]  # for readers of the numbers
     stored_run: Run = field(metadata={"json": False})
     answers: ClassVar[str] = "extremes"
-    not_met: ClassVar[tuple[str, ...]] = ()  # no limit is judged
 
     @property
     def short(self) -> str:

@@ -127,7 +127,7 @@ class WhatIf(Answer):
                 "response": name,
                 "": side,
                 "limit": limit_cell(limited.limit) if name else None,
-                "verdict": Word(limited.yields.verdict, limited.yields.verdict),
+                "verdict": Word(limited.yields.words, limited.yields.verdict),
                 "out of limit, ppm": ppm(limited.yields.fraction_out_of_limit),
                 "equivalent Ppk": ppk_cell(limited.equivalent_ppk),
                 "Ppk by percentiles": ppk_cell(limited.percentiles.ppk),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from tolstat.model.checked import tightened
 from tolstat.statistics.limits.limit import Limit, worst_trials
 from tolstat.status import Status
 from tolstat.store.run_records import Audited, Reason, joined
-from tolstat.study.given_points import cases_among
+from tolstat.study.given_points import Case, cases_among
 from tolstat.study.study import Study
 
 EVERY = 100  # one of so many trials is evaluated again
@@ -28,6 +29,7 @@ NEAREST = 4  # trials at least, on either side of each end of a limit
 SPREAD = 12  # trials at least, over the range of a limited response
 REACH = 2  # times the largest error found: other errors may be larger
 IN_REACH = 20  # trials at least, evaluated because they may cross a limit
+PARTS = 8  # of the trials, by their longest step
 NO_LIMIT = Limit(-np.inf, np.inf)
 
 
@@ -74,8 +76,9 @@ def evaluated_again(
         return None
     before, now = dataclasses.asdict(study.settings), dataclasses.asdict(tight)
     cases = [
-        case._replace(settings=study.model.tightened(case.settings))
+        part
         for case in cases_among(study.cases, choice.trials)
+        for part in _parts(case._replace(settings=study.model.tightened(case.settings)))
     ]
     rows = trials.deviations[choice.trials]
     found = workers.simulate_cases(study.model, cases, rows)
@@ -88,6 +91,21 @@ def evaluated_again(
         choice.at_random,
         choice.chosen_by,
     )
+
+
+def _parts(case: Case) -> list[Case]:
+    """Return a case in parts whose longest steps differ a little.
+
+    With equal steps all trials may miss the same short event.
+    """
+    settings = case.settings
+    if not isinstance(step := getattr(settings, "max_step", None), float):
+        return [case]
+    ends = np.unique(np.linspace(case.first, case.stop, PARTS + 1).astype(int)).tolist()
+    return [
+        Case(first, stop, dataclasses.replace(settings, max_step=step * (1 - i / 24)))
+        for i, (first, stop) in enumerate(pairwise(ends))
+    ]
 
 
 def _largest_error(trials: Trials, audited: Audited, name: str) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from tolstat.statistics.sample import Sample
 Ends = tuple[float, float]
 
 MET, NOT_MET, UNDECIDED = "met", "not met", "undecided"
+INTEGRATION_ERROR = "integration error"  # why a verdict is undecided
 WORST_FIRST = (NOT_MET, UNDECIDED, MET)
 
 
@@ -35,9 +36,12 @@ class Yield(NamedTuple):
     verdict : str
         "met" when the whole interval of the yield lies at or above the demanded one,
         "not met" when it lies below, else "undecided"; failed trials count against.
+        Also "undecided" if integration errors can change it.
     needed : int
-        Trials that decide an undecided verdict with a chance of 80 %; 0 otherwise, and
-        above 1e9.
+        Trials that decide an undecided verdict with a chance of 80 %; 0 otherwise,
+        above 1e9, and if integration errors leave it undecided.
+    reason : str
+        "integration error" if these leave it undecided; otherwise empty.
     """
 
     fraction_out_of_limit: Estimate
@@ -45,12 +49,24 @@ class Yield(NamedTuple):
     within_at_most: Estimate
     verdict: str
     needed: int
+    reason: str = ""
+
+    @property
+    def words(self) -> str:
+        """The verdict, and its reason where it has one."""
+        return worded(self.verdict, self.reason)
 
 
 def yield_of(
-    values: Array, sample: Sample, limit: Ends, demanded: float = DEMANDED
+    values: Array,
+    sample: Sample,
+    limit: Ends,
+    demanded: float = DEMANDED,
+    ends: Array | None = None,
 ) -> Yield:
     """Estimate the yield of a limit.
+
+    `ends` are responses that integration errors allow, as of `response_ends`.
 
     Returns
     -------
@@ -62,16 +78,42 @@ def yield_of(
     ran = sample.ran
     good = within(values, limit) & sample.done
     least = _most(good, sample)
-    found = verdict(least, demanded)
-    needed = 0
-    if found == UNDECIDED and sample.replicates:
+    found, reason = judged_with(
+        ends, limit, demanded, sample.done, good, lambda units: _most(units, sample)
+    )
+    needed, more = 0, found == UNDECIDED and not reason
+    if more and sample.replicates:
         needed = replicates_that_decide(good[ran], sample.replicate[ran], demanded)
-    elif found == UNDECIDED and not sample.weights:
+    elif more and not sample.weights:
         out, trials = np.count_nonzero(ran & ~good), np.count_nonzero(ran)
         needed = trials_that_decide(int(out), int(trials), 1 - demanded)
         needed = grown(needed * sample.each) if needed else 0
     most = _most(good | ~sample.done, sample)
-    return Yield(sample.share(~good, ran), least, most, found, needed)
+    return Yield(sample.share(~good, ran), least, most, found, needed, reason)
+
+
+def judged_with(
+    ends: Array | None,
+    limit: Ends,
+    demanded: float,
+    done: Truths,
+    good: Truths,
+    share: Callable[[Truths], Estimate],
+) -> tuple[str, str]:
+    """Return a verdict, and why it is undecided if integration errors can change it.
+
+    It has to be the same for the trials `good` within the limit, for those within it
+    whatever their errors, and for those that some error puts within. `share` estimates
+    their yield.
+    """
+    found, every = verdict(share(good), demanded), list[Truths]()
+    if ends is not None:
+        (least, largest), (lower, upper) = ends, limit
+        every.append(done & (least >= lower) & (largest <= upper))
+        every.append((least <= upper) & (largest >= lower))
+    if any(verdict(share(each), demanded) != found for each in every):
+        return UNDECIDED, INTEGRATION_ERROR
+    return found, ""
 
 
 def joint_yield(
@@ -82,6 +124,11 @@ def joint_yield(
         [within(responses[name], limit) for name, limit in limits.items()], axis=0
     )
     return _most(good & sample.done, sample)
+
+
+def worded(verdict: str, reason: str) -> str:
+    """Return a verdict with its reason, or with the condition on which it holds."""
+    return f"{verdict} ({reason})" if reason else verdict
 
 
 def verdict(share: Estimate, demanded: float) -> str:

@@ -1,0 +1,129 @@
+"""A run that is integrated too roughly: what is said of its limits, and where."""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import dataclass
+
+import pandas as pd
+import pytest
+
+import tolstat
+from tests.answers.page_checks import words_in
+from tolstat import Contributor, Description, Model, Outcome, Response, setting
+from tolstat.answers.run_entries import stored_runs
+from tolstat.answers.sampled_trials import drawn_trials
+
+
+@dataclass(frozen=True)
+class RoughSettings:
+    rtol: float = setting(1e-3, "how roughly it is integrated", above=0.0)
+    max_step: float = setting(0.02, "longest step", unit="s", above=0.0)
+
+
+class Rough(Model):
+    """Normal about 10 N, sigma 1 N, less an error of 2 N times rtol."""
+
+    name = "rough"
+    settings = RoughSettings
+
+    def describe(self, settings):
+        return Description((Contributor("part", "m"),), (Response("force", "N"),))
+
+    def evaluate(self, deviations, settings):
+        return Outcome(10 + 1e3 * deviations - 2 * settings.rtol)
+
+
+STUDY = """\
+title = "Rough"
+model = "rough"
+trials = 4000
+seed = 3
+[settings]
+rtol = {rtol}
+[deviations]
+part = "+-3 mm"
+[limits]
+force = "<= {limit} N"
+"""
+
+
+def ran(folder, rtol, limit, name="rough"):
+    path = folder / f"{name}.toml"
+    path.write_text(STUDY.format(rtol=rtol, limit=limit))
+    return tolstat.run(path, model=Rough(), progress=None)
+
+
+@pytest.mark.parametrize(
+    ("rtol", "limit", "word"),
+    [
+        (1.0, 12, "undecided (integration error)"),  # 0.03 ppm, in truth 23 000 ppm
+        (1e-3, 12, "not met"),
+        (1.0, 15.5, "met"),
+        (1.0, 7, "not met"),
+    ],
+)
+def test_the_verdict_is_that_of_both_integrations(tmp_path, rtol, limit, word):
+    found = tolstat.summary(ran(tmp_path, rtol, limit))
+    assert found.limits["force"].yields.words == word
+    assert found.verdicts == {"force": word.partition(" (")[0]}
+
+
+@pytest.fixture(scope="module")
+def rough(tmp_path_factory):
+    return ran(tmp_path_factory.mktemp("rough"), 1.0, 12)
+
+
+def test_every_answer_says_integration_error(rough, tmp_path):
+    word = "undecided (integration error)"
+    found, page = tolstat.summary(rough), tolstat.report(rough)
+    assert f"force {word}" in repr(found)
+    for each in (found, page):
+        words = words_in(*each.document().blocks)
+        assert f"The limit is {word}. Yield" in words
+        assert "trials decide" not in words and "trials may decide" not in words
+        given = json.loads(each.json())["responses"]["force"]["limited"]["yields"]
+        assert (given["verdict"], given["reason"]) == ("undecided", "integration error")
+        assert pd.read_csv(io.StringIO(each.csv()))["verdict"][0] == word
+    assert page.responses["force"].integration_errors.changed > 0
+    (entry,) = stored_runs(rough.path.parent).entries
+    assert entry.verdicts == f"{word}: force"
+    other = ran(tmp_path, 1e-6, 12, "other")
+    compared = words_in(*tolstat.compare(rough, other).document().blocks)
+    assert "(integration error)" in compared
+    assert "(integration error)" in words_in(
+        *tolstat.what_if(rough, {"part": "+-2.9 mm"}, model=Rough()).document().blocks
+    )
+
+
+def test_the_next_step_settles_it(rough, tmp_path, monkeypatch):
+    """What it says to write into [settings] gives a run whose errors are small."""
+    monkeypatch.chdir(rough.path.parent)
+    words = words_in(*tolstat.summary("rough.h5").document().blocks)
+    assert 'write rtol = 1e-6 and max_step = "0.005 s" into [settings]' in words
+    assert "tolstat run rough.toml --force" in words
+    study = rough.path.with_suffix(".toml").read_text()
+    lines = 'rtol = 1e-6\nmax_step = "0.005 s"'
+    (tmp_path / "finer.toml").write_text(study.replace("rtol = 1.0", lines))
+    finer = tolstat.run(tmp_path / "finer.toml", model=Rough(), progress=None)
+    assert tolstat.summary(finer).verdicts == {"force": "not met"}
+
+
+def test_more_trials_are_not_the_answer_to_a_rough_run(rough):
+    yields = tolstat.summary(rough).limits["force"].yields
+    assert yields.needed == 0 and yields.fraction_out_of_limit.value < 1e-3
+    drawn = drawn_trials(rough)
+    assert drawn.ends("force").shape == (2, 4000)
+
+
+def test_a_rare_verdict_can_be_turned_too(tmp_path):
+    """As integrated 0.1 ppm are out of limit, in truth 690; 100 are permitted."""
+    path = tmp_path / "rare.toml"
+    text = STUDY.format(rtol=1.0, limit=13.2).replace("trials = 4000", "trials = 5000")
+    demanded = '{ limit = "<= 13.2 N", ppm = 100 }'
+    path.write_text('sampling = "rare"\n' + text.replace('"<= 13.2 N"', demanded))
+    found = tolstat.summary(tolstat.run(path, model=Rough(), progress=None))
+    assert found.fraction_out_of_limit.upper < 1e-6
+    assert found.words == "undecided (integration error)"
+    assert "write rtol = 1e-6 and" in words_in(*found.document().blocks)

@@ -1,0 +1,30 @@
+"""What settles a verdict that integration errors leave undecided: a finer run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tolstat.answers.next_steps import as_typed, to_run_again
+from tolstat.document.inline import Name, Parts, Typed, Word, listed, say, text
+from tolstat.store.stored_run import Run
+from tolstat.units.scale import figures
+
+MOST_RTOL = 1e-6  # the audit of a far too rough run is too rough as well
+
+
+def settle(run: Run, limits: Sequence[str]) -> Parts:
+    """Say with which settings a new run decides limits; empty without limits."""
+    if not limits or run.audited is None:
+        return ()
+    again, lines = to_run_again(run), []
+    for name, value in run.audited.settings.items():
+        number = figures(min(value, MOST_RTOL) if name == "rtol" else value)
+        number = f'"{number} s"' if name == "max_step" else number
+        lines.append(f"{name} = {number}")
+    study = as_typed(run.study_file) if again and run.study_file else "the study"
+    return say(
+        "Decide {}, whose integration errors are too large: write {} into [settings] "
+        "of {}, then run it again{}.",
+        listed([Name(name) for name in limits]), listed([Word(x) for x in lines]),
+        f"{study}", text(": ", Typed(again)) if again else None,
+    )  # fmt: skip

@@ -1,0 +1,95 @@
+"""tolstat check: do runs meet their limits? The exit code says it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, NamedTuple
+
+import click
+
+from tolstat.answers.run_entries import judged
+from tolstat.answers.sampled_trials import no_sample
+from tolstat.cli import options
+from tolstat.cli.entry import LIMITS_NOT_MET, LIMITS_UNDECIDED
+from tolstat.errors import Advice, PictureError
+from tolstat.literal import visible
+from tolstat.render.serialize import as_json
+from tolstat.statistics.limits.yields import NOT_MET, UNDECIDED, worded
+from tolstat.store.open_run import open as open_run
+from tolstat.store.stored_run import Run
+
+
+class CheckedLimit(NamedTuple):
+    """The verdict on a limit of a run."""
+
+    run: str
+    response: str
+    limit: str  # as written
+    verdict: str
+    reason: str  # why it is undecided, or on which condition the limit is met
+
+
+@dataclass(frozen=True)
+class LimitCheck:
+    """The verdicts on all limits of some runs."""
+
+    limits: tuple[CheckedLimit, ...]
+    answers: ClassVar[str] = "check"
+
+    @property
+    def exit_code(self) -> int:
+        """That of `tolstat check`: of the worst verdict."""
+        verdicts = {each.verdict for each in self.limits}
+        undecided = LIMITS_UNDECIDED if UNDECIDED in verdicts else 0
+        return LIMITS_NOT_MET if NOT_MET in verdicts else undecided
+
+
+@click.command()
+@options.path_argument("runs", "RUN.h5...", nargs=-1, required=True)
+@click.option("--json", "numbers", is_flag=True, help="The verdicts as JSON.")
+def check(runs: tuple[Path, ...], numbers: bool) -> None:
+    """Check whether runs meet their limits: a line for each limit.
+
+    The exit code is 0 if all are met, 3 if one is not met, and 4 if one is undecided
+    and none is not met. A run without limits is refused with 2.
+    """
+    found = checked(map(open_run, runs))
+    if numbers:
+        click.echo(as_json(found, found.answers), nl=False)
+    for run, response, limit, *verdict in () if numbers else found.limits:
+        click.echo(visible(f"{run}: {response} {limit}: {worded(*verdict)}"))
+    sys.exit(found.exit_code)
+
+
+def checked(runs: Iterable[Run]) -> LimitCheck:
+    """Return the verdict on each limit of complete runs whose trials are sampled."""
+    return LimitCheck(tuple(each for run in runs for each in _limits_of(run)))
+
+
+def require_limits(where: Path, limits: Iterable[str]) -> None:
+    """Refuse a run or a study without a limit."""
+    if not [*limits]:
+        said = "no limit to check; write one into [limits] of the study"
+        raise PictureError(f"{where}: {said}")
+
+
+def _limits_of(run: Run) -> list[CheckedLimit]:
+    require_limits(run.path, run.limits)
+    if not run.complete:
+        raise PictureError(
+            f"{run.path}: {run.ended} of {run.trials} trials have run; a check needs "
+            "all of them and their audit",
+            Advice("resume", run.path, run.machine),
+        )
+    if not (known := judged(run)):
+        raise no_sample(run)
+    found = []
+    for name, limit in run.limits.items():
+        of = UNDECIDED, f"a rare run judges {run.aim} only"
+        if name in known:
+            of = known[name].verdict, known[name].reason
+        found.append(CheckedLimit(run.path.name, name, limit.words, *of))
+    return found
