@@ -336,7 +336,7 @@ GIVEN = {"helix_2": 0.3, "helix_3": 0.3}
             "z1 z3 - z2 z4 = 250 .* = 3; of the numbers that have room 2, 5 can",
         ),
         ({"satellites": 1}, "at least 2"),
-        ({"torque": -1.0}, "at least 1e-06"),
+        ({"torque": -1.0}, "at least 1e-6 N m"),
         ({"teeth": (24, 36, 21)}, "4 are expected"),
         ({"position_at": "pins"}, "pin"),
     ],

@@ -12,7 +12,7 @@ from tolstat.units.grammar import Range
 
 BALANCED = {"balanced": None}
 MOST_TEETH = 10_000
-STEEPEST = radians(85)  # helix angle
+STEEPEST = radians(86)  # helix angle
 ORDERS = ("teeth", "ratio_error", "size", "balance")
 
 
@@ -26,8 +26,8 @@ class Settings:
     satellites: int = setting(3, "satellites, equally spaced, all alike", at_least=2, at_most=MOST_SATELLITES)
     module: float = setting(2.5e-3, "normal module of wheels 1 and 2", unit="m", above=0.0)
     module_ratio: float = setting(1.0, "module of wheels 1 and 2 over that of 3 and 4", at_least=0.1, at_most=10.0)
-    helix_2: float | None = setting(None, "helix angle of wheels 1, 2; balanced: from the teeth, or from helix_3", unit="rad", at_least=0.0, at_most=1.0, presets=BALANCED)
-    helix_3: float | None = setting(None, "helix angle of wheels 3, 4; balanced: from the teeth, or from helix_2", unit="rad", at_least=0.0, at_most=1.0, presets=BALANCED)
+    helix_2: float | None = setting(None, "helix angle of wheels 1, 2; balanced: from the teeth, or from helix_3", unit="rad", at_least=0.0, at_most=radians(60), presets=BALANCED)
+    helix_3: float | None = setting(None, "helix angle of wheels 3, 4; balanced: from the teeth, or from helix_2", unit="rad", at_least=0.0, at_most=radians(60), presets=BALANCED)
     pressure_angle: float = setting(radians(20), "normal pressure angle", unit="rad", above=0.0, at_most=radians(40))
     addendum: float = setting(1.0, "addendum of wheels 2, 3, in modules, to check that satellites do not touch; 0 as in the source", at_least=0.0, at_most=2.0)
     torque: float = setting(500.0, "torque on wheel 1", unit="N m", at_least=1e-6)
