@@ -172,6 +172,9 @@ def test_the_pool_covers_the_permitted_shifts():
         sigma = math.sqrt(np.sum((SLOPES * T / 3) ** 2))
         truth = ndtr(-shift / sigma) + ndtr((shift - 2 * LIMIT) / sigma)
         assert pool.upper_ends(choice, 0.5)[0] == pytest.approx(truth, rel=0.15)
+    # far from all that is sampled without a shift: all are out of limit
+    pool = pool_of(load(off_centre(0.2, shift="+-3 mm"), model=Linear()), 20_000)
+    assert 0.75 < pool.upper_ends((choice[0], 2.5e-3, *choice[2:]), 0.5)[0] < 1.6
 
 
 def test_a_shifted_nominal_moves_all_parts_and_its_tolerance():
