@@ -56,11 +56,8 @@ def test_a_study_that_runs_tables_and_a_picture(study):
     text = new.read_text()
     made, proved = (shlex.split(line[2:]) for line in text.splitlines()[1:4:2])
     assert made == ["tolstat", "allocate", str(study), "--machine", MACHINE]
-    assert proved[:3] + proved[-2:] == ["tolstat", "run", str(new), *made[-2:]]
-    trials, seed = proved[4], proved[6]
-    run = tolstat.run(
-        new, model=machine(MACHINE), trials=int(trials), seed=int(seed), workers=1
-    )
+    assert proved == ["tolstat", "run", str(new), *made[-2:]]
+    run = tolstat.run(new, model=machine(MACHINE), workers=1)
     low, high = 0.02e-3, 0.18e-3
     gap = run.column("gap")
     ppm = 1e6 * (1 - ((gap >= low) & (gap <= high)).mean())
@@ -74,7 +71,13 @@ def test_a_study_that_runs_tables_and_a_picture(study):
     assert "found" in picture.read_text()
     assert "Verdicts rest on the proof" in done.output
     assert "note: gap permits 50000 ppm out of limit" in done.stderr
-    assert f"repeat the proof: tolstat run {new} --trials {int(trials)}" in done.output
+    assert f"repeat the proof: tolstat run {new}" in done.output
+    # the run says what the proof said, of the same trials
+    proof, report = found.proof, tolstat.report(run)
+    judged = report.responses["gap"].limited.yields
+    assert judged.verdict == found.verdicts["gap"] == "met"
+    assert judged.fraction_out_of_limit == proof.fraction_out_of_limit["gap"]
+    assert (run.trials, run.sampled.seed) == (proof.trials, proof.seed)
     assert done.output.split("repeat the proof: ")[1].splitlines()[0].endswith(MACHINE)
     again = call(study, "-o", new)
     assert again.exit_code == 2 and "--force" in again.stderr
@@ -110,8 +113,10 @@ def test_a_proof_is_a_run_of_random_trials(study):
     new = study.with_name("new.toml")
     done = call(study, "-o", new, "--trials", "1024")
     assert done.exit_code == 0, done.output
-    assert "written to" in done.output and "tolstat run" not in done.output
-    assert "tolstat run" not in new.read_text()
+    written = tomllib.loads(new.read_text())
+    proof = tolstat.allocate(study, model=machine(MACHINE), trials=1024).proof
+    assert written["sampling"] == "random"
+    assert (written["trials"], written["seed"]) == (proof.trials, proof.seed)
     made = new.read_text().splitlines()[1]
     assert made == f"# tolstat allocate {study} --trials 1024 --machine {MACHINE}"
 

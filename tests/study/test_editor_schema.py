@@ -49,6 +49,8 @@ BASE = {"model": "stand", "trials": 16, "seed": 1}
         {"settings": {"crank_speed": 7.5}},
         {"settings": {"cycles": 2.5}},
         {"deviations": {"rod_length": {"tolerance": "+-1 mm", "distribution": "norm"}}},
+        {"deviations": {"rod_length": {"tolerance": "+-1 mm", "cost": {"shift": 3}}}},
+        {"deviations": {"rod_length": {"tolerance": "+-1 mm", "cost": {"IT9": "3"}}}},
         {"limits": {"extra_loss": 3}},
         {"limits": {"extra_loss": {"limit": "<= 3 %", "pmm": 100}}},
         {"document": {"projekt": "mill"}},

@@ -10,7 +10,7 @@ import pytest
 
 from tolstat.deviations.spread import half_of
 from tolstat.errors import StudyError
-from tolstat.study.cost_entry import tolerance_words, with_tolerances
+from tolstat.study.cost_entry import with_tolerances
 from tolstat.study.study import load
 
 STUDY = {"model": "stand", "trials": 8, "seed": 1}
@@ -62,8 +62,8 @@ def test_grades_and_tolerances_that_are_offered():
 def test_a_tolerance_is_written_in_its_notation_and_no_wider(line, words):
     law = {"law": "reciprocal", "at": "+-1 mm", "price": 20}
     found = priced(law, **line)
-    assert tolerance_words(found, found.specified_choice) == line["tolerance"]
-    assert tolerance_words(found, found.specified_choice + math.log(0.7304)) == words
+    assert found.text(found.specified_choice) == line["tolerance"]
+    assert found.text(found.specified_choice + math.log(0.7304)) == words
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,7 @@ def test_a_tolerance_is_written_in_its_notation_and_no_wider(line, words):
 def test_figures_follow_the_width_and_ends_do_not_widen(tolerance, ratio, words):
     law = {"law": "reciprocal", "at": "+-1 mm", "price": 20}
     found = priced(law, tolerance=tolerance, distribution="uniform")
-    written = tolerance_words(found, found.specified_choice + math.log(ratio))
+    written = found.text(found.specified_choice + math.log(ratio))
     assert written == words
     again = priced(law, tolerance=written, distribution="uniform")
     (was, *_), (now, *_) = found.specified.values(), again.specified.values()
@@ -97,8 +97,8 @@ def test_figures_follow_the_width_and_ends_do_not_widen(tolerance, ratio, words)
 def test_an_unchanged_entry_keeps_its_text():
     law = {"law": "reciprocal", "at": "+-1 mm", "price": 20}
     found = priced(law, tolerance="IT10", size="2 m")
-    assert tolerance_words(found, found.specified_choice) == "IT10"
-    assert tolerance_words(found, found.specified_choice - 0.01) == "+-0.297 mm"
+    assert found.text(found.specified_choice) == "IT10"
+    assert found.text(found.specified_choice - 0.01) == "+-0.297 mm"
 
 
 def test_a_study_with_other_tolerances_is_the_same_except_for_them():
@@ -155,6 +155,15 @@ LAW = {"law": "reciprocal", "at": "+-1 mm", "price": 1}
         ({"+-1.2 mm": -1}, "a price is a number"),
         ({"+-1.2 mm": 3, "+-1 mm": 2}, '"+-1.2 mm" = 3 is looser than "+-1 mm" = 2'),
         ({"+-1.2 mm": 1, "0.6 mm": 2}, "a tolerance such as"),
+        ({"shift": 3}, "shift = 3: expected the permitted shifts, such as"),
+        ({"shift_price": 3}, 'cost, shift = ""'),
+        ({"shift": "0.2 mm"}, 'cost, shift = "0.2 mm": cannot be read'),
+        ({"shift": "+-1 deg"}, "deg"),
+        ({"shift": "0.1..0.2 mm"}, "a range around 0 is expected"),
+        ({"shift": "+-1 mm", "shift_price": 3}, 'to one side, such as "-0.2..0 mm"'),
+        ({"shift": "0..1 mm", "shift_price": -3}, "a number from 0, such as 5"),
+        (LAW | {"shfit": "+-1 mm"}, "did you mean 'shift'?"),
+        ({"+-1.2 mm": 1, "shfit": "+-1 mm"}, "other keys: shift, shift_price, law"),
     ],
 )  # fmt: skip
 def test_costs_that_are_refused(cost, words):

@@ -66,19 +66,16 @@ def allocate(
         # from here on Ctrl-C waits until whole files are written
         proved = ""
         if output and found.met:
-            machine, proof = place_of(loaded.model), found.proof
+            machine = place_of(loaded.model)
             given = ["--trials", trials] if trials else []
             by = visible(command("allocate", study, *given, machine=machine))
-            if found.reproducible:
-                given = ["--trials", proof.trials, "--seed", proof.seed]
-                proved = visible(command("run", output, *given, machine=machine))
+            proved = visible(command("run", output, machine=machine))
             replace(output, found.study_file(by, proved).encode())
         if plot:
             save_view(found.chart, plot, f"{loaded.title}: cost over ppm", CHART)
         options.deliver(found, None, form)
     if output and not form:
-        again = f"; repeat the proof: {proved}" if proved else ""
-        said = f"written to {visible(str(output))}{again}"
+        said = f"written to {visible(str(output))}; repeat the proof: {proved}"
         missed = f"{visible(str(output))} is not written: limits are not met"
         click.echo(said if found.met else missed)
     if plot and not form:

@@ -57,6 +57,31 @@ def spread_of(distribution: Distribution) -> Spread:
 
 
 @dataclass(frozen=True)
+class Shifted:
+    """A distribution whose nominal is shifted, SI; the tolerance moves with it."""
+
+    distribution: Distribution
+    by: float
+
+    @property
+    def tolerance(self) -> Tolerance | None:
+        """The shifted tolerance, SI."""
+        zone = zone_of(self.distribution)
+        return zone and Tolerance(*(self.by + end for end in zone))
+
+    def deviations(self, u: Array) -> Array:
+        """Return deviations, SI, at unit samples 0 < u < 1."""
+        return self.by + self.distribution.deviations(u)
+
+
+def unshifted(distribution: Distribution) -> Distribution:
+    """Return a distribution about the nominal that is not shifted."""
+    if isinstance(distribution, Shifted):
+        return distribution.distribution
+    return distribution
+
+
+@dataclass(frozen=True)
 class Nearer:
     """Every deviation of a distribution half as far from a centre, SI."""
 
@@ -83,6 +108,9 @@ def halved(distribution: Distribution) -> Nearer:
     zone = zone_of(distribution)
     if zone is None:
         raise DistributionError("it has no tolerance")
+    if isinstance(distribution, Shifted):
+        centre = halved(distribution.distribution).centre
+        return Nearer(distribution, distribution.by + centre)
     return Nearer(distribution, zone.nearest)
 
 
@@ -103,6 +131,8 @@ def resized(distribution: Distribution, half: float) -> Distribution:
     DistributionError
         If another key does not fit that tolerance.
     """
+    if isinstance(distribution, Shifted):
+        return Shifted(resized(distribution.distribution, half), distribution.by)
     zone = zone_of(distribution)
     assert zone is not None  # checked when the study was loaded
     fixed, ratio = zone.nearest, half / zone.half

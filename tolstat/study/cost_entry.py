@@ -12,13 +12,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
 import tomli_w
 
 from tolstat.deviations import iso286
 from tolstat.deviations.distributions import Distribution, Tolerance
-from tolstat.deviations.spread import half_of, resized, zone_of
+from tolstat.deviations.spread import half_of, resized, unshifted, zone_of
 from tolstat.errors import CostError, DistributionError, UnitError, allowed_names
 from tolstat.model.description import Contributor
 from tolstat.study.distribution_entry import read_distribution, written_unit
@@ -39,6 +40,7 @@ LAWS: dict[str, type[Reciprocal]] = {
     "reciprocal": Reciprocal,
     "exponential": Exponential,
 }
+SHIFT = "shift of "  # before the name of an entry: the shift of its nominal
 SPAN = 4.0, 2.0  # times tighter and looser than on the drawing, by default
 DIGITS, MOST_DIGITS = 3, 12  # of half the width of a tolerance that is written
 WIDEST = 1000  # times the tightest tolerance
@@ -113,28 +115,55 @@ class Priced:
         price = law.of(math.exp(choice)) if law else self.offered[round(choice)].price
         return len(self.specified) * price
 
-    def distributions(self, choice: float) -> Mapping[str, Distribution]:
-        """Return the distributions of the parts' deviations, by contributor, SI."""
+    def distributions(
+        self, choice: float, chosen: Mapping[str, Distribution] = MappingProxyType({})
+    ) -> Mapping[str, Distribution]:
+        """Return the distributions of the parts' deviations, by contributor, SI.
+
+        Others may be `chosen` before: a shift moves them.
+        """
         if not self.law:
             return self.offered[round(choice)].distributions
         half = math.exp(choice)
         return {name: resized(each, half) for name, each in self.specified.items()}
 
+    def text(self, choice: float) -> str:
+        """Return a chosen tolerance as text; the specified one as it is written.
+
+        Half its width has three figures, or more where three would make it tighter than
+        the tightest. Rounding never widens it.
+        """
+        if not self.law:
+            return self.offered[round(choice)].words
+        if self.is_specified(choice):
+            return self.words
+        zone = zone_of(unshifted(next(iter(self.distributions(choice).values()))))
+        assert zone is not None
+        scale = self.scale
+        lower, upper = (end * scale.factor for end in zone)
+        half, least = zone.half * scale.factor, self.law.tightest * (1 - ROUNDING)
+        slack = ROUNDING * half  # for the rounding of binary numbers
+        for figures in range(DIGITS, MOST_DIGITS + 1):
+            place = math.floor(math.log10(half)) + 1 - figures
+            ends = (
+                Decimal(math.ceil((lower - slack) / 10.0**place)).scaleb(place),
+                Decimal(math.floor((upper + slack) / 10.0**place)).scaleb(place),
+            )
+            if float(ends[1] - ends[0]) / 2 >= least * scale.factor:
+                break
+        low, high = (f"{end.normalize() if end else Decimal(0):f}" for end in ends)
+        both = f"+-{high}" if zone.lower == -zone.upper else f"{low}..{high}"
+        return f"{both} {scale.mark}".strip()
+
 
 def read_cost(
     name: str,
-    given: Any,
+    given: dict[str, Any],
     keys: Mapping[str, Any],
     parts: Sequence[Contributor],
-    found: Mapping[str, Distribution],
+    specified: Mapping[str, Distribution],
 ) -> Priced:
     """Return the costs of an entry by tolerance; `keys` are its other keys."""
-    if not isinstance(given, dict) or not given:
-        raise CostError(f"cost: a table is expected, {EXAMPLE}")
-    specified = {each.name: found[each.name] for each in parts}
-    zones = {zone_of(each) for each in specified.values()}
-    if None in zones:
-        raise CostError("cost needs a tolerance; add one to the entry")
     graded, unit = "iso1328" in keys, parts[0].unit
     words = f"iso1328 = {keys['iso1328']}" if graded else str(keys["tolerance"])
     scale = scale_of(unit, written_unit(keys), half_of(specified))
@@ -146,7 +175,7 @@ def read_cost(
                 f"cost: the tolerance of the entry has no price; allowed: {known}"
             )
         return Priced(name, words, specified, scale, None, offered)
-    if len(zones) > 1:
+    if len({zone_of(each) for each in specified.values()}) > 1:
         raise CostError(
             "cost: the parts have different tolerances; give each a separate entry, or "
             "a table of grades"
@@ -162,7 +191,10 @@ def _offered(
     for each, price in given.items():
         number = isinstance(price, int | float) and not isinstance(price, bool)
         if not number or not 0 <= price <= MOST_PRICE:
-            raise CostError(f'cost, "{each}": a price is a number from 0, such as 10')
+            raise CostError(
+                f'cost, "{each}": a price is a number from 0, such as 10; other keys: '
+                f"{', '.join(Exponential.model_fields)}"
+            )
         entry = with_tolerance(keys, each)
         made = {part.name: read_distribution(entry, part) for part in parts}
         offered.append(Offered(each, float(price), made))
@@ -192,10 +224,10 @@ def _law(
     halves = {"tightest": half / tighter, "loosest": half * looser}
     for key in ("at", *halves):
         if text := getattr(entry, key):
-            halves[key] = Tolerance(*_read(tolerance, key, text, unit)).half
+            halves[key] = Tolerance(*read(tolerance, key, text, unit)).half
     rate = 0.0
     if isinstance(entry, Exponential):
-        rate = _read(quantity, "rate", entry.rate, unit)
+        rate = read(quantity, "rate", entry.rate, unit)
         if not rate > 0:
             raise CostError(
                 "cost, rate: a quantity above zero is expected; the price is e times "
@@ -232,9 +264,7 @@ def _law(
     return found
 
 
-def _read(
-    grammar: Callable[[str, str], Found], key: str, text: str, unit: str
-) -> Found:
+def read(grammar: Callable[[str, str], Found], key: str, text: str, unit: str) -> Found:
     """Read a tolerance or a quantity of a law."""
     try:
         return grammar(text, unit)
@@ -242,15 +272,19 @@ def _read(
         raise CostError(f'cost, {key} = "{text}": {error}') from None
 
 
-def with_tolerances(text: str, chosen: Mapping[str, str]) -> str:
-    """Return a study with other tolerances, by entry of [deviations] or [links].
+def with_tolerances(text: str, chosen: Mapping[str, str], **keys: Any) -> str:
+    """Return a study with other tolerances, shifts and keys; its comments are lost.
 
-    Its comments are lost.
+    Tolerances are named by entry of [deviations] or [links], shifts after `SHIFT`.
     """
-    table = tomllib.loads(text)
-    for name, words in chosen.items():
-        section = "links" if name in table.get("links", {}) else "deviations"
-        table[section][name] = with_tolerance(table[section][name], words)
+    table = tomllib.loads(text) | keys
+    for full, words in chosen.items():
+        name = full.removeprefix(SHIFT)
+        section = table["links" if name in table.get("links", {}) else "deviations"]
+        if name == full:
+            section[name] = with_tolerance(section[name], words)
+        else:
+            section[name] |= {"nominal_shift": words}
     return tomli_w.dumps(table)
 
 
@@ -264,32 +298,3 @@ def with_tolerance(entry: Mapping[str, Any], words: str) -> dict[str, Any]:
         elif key != "module" and (key != "size" or graded):
             found[key] = value
     return found
-
-
-def tolerance_words(priced: Priced, choice: float) -> str:
-    """Return a chosen tolerance as text; the specified one as the study writes it.
-
-    Half its width has three figures, or more where three would make it tighter than the
-    tightest. Rounding never widens it.
-    """
-    if not priced.law:
-        return priced.offered[round(choice)].words
-    if priced.is_specified(choice):
-        return priced.words
-    zone = zone_of(next(iter(priced.distributions(choice).values())))
-    assert zone is not None
-    scale = priced.scale
-    lower, upper = (end * scale.factor for end in zone)
-    half, least = zone.half * scale.factor, priced.law.tightest * (1 - ROUNDING)
-    slack = ROUNDING * half  # for the rounding of binary numbers
-    for figures in range(DIGITS, MOST_DIGITS + 1):
-        place = math.floor(math.log10(half)) + 1 - figures
-        ends = (
-            Decimal(math.ceil((lower - slack) / 10.0**place)).scaleb(place),
-            Decimal(math.floor((upper + slack) / 10.0**place)).scaleb(place),
-        )
-        if float(ends[1] - ends[0]) / 2 >= least * scale.factor:
-            break
-    low, high = (f"{end.normalize() if end else Decimal(0):f}" for end in ends)
-    both = f"+-{high}" if zone.lower == -zone.upper else f"{low}..{high}"
-    return f"{both} {scale.mark}".strip()

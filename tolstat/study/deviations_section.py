@@ -17,10 +17,11 @@ from tolstat.deviations.distributions import Constant, Distribution
 from tolstat.deviations.names import expand
 from tolstat.errors import DependenceError, ModelError
 from tolstat.model.description import Contributor
-from tolstat.study.cost_entry import Priced, read_cost
+from tolstat.study.cost_entry import Priced
 from tolstat.study.distribution_entry import DEFAULT, read_distribution, written_unit
 from tolstat.study.measured_parts import read_parts
 from tolstat.study.problems import Problems
+from tolstat.study.shift_entry import read_costs
 
 
 class Deviations(NamedTuple):
@@ -31,7 +32,7 @@ class Deviations(NamedTuple):
     words: dict[str, str]  # the distribution of each, as the study writes it
     shown: dict[str, str]  # the unit in which each is written
     notes: tuple[str, ...]  # for the summary of the run
-    priced: tuple[Priced, ...] = ()  # entries with a cost
+    priced: tuple[Priced, ...] = ()  # by a cost: tolerances and shifts
 
 
 def read_deviations(
@@ -79,7 +80,7 @@ def read_deviations(
                 words[member] = _in_words(keys, fitted, batch)
             if cost is not None:
                 parts = [known[member] for member in members]
-                priced.append(read_cost(name, cost, keys, parts, found))
+                priced += read_costs(name, cost, keys, parts, found)
     pairs = _pairs(correlations, list(known), found, batches, problems)
     return Deviations(
         found, Dependence(batches, pairs), words, shown, tuple(notes), tuple(priced)

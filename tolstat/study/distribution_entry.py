@@ -10,6 +10,7 @@ import numpy as np
 
 from tolstat.deviations import iso286, iso1328
 from tolstat.deviations.distributions import DISTRIBUTIONS, Distribution, Tolerance
+from tolstat.deviations.spread import Shifted
 from tolstat.errors import DistributionError, GradeError, allowed_names
 from tolstat.model.description import Contributor
 from tolstat.units.grammar import MOST, quantity, tolerance, unit_of
@@ -18,16 +19,17 @@ from tolstat.units.scale import scale_of
 DEFAULT = "normal"
 # the least and the largest possible unit sample, and the middle
 OUTERMOST = np.array([2.0**-53, 0.5, 1 - 2.0**-53])
-OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module")
+OF_THE_TOLERANCE = ("tolerance", "size", "iso1328", "module", "nominal_shift")
 
 
 def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distribution:
     """Return the distribution of one contributor's deviation.
 
     From `tolerance` ("+-1.2 mm", "IT7" with or without `size`), or `iso1328` and
-    `module`; `distribution`, and the keys of that distribution. SI.
+    `module`; `nominal_shift`; `distribution`, and the keys of that distribution. SI.
     """
     keys = dict(given)
+    shift = keys.pop("nominal_shift", None)
     name, known = keys.pop("distribution", DEFAULT), list(DISTRIBUTIONS)
     if name not in known:
         raise DistributionError(
@@ -64,7 +66,11 @@ def read_distribution(given: dict[str, Any], contributor: Contributor) -> Distri
             f"the {name} distribution with {words} cannot be computed: it is too wide "
             "or too skewed"
         )
-    return found
+    if shift is None:
+        return found
+    if zone is None:
+        raise DistributionError("nominal_shift moves a tolerance; add one to the entry")
+    return Shifted(found, quantity(str(shift), contributor.unit))
 
 
 def _computable(distribution: Distribution) -> bool:

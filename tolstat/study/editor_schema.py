@@ -15,10 +15,9 @@ from tolstat.model.contract import Model
 from tolstat.model.setting_kinds import Boolean, Kind, Number, Numbers, Rows, Word
 from tolstat.study.distribution_entry import OF_THE_TOLERANCE
 from tolstat.study.sampling import GIVEN
-from tolstat.study.study_schema import Document, LimitEntry, PartsEntry
+from tolstat.study.study_schema import Document, Exponential, LimitEntry, PartsEntry
 
 Schema = dict[str, Any]
-ANYTHING_ELSE = ("common", "cost")  # keys of a deviation that no distribution has
 
 
 def editor_schema(models: Iterable[Model]) -> Schema:
@@ -95,8 +94,13 @@ def _deviation() -> Schema:
         for field in fields(kind)  # type: ignore[arg-type]  # each is a dataclass
     }
     of_parts = PartsEntry.model_json_schema(by_alias=True)["properties"]
-    every = {name: {} for name in (*OF_THE_TOLERANCE, *ANYTHING_ELSE)} | keys | of_parts
+    every = {name: {} for name in (*OF_THE_TOLERANCE, "common")} | keys | of_parts
     every["distribution"] = {"enum": list(DISTRIBUTIONS)}
+    law = Exponential.model_json_schema()["properties"]
+    offers = {"type": "number", "minimum": 0}
+    every["cost"] = {
+        "type": "object", "properties": law, "additionalProperties": offers,
+    }  # fmt: skip
     table = {"type": "object", "properties": every}
     return {"anyOf": [{"type": ["string", "number"]}, table]}
 

@@ -135,7 +135,14 @@ class ReferenceEntry(Entry):
     label: str = key('a text such as "measured"')
 
 
-class Reciprocal(Entry):
+class ShiftKeys(Entry):
+    """The permitted shift of a nominal: keys of any cost."""
+
+    shift: str | None = key('the permitted shifts, such as "+-0.2 mm"', None)
+    shift_price: float = key("a number from 0, such as 5", 0.0, ge=0, le=MOST_PRICE)
+
+
+class Reciprocal(ShiftKeys):
     """A price by tolerance: reciprocal to its width."""
 
     law: Literal["reciprocal", "exponential"] = key("one of reciprocal, exponential")

@@ -19,6 +19,7 @@ from tolstat.answers.allocate.allocation import (
 )
 from tolstat.answers.allocate.fresh_runs import LONGEST, FreshRuns
 from tolstat.answers.allocate.linear_schemes import linear_choices
+from tolstat.answers.allocate.mean_off_limit import means_off_limit
 from tolstat.answers.allocate.search import (
     Search,
     at_equal_cost,
@@ -33,7 +34,7 @@ from tolstat.model.contract import Model
 from tolstat.statistics.estimate import CONFIDENCE
 from tolstat.statistics.intervals.shares import anytime_valid
 from tolstat.statistics.limits.sample_size import grown
-from tolstat.study.cost_entry import EXAMPLE, tolerance_words
+from tolstat.study.cost_entry import EXAMPLE
 from tolstat.study.memory_needed import too_large
 from tolstat.study.study import Source, Study, load
 
@@ -177,9 +178,9 @@ def _check(study: Study) -> None:
 def _answer(search: Search, lengths: _Lengths) -> Allocation:
     """Find the cheapest tolerances, prove them, and compare them with others."""
     runs, study = search.runs, search.runs.study
+    linear, omitted = linear_choices(search)  # the wide run lies about its shifts
     search.run_wide()
     proof = search.proved()
-    linear, omitted = linear_choices(search)
     ways = [*([proof.choice] if proof else []), *linear.values()]
     proof = search.stretched(ways, proof, lengths.longest)
     # this seed chooses nothing; a proof is chosen from several runs
@@ -196,12 +197,11 @@ def _answer(search: Search, lengths: _Lengths) -> Allocation:
     if answer.met:
         proofs[EQUAL_COST] = at_equal_cost(search, points, seed)
     proofs |= {name: runs.of(each, seed) for name, each in linear.items()}
-    listed = not any(each.law for each in search.priced)
+    listed = all(each.offered for each in search.priced)
     entries = tuple(
         AllocatedEntry(
-            each.name, len(each.specified), tolerance_words(each, own),
-            tolerance_words(each, x), each.cost(own), each.cost(x),
-            search.at_loosest(i, x),
+            each.name, len(each.specified), each.text(own), each.text(x),
+            each.cost(own), each.cost(x), search.at_loosest(i, x),
         )
         for i, (each, own, x) in enumerate(
             zip(search.priced, search.specified, found, strict=True)
@@ -217,14 +217,16 @@ def _answer(search: Search, lengths: _Lengths) -> Allocation:
         schemes={name: each.scheme for name, each in proofs.items()},
         omitted_schemes=omitted,
         proof=scheme,
-        reproducible=study.sampling == "random",
         verdicts={name: each.verdict for name, each in answer.yields.items()},
         active_limits=search.active_limits(found),
         exhaustive=search.exhaustive,
         wide_trials=search.wide_trials,
         fresh_trials=runs.made,
         trade_off=tuple(sorted(points, key=lambda p: p.fraction_out_of_any_limit)),
+        off_limit={} if answer.met else dict(means_off_limit(runs, answer)),
         title=study.title,
-        study=runs.study_text(found),
+        study=runs.study_text(
+            found, trials=scheme.trials, seed=scheme.seed, sampling="random"
+        ),
         listed=listed,
     )

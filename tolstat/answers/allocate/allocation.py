@@ -70,7 +70,6 @@ class Allocation(Answer):
     schemes: dict[str, Scheme]
     omitted_schemes: dict[str, str]  # of the last two, and why
     proof: Scheme  # the answer, by the fresh run that its verdicts are of
-    reproducible: bool  # whether a run of the file has the trials of the proof
     verdicts: dict[str, str]  # of each limit, by the proof
     # limits that a step looser of some tolerance would break: a tenth, as far as it may
     # be, or the next option of a list
@@ -79,8 +78,11 @@ class Allocation(Answer):
     wide_trials: int  # that were weighted, of no fresh run
     fresh_trials: tuple[int, ...]  # of each fresh run, in the order they were made
     trade_off: tuple[Point, ...]
+    # of limits that are missed because of their mean: what to permit
+    off_limit: dict[str, Parts] = field(metadata={"json": False})
     title: str = field(metadata={"json": False})
-    study: str = field(metadata={"json": False})  # with these tolerances, as a file
+    # with these tolerances, and the trials of the proof, as a file
+    study: str = field(metadata={"json": False})
     listed: bool = field(metadata={"json": False})  # whether all are one of a list
 
     answers: ClassVar[str] = "allocate"
@@ -102,7 +104,10 @@ class Allocation(Answer):
                     f"{limit} out of limit [ppm]": ppm(share)
                     for limit, share in scheme.fraction_out_of_limit.items()
                 },
-                **{f"{n} tolerance": each for n, each in scheme.tolerances.items()},
+                **{
+                    f"{n} tolerance" if n in scheme.half_widths else n: each
+                    for n, each in scheme.tolerances.items()
+                },
                 "trials": scheme.trials,
                 "seed": scheme.seed,
             }
@@ -166,10 +171,13 @@ class Allocation(Answer):
             for name, verdict in self.verdicts.items()
             if verdict != MET
         ]  # fmt: skip
+        widen = None
+        if len(self.off_limit) < len(missed):
+            widen = "Widen a limit, or permit tighter tolerances: no tolerances were "
+            widen += "shown to meet all limits. "
         return say(
-            "Widen a limit, or permit tighter tolerances: no tolerances were shown to "
-            "meet all limits. At the tightest, which cost {} (drawing: {}): {}.",
-            cost, drawing, listed(missed, ""),
+            "{}{}At the tightest, which cost {} (drawing: {}): {}.",
+            self.off_limit.values(), widen, cost, drawing, listed(missed, ""),
         )  # fmt: skip
 
     def _tolerances(self) -> blocks.Table:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,8 +20,9 @@ from tolstat.statistics.limits.limit import Limit, within
 from tolstat.statistics.limits.yields import MET, NOT_MET, Yield, joint_yield, yield_of
 from tolstat.statistics.sample import Sample
 from tolstat.status import Status
-from tolstat.study.cost_entry import Priced, tolerance_words, with_tolerances
+from tolstat.study.cost_entry import Priced, with_tolerances
 from tolstat.study.given_points import Case
+from tolstat.study.shift_entry import Shift
 from tolstat.study.study import Study, load
 from tolstat.units.scale import KNOWN
 
@@ -34,7 +35,7 @@ class Scheme(NamedTuple):
     """Tolerances, their cost, and fractions out of limit in a fresh run."""
 
     cost: float  # of all parts that have one
-    tolerances: dict[str, str]  # by entry of the study, as written
+    tolerances: dict[str, str]  # by entry of the study, as written; and shifts
     half_widths: dict[str, float]  # half their widths, SI
     fraction_out_of_limit: dict[str, Estimate]  # by limit
     fraction_out_of_any_limit: Estimate
@@ -76,18 +77,18 @@ class FreshRuns:
         """Return the price of all parts with the tolerances of a choice."""
         return _typed(math.fsum(each.cost(x) for each, x in self._chosen(choice)))
 
-    def study_text(self, choice: Choice) -> str:
+    def study_text(self, choice: Choice, **keys: Any) -> str:
         """Return the study with the tolerances of a choice, as a file."""
         other = {
-            each.name: tolerance_words(each, x)
+            each.name: each.text(x)
             for each, x in self._chosen(choice)
             if not each.is_specified(x)
         }
-        return with_tolerances(self.study.text, other)
+        return with_tolerances(self.study.text, other, **keys)
 
     def as_written(self, choice: Choice) -> Choice:
         """Return the choice that a file holds, whose digits are few."""
-        written = self._written(choice).deviating.priced
+        written = self.written(choice).deviating.priced
         return tuple(each.specified_choice for each in written)
 
     def of(self, choice: Choice, seed: int, *, most: int = 0) -> Proof:
@@ -98,7 +99,7 @@ class FreshRuns:
         known, limits = self._known.get((choice, seed)), self.study.limits
         out = known.out_of_limit if known else np.zeros((len(limits), 0), np.bool_)
         count = max(self.trials, out.shape[1])
-        answer = self._written(choice)
+        answer = self.written(choice)
         while True:
             if out.shape[1] < count:
                 study = answer.at_random(seed, count)
@@ -119,8 +120,9 @@ class FreshRuns:
             count = min(max(wanted, math.ceil(GROWTH * count)), most)
         tolerances, half_widths = {}, {}
         for each, x in self._chosen(choice):
-            tolerances[each.name] = tolerance_words(each, x)
-            half_widths[each.name] = _typed(half_of(each.distributions(x)))
+            tolerances[each.name] = each.text(x)
+            if not isinstance(each, Shift):
+                half_widths[each.name] = _typed(half_of(each.distributions(x)))
         scheme = Scheme(
             self.cost(choice),
             tolerances,
@@ -148,7 +150,7 @@ class FreshRuns:
     def _chosen(self, choice: Choice) -> Iterator[tuple[Priced, float]]:
         return zip(self.priced, choice, strict=True)
 
-    def _written(self, choice: Choice) -> Study:
+    def written(self, choice: Choice) -> Study:
         """Return the study with some tolerances, read from the file it would be."""
         folder = self.study.path.parent if self.study.path else None
         table = tomllib.loads(self.study_text(choice))

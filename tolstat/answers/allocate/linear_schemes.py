@@ -15,6 +15,7 @@ from tolstat.execution.diagnostics.slopes_and_corners import slopes
 from tolstat.execution.workers.crew import Workers
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.sensitivity.linear import Scatter, root_sum_square
+from tolstat.study.shift_entry import distributions_of
 from tolstat.study.study import Study
 
 
@@ -48,11 +49,12 @@ class LinearSchemes:
         self.correlation = correlations(self.names, study.deviating.dependence)
 
     def worst_case(self, choice: Choice) -> Array:
-        """Return how far the worst corner exceeds each end's room: float64[end]."""
+        """Return how far the worst corner exceeds each end, in rooms: float64[end]."""
         spreads = self._spreads(choice)
         found = []
         for name, limit in self.limits.items():
             nominal = self.nominal[name]
+            rooms = [abs(end - nominal) for end in limit.permitted if np.isfinite(end)]
             for sign, end in ((-1, limit.lower), (1, limit.upper)):
                 if not np.isfinite(end):
                     continue
@@ -61,7 +63,7 @@ class LinearSchemes:
                     for part, slope in self.slopes[name].items()
                 )
                 room = sign * (end - nominal)
-                found.append(off / room - 1 if room > 0 else np.inf)
+                found.append((off - room) / (max(rooms) or abs(off) or 1.0))
         return np.array(found)
 
     def root_sum_square(self, choice: Choice) -> Array:
@@ -83,9 +85,7 @@ class LinearSchemes:
         return np.array(found)
 
     def _spreads(self, choice: Choice) -> dict[str, Spread]:
-        new = dict(self._own)
-        for priced, chosen in zip(self.priced, choice, strict=True):
-            new.update(priced.distributions(chosen))
+        new = {**self._own, **distributions_of(self.priced, choice)}
         return {name: self._spread(new[name]) for name in self.names}
 
     def _spread(self, distribution: Distribution) -> Spread:
@@ -103,7 +103,10 @@ def _above(mean: float, sigma: float, limit: Limit) -> float:
 
 
 def linear_choices(search: Search) -> tuple[dict[str, Choice], dict[str, str]]:
-    """Return choices by linear analysis, and why others are not possible."""
+    """Return choices by linear analysis, and why others are not possible.
+
+    The search begins at the shifts of this analysis.
+    """
     linear = LinearSchemes(search.runs.study, search.runs.workers)
     bounds = {
         "root_sum_square": linear.root_sum_square,
@@ -112,6 +115,7 @@ def linear_choices(search: Search) -> tuple[dict[str, Choice], dict[str, str]]:
     known = [value for of in linear.slopes.values() for value in of.values()]
     if not np.all(np.isfinite([*known, *linear.nominal.values()])):
         return {}, dict.fromkeys(bounds, "the model has a response without a slope")
+    search.centre(linear.root_sum_square)
     found, omitted = dict[str, Choice](), dict[str, str]()
     for name, excess in bounds.items():
         if best := cheapest(search.variables, excess, search.tightest):

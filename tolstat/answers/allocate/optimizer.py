@@ -16,6 +16,7 @@ Choice = tuple[float, ...]
 Excess = Callable[[Choice], Array]
 
 MOST_TRIED, MOST_SOLVED = 4096, 64  # combinations of lists, without and with the others
+CENTRING = 3e-3  # of the cost, for each e-th of what is out of limit: shifts are free
 STEP = 1e-4  # of a continuous variable, for slopes
 MOST_STEPS = 60
 HALVINGS = 12  # between a choice within the bounds and one that is not
@@ -27,13 +28,15 @@ class DesignVariable(NamedTuple):
     """A design variable, and the cost of a choice.
 
     From tightest to loosest, where the cost is least; of a list, the whole numbers from
-    0, the loosest, to one less than its `options`.
+    0, the loosest, to one less than its `options`. A shift is cheapest at 0, also
+    between.
     """
 
     cost: Callable[[float], float]
     tightest: float
     loosest: float
     options: int = 0
+    shift: bool = False
 
 
 class Cheapest(NamedTuple):
@@ -172,15 +175,22 @@ class _Search:
                 whole[i] = float(x)
             return tuple(whole)
 
-        loose, middle, tight = (np.full(len(span), share) for share in (1.0, 0.5, 0.0))
-        if self.within(at(loose)):
-            return at(loose)
-        scale = self.cost(at(middle))
         own = np.array([self.start[i] for i in self.continuous])
         begin = np.clip((own - tightest) / span, 0.0, 1.0)
+        shift = np.array([self.variables[i].shift for i in self.continuous])
+        middle, tight = (np.where(shift, begin, share) for share in (0.5, 0.0))
+        loose = np.where(shift, -tightest / span, 1.0)  # not shifted
+        if self.within(at(loose)):
+            return at(loose)
+        scale = self.cost(at(middle)) or 1.0
+
+        def objective(share: Array) -> float:
+            out = float(np.mean(self.excess(at(share)))) if shift.any() else 0.0
+            return self.cost(at(share)) / scale + CENTRING * out
+
         with np.errstate(invalid="ignore"):  # an excess may be infinite
             solved = minimize(
-                lambda share: self.cost(at(share)) / scale,
+                objective,
                 begin,
                 method="SLSQP",
                 bounds=[(0.0, 1.0)] * len(span),
@@ -194,6 +204,8 @@ class _Search:
         safe = [each for each in (begin, middle, tight) if self.within(at(each))]
         if self.within(at(found)):
             near = [at(each) for each in (found, *safe)]
+            if shift.any():  # far within bounds slopes say little
+                near.append(self._towards(np.where(shift, loose, found), found, at))
         else:
             near = [self._towards(found, each, at) for each in safe]
         return min(near, key=self.cost, default=None)

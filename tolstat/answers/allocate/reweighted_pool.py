@@ -19,9 +19,10 @@ from tolstat.deviations.density_ratio import (
     equal_parts,
 )
 from tolstat.deviations.dependence import Dependence
-from tolstat.deviations.distributions import Constant, Distribution
+from tolstat.deviations.distributions import Constant
 from tolstat.statistics.intervals.shares import gamma_ends
 from tolstat.study.cost_entry import Priced
+from tolstat.study.shift_entry import distributions_of
 from tolstat.study.study import Study
 
 MISS = 0.025  # chance that a fraction is above the upper end of its interval
@@ -91,7 +92,8 @@ class Pool:
         rows = self._rows()
         weights = rows.weights(choice, exact=exact) / self.trials
         counted = weights * rows.times
-        usual = float((counted * weights).sum() / counted.sum())
+        total = counted.sum()  # 0 where no trial is like it
+        usual = float((counted * weights).sum() / total) if total else 1.0
         return np.array(
             [gamma_ends(weights[of], usual, 1 - 2 * miss)[1] for of in rows.every]
         )
@@ -116,9 +118,8 @@ class _Rows:
         self.priced = study.deviating.priced
         # densities are over that of the loosest tolerances, which the mixture contains:
         # where that is negligible, any other number would do
-        loosest = dict(study.deviating.distributions)
-        for entry in self.priced:
-            loosest.update(entry.distributions(entry.ends[1]))
+        ends = [each.ends[1] for each in self.priced]
+        loosest = study.deviating.distributions | distributions_of(self.priced, ends)
         self._weighting = DensityRatio(
             deviations,
             {name: loosest[name] for name in deviations},
@@ -166,9 +167,7 @@ class _Rows:
 
     def _of(self, entries: Sequence[int], own: Choice) -> Array:
         """Return the densities of some entries over those of the loosest."""
-        new: dict[str, Distribution] = {}
-        for i, chosen in zip(entries, own, strict=True):
-            new.update(self.priced[i].distributions(chosen))
+        new = distributions_of([self.priced[i] for i in entries], own)
         return self._weighting.weights(new)
 
 
@@ -224,7 +223,10 @@ class _Table:
 
 
 class _Block(NamedTuple):
-    """Correlated entries, by number; weights are a product over the blocks."""
+    """Correlated entries, by number, or a tolerance and its shift.
+
+    Weights are a product over the blocks.
+    """
 
     entries: tuple[int, ...]
     names: frozenset[str]  # their contributors, and those correlated with these
@@ -253,9 +255,7 @@ def _blocks(study: Study) -> list[_Block]:
 def with_choice(study: Study, choice: Choice, seed: int, trials: int) -> Study:
     """Return a study of random trials with the tolerances of a choice."""
     deviating = study.deviating
-    new = dict(deviating.distributions)
-    for priced, chosen in zip(deviating.priced, choice, strict=True):
-        new.update(priced.distributions(chosen))
+    new = deviating.distributions | distributions_of(deviating.priced, choice)
     return dataclasses.replace(
         study.at_random(seed, trials),
         deviating=deviating._replace(distributions=new),

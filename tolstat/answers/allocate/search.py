@@ -24,6 +24,7 @@ from tolstat.arrays import Array
 from tolstat.execution.run_loop import Progress
 from tolstat.execution.workers.crew import Interrupted
 from tolstat.statistics.intervals.shares import anytime_valid
+from tolstat.study.shift_entry import Shift
 from tolstat.study.study_schema import MOST_SEED
 
 WIDE = 0.5, 0.25, 0.25  # of the wide run: loosest, halfway, tightest
@@ -35,6 +36,7 @@ WORTH = 0.01  # of the cost, that is worth one of these; half where all run at o
 WIDER, NARROWER = 1.15, 2.0  # times all tolerances: the scales that are tried
 SCALINGS = 12  # bisections between them
 EVEN = 0.5  # chance that a fraction is larger: its median
+TRIED = 101  # shifts of an entry
 AT_END = 1e-6  # of a tolerance
 LOOSER = 0.1  # of a tolerance: a step that shows which limit is active
 
@@ -61,7 +63,9 @@ class Search:
         self.permitted = np.array([1 - each.demanded for each in study.limits.values()])
         self.pool = Pool(study)
         self.variables = [
-            DesignVariable(each.cost, *each.ends, len(each.offered))
+            DesignVariable(each.cost, *each.permitted, shift=True)
+            if isinstance(each, Shift)
+            else DesignVariable(each.cost, *each.ends, len(each.offered))
             for each in self.priced
         ]
         self.specified = tuple(each.specified_choice for each in self.priced)
@@ -69,6 +73,7 @@ class Search:
             runs.as_written(end)
             for end in zip(*(each.ends for each in self.priced), strict=True)
         )
+        self.shifts = [i for i, each in enumerate(self.variables) if each.shift]
         self.at_tightest: Proof | None = None  # that does not meet every limit
         self.failed: list[Proof] = []  # that do not
         self.exhaustive = True  # whether all combinations of lists were tried
@@ -76,20 +81,38 @@ class Search:
         self.seed = study.seed or 0
 
     def run_wide(self) -> None:
-        """Evaluate the wide run."""
-        halfway = tuple(
-            0.5 * sum(each.ends) if each.law else float(len(each.offered) // 2)
-            for each in self.priced
-        )
+        """Evaluate the wide run, the loosest tolerances all over the shifts."""
         loosest = tuple(each.ends[1] for each in self.priced)
-        sets = loosest, halfway, self.tightest
+        sets = loosest, self._halfway, self.tightest
         for choice, share in zip(sets, WIDE, strict=True):
             self._widen(choice, math.ceil(share * self.runs.trials))
+        excess = self.above(self.permitted)
+        if self.shifts and np.any(excess(self.tightest) > 0):
+            self.centre(excess)
+
+    @property
+    def _halfway(self) -> Choice:
+        """Tolerances halfway, with the shifts of the tightest."""
+        return tuple(
+            0.5 * sum(each.ends)
+            if each.law
+            else (x if i in self.shifts else float(len(each.offered) // 2))
+            for i, (each, x) in enumerate(zip(self.priced, self.tightest, strict=True))
+        )
+
+    def centre(self, excess: Callable[[Choice], Array]) -> None:
+        """Shift the tightest tolerances, one by one, to where least is out of limit."""
+        for i in self.shifts:
+            before, after = self.tightest[:i], self.tightest[i + 1 :]
+            ends = self.variables[i].tightest, self.variables[i].loosest
+            tried = [(*before, x, *after) for x in np.linspace(*ends, TRIED).tolist()]
+            least = min(tried, key=lambda each: float(np.max(excess(each))))
+            self.tightest = self.runs.as_written(least)
 
     def proved(self) -> Proof | None:
         """Return the cheapest proof, after searching and proving in turn."""
         best: Proof | None = None
-        start: Choice | None = None
+        start = self._halfway if self.shifts else None
         times = 1.0
         for number in range(1, MOST_PROVED + 1):
             self.runs.tell(Progress(0, 0, 0, f"search {number}"))
@@ -216,7 +239,7 @@ class Search:
         broken = np.zeros(len(self.permitted), np.bool_)
         excess = self.above(self.permitted)
         for i, (each, x) in enumerate(zip(self.priced, choice, strict=True)):
-            if not self.at_loosest(i, x):
+            if i not in self.shifts and not self.at_loosest(i, x):
                 law = each.law
                 looser = min(x + math.log(1 + LOOSER), each.ends[1]) if law else x - 1
                 broken |= excess((*choice[:i], looser, *choice[i + 1 :])) > 0
@@ -226,7 +249,8 @@ class Search:
     def at_loosest(self, entry: int, choice: float) -> bool:
         """Return whether a tolerance is as loose as it may be, and can be written."""
         end, law = self.loosest[entry], self.priced[entry].law
-        return choice > end - AT_END if law else choice == end
+        found = choice > end - AT_END if law else choice == end
+        return found and entry not in self.shifts
 
 
 def _aimed(trials: int, permitted: float) -> float:
@@ -249,7 +273,7 @@ def points_about(search: Search, start: Choice) -> list[Point]:
         share = min(float(times) * reference, 1.0)
         if found := search.cheapest_for(share, start):
             start = found.choice
-            points.append(Point(share, found.cost, start))
+            points.append(Point(share, search.runs.cost(start), start))
     return points
 
 
