@@ -70,7 +70,7 @@ def _permit(
 ) -> Parts:
     """Return what to type so that a shift is permitted: its size, rounded up."""
     scale = scale_of(part.unit, shown.get(part.name, part.shown), abs(by))
-    place = 10.0 ** math.floor(math.log10(size := abs(scale.converted(by))))
+    place = 10.0 ** math.floor(math.log10(size := abs(scale.factor * by)))
     return say(
         ' Permit a shift of {} by about {}: `shift = "+-{} {}"` in its cost.',
         Name(entry), Number(float(f"{by:.2g}"), scale),
