@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from tolstat.answers.sweep.curves import responses_of_interest
+from tolstat.deviations.distributions import Tolerance
 from tolstat.deviations.names import expand
 from tolstat.errors import Advice, TolstatError
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import figures
 
+HALVED_NORMAL = re.compile("normal, [^,]+, cp 1")  # as distributions are worded
+HALVED_UNIFORM = re.compile("uniform, [^,]+")
 WORDS = {
     "custom model": "name a custom model by --machine FILE.py:NAME",
     "replace": "--force replaces it, -o gives another name",
@@ -78,19 +83,32 @@ def to_extend(run: Run, trials: int) -> str:
     return command("extend", run.path, "--trials", trials, machine=run.machine)
 
 
-def to_halve(run: Run, parts: Sequence[str]) -> str:
-    """Return the command that writes a study with some tolerances halved.
+class Half(NamedTuple):
+    """Half a tolerance: in words, and as an entry of [deviations]."""
 
-    Empty unless all tolerances are symmetric and their distributions normal: the user
-    must choose half of any other.
+    words: str
+    entry: str
+
+
+def halves_of(run: Run, parts: Sequence[str]) -> dict[str, Half]:
+    """Return half of some tolerances by part, or by the name that all parts share.
+
+    Towards zero, or the end nearest to zero. Empty unless all are normal with Cp 1, or
+    uniform: the user must choose half of any other.
     """
     halves = {}
     for name in parts:
         assumed, scale = run.assumed[name], run.scales[name]
-        lower, upper = assumed.tolerance
-        if not assumed.words.startswith("normal, +-") or lower != -upper:
-            return ""
-        halves[name] = f"+-{figures(scale.factor * upper / 2)} {scale.mark}"
+        uniform = HALVED_UNIFORM.fullmatch(assumed.words)
+        if not (uniform or HALVED_NORMAL.fullmatch(assumed.words)):
+            return {}
+        nearest = Tolerance(*assumed.tolerance).nearest
+        ends = [scale.factor * (nearest + end) / 2 for end in assumed.tolerance]
+        lower, upper = map(figures, ends)
+        words = f"+-{upper}" if ends[0] == -ends[1] else f"{lower}..{upper}"
+        words = f"{words} {scale.mark}"
+        uniformly = f'{{ tolerance = "{words}", distribution = "uniform" }}'
+        halves[name] = Half(words, uniformly if uniform else words)
     stem = parts[0].rpartition("_")[0]
     every = [each.name for each in run.contributors]
     if (
@@ -98,9 +116,18 @@ def to_halve(run: Run, parts: Sequence[str]) -> str:
         and len({*halves.values()}) == 1
     ):  # all parts of one name
         halves = {stem: halves[parts[0]]}
-    entries = (f"{name}={words}" for name, words in halves.items())
+    return halves
+
+
+def to_halve(run: Run, parts: Sequence[str]) -> str:
+    """Return the command that writes a study with some tolerances halved.
+
+    Empty where `halves_of` is.
+    """
+    entries = [f"{name}={half.entry}" for name, half in halves_of(run, parts).items()]
     study = run.path.with_name(f"{run.path.stem}-halved.toml")
-    return command("what-if", run.path, *entries, "--write", study, machine=run.machine)
+    words = "what-if", run.path, *entries, "--write", study
+    return command(*words, machine=run.machine) if entries else ""
 
 
 def typed_options(run: Run, trials: int | None = None) -> list[object]:

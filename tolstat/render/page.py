@@ -14,6 +14,7 @@ from tolstat.document.blocks import Cell, Document, Figure, Section
 from tolstat.document.digits import Written, in_cell, in_line
 from tolstat.document.inline import Inline, Link, Name, Number, Parts, Typed, Word
 from tolstat.literal import visible
+from tolstat.render.track import track_of
 
 # five digits or more before a point, in groups of three with thin spaces
 LONG, THIN = re.compile(r"(?<![\d.])\d{5,}(?!\d*e)"), "\u202f"
@@ -47,7 +48,14 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters.update(parts=_parts, cell=_cell, breaking=_breaking, svg=_svg)
+    made.filters.update(
+        parts=_parts,
+        cell=_cell,
+        breaking=_breaking,
+        svg=_svg,
+        track=track_of,
+        digits=_digits,
+    )
     return made
 
 
@@ -103,7 +111,9 @@ def _written(written: Written) -> Markup:
 def _digits(text: str) -> Markup:
     """Return digits in groups; no line ends before an exponent."""
     grouped = LONG.sub(lambda m: f"{int(m[0]):,}".replace(",", THIN), text)
-    return Markup(re.sub(r"\S+e-\d+", r"<bdi>\g<0></bdi>", str(escape(grouped))))
+    return Markup(
+        re.sub(r"\S+e-\d+", r"<bdi>\g<0></bdi>", str(escape(visible(grouped))))
+    )
 
 
 def _cell(cell: Cell) -> Markup:

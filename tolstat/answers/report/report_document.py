@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from tolstat.answers.report.first_page import (
+    ALL_LIMITS,
     INTERVAL,
+    MOST_LIMITS,
     first_page,
-    ranges_figure,
+    limits_table,
     reading,
     responses_table,
 )
@@ -41,18 +44,26 @@ JUDGED = (
 
 def report_document(found: Report) -> blocks.Document:
     """Return first page, assumptions, summary, responses in focus, provenance."""
-    explained: blocks.Block = reading(found)
-    if figure := ranges_figure(found):
-        explained = blocks.Beside((explained,), figure)
+    rest = _all_limits(found)
     return sheet(
         "Statistical tolerance report",
         found,
-        (*first_page(found, found.focus), explained),
+        (*first_page(found, found.focus), blocks.note(*reading(found).parts)),
+        rest,
         assumptions_section(found.assumptions, _assumed(found)),
         _summary(found),
         _numbers(found),
         *(response_section(found, name) for name in found.focus),
+        role="first" if rest is None else "",  # else more than one sheet
     )
+
+
+def _all_limits(found: Report) -> blocks.Section | None:
+    """Return the table of all limits; None where the first page has it."""
+    if len(found.limits) <= MOST_LIMITS:
+        return None
+    table = replace(limits_table(found, found.focus), title="")
+    return blocks.Section(ALL_LIMITS, (table,), "limits")
 
 
 def sheet(
@@ -60,6 +71,7 @@ def sheet(
     found: RunAnswer,
     first: tuple[blocks.Block, ...],
     *sections: blocks.Section | None,
+    role: str = "first",
 ) -> blocks.Document:
     """Return a document on a run: title block, first page, sections, provenance.
 
@@ -79,9 +91,7 @@ def sheet(
     text_of_study = blocks.Section("The study", (study,), level=3)
     made = (blocks.Facts(tuple(known.items())), text_of_study)
     shown = blocks.shown(
-        blocks.Section(
-            "", (signed, blocks.note(" · ".join(head)), *first), role="first"
-        ),
+        blocks.Section("", (signed, blocks.note(" · ".join(head)), *first), role=role),
         *sections,
         blocks.Section("Provenance", made, "provenance", page_only=True),
     )
