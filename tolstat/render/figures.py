@@ -24,6 +24,7 @@ from tolstat.literal import visible
 from tolstat.model.view import Chart, Listing, View
 from tolstat.render.picture import (
     COLOURS,
+    GRID,
     INK,
     LIMIT,
     PAGE_STYLE,
@@ -43,7 +44,6 @@ CLOSE: dict[str, Any] = {
     "borderaxespad": 0.1, "handlelength": 1.4, "columnspacing": 1.2,
 }  # fmt: skip
 ABOVE = 1.04  # of the highest bar: where intervals stand
-WINDOW = "#f2f2f2"
 MARKS: dict[str, dict[str, Any]] = {
     ".": {"marker": ".", "markersize": 3, "markeredgewidth": 0},
     "dot": {"marker": ".", "markersize": 4},
@@ -197,7 +197,7 @@ def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Any]:
         case data.Area(x, y):
             drawn += axes.fill(x, y, **named, alpha=0.2, linewidth=0)
         case data.Shade(lower, upper):
-            axes.axvspan(lower, upper, color=WINDOW, zorder=0)
+            axes.axvspan(lower, upper, color=GRID, alpha=0.5, linewidth=0, zorder=0)
         case data.Stairs(edges, heights):
             drawn.append(axes.stairs(heights, edges, fill=True, linewidth=0, **named))
         case data.Rule(at, upright):

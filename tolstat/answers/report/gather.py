@@ -172,12 +172,15 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
             for name, each in summary.responses.items()
         }
         contributions, members = shares.result()
+    if not chosen:
+        focus = [name for name in summary.limits if name in focus] or focus
     scatter, diagnostics, sample = _scatter(drawn), run.diagnostics, drawn.sample
     replicate = sample.replicate[sample.done] if sample.replicates else None
     responses = {}
     for response in run.responses:
-        name, shown = response.name, response.name in focus
+        name = response.name
         each, slopes = summary.responses[name], diagnostics.slopes.get(name, {})
+        shown = name in focus and not each.still
         by_slopes = scatter and linear.root_sum_square(each.nominal, slopes, scatter)
         found = report_answer.ReportedResponse(
             **vars(each),
@@ -192,7 +195,7 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
             worst_cases=diagnostics.worst_cases.get(name, {}),
             worst_trials=(),
             point_mass=point_mass_of(drawn.done(name), replicate) if shown else None,
-            contributions=contributions.get(name),
+            contributions=contributions.get(name) if shown else None,
             members=members if shown else {},
             indices=indices_of(drawn, name) if shown and drawn.grouped else None,
         )

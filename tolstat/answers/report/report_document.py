@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from tolstat.answers.next_steps import command
 from tolstat.answers.report.first_page import (
     ALL_LIMITS,
     INTERVAL,
@@ -17,7 +18,7 @@ from tolstat.answers.report.first_page import (
 )
 from tolstat.answers.report.response_section import response_section
 from tolstat.document import blocks
-from tolstat.document.inline import Number, Parts, listed, say, text
+from tolstat.document.inline import Number, Parts, Typed, listed, say, text
 from tolstat.statistics.intervals.moments import Reach
 from tolstat.units.scale import PER_CENT
 
@@ -136,10 +137,14 @@ def _assumed(found: Report) -> list[Parts]:
     ]  # fmt: skip
     if given.settings:
         chosen = [
-            f"{name} {each.words}{'' if each.given else ' (default)'}"
-            for name, each in given.settings.items()
+            f"{n} {each.words}" for n, each in given.settings.items() if each.given
         ]
-        said.append(text(f"Settings: {', '.join(chosen)}."))
+        show = Typed(command("show", found.model, machine=found.stored_run.machine))
+        others = len(chosen) < len(given.settings)
+        said.append(
+            text(f"Settings of the study: {', '.join(chosen) or 'none'}.",
+                 (" All others have their default: ", show, ".") if others else None)
+        )  # fmt: skip
     said += map(text, given.of_the_model)
     said += _judged(found)
     if given.missing:
