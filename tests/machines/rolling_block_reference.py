@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-import numpy as np
+from pathlib import Path
 
+import numpy as np
+import pandas as pd
+
+RUNS = Path(__file__).parents[2] / "runs"
 LINKS = ("12", "23", "34", "35", "46", "47", "58", "59")
 
-# P. V. Krot (2010), Table 1, as printed
-TABLE_1_HZ = np.array([20.1, 22.7, 25.2, 31.8, 45.6, 62.8, 102.0, 156.0])
-TABLE_1 = np.array(
-    [
-        [-0.324, 0.073, 0.001, 0.001, -0.09, -0.001, -0.059, 0.015],
-        [0.130, 0.017, 0.001, 0.001, 0.187, 0.003, 0.854, -0.530],
-        [0.073, -0.040, 0.001, 0.001, 0.406, 0.005, 0.452, 0.835],
-        [0.167, -0.232, 0.001, 0.001, 0.346, -0.653, -0.147, -0.089],
-        [0.205, 0.090, 0.001, 0.001, 0.575, 0.662, -0.204, -0.120],
-        [0.278, -0.473, 0.001, -0.707, -0.328, 0.226, 0.016, 0.004],
-        [0.278, -0.473, 0.001, 0.707, -0.328, 0.226, 0.016, 0.004],
-        [0.569, 0.491, -0.707, 0.001, -0.252, -0.127, 0.013, 0.003],
-        [0.569, 0.491, 0.707, 0.001, -0.252, -0.127, 0.013, 0.003],
-    ]
-)
-# the sign at (Q2, 20.1 Hz) is a misprint; 0.001 in the local modes stands for nothing
-CORRECTED = TABLE_1.copy()
-CORRECTED[1, 0] = -0.130
-CORRECTED[:7, 2] = CORRECTED[:5, 3] = CORRECTED[7:, 3] = 0.0
+# P. V. Krot (2010), Table 1, its misprint corrected
+_TABLE_1 = pd.read_csv(RUNS / "rolling-block-table.csv", comment="#", index_col="mass")
+TABLE_1_HZ = _TABLE_1.columns.str.removesuffix(" Hz").astype(float).to_numpy()
+TABLE_1 = _TABLE_1.to_numpy()
 
 HZ = [20.133330738, 22.731601012, 25.164606052, 31.830988618,
       45.606283706, 62.759248473, 102.004186231, 156.025184732]  # fmt: skip
