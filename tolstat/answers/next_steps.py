@@ -7,7 +7,6 @@ import re
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from tolstat.answers.sweep.curves import responses_of_interest
 from tolstat.deviations.distributions import Tolerance
@@ -83,18 +82,11 @@ def to_extend(run: Run, trials: int) -> str:
     return command("extend", run.path, "--trials", trials, machine=run.machine)
 
 
-class Half(NamedTuple):
-    """Half a tolerance: in words, and as an entry of [deviations]."""
-
-    words: str
-    entry: str
-
-
-def halves_of(run: Run, parts: Sequence[str]) -> dict[str, Half]:
+def halves_of(run: Run, parts: Sequence[str]) -> dict[str, tuple[str, str]]:
     """Return half of some tolerances by part, or by the name that all parts share.
 
-    Towards zero, or the end nearest to zero. Empty unless all are normal with Cp 1, or
-    uniform: the user must choose half of any other.
+    In words, and as an entry of [deviations]; towards zero, or the end nearest to it.
+    Empty unless all are normal with Cp 1, or uniform: the user must choose any other.
     """
     halves = {}
     for name in parts:
@@ -108,7 +100,7 @@ def halves_of(run: Run, parts: Sequence[str]) -> dict[str, Half]:
         words = f"+-{upper}" if ends[0] == -ends[1] else f"{lower}..{upper}"
         words = f"{words} {scale.mark}"
         uniformly = f'{{ tolerance = "{words}", distribution = "uniform" }}'
-        halves[name] = Half(words, uniformly if uniform else words)
+        halves[name] = words, uniformly if uniform else words
     stem = parts[0].rpartition("_")[0]
     every = [each.name for each in run.contributors]
     if (
@@ -120,11 +112,8 @@ def halves_of(run: Run, parts: Sequence[str]) -> dict[str, Half]:
 
 
 def to_halve(run: Run, parts: Sequence[str]) -> str:
-    """Return the command that writes a study with some tolerances halved.
-
-    Empty where `halves_of` is.
-    """
-    entries = [f"{name}={half.entry}" for name, half in halves_of(run, parts).items()]
+    """Return the command that writes a study with some tolerances halved, or ""."""
+    entries = [f"{name}={half}" for name, (_, half) in halves_of(run, parts).items()]
     study = run.path.with_name(f"{run.path.stem}-halved.toml")
     words = "what-if", run.path, *entries, "--write", study
     return command(*words, machine=run.machine) if entries else ""

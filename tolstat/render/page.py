@@ -14,7 +14,7 @@ from tolstat.document.blocks import Cell, Document, Figure, Section
 from tolstat.document.digits import Written, in_cell, in_line
 from tolstat.document.inline import Inline, Link, Name, Number, Parts, Typed, Word
 from tolstat.literal import visible
-from tolstat.render.track import track_of
+from tolstat.render.track import Track
 
 # five digits or more before a point, in groups of three with thin spaces
 LONG, THIN = re.compile(r"(?<![\d.])\d{5,}(?!\d*e)"), "\u202f"
@@ -53,7 +53,7 @@ def environment() -> Environment:
         cell=_cell,
         breaking=_breaking,
         svg=_svg,
-        track=track_of,
+        track=Track,
         digits=_digits,
     )
     return made

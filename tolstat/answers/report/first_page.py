@@ -99,10 +99,12 @@ def _lead(found: RunSummary) -> Parts:
         of = f"{first} of {n} limits {'is' if first == 1 else 'are'}"
     said = [text(f"{of} ", Word(word, word))]
     said += [text(f"{count} ", Word(word, word)) for word, count in others]
+    ran, requested = found.trials.ran, found.trials.requested
     return say(
-        f"{{}}. Yield, {'all limits' if n > 1 else 'this limit'}: {{}}.{{}}",
+        f"{{}}. Yield, {'all limits' if n > 1 else 'this limit'}: {{}}.{{}}{{}}",
         listed(said, joint=""), Number(found.all_limits.within, PER_CENT),
         " Failed trials count as out of limit." if found.trials.failed else None,
+        f" So far {ran} of {requested} trials have run." if ran < requested else None,
     )  # fmt: skip
 
 

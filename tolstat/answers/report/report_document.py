@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from tolstat.answers.next_steps import command
@@ -45,11 +44,13 @@ JUDGED = (
 
 def report_document(found: Report) -> blocks.Document:
     """Return first page, assumptions, summary, responses in focus, provenance."""
-    rest = _all_limits(found)
+    first, rest = first_page(found, found.focus), None
+    if len(found.limits) > MOST_LIMITS:  # behind the worst ones
+        rest = blocks.Section(ALL_LIMITS, (limits_table(found, found.focus),), "limits")
     return sheet(
         "Statistical tolerance report",
         found,
-        (*first_page(found, found.focus), blocks.note(*reading(found).parts)),
+        (*first, blocks.note(*reading(found).parts)),
         rest,
         assumptions_section(found.assumptions, _assumed(found)),
         _summary(found),
@@ -57,14 +58,6 @@ def report_document(found: Report) -> blocks.Document:
         *(response_section(found, name) for name in found.focus),
         role="first" if rest is None else "",  # else more than one sheet
     )
-
-
-def _all_limits(found: Report) -> blocks.Section | None:
-    """Return the table of all limits; None where the first page has it."""
-    if len(found.limits) <= MOST_LIMITS:
-        return None
-    table = replace(limits_table(found, found.focus), title="")
-    return blocks.Section(ALL_LIMITS, (table,), "limits")
 
 
 def sheet(

@@ -33,8 +33,8 @@ def what_helps(run: Run, causes: Causes | None, limited: Limited) -> Cell:
     halves = halves_of(run, parts)
     change = say("halve {}", named(causes, parts))
     if len({*halves.values()}) == 1 and len(halves) <= MOST_NAMED:
-        half = next(iter(halves.values()))
-        change = text(listed([*map(Name, halves)]), f" to {half.words}")
+        ((half, _),) = {*halves.values()}
+        change = text(listed([*map(Name, halves)]), f" to {half}")
     if math.isnan(main.halved.value):
         return Cell(change, text("effect not estimable: ", main.halved.reason))
     now = limited.yields.fraction_out_of_limit

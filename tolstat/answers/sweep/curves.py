@@ -12,7 +12,7 @@ from tolstat.errors import PictureError, allowed_names
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
-SETTINGS = "settings."  # before a setting that has the name of a contributor
+TAKEN = "settings."  # before an axis whose name a contributor has too
 
 
 class Sweep(NamedTuple):
@@ -110,5 +110,5 @@ def _label(run: Run, at: Mapping[str, Any]) -> str:
         if not isinstance(value, str):
             scale = axis_scale(run, name)
             value = f"{scale.factor * value:.6g} {scale.mark}".strip()
-        words.append(f"{name.removeprefix(SETTINGS)} {value}")
+        words.append(f"{name.removeprefix(TAKEN)} {value}")
     return ", ".join(words)
