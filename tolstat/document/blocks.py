@@ -191,10 +191,9 @@ def shown(*given: Block | None) -> tuple[Block, ...]:
 
 def _is_empty(block: Block) -> bool:
     match block:
-        case (
-            Paragraph(()) | Bullets(()) | Table(rows=()) | Ranges(rows=())
-            | Section(blocks=())
-        ):  # fmt: skip
+        case Paragraph(()) | Bullets(()) | Section(blocks=()):
+            return True
+        case Table(rows=()) | Ranges(rows=()):
             return True
     return False
 

@@ -48,14 +48,8 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters.update(
-        parts=_parts,
-        cell=_cell,
-        breaking=_breaking,
-        svg=_svg,
-        track=Track,
-        digits=_digits,
-    )
+    made.filters.update(parts=_parts, cell=_cell, breaking=_breaking, svg=_svg)
+    made.filters.update(track=Track, digits=_digits)
     return made
 
 
@@ -110,10 +104,8 @@ def _written(written: Written) -> Markup:
 
 def _digits(text: str) -> Markup:
     """Return digits in groups; no line ends before an exponent."""
-    grouped = LONG.sub(lambda m: f"{int(m[0]):,}".replace(",", THIN), text)
-    return Markup(
-        re.sub(r"\S+e-\d+", r"<bdi>\g<0></bdi>", str(escape(visible(grouped))))
-    )
+    grouped = LONG.sub(lambda m: f"{int(m[0]):,}".replace(",", THIN), visible(text))
+    return Markup(re.sub(r"\S+e-\d+", r"<bdi>\g<0></bdi>", str(escape(grouped))))
 
 
 def _cell(cell: Cell) -> Markup:

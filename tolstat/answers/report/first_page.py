@@ -9,12 +9,7 @@ from typing import TYPE_CHECKING
 
 from tolstat.answers.cells import limit_cell, numbers_of, ppm, verdict_cell
 from tolstat.answers.next_steps import to_extend, to_halve, to_resume
-from tolstat.answers.report.what_helps import (
-    differ,
-    named,
-    parts_to_tighten,
-    what_helps,
-)
+from tolstat.answers.report import what_helps
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
@@ -129,7 +124,7 @@ def limits_table(
                 limited.equivalent_ppk,
             ),
             "main cause": _cause_cell(each),
-            "what would help": what_helps(found.stored_run, each.causes, limited),
+            "what would help": what_helps.cell(found.stored_run, each.causes, limited),
         })  # fmt: skip
     words, of = ("main cause", "what would help"), rests_on(found)
     if len(rows) < len(every):
@@ -229,11 +224,11 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
     causes, run = found.responses[name].causes, found.stored_run
     if verdict == MET or causes is None or (main := causes.main) is None:
         return ()
-    clear, then = differ(main.halved, now), main.halved.value
+    clear, then = what_helps.differ(main.halved, now), main.halved.value
     gains = then < now.value and (clear or verdict == NOT_MET)
     if not (gains if known else math.isnan(then) and main.effective_sample_size):
         return ()
-    parts = parts_to_tighten(run, causes)
+    parts = what_helps.parts_to_tighten(run, causes)
     effect = say("the effect on {} is not estimable", Name(name))
     if known:
         falls = "falls" if clear else "may fall"
@@ -243,7 +238,7 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
     return say(
         f"{'Halve' if clear else 'Test half'} the "
         f"{'tolerance' if len(parts) == 1 else 'tolerances'} of {{}}: {{}}{{}}.",
-        named(causes, parts),
+        what_helps.named(causes, parts),
         effect,
         (". Check it with a fresh run: ", Typed(command)) if command else None,
     )

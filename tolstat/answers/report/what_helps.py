@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 MOST_NAMED = 4  # parts in a sentence
 
 
-def what_helps(run: Run, causes: Causes | None, limited: Limited) -> Cell:
+def cell(run: Run, causes: Causes | None, limited: Limited) -> Cell:
     """Return what to tighten, above the fraction out of limit that this leaves.
 
     Where that is not estimable, the reason stands below. A limit that is met needs
