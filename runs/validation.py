@@ -138,7 +138,7 @@ def forces():
         found = stand(name, 5.8e-4)
         both = (found[f"rod_force_{i}"] / 1e3 for i in (1, 2))
         rows.append([name, *(f"{force:.1f}" for force in both)])
-    return table(["machine", "rod 3", "rod 4"], rows)
+    return table(["machine", "rod 1", "rod 2"], rows)
 
 
 def loss():

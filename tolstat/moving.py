@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tolstat.integrator.integrate import integrate
-    from tolstat.integrator.problem import Accuracy, Moment, Solution, System
+    from tolstat.integrator.problem import SIDES, Accuracy, Moment, Solution, System
     from tolstat.integrator.signatures import rates_signature
     from tolstat.lanes.compiled import compiled
     from tolstat.lanes.rows import named, rows, write
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Accuracy": "tolstat.integrator.problem",
     "Moment": "tolstat.integrator.problem",
+    "SIDES": "tolstat.integrator.problem",
     "Solution": "tolstat.integrator.problem",
     "System": "tolstat.integrator.problem",
     "compiled": "tolstat.lanes.compiled",
@@ -31,6 +32,7 @@ _HOMES = {
     "write": "tolstat.lanes.rows",
 }
 __all__ = [
+    "SIDES",
     "Accuracy",
     "Moment",
     "Solution",

@@ -35,9 +35,9 @@ for (name, frame), colour in zip(moved.items(), COLOURS, strict=True):
 upper.set_title("Fig. 2: moment of shaft 9, cranks 1 mm apart", loc="left")
 upper.set_ylabel("kN m")
 frame = moved["indeterminate"]
-lower.plot(frame["rod_force_1"] / 1e3, color=COLOURS[0], label="rod 3, indeterminate")
+lower.plot(frame["rod_force_1"] / 1e3, color=COLOURS[0], label="rod 1, indeterminate")
 lower.plot(
-    frame["rod_force_2"] / 1e3, color=COLOURS[0], ls="--", label="rod 4, indeterminate"
+    frame["rod_force_2"] / 1e3, color=COLOURS[0], ls="--", label="rod 2, indeterminate"
 )
 lower.plot(
     moved["equalized"]["rod_force_1"] / 1e3, color=COLOURS[1], label="both, equalized"

@@ -437,6 +437,16 @@ def test_requested_limits_replace_those_of_the_study(run, toy):
     less = tolstat.limited(run, {"gap": {"limit": "-1..2 mm", "yield": "90 %"}}, toy)
     assert less.limits["gap"].demanded == 0.9
     assert tolstat.limited(less, {"gap": "-1..1 mm"}).limits["gap"].demanded == 0.9
+    # as typed, for a limit with as many ends
+    few = tolstat.limited(run, {"gap": {"limit": "-1..2 mm", "ppm": 2000}}, toy)
+    assert tolstat.limited(few, {"gap": "-1..1 mm"}).limits["gap"].demand == "2000 ppm"
+    good = tolstat.limited(run, {"gap": {"limit": "-1..2 mm", "ppk": 1.33}}, toy)
+    assert tolstat.limited(good, {"gap": "-1..1 mm"}).limits["gap"].ppk == 1.33
+    other = tolstat.limited(good, {"gap": "<= 1 mm"}).limits["gap"]
+    assert (other.demand, other.demanded) == ("", good.limits["gap"].demanded)
+    assert (
+        tolstat.limited(run, {"gap": "-1000..900 um"}, toy).scales["gap"].shown == "um"
+    )
 
 
 @pytest.fixture(scope="module")

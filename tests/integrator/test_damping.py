@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction as F
 from functools import cache
 
@@ -102,7 +103,8 @@ def test_the_compiled_step_is_that_of_the_constants():
     k[0] = -z, z, -z
     now, end, damped = np.zeros((2, WIDTH)), np.zeros((1, WIDTH)), np.array([0])
     lambda_h, share = np.zeros((1, WIDTH)), np.zeros((1, WIDTH))
-    step = Step(now, k, none, end, *(none,) * 4, damped[:0], damped, lambda_h, share)
+    search = *(none,) * 4, damped[:0], none, none
+    step = Step(now, k, none, end, *search, damped, damped[:0], none, lambda_h, share)
     error = np.zeros((1, WIDTH))
     one_step(decay, one, one.copy(), np.stack([z, 0 * z]), step, error)
     stages, expected = stages_of(-z)
@@ -222,3 +224,51 @@ def test_undeclared_rows_are_refused(counts, words):
     system = System(rubbing, np.array([1.0, 1.0]), **counts)
     with pytest.raises(ModelError, match=words):
         moved(system, np.array([[0.3, 20.0, 1.0]]), Accuracy(1e-3, 0.1))
+
+
+@compiled(rates_signature)
+def dragged(moment, y, p, out):
+    """A block on a spring and a moving belt, friction 2 arctan(beta u); two powers."""
+    t, x, v, beta = rows(moment)[0], rows(y)[0], rows(y)[1], rows(p)[0]
+    u = v - 0.3 * np.sin(2.0 * t)
+    most = 4.0 / np.pi
+    f = most * np.arctan(beta * u)
+    slope = most * beta / (1.0 + beta * u * beta * u)
+    powers, slopes = (f * u, f * v), (f + u * slope, f + v * slope)
+    write(out, 0, ((v, -f - 10.0 * x), powers, slope, slopes))
+
+
+@compiled(rates_signature)
+def dragged_plainly(moment, y, p, out):
+    t, x, v, beta = rows(moment)[0], rows(y)[0], rows(y)[1], rows(p)[0]
+    u = v - 0.3 * np.sin(2.0 * t)
+    f = 4.0 / np.pi * np.arctan(beta * u)
+    write(out, 0, ((v, -f - 10.0 * x), (f * u, f * v)))
+
+
+@compiled(rates_signature)
+def dragged_without_slopes(moment, y, p, out):
+    t, x, v, beta = rows(moment)[0], rows(y)[0], rows(y)[1], rows(p)[0]
+    u = v - 0.3 * np.sin(2.0 * t)
+    f = 4.0 / np.pi * np.arctan(beta * u)
+    slope = 4.0 / np.pi * beta / (1.0 + beta * u * beta * u)
+    write(out, 0, ((v, -f - 10.0 * x), (f * u, f * v), slope))
+
+
+def test_energies_that_depend_on_a_damped_state():
+    """With their slopes they err by tens of rtol, without by hundreds."""
+    beta = np.array([[1e3], [1e4]])
+    start, marks = np.zeros((2, 2)), np.tile([0.0, 3.0], (2, 1))
+    plain = System(dragged_plainly, np.array([0.3, 0.6]), n_quadratures=2)
+    damped = replace(plain, rates=dragged_without_slopes, damped=(1,))
+    systems = {"slopes": replace(damped, rates=dragged, sloped=(0, 1)), "none": damped}
+    exact = integrate(plain, start, beta, marks, Accuracy(1e-9, 0.01))
+    total = exact.quadratures[:, -1].max(axis=1)  # J, lost
+    worst = dict.fromkeys(systems, 0.0)
+    for rtol in (1e-4, 1e-5):
+        for name, system in systems.items():
+            found = integrate(system, start, beta, marks, Accuracy(rtol, 0.01))
+            off = np.abs(found.quadratures - exact.quadratures)[:, -1].max(axis=1)
+            worst[name] = max(worst[name], (off / total / rtol).max())
+    assert worst["slopes"] < 40
+    assert worst["none"] > 300

@@ -26,7 +26,19 @@ def one_step(rates, moment, h, t_new, y, p, k, y_new, error, middle):
     nothing = np.zeros(0, np.int64)
     t, h, t_new = rows(moment)[0], rows(h)[0], rows(t_new)[0]
     watched = none, none, none, none
-    step = Step(moment, k, middle, y_new, *watched, nothing, nothing, none, none)
+    found = none, none
+    step = Step(
+        moment,
+        k,
+        middle,
+        y_new,
+        *watched,
+        nothing,
+        *found,
+        *(nothing, nothing, none),
+        none,
+        none,
+    )
     advance(rates, t, h, t_new, y, p, step)
     for i in range(len(y)):
         rows(error)[i] = error_of(h, k, i)

@@ -421,3 +421,45 @@ def test_the_worst_case_does_not_depend_on_the_unit():
         assert found.worst_max == pytest.approx(0.012 * unit, rel=1e-4)
         worst = (0.008 - 0.003 * math.sqrt(2)) * unit
         assert found.worst_min == pytest.approx(worst, rel=1e-6)
+
+
+def exact(**changes):
+    """A chain whose gap is nothing where all links are nominal."""
+    sizes = {"a": 72.5, "b": 16, "c": 16, "d": 38, "e": 2.5}
+    return {
+        "model": "dimension_chain", "trials": 200, "seed": 1,
+        "settings": {"gap": "a - b - c - d - e"}, "limits": {"gap": ">= 0 mm"},
+        "links": {n: {"nominal": f"{x} mm", "tolerance": "+-0.1 mm"}
+                  for n, x in sizes.items()},
+        **changes,
+    }  # fmt: skip
+
+
+def test_a_rounding_error_of_the_links_is_no_gap(ran):
+    """72.5 - 16 - 16 - 38 - 2.5 is 0, and -4.8e-15 in binary numbers."""
+    run = ran(exact())
+    assert run.nominal["gap"] == 0.0
+    numbers = {each.name: run.scale_of(each).words(each.value) for each in run.numbers}
+    assert numbers["rss_mean"] == "0 mm"
+    nominal = tolstat.replay(run, None).responses["gap"]
+    assert nominal.value == 0.0 and not nominal.out_of_limit
+    # what is more than a rounding error stays
+    links = exact()["links"]
+    links["a"]["nominal"] = "72.500000000001 mm"
+    tiny = ran(exact(links=links)).nominal["gap"]
+    assert tiny == pytest.approx(1e-15, rel=0.05)
+
+
+def test_a_formula_without_a_slope_keeps_its_values(ran):
+    """At its tip a root has no slope: nothing is known of its rounding."""
+    study = exact(settings={"gap": "sqrt((a - a) * b) + a"})
+    assert ran(study).nominal["gap"] == 0.0725
+
+
+def test_a_share_that_is_a_rounding_error_is_none(ran):
+    """A link that takes itself away has no share in the variance."""
+    study = exact(settings={"gap": "a - b + 0.3*c - 0.1*c - 0.2*c"})
+    run = ran(study)
+    (share,) = (each for each in run.numbers if each.name == "share_c")
+    assert 0 < share.value < 1e-30
+    assert run.scale_of(share).words(share.value) == "0 %"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 import tomllib
 from dataclasses import replace
 
@@ -12,6 +14,7 @@ import tolstat
 from tests.model.rich import Rich
 from tolstat import Description
 from tolstat.errors import ModelError, StudyError
+from tolstat.model.setting_kinds import Number
 from tolstat.model.settings import make, read, settings_of
 from tolstat.study.study import load
 
@@ -230,3 +233,29 @@ def test_every_swept_setting_is_simulated_again(tmp_path, name, values, kind):
     assert run.column(name).dtype.kind == kind and len(set(run.column(name))) == 2
     for index in range(2):
         assert tolstat.replay(run, index, Rich()).differences == ()
+
+
+@pytest.mark.parametrize(
+    ("unit", "value", "words"),
+    [
+        ("rad", math.radians(20), "20 deg"), ("rad", 0.0, "0 deg"), ("m", 0.0, "0 mm"),
+        ("N/m", 4e8, "4e8 N/m"), ("N m/rad", 8e6, "8e6 N m/rad"), ("1/s", 1e-3, "0.001 1/s"),
+        ("Pa", 2.1e11, "210 GPa"), ("N", 5e5, "500 kN"), ("", 1e-8, "1e-8"),
+        ("1", 0.3, "0.3"), ("rad/s", 850 * math.pi / 30, "850 rpm"),
+    ],
+)  # fmt: skip
+def test_defaults_and_bounds_are_in_readable_units(unit, value, words):
+    number = Number(unit, at_most=value)
+    assert number.words(value) == words and number.allowed.endswith(words)
+    with pytest.raises(ModelError, match=f"at most {re.escape(words)}$"):
+        number.checked(2 * value + 1)
+
+
+def test_a_number_typed_with_a_unit_it_has_not_is_explained():
+    study = {"model": "ring", "trials": 1, "seed": 1, "settings": {"feed": "0.1 mm"}}
+    with pytest.raises(StudyError) as refused:
+        load(study)
+    assert str(refused.value).endswith(
+        '[settings] feed = "0.1 mm": a number is expected, without quotes and unit '
+        "(feed S, mm per turn of the ring)"
+    )

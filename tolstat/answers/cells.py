@@ -11,7 +11,7 @@ from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import UNDECIDED, Yield
 from tolstat.statistics.summary import QUANTILES, Summary
-from tolstat.units.scale import AS_IS, KNOWN, PER_CENT, PPM, Scale, share_words
+from tolstat.units.scale import AS_IS, PER_CENT, PPM, Scale, share_words
 
 Cells = dict[str, Number | str]
 NONE = Estimate(math.nan)
@@ -23,10 +23,8 @@ def limit_cell(limit: Limit) -> Cell:
 
 
 def demand_words(limit: Limit) -> str:
-    """Return the demand of a limit: 99.73 %, or a Ppk where one is typed."""
-    if limit.typed_ppk:
-        return f"Ppk {limit.typed_ppk:.{KNOWN}g}"
-    return share_words(limit.demanded)
+    """Return the demand of a limit as typed: 99.73 %, Ppk 1.33, 2000 ppm."""
+    return limit.demand or share_words(limit.demanded)
 
 
 def verdict_cell(judged: Yield) -> Cell:
@@ -39,9 +37,9 @@ def verdict_cell(judged: Yield) -> Cell:
     return Cell((word,))
 
 
-def ppm(share: Estimate) -> Number:
-    """Write a fraction out of limit."""
-    return Number(share, PPM)
+def ppm(share: Estimate, of: int = 0) -> Number:
+    """Write a fraction out of limit, of so many trials."""
+    return Number(share, PPM, of=of)
 
 
 def ppk_cell(found: Estimate) -> Cell:

@@ -82,7 +82,9 @@ def with_limits(run: Run, limits: Mapping[str, str | dict[str, Any]]) -> Run:
     for name, given in limits.items():
         for each in expand(name, list(read)):
             if isinstance(given, str) and each in before:
-                read[each] = read[each]._replace(demanded=before[each].demanded)
+                was, other = before[each], read[each]
+                demand = was.demand if was.ends == other.ends else ""
+                read[each] = other._replace(demanded=was.demanded, demand=demand)
     every = {**before, **read}
     now = {each.name: every[each.name] for each in run.responses if each.name in every}
     said = "; ".join(f"{name} {limit.words}" for name, limit in read.items())

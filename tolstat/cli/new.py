@@ -1,4 +1,4 @@
-"""A new study of a model."""
+"""A new study of a model, or a new model."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from tolstat.answers.new_model import new_model
 from tolstat.answers.new_study import new_study
 from tolstat.errors import RunFileError
 from tolstat.literal import visible
@@ -13,21 +14,34 @@ from tolstat.render.output_file import check_folder
 
 
 @click.command()
-@click.argument("model")
+@click.argument("model", required=False)
 @click.option(
     "-o", "--output", metavar="STUDY.toml", help="The study file; default: the screen.",
     type=click.Path(path_type=Path, dir_okay=False),
 )  # fmt: skip
-def new(model: str, output: Path | None) -> None:
+@click.option(
+    "--model", "template", metavar="NAME.py",
+    help="Write a custom model that moves instead: a template that runs.",
+    type=click.Path(path_type=Path, dir_okay=False),
+)  # fmt: skip
+def new(model: str | None, output: Path | None, template: Path | None) -> None:
     """Write a commented study of a model, for you to edit."""
-    text = new_study(model)
-    if output is None:
-        click.echo(text, nl=False)
-        return
+    if (model is None) == (template is None) or (template and output):
+        raise click.UsageError("give a MODEL for a study, or --model NAME.py alone")
+    if template:
+        _write(template, new_model(template), "model")
+    elif output:
+        _write(output, new_study(model or ""), "study")
+    else:
+        click.echo(new_study(model or ""), nl=False)
+
+
+def _write(output: Path, text: str, what: str) -> None:
+    """Write a new file; an existing one may have been edited."""
     check_folder(output)
     try:
-        with output.open("x") as file:  # an existing study may have been edited
+        with output.open("x") as file:
             file.write(text)
     except FileExistsError:
         raise RunFileError(f"{output} exists; give another name") from None
-    click.echo(f"study in {visible(str(output))}")
+    click.echo(f"{what} in {visible(str(output))}")

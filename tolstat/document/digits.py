@@ -9,6 +9,8 @@ from tolstat.document.inline import Number
 from tolstat.statistics.estimate import Estimate
 from tolstat.units.scale import Scale
 
+FEW = 30  # trials: a share of fewer is a count
+
 
 class Digits(NamedTuple):
     """A number as it is shown, and the number itself, SI."""
@@ -40,7 +42,7 @@ def in_cell(number: Number) -> tuple[Written, Written]:
 def in_line(number: Number) -> Written:
     """Return a number for a sentence, with its unit: 3.1 kN m (2.9 to 3.3)."""
     found, mark = number.value, number.scale.mark
-    unit = (f" {mark}",) if mark else ()
+    unit = (f" {mark}",) if mark and not _count(number) else ()
     if not isinstance(found, Estimate):
         return (_digits(number, found), *unit)
     if math.isnan(found.value):
@@ -48,6 +50,8 @@ def in_line(number: Number) -> Written:
     value, ends = _estimate(number, found)
     if not found.sure and found.reason:
         ends = (found.reason,)
+    elif ends and mark and not unit:
+        ends = (*ends, f" {mark}")
     return (*value, *unit, " (", *ends, ")") if ends else (*value, *unit)
 
 
@@ -56,7 +60,18 @@ def plain(written: Written) -> str:
     return "".join(each if isinstance(each, str) else each.text for each in written)
 
 
+def _count(number: Number) -> str:
+    """Return a share of few trials as a count, 6 of 7; else nothing."""
+    value = number.value[0] if isinstance(number.value, Estimate) else number.value
+    if not 0 < number.of < FEW or math.isnan(value):
+        return ""
+    count = round(number.of * value)
+    return f"{count} of {number.of}" if math.isclose(count, number.of * value) else ""
+
+
 def _digits(number: Number, value: float) -> Digits:
+    if words := _count(number):
+        return Digits(words, value)
     if isinstance(value, int):  # a truth value too
         words = str(value)
     elif math.isnan(value):
@@ -79,7 +94,7 @@ def _estimate(number: Number, found: Estimate) -> tuple[Written, Written]:
         return ("at least ", ends[0]), ()
     if found.sure and math.isinf(found.lower):
         return ("at most ", ends[2]), ()
-    at = Digits(value, found.value)
+    at = Digits(_count(number) or value, found.value)
     if math.isinf(found.value):
         at = _digits(number, found.value)
     return (at,), ends if found.sure and lower != upper else ()

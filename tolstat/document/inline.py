@@ -20,6 +20,7 @@ class Number:
     value: Estimate | float  # an integer is written whole
     scale: Scale | Ratio = AS_IS
     bound: str = ""  # "at_least" or "at_most": rounded to its safe side
+    of: int = 0  # trials that it is a share of: of few it is shown as a count
 
 
 @dataclass(frozen=True)

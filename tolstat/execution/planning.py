@@ -20,6 +20,7 @@ from tolstat.execution.trial_table import Trials
 from tolstat.model.checked import impossible, numbers_of
 from tolstat.model.description import Contributor, Response, StudyNumber
 from tolstat.model.settings import settings_of
+from tolstat.model.view import typed_unit
 from tolstat.status import Status, words_of
 from tolstat.store import run_records as records
 from tolstat.store.layout import STATUS, STEPS
@@ -79,7 +80,7 @@ def plan_of(study: Study, trials: Trials, path: Path) -> Run:
 
 def _shown(columns: tuple[Column, ...], shown: Mapping[str, str]) -> tuple[Column, ...]:
     """Return columns shown in the units that the study uses."""
-    return tuple(replace(e, shown=shown.get(e.name) or e.shown) for e in columns)
+    return tuple(replace(e, shown=typed_unit(e, shown)) for e in columns)
 
 
 def _columns(study: Study, trials: Trials) -> dict[str, NDArray[Any]]:

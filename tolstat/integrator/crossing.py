@@ -1,14 +1,18 @@
-"""Kinks of the rates: a step ends where a quantity behind them changes sign.
+"""Crossings: a step ends where a quantity that decides a branch changes its sign.
 
-A force that acts on one side only has a kink where it begins. A step over the kink has
-a low order. A short visit to the other side can pass undetected between two evaluations
-of the rates. So the quantities that a system names are evaluated at the start, middle
-and end of every step that the error permits. They are also evaluated at the vertex of
-the parabola through these values. If one changes its sign, the step is tried again and
-ends at the first crossing on its dense output; then the march continues with the former
-step. A start that is zero within rounding is on the side to which the step goes: steps
-before and after a crossing each lie on one side. The rates do not jump there: the last
-stage of a step is the first of the next.
+A force that acts on one side only has a kink where it begins; a relay or a stop has a
+jump. A step over either has a low order. So each quantity that a system names has a
+side, 1 or -1, which the rates read and which is constant over a step. The quantity is
+evaluated at the start, middle and end of every step that the error permits, and at the
+vertex of the parabola through these values: a short visit to the other side can pass
+undetected between them. Where it leaves its side, the step is tried again and ends at
+the first crossing on its dense output. Behind it the side changes, the state may jump,
+the first stage is evaluated again, and the march continues with the former step.
+
+Values below `ROUNDING` of the quantity's size are zero. A quantity that touches zero
+and returns at once gets its former side back. If it cannot leave zero on either side,
+both sides lead back to it: the quantity slides, or bounces lower and lower. Then its
+side is 0 until its value differs from zero: the rates say what holds it.
 """
 
 from __future__ import annotations
@@ -16,12 +20,28 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.integrator.peaks import look, vertex_of
-from tolstat.integrator.problem import AFTER, SMALLEST, STEP, TARGET, TIME
+from tolstat.integrator.problem import (
+    AFTER,
+    EVENT,
+    MARK_REACHED,
+    SIDES,
+    SMALLEST,
+    STEP,
+    TARGET,
+    TIME,
+)
 from tolstat.lanes.compiled import compiled
 from tolstat.lanes.rows import rows
 
-ROUNDING = 1e-9  # of the largest size in the step: smaller values are zero
-LOOKS = 50  # most evaluations for one crossing
+ROUNDING = 1e-12  # of the largest size in the trial: smaller values are zero
+NEAR_ZERO = 1e-3  # of that: the search for a crossing ends
+LOOKS = 40  # evaluations for one crossing: each halves the interval, but for one
+BACK = 8  # evaluations next to a start at zero, each at a quarter of the distance
+
+# what `lanes.returned` says of a quantity
+LEFT = 0.0  # it has left zero since its side changed
+AT_ZERO = 1.0  # its side changed there
+RETURNED = 2.0  # then it got its former side back
 
 
 @compiled(within=True)
@@ -32,9 +52,20 @@ def aim_at_crossing(h, t_new, clock):
     return np.where(short, step, h), np.where(short, t + step, t_new)
 
 
+@compiled(within=True)
+def _values(i, lanes, step):
+    """Return a quantity at the start, middle and end of the step, and what is zero."""
+    number = step.crossings[i]
+    row = len(lanes.y) + len(lanes.quadratures) + number
+    a, b = rows(step.k[0])[row], rows(step.k[6])[row]
+    m = rows(step.watched_middle)[number]
+    largest = np.maximum(np.abs(a), np.maximum(np.abs(m), np.abs(b)))
+    return a, m, b, ROUNDING * np.maximum(rows(lanes.size)[i], largest)
+
+
 @compiled()
-def _first_of(watch, t, h, permitted, number, lanes, step):
-    """Return the fraction of the step at which one quantity first changes its sign.
+def _first_of(watch, t, h, permitted, i, lanes, step):
+    """Return the fraction of the step at which one quantity first leaves its side.
 
     Parameters
     ----------
@@ -44,76 +75,166 @@ def _first_of(watch, t, h, permitted, number, lanes, step):
         Start of the step and its length, s.
     permitted : mask
         The lanes to be searched.
-    number : int
-        Number of the quantity, among the watched ones.
+    i : int
+        Number of the crossing.
     lanes, step : Lanes, Step
         With the rates at both ends, and the watched quantities in the middle.
 
     Returns
     -------
     vector
-        2 if it does not.
+        2 if it does not; 0 if it starts at zero and is never on its side.
     """
-    row = len(lanes.y) + len(lanes.quadratures) + number
-    a, b = rows(step.k[0])[row], rows(step.k[6])[row]
-    m = rows(step.watched_middle)[number]
-    zero = ROUNDING * np.maximum(np.abs(a), np.maximum(np.abs(m), np.abs(b)))
-    goes = np.where(np.abs(m) > zero, m, b)
-    side = np.copysign(1.0 + 0.0 * h, np.where(np.abs(a) > zero, a, goes))
+    number = step.crossings[i]
+    a, m, b, zero = _values(i, lanes, step)
+    side = rows(lanes.side)[i]
+    permitted = permitted & (side != 0.0)
+    starts_at_zero = rows(lanes.returned)[i] > LEFT
+    a, m, b = side * a, side * m, side * b  # above 0: on its side
 
-    # a visit to the other side and back, if three points show it
+    # a visit to the other side and back; from zero, one to its own side
     theta, vertex = vertex_of(a, m, b)
-    visit = permitted & (theta > 0.0) & (theta < 1.0) & (side * vertex < -zero)
+    behind = ~starts_at_zero & (vertex < -zero)
+    visit = behind | (starts_at_zero & (vertex > zero) & (m < -zero))
+    visit = visit & permitted & (theta > 0.0) & (theta < 1.0)
     between, value = 0.5 + 0.0 * h, m
     if np.any(visit):
-        there = look(watch, t, h, np.where(visit, theta, 0.5), number, lanes, step)
-        visit = visit & (side * there < -zero)
+        theta = np.where(visit, theta, 0.5)
+        there = side * look(watch, t, h, theta, number, lanes, step)
+        visit = visit & (np.where(starts_at_zero, there, -there) > zero)
         between, value = np.where(visit, theta, between), np.where(visit, there, m)
 
-    early = side * value < -zero
-    found = permitted & (early | (side * b < -zero))
-    # 0 at the crossing, below 0 behind it
-    lower, upper = np.where(early, 0.0, between), np.where(early, between, 1.0)
-    f_lower = np.maximum(side * np.where(early, a, value), 0.0)
-    f_upper = np.where(found, side * np.where(early, value, b), -1.0)
-    at, looking, last = upper, found, 0.0 * h
+    # the crossing lies between lower and upper
+    early = ~starts_at_zero & (value < -zero)
+    own = starts_at_zero & visit
+    lower, f_lower = np.where(early, 0.0, between), np.where(early, a, value)
+    upper = np.where(early, between, np.where(own, 0.5, 1.0))
+    f_upper = np.where(early, value, np.where(own, m, b))
+    returns = permitted & starts_at_zero & (value <= zero) & (np.minimum(m, b) < -zero)
+    upper = np.where(returns, between, upper)
+    for _ in range(BACK):
+        if not np.any(returns):
+            break
+        nearer = 0.25 * upper
+        there = side * look(
+            watch, t, h, np.where(returns, nearer, 0.5), number, lanes, step
+        )
+        leaves = returns & (there > zero)
+        lower, f_lower = (
+            np.where(leaves, nearer, lower),
+            np.where(leaves, there, f_lower),
+        )
+        returns = returns & ~leaves
+        upper = np.where(returns, nearer, upper)
+        f_upper = np.where(returns, there, f_upper)
+    found = permitted & ~returns & (f_upper < -zero)
+
+    # interpolate, truncate, project: never more than one look above bisection
+    # (I. F. D. Oliveira, R. H. C. Takahashi, ACM Trans. Math. Softw. 47 (2020) 5)
+    f_lower = np.maximum(f_lower, 0.0)
+    at, looking, width = upper, found, upper - lower
+    truncation, radius = 0.2 / width, width
     for _ in range(LOOKS):
         if not np.any(looking):
             break
-        # regula falsi; an end that stays twice counts half (Illinois method)
-        guess = (lower * f_upper - upper * f_lower) / (f_upper - f_lower)
-        at = np.where(looking, guess, at)
-        f = side * look(watch, t, h, at, number, lanes, step)
-        behind = f < 0.0
-        f_lower = np.where(behind & (last < 0.0), 0.5 * f_lower, f_lower)
-        f_upper = np.where(~behind & (last > 0.0), 0.5 * f_upper, f_upper)
-        upper, f_upper = np.where(behind, at, upper), np.where(behind, f, f_upper)
-        lower, f_lower = np.where(behind, lower, at), np.where(behind, f_lower, f)
-        last = np.where(behind, -1.0, 1.0)
-        looking = looking & (np.abs(f) > 0.5 * zero)
-    return np.where(found, at, 2.0)
+        width, middle = upper - lower, 0.5 * (lower + upper)
+        falsi = np.where(
+            found, (lower * f_upper - upper * f_lower) / (f_upper - f_lower), middle
+        )
+        step_back = np.minimum(truncation * width * width, np.abs(middle - falsi))
+        trial = falsi + np.copysign(step_back, middle - falsi)
+        most = np.maximum(radius - 0.5 * width, 0.0)
+        off = np.minimum(np.maximum(trial - middle, -most), most)
+        at = np.where(looking, middle + off, at)
+        radius = 0.5 * radius
+        f = side * look(watch, t, h, np.where(found, at, 0.5), number, lanes, step)
+        past = f < 0.0
+        upper, f_upper = np.where(past, at, upper), np.where(past, f, f_upper)
+        lower, f_lower = np.where(past, lower, at), np.where(past, f_lower, f)
+        looking = looking & (np.abs(f) > NEAR_ZERO * zero)
+    at = np.where(looking, upper, at)
+    return np.where(returns, 0.0, np.where(found, at, 2.0))
 
 
 @compiled()
 def first_crossing(watch, t, h, permitted, lanes, step):
     """Return the fraction of the step at the first crossing; 2 if there is none.
 
-    Parameters
-    ----------
-    watch, t, h, permitted, lanes, step
-        As of `_first_of`.
+    That of each quantity is stored in `step.found`. Other arguments as of `_first_of`.
     """
     smallest = rows(lanes.clock)[SMALLEST]
     # a step of the least length ends at the crossing
     looked_at = permitted & (h > 2.0 * smallest)
     first = 2.0 + 0.0 * h
     for i in range(len(step.crossings)):
-        number = step.crossings[i]
-        found = _first_of(watch, t, h, looked_at, number, lanes, step)
+        found = _first_of(watch, t, h, looked_at, i, lanes, step)
         # so does a step that ends less than that behind it
-        before = h - h * found > smallest
-        first = np.minimum(first, np.where(before, found, 2.0))
+        found = np.where(h - h * found > smallest, found, 2.0)
+        rows(step.found)[i] = found
+        first = np.minimum(first, found)
     return first
+
+
+@compiled()
+def choose_sides(lanes, step):
+    """Choose the sides where a trial or a phase begins; copy all to the moment.
+
+    The watched quantities there stand in `step.watched_middle`.
+    """
+    sides, sizes, returned = rows(lanes.side), rows(lanes.size), rows(lanes.returned)
+    begins = rows(lanes.clock)[EVENT] == MARK_REACHED
+    for i in range(len(step.crossings)):
+        value = rows(step.watched_middle)[step.crossings[i]]
+        sizes[i] = np.where(begins, np.maximum(sizes[i], np.abs(value)), sizes[i])
+        clear = np.abs(value) > ROUNDING * sizes[i]
+        chosen = begins & (clear | (sizes[i] == 0.0))
+        sides[i] = np.where(chosen, np.copysign(1.0, value), sides[i])
+        returned[i] = np.where(chosen, np.where(clear, LEFT, AT_ZERO), returned[i])
+        rows(step.moment)[SIDES + i] = sides[i]
+
+
+@compiled()
+def change_sides(accepted, first, lanes, step):
+    """Change the sides of quantities that cross zero at the end of the step.
+
+    Parameters
+    ----------
+    accepted : mask
+        The lanes whose step is taken.
+    first : vector
+        The fraction of the step at the first crossing.
+    lanes : Lanes
+        Their sides are changed in place.
+    step : Step
+        With the quantities at its start, middle and end.
+
+    Returns
+    -------
+    tuple of mask
+        Lanes with another side, and those of them that arrived at a crossing.
+    """
+    changed, arrived = accepted & (first < 0.0), accepted & (first < 0.0)
+    sides, sizes, returned = rows(lanes.side), rows(lanes.size), rows(lanes.returned)
+    for i in range(len(step.crossings)):
+        _, m, b, zero = _values(i, lanes, step)
+        side, was = sides[i], returned[i]
+        sizes[i] = np.where(accepted, zero / ROUNDING, sizes[i])
+        held = side == 0.0
+        left = (was == LEFT) | (side * m > zero) | (side * b > zero)
+        crosses = accepted & ~held & left & (side * b <= zero)
+        released = accepted & held & (np.abs(b) > zero)
+        back = (first == 0.0) & (rows(step.found)[i] == 0.0)
+        stays = back & (was == RETURNED)
+
+        new = np.where(crosses | back, -side, side)
+        new = np.where(released, np.copysign(1.0, b), new)
+        sides[i] = np.where(stays, 0.0, new)
+        was = np.where(accepted & left | released, LEFT, was)
+        was = np.where(crosses, AT_ZERO, was)
+        returned[i] = np.where(back, RETURNED, was)
+        changed = changed | crosses | back | released
+        arrived = arrived | crosses | stays
+    return changed, arrived
 
 
 @compiled(within=True)
@@ -131,9 +252,10 @@ def go_on(h, first, accepted, max_step, clock):
     clock : rows
         With the step of the controller; changed in place.
     """
-    crosses, after = first < 1.0, clock[AFTER]
+    again, crosses, after = first == 0.0, first < 1.0, clock[AFTER]
     resumed = np.minimum(np.maximum(clock[STEP], after), max_step)
     wanted = np.where(accepted, resumed, clock[STEP])
     short = np.maximum(h * first, 2.0 * clock[SMALLEST])
-    clock[STEP] = np.where(crosses, short, wanted)
-    clock[AFTER] = np.where(crosses, np.maximum(after, h), 0.0)
+    clock[STEP] = np.where(again, h, np.where(crosses, short, wanted))
+    aimed = np.where(crosses, np.maximum(after, h), 0.0)
+    clock[AFTER] = np.where(again, after, aimed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.arrays import Array
-from tolstat.errors import ModelError
+from tolstat.integrator.mistakes import check_block, check_equations
 from tolstat.integrator.problem import (
     CLOCK_ROWS,
     MOMENT_ROWS,
@@ -17,9 +17,6 @@ from tolstat.integrator.problem import (
     Step,
     System,
 )
-
-UNWRITTEN = -8.765e300  # no equation returns this
-SPARE = 64  # rows after the declared ones
 
 
 def integrate(
@@ -53,6 +50,13 @@ def integrate(
     samples : float64[sample], optional
         Ascending times, s, at which the states are stored, by dense output.
 
+    Raises
+    ------
+    ModelError
+        If the numbers of trials, states or rows do not fit together, times do not
+        ascend, a tolerance is not above zero, the equations read states or parameters
+        that are not given, or `watch` differs from the rates. See `mistakes`.
+
     Returns
     -------
     Solution
@@ -71,13 +75,16 @@ def integrate(
         watch_from=int(watch_from),
         accuracy=Accuracy(float(rtol), float(max_step), int(max_steps)),
     )
+    check_block(system, block)
     solution = unsolved(system, block)
-    lanes = idle_lanes(block, solution)
+    lanes = idle_lanes(block, solution, len(system.crossings))
     step = room_for_steps(system, lanes)
-    check_rows(system, lanes, step)
+    check_equations(system, block)
     per_scale = 1.0 / np.ascontiguousarray(system.scale, float)
     watch = system.watch or system.rates
-    march(system.rates, watch, per_scale, lanes, step, block, solution)
+    jump = system.jump or system.rates
+    jumps = system.jump is not None
+    march(system.rates, watch, jump, jumps, per_scale, lanes, step, block, solution)
     return solution
 
 
@@ -97,7 +104,7 @@ def unsolved(system: System, block: Block) -> Solution:
     )
 
 
-def idle_lanes(block: Block, solution: Solution) -> Lanes:
+def idle_lanes(block: Block, solution: Solution, n_crossings: int = 0) -> Lanes:
     """Return lanes without trials."""
     n_extremes = solution.greatest.shape[1]
     clock = _lanes(CLOCK_ROWS)
@@ -110,6 +117,9 @@ def idle_lanes(block: Block, solution: Solution) -> Lanes:
         greatest=_lanes(n_extremes),
         least=_lanes(n_extremes),
         above=_lanes(solution.above.shape[1]),
+        side=_lanes(n_crossings),
+        size=_lanes(n_crossings),
+        returned=_lanes(n_crossings),
         trial=np.full(clock.shape[1], -1),
         sample=np.zeros(clock.shape[1], np.int64),
     )
@@ -118,15 +128,16 @@ def idle_lanes(block: Block, solution: Solution) -> Lanes:
 def room_for_steps(system: System, lanes: Lanes) -> Step:
     """Return empty arrays for the steps of lanes."""
     n_states, n_damped = len(lanes.y), len(system.damped)
+    n_slopes = n_damped * len(system.sloped)
     n_rates = n_states + system.n_quadratures
     # without `watch`, the watched quantities are among the rates
     first = 0 if system.watch else n_rates
     watched = slice(first, first + system.n_watched)
-    spare = 0 if system.watch else n_damped
+    spare = 0 if system.watch else n_damped + n_slopes
     middle, inside = (_lanes(watched.stop + spare) for _ in range(2))
     return Step(
-        moment=_lanes(MOMENT_ROWS),
-        k=_lanes(7, n_rates + system.n_watched + 2 * n_damped),
+        moment=_lanes(MOMENT_ROWS + len(system.crossings)),
+        k=_lanes(7, n_rates + system.n_watched + 2 * n_damped + n_slopes),
         middle=_lanes(n_states),
         end=_lanes(n_states),
         filled_middle=middle,
@@ -134,40 +145,14 @@ def room_for_steps(system: System, lanes: Lanes) -> Step:
         watched_middle=middle[watched],
         watched_inside=inside[watched],
         crossings=np.array(system.crossings, np.int64),
+        found=_lanes(len(system.crossings)),
+        jumped=_lanes(n_states + len(system.crossings)),
         damped=np.array(system.damped, np.int64),
+        sloped=np.array(system.sloped, np.int64),
+        slope=_lanes(n_slopes),
         lambda_h=_lanes(n_damped),
         share=_lanes(n_damped),
     )
-
-
-def check_rows(system: System, lanes: Lanes, step: Step) -> None:
-    """Refuse equations that fill other rows than declared.
-
-    Compiled equations would write outside the stages and crash Python.
-    """
-    counts = {
-        "states": len(lanes.y),
-        "quadratures": system.n_quadratures,
-        "extremes": system.n_extremes,
-        "above": system.n_above,
-        "damped": len(system.damped),
-    }
-    asked = [("rates", system.rates, counts)]
-    if system.watch and system.n_watched:
-        watched = {name: counts[name] for name in ("extremes", "above")}
-        asked.append(("watch", system.watch, watched))
-    for name, function, declared in asked:
-        rows = sum(declared.values())
-        out = np.full((rows + SPARE, lanes.y.shape[1]), UNWRITTEN)
-        with np.errstate(all="ignore"):  # the lanes have no trial yet
-            function(step.moment, lanes.y, lanes.p, out)
-        filled = 1 + np.flatnonzero((out != UNWRITTEN).any(axis=1)).max(initial=-1)
-        if filled != rows:
-            words = ", ".join(f"{n} {each}" for each, n in declared.items() if n)
-            raise ModelError(
-                f"{name} fills {filled} rows, but {rows} are declared ({words}); make "
-                "the counts of System match the rows of out"
-            )
 
 
 def _lanes(*rows: int) -> Array:

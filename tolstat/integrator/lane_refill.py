@@ -55,6 +55,9 @@ def _begin(lane, trial, lanes, block):
     clock[problem.SMALLEST] = SMALLEST_STEP * duration
     clock[problem.COUNT] = 0.0
     clock[problem.EVENT] = problem.MARK_REACHED
+    clock[problem.JUMP] = 0.0
+    _fill(lanes.side[:, lane], 0.0)
+    _fill(lanes.size[:, lane], 0.0)
 
 
 @compiled()
@@ -119,7 +122,7 @@ def _status(lane, lanes, block, solution):
     if clock[problem.EVENT] == problem.MARK_REACHED:
         over = _pass_marks(lane, lanes, block, solution)
         return Status.DONE if over else Status.NOT_RUN
-    if clock[problem.EVENT] == problem.NOTHING:
+    if clock[problem.EVENT] in (problem.NOTHING, problem.CROSSED):
         return Status.NOT_RUN
     if not np.isfinite(clock[problem.ERROR]):
         return Status.NOT_FINITE

@@ -10,7 +10,15 @@ import numpy as np
 
 from tolstat.integrator import problem
 from tolstat.integrator.control import aim, step_factor
-from tolstat.integrator.crossing import aim_at_crossing, first_crossing, go_on
+from tolstat.integrator.crossing import (
+    RETURNED,
+    aim_at_crossing,
+    change_sides,
+    choose_sides,
+    first_crossing,
+    go_on,
+)
+from tolstat.integrator.damping import damped_part
 from tolstat.integrator.lane_refill import sort_out
 from tolstat.integrator.peaks import follow
 from tolstat.integrator.signatures import march_signature
@@ -27,15 +35,35 @@ from tolstat.lanes.vector import WIDTH
 
 
 @compiled()
-def _renew_rates(rates, lanes, step):
-    """Evaluate the first stage again if a phase begins: the rates may jump there."""
+def _renew_rates(rates, watch, jump, jumps, lanes, step):
+    """Evaluate the first stage again where a phase begins or a side changes.
+
+    The rates may jump there, and at a crossing the state.
+    """
     now, clock, damped = rows(step.moment), rows(lanes.clock), step.damped
     undamped = step.k.shape[1] - len(damped)
     now[problem.TIME], now[problem.PHASE] = clock[problem.TIME], clock[problem.PHASE]
+    if len(step.crossings) > 0:
+        watch(step.moment, lanes.y, lanes.p, step.filled_middle)
+        choose_sides(lanes, step)
+    if jumps:
+        jump(step.moment, lanes.y, lanes.p, step.jumped)
+        n = len(lanes.y)
+        for lane in range(WIDTH):
+            if lanes.clock[problem.JUMP, lane] > 0.0:
+                for i in range(n):
+                    lanes.y[i, lane] = step.jumped[i, lane]
+                for i in range(len(lanes.side)):
+                    side = step.jumped[n + i, lane]
+                    if side != lanes.side[i, lane]:
+                        lanes.returned[i, lane] = RETURNED
+                    lanes.side[i, lane] = side
+                    step.moment[problem.SIDES + i, lane] = side
+            lanes.clock[problem.JUMP, lane] = 0.0
     # the second stage is free between two steps
     rates(step.moment, lanes.y, lanes.p, step.k[1])
     for lane in range(WIDTH):
-        if lanes.clock[problem.EVENT, lane] == problem.MARK_REACHED:
+        if lanes.clock[problem.EVENT, lane] != problem.NOTHING:
             for i in range(step.k.shape[1]):
                 step.k[0, i, lane] = step.k[1, i, lane]
             for j in range(len(damped)):
@@ -71,20 +99,22 @@ def _take_over(accepted, h, lanes, step):
     for i in range(n):
         y[i] = np.where(accepted, end[i], y[i])
     for i in range(len(quadratures)):
-        grown = quadratures[i] + quadrature_of(h, step.k, n + i)
-        quadratures[i] = np.where(accepted, grown, quadratures[i])
+        grown = quadrature_of(h, step.k, n + i) + damped_part(i, h, step)
+        quadratures[i] = np.where(accepted, quadratures[i] + grown, quadratures[i])
     for i in range(len(K1)):
         K1[i] = np.where(accepted, K7[i], K1[i])
 
 
 @compiled(march_signature)
-def march(rates, watch, per_scale, lanes, step, block, solution):
+def march(rates, watch, jump, jumps, per_scale, lanes, step, block, solution):
     """Integrate every trial of a block.
 
     Parameters
     ----------
-    rates, watch
+    rates, watch, jump
         The equations; see `problem.System`.
+    jumps : bool
+        Whether there is a jump; otherwise `jump` is not called.
     per_scale : float64[state]
         Reciprocals of the states' scales.
     lanes : Lanes
@@ -101,7 +131,7 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
     crossing = len(step.crossings) > 0
     # not a literal: the type of a literal would compile a second time
     n_begun, n_busy = sort_out(np.int64(0), lanes, block, solution)
-    _renew_rates(rates, lanes, step)
+    _renew_rates(rates, watch, jump, jumps, lanes, step)
 
     while n_busy > 0:
         t = clock[problem.TIME]
@@ -116,7 +146,7 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
         running = clock[problem.PHASE] >= 0.0
         accepted = (error <= 1.0) & running
 
-        first = 2.0 + 0.0 * h
+        first, changed = 2.0 + 0.0 * h, error < 0.0
         taking = accepted & (clock[problem.PHASE] >= float(block.watch_from))
         if len(step.watched_middle) > 0 and (crossing or np.any(taking)):
             halfway(h, lanes.y, step.k, step.middle)
@@ -137,6 +167,8 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
         clock[problem.STEP] = np.minimum(h * factor, max_step)
         if crossing:
             go_on(h, first, accepted, max_step, clock)
+            changed, arrived = change_sides(accepted, first, lanes, step)
+            clock[problem.JUMP] = np.where(arrived, 1.0, 0.0)
         clock[problem.COUNT] = clock[problem.COUNT] + np.where(running, 1.0, 0.0)
 
         reached = accepted & landing
@@ -144,9 +176,10 @@ def march(rates, watch, per_scale, lanes, step, block, solution):
             (clock[problem.STEP] < clock[problem.SMALLEST])
             | (clock[problem.COUNT] >= max_steps)
         )
-        if np.any(reached | failed):
+        if np.any(reached | failed | changed):
             clock[problem.ERROR] = error
-            failure = np.where(failed, problem.FAILED, problem.NOTHING)
-            clock[problem.EVENT] = np.where(reached, problem.MARK_REACHED, failure)
+            event = np.where(changed, problem.CROSSED, problem.NOTHING)
+            event = np.where(failed, problem.FAILED, event)
+            clock[problem.EVENT] = np.where(reached, problem.MARK_REACHED, event)
             n_begun, n_busy = sort_out(n_begun, lanes, block, solution)
-            _renew_rates(rates, lanes, step)
+            _renew_rates(rates, watch, jump, jumps, lanes, step)

@@ -25,15 +25,19 @@ COUNT = 6  # of steps tried
 TRIED = 7  # s, the step tried last; kept if samples are taken
 ACCEPTED = 8  # whether it was accepted: 1 or 0; kept if samples are taken
 ERROR = 9  # its error, 1 at the tolerance; kept at an event
-EVENT = 10  # event: one of the three below
+EVENT = 10  # event: one of the four below
 AFTER = 11  # s, the next step behind a targeted crossing; otherwise 0
 
+JUMP = 12  # whether the state jumps at this event: 1 or 0
+
 MOMENT_ROWS = 2
-CLOCK_ROWS = 12
+CLOCK_ROWS = 13
+SIDES = MOMENT_ROWS  # row of a moment with the side of the first crossing
 
 NOTHING = 0.0
 MARK_REACHED = 1.0
 FAILED = 2.0
+CROSSED = 3.0
 
 
 class Moment(NamedTuple):
@@ -51,9 +55,10 @@ class System:
     ----------
     rates : callable
         Compiled with `signatures.rates_signature`: (moment, y, p, out) -> None, each
-        float64[row, lane]. `moment` has the rows time (s) and phase (number of the
-        last mark passed, from 0). All rows of `out` are filled: the derivatives of
-        the states, the rates of the quadratures, the quantities whose peaks are
+        float64[row, lane]. `moment` has the rows time (s), phase (number of the last
+        mark passed, from 0), and from row `SIDES` the side of each crossing: 1, -1, or
+        0 if the quantity is held at zero. All rows of `out` are filled: the derivatives
+        of the states, the rates of the quadratures, the quantities whose peaks are
         watched, those whose time above zero is, the lambda (1/s) of each damped state.
     scale : float64[state]
         Size to which the error of each state is related.
@@ -66,9 +71,16 @@ class System:
         States that are damped in the step, because they relax so fast that only they
         would shorten it. lambda is minus the derivative of a state's rate by the state;
         a lambda ten times too great gives wrong results, see `damping`.
+    sloped : tuple of int
+        Quadratures whose rates depend on damped states. After the lambdas `out` has,
+        for each damped state and each of these, the slope of the rate over the state.
     crossings : tuple of int
         Watched quantities, counted with extremes first, whose change of sign is a kink
-        of the rates: a step ends there, see `crossing`.
+        or a jump of the rates: a step ends there, see `crossing`. The quantities
+        themselves depend on time, states and parameters alone.
+    jump : callable, optional
+        Compiled as `rates`; fills `out` with the states and the sides behind a
+        crossing, as after an impact. `moment` has the sides without it.
 
     Raises
     ------
@@ -85,12 +97,15 @@ class System:
     n_extremes: int = 0
     n_above: int = 0
     damped: tuple[int, ...] = ()
+    sloped: tuple[int, ...] = ()
     crossings: tuple[int, ...] = ()
+    jump: Callable[..., None] | None = None
 
     def __post_init__(self) -> None:
         """Refuse numbers outside the states or the watched quantities."""
         for name, given, n, words in (
             ("damped", self.damped, len(self.scale), "states"),
+            ("sloped", self.sloped, self.n_quadratures, "quadratures"),
             ("crossings", self.crossings, self.n_watched, "watched quantities"),
         ):
             numbers = given if isinstance(given, tuple) else ("",)
@@ -164,6 +179,9 @@ class Lanes(NamedTuple):
     greatest: Array  # [extreme, lane]
     least: Array  # [extreme, lane]
     above: Array  # [quantity above zero, lane], s
+    side: Array  # [crossing, lane]: 1, -1, or 0 if held at zero
+    size: Array  # [crossing, lane], the largest of the quantity in this trial
+    returned: Array  # [crossing, lane], see `crossing`
     trial: NDArray[np.int64]  # [lane]; -1: idle
     sample: NDArray[np.int64]  # [lane]: next sample to take
 
@@ -171,7 +189,7 @@ class Lanes(NamedTuple):
 class Step(NamedTuple):
     """The tried step, in all lanes at once."""
 
-    moment: Array  # [row of the clock, lane], at which rates are evaluated
+    moment: Array  # [time, phase, sides; lane], at which rates are evaluated
     k: Array  # [stage, rate, lane]; last the undamped rates of the damped states
     middle: Array  # [state, lane]
     end: Array  # [state, lane]
@@ -180,6 +198,10 @@ class Step(NamedTuple):
     watched_middle: Array  # [watched, lane], of these rows
     watched_inside: Array  # [watched, lane]
     crossings: NDArray[np.int64]  # [crossing], which of the watched quantities
+    found: Array  # [crossing, lane], fraction of the step
+    jumped: Array  # [state, then side; lane], filled by `jump`
     damped: NDArray[np.int64]  # [damped], which states
+    sloped: NDArray[np.int64]  # [sloped], which quadratures
+    slope: Array  # [damped times sloped, lane]
     lambda_h: Array  # [damped, lane], lambda times the step
     share: Array  # [damped, lane], 1/(1 + g h lambda)

@@ -42,9 +42,19 @@ solution_type = _tuple_type(
     steps=integers,
 )
 lanes_type = _tuple_type(Lanes, trial=integers, sample=integers)
-step_type = _tuple_type(Step, k=tables, crossings=integers, damped=integers)
+step_type = _tuple_type(
+    Step, k=tables, crossings=integers, damped=integers, sloped=integers
+)
 
-# (rates, watch, per_scale, lanes, step, block, solution)
+# (rates, watch, jump, jumps, per_scale, lanes, step, block, solution)
 march_signature = types.void(
-    rates_type, rates_type, numbers, lanes_type, step_type, block_type, solution_type
+    rates_type,
+    rates_type,
+    rates_type,
+    types.boolean,
+    numbers,
+    lanes_type,
+    step_type,
+    block_type,
+    solution_type,
 )

@@ -14,6 +14,7 @@ import numpy as np
 from tolstat.errors import ModelError, allowed_names
 from tolstat.units import grammar
 from tolstat.units.conversion import check_si
+from tolstat.units.scale import tidy
 
 MOST_WHOLE = 2**53  # up to this number floats hold every whole number
 
@@ -29,7 +30,7 @@ def as_typed(value: Any, *, quoted: bool = False) -> str:
         return "{ " + ", ".join(cells) + " }"
     if isinstance(value, Sequence):
         return "[" + ", ".join(as_typed(each, quoted=quoted) for each in value) + "]"
-    return f"{value}"
+    return tidy(f"{value}")
 
 
 class Kind(ABC):
@@ -85,6 +86,8 @@ class Number(Kind):
             value = grammar.quantity(value, self.unit)
         if isinstance(value, bool) or not isinstance(value, int | float):
             words = f", or one of {', '.join(presets)}" if presets else ""
+            bare = typed and isinstance(value, str)
+            words += ", without quotes and unit" if bare and not words else ""
             raise ModelError(f"a number is expected{words}")
         if isinstance(value, float) and not math.isfinite(value):
             raise ModelError("a finite number is expected")
@@ -94,23 +97,26 @@ class Number(Kind):
             raise ModelError("a whole number is expected")
         value = int(value) if self.whole else float(value)
         if self.above is not None and not value > self.above:
-            raise ModelError(f"it must be above {self.above:g}")
+            raise ModelError(f"it must be above {self._bound(self.above)}")
         if self.at_least is not None and not value >= self.at_least:
-            raise ModelError(f"it must be at least {self.at_least:g}")
+            raise ModelError(f"it must be at least {self._bound(self.at_least)}")
         if self.at_most is not None and not value <= self.at_most:
-            raise ModelError(f"it must be at most {self.at_most:g}")
+            raise ModelError(f"it must be at most {self._bound(self.at_most)}")
         return value
 
     def words(self, value: Any) -> str:
         for word, stands_for in self.presets.items():
             if value == stands_for:
                 return word
-        return grammar.typed(self.unit, value) if self._has_unit else f"{value:.10g}"
+        return self._bound(value)
+
+    def _bound(self, value: float) -> str:
+        return grammar.typed(self.unit or "1", value)
 
     @property
     def allowed(self) -> str:
         bounds = [
-            f"{word} {Number(self.unit).words(bound)}"
+            f"{word} {self._bound(bound)}"
             for word, bound in (
                 ("above", self.above), ("from", self.at_least), ("to", self.at_most),
             )
@@ -208,8 +214,6 @@ class Interval(Kind):
         return grammar.Range(lower, upper)
 
     def words(self, value: Any) -> str:
-        if self.each.unit == "1":
-            return f"{value.lower:.10g}..{value.upper:.10g}"
         return grammar.typed(self.each.unit, *value)
 
     @property

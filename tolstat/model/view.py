@@ -5,14 +5,15 @@ All numbers are SI; a renderer chooses the units.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.arrays import Array
+from tolstat.units.conversion import dimension
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -183,9 +184,11 @@ class Chart:
         for curve in self.curves:
             if curve.at is None:
                 yield Axis(curve.name, curve.unit, curve.shown), curve.values
+        shown = {curve.name: curve.shown for curve in self.curves}
         for band in self.bands:
-            yield Axis(f"{band.name}, lower", band.unit), band.lower
-            yield Axis(f"{band.name}, upper", band.unit), band.upper
+            for side, ends in (("lower", band.lower), ("upper", band.upper)):
+                name = f"{band.name}, {side}"
+                yield Axis(name, band.unit, shown.get(band.of, "")), ends
 
     def parts(self) -> Iterator[tuple[str, Array, Array]]:
         """Yield all curves, bands and regions: name, where on the axis, values, SI."""
@@ -237,6 +240,28 @@ class Listing:
 
 
 View = Chart | Listing
+
+
+def typed_unit(each: Any, typed: Mapping[str, str]) -> str:
+    """Return the unit of a quantity: as typed, by name or kind; else as declared.
+
+    A bare number is no unit for a count or a ratio.
+    """
+    kind, own = dimension(each.unit), str(each.shown)
+    given = (typed.get(key, "") for key in (each.name, str(kind)))
+    fit = (u for u in given if u and dimension(u) == kind and not (u == "1" and own))
+    return next(fit, own)
+
+
+def in_units(view: View, typed: Mapping[str, str]) -> Any:
+    """Return a view in typed units; see `typed_unit`."""
+
+    def shown(several: Any) -> Any:
+        return tuple(each._replace(shown=typed_unit(each, typed)) for each in several)
+
+    if isinstance(view, Listing):
+        return replace(view, heads=shown(view.heads))
+    return replace(view, axis=shown([view.axis])[0], curves=shown(view.curves))
 
 
 class Offer(NamedTuple):

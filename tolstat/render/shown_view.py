@@ -44,8 +44,10 @@ def _long(chart: Chart) -> Iterator[Scaled]:
     """Yield curves without common points as rows of name, place, value, unit."""
     scales = {}
     drawn: list[Curve | Band | Region] = [*chart.curves, *chart.bands, *chart.regions]
+    shown = {curve.name: curve.shown for curve in chart.curves}
     for each in drawn:
-        scale = view_scale(each.unit, getattr(each, "shown", ""))
+        of = each.of if isinstance(each, Band) else each.name
+        scale = view_scale(each.unit, shown.get(of, ""))
         for part in (each.name, f"{each.name}, lower", f"{each.name}, upper"):
             scales[part] = scale
     names, places, parts = zip(*chart.parts(), strict=True)
@@ -154,7 +156,8 @@ def _side(
     shown = [*(each.values for each in curves), *(each.values for each in regions)]
     shown += [ends for each in bands for ends in (each.lower, each.upper)]
     unit = chart.units[curves[0].name if curves else names[0]]
-    scale = view_scale(unit, curves[0].shown if curves else "", *shown)
+    typed = next((curve.shown for curve in curves if curve.shown), "")
+    scale = view_scale(unit, typed, *shown)
     times = scale.factor
     of = {band.name: band.of for band in bands if band.of in names}
     leading = [name for name in names if name not in of]

@@ -16,7 +16,7 @@ from typing import BinaryIO
 
 from tolstat.errors import DamagedError, FormatError, RunFileError
 
-FORMAT = 5
+FORMAT = 6
 MARK = b"tolstat seal, format "
 HDF5 = b"\x89HDF\r\n\x1a\n"
 NEAR = 1 << 16  # bytes from the beginning, in which earlier formats have their seal

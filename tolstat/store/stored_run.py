@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Truths
 from tolstat.model.description import Contributor, Response, StudyNumber
+from tolstat.model.view import typed_unit
 from tolstat.statistics.limits.limit import (
     WORST,
     Limit,
@@ -241,7 +242,8 @@ class Run:
         """Return how a number of the study is shown: as the response it describes."""
         if number.of in self.scales:
             return self.scales[number.of]
-        return scale_of(number.unit, number.shown, abs(number.value))
+        found = scale_of(number.unit, number.shown, abs(number.value))
+        return found.beside(1.0) if found.shown == "%" else found
 
     def column(self, name: str) -> NDArray[Any]:
         """Return a swept setting, contributor or response of all trials, SI.
@@ -296,8 +298,7 @@ class Run:
     ) -> Run:
         """Return the run with these limits, units shown and one more note."""
         responses = tuple(
-            replace(each, shown=each.shown or shown.get(each.name, ""))
-            for each in self.responses
+            replace(each, shown=typed_unit(each, shown)) for each in self.responses
         )
         notes = (*self.notes, note)
         return replace(self, limits=limits, responses=responses, notes=notes)

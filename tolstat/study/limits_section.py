@@ -12,6 +12,7 @@ from tolstat.statistics.limits.limit import DEMANDED, Limit, yield_of_ppk
 from tolstat.study.problems import Problems
 from tolstat.study.study_schema import LimitEntry, read_entry
 from tolstat.units.grammar import limit, quantity
+from tolstat.units.scale import KNOWN, figures
 
 
 def read_limits(
@@ -42,7 +43,10 @@ def read_limit(given: str | dict[str, Any], unit: str) -> Limit:
     entry = read_entry(LimitEntry, keys, "a limit has")
     lower, upper = limit(entry.limit, unit)
     found = Limit(lower, upper, words=entry.limit.strip())
-    return found._replace(demanded=_demanded(entry, found.ends), typed_ppk=entry.ppk)
+    ppk, ppm = entry.ppk, entry.ppm
+    typed = f"Ppk {figures(ppk, KNOWN)}" if ppk is not None else ""
+    typed = f"{figures(ppm, KNOWN)} ppm" if ppm is not None else typed
+    return found._replace(demanded=_demanded(entry, found.ends), demand=typed)
 
 
 def _demanded(entry: LimitEntry, ends: int) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -15,7 +16,7 @@ from tolstat import catalogue
 from tolstat.arrays import Array
 from tolstat.deviations.draw import SAMPLERS, Course, draw_in_stages, streams_of
 from tolstat.deviations.samplers import Sampler, Stage
-from tolstat.errors import StudyError, TolstatError
+from tolstat.errors import ModelError, StudyError, TolstatError, UnitError
 from tolstat.model.checked import check_possible, described
 from tolstat.model.contract import Model
 from tolstat.model.description import Description
@@ -43,8 +44,11 @@ from tolstat.study.sampling import (
 )
 from tolstat.study.stopping_rule import Until, read_until
 from tolstat.study.study_schema import Document, read
+from tolstat.units.conversion import dimension
 from tolstat.units.grammar import unit_of
+from tolstat.units.scale import SIZES
 
+SECTIONS = ("settings", "links", "deviations", "grid", "limits")
 Source = str | os.PathLike[str] | Mapping[str, Any]
 
 
@@ -68,7 +72,8 @@ class Study:
     # known points to show with a grid: their label, and columns
     reference: tuple[str, dict[str, Array]] | None
     limits: dict[str, Limit]  # by response, SI
-    # the unit in which each contributor, response or swept setting is written
+    # the unit in which each contributor, response or swept setting is written; and by
+    # dimension, see `typed_units`
     shown: dict[str, str]
     # the response at whose limit the sampler aims; empty for any other study
     aim: str = ""
@@ -187,6 +192,7 @@ def load(
     problems = Problems(str(path or "the study"))
     given = path or cast(Mapping[str, Any], source)
     text, document = read(given, problems, trials=trials, seed=seed)
+    typed = typed_units(document.model_dump())
     sampling, about = read_sampling(document.sampling, problems)
     chosen = _model(document, model, problems)
     document = read_links(document, chosen, problems)
@@ -251,23 +257,32 @@ def load(
         points,
         reference,
         limits,
-        _shown(
-            description,
-            {
-                **(points.shown if points else {}),
-                **deviating.shown,
-                **(until.shown if until else {}),
-                **{name: unit_of(limit.words) for name, limit in limits.items()},
-            },
-        ),
+        {
+            **typed,
+            **(points.shown if points else {}),
+            **deviating.shown,
+            **(until.shown if until else {}),
+            **{name: unit_of(limit.words) for name, limit in limits.items()},
+        },
         aim,
     )
 
 
-def _shown(description: Description, written: dict[str, str]) -> dict[str, str]:
-    """Return units as written, without those of bare numbers for counts and ratios."""
-    own = {each.name for some in description for each in some if each.shown}
-    return {n: unit for n, unit in written.items() if not (unit == "1" and n in own)}
+def typed_units(study: Mapping[str, Any]) -> dict[str, str]:
+    """Return by dimension the unit in which all such quantities of a study are typed.
+
+    With all speeds in rpm that is {"[angle] / [time]": "rpm"}. Those whose unit follows
+    their size, mm or um, are left out, unless all lengths are in inches.
+    """
+    found: dict[str, set[str]] = {}
+    typed = as_typed([study.get(each) for each in SECTIONS], quoted=True)
+    for text in re.findall('"([^"]*)"', typed):
+        with suppress(UnitError):  # a word, a formula, the name of a file
+            unit = unit_of(text)
+            found.setdefault(str(dimension(unit)), set()).add(unit)
+    sized = {str(dimension(unit)) for unit in SIZES}
+    agreed = {kind: units.pop() for kind, units in found.items() if len(units) == 1}
+    return {k: unit for k, unit in agreed.items() if k not in sized or unit == "in"}
 
 
 def _model(document: Document, model: Model | None, problems: Problems) -> Model:
@@ -284,7 +299,11 @@ def _settings(document: Document, model: Model, problems: Problems) -> Any:
     values, before = {}, len(problems.found)
     for name, given in document.settings.items():
         with problems.noting(f"[settings] {name}", given):
-            values[name] = setting_of(model, name).kind.read(given)
+            known = setting_of(model, name)
+            try:
+                values[name] = known.kind.read(given)
+            except ModelError as error:
+                raise ModelError(f"{error} ({known.sentence})") from None
     if len(problems.found) > before:  # names left out may be missed: not reported
         with suppress(TolstatError):
             return make(model, values)

@@ -13,7 +13,7 @@ import numpy as np
 
 from tolstat.errors import UnitError
 from tolstat.units.conversion import dimension, from_si, si_unit, to_si
-from tolstat.units.scale import scale_of
+from tolstat.units.scale import MOST_FIGURES, figures, scale_of
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _WRITTEN = re.compile(
@@ -21,11 +21,12 @@ _WRITTEN = re.compile(
     r"\s*(1\s*/.*|[^0-9.,+\-<>=±\s].*)?"
 )
 
-# units that a value may be written in, the first of equally short ones
-_WRITTEN_IN = (
-    *("mm", "um", "km", "ms", "us", "kHz", "mHz", "deg", "mrad", "rpm", "kN", "MN"),
-    *("kJ", "MJ", "kW", "MW", "kPa", "MPa", "GPa"),
-)
+# by SI unit others that a value may be written in, the first of equally short ones
+_WRITTEN_IN = {
+    "m": ("mm", "um", "km"), "s": ("ms", "us"), "Hz": ("kHz", "mHz"),
+    "rad": ("deg", "mrad"), "rad/s": ("rpm",), "N": ("kN", "MN"),
+    "J": ("kJ", "MJ"), "W": ("kW", "MW"), "Pa": ("kPa", "MPa", "GPa"),
+}  # fmt: skip
 _SAME = 1e-12  # of a value: rounding of writing and reading
 
 # squares and products of numbers in this range are numbers too
@@ -123,7 +124,8 @@ def unit_of(text: str) -> str:
 def typed(unit: str, *values: float) -> str:
     """Return a quantity, or a range, as text in the unit with the fewest digits.
 
-    Units are SI and the usual ones: 0.06 m is "60 mm", 0.349... rad "20 deg".
+    Units are SI and the usual ones: 0.06 m is "60 mm", 0.349... rad "20 deg". A bare
+    number has the unit "1".
     """
 
     def size(name: str) -> tuple[int, bool]:
@@ -132,15 +134,14 @@ def typed(unit: str, *values: float) -> str:
         digits = sum(len(f"{x:.9e}"[:-4].strip("-0.").replace(".", "")) for x in shown)
         return digits, not all(x == 0 or 0.1 <= abs(x) < 10_000 for x in shown)
 
-    # a moment, N m, is no energy
-    known = () if " " in unit else _WRITTEN_IN
-    kind = [name for name in known if dimension(name) == dimension(unit)]
-    best = min((unit, *kind), key=size)
-    words = [f"{from_si(value, unit, best):.10g}" for value in values]
+    best = min((unit, *_WRITTEN_IN.get(unit, ())), key=size)
+    if not any(values):
+        best = {"m": "mm", "rad": "deg"}.get(unit, unit)
+    words = [figures(from_si(value, unit, best), MOST_FIGURES) for value in values]
     back = [to_si(float(word), best, unit) for word in words]
     if not np.allclose(back, values, rtol=_SAME, atol=0.0):
-        words, best = [f"{value:.10g}" for value in values], unit
-    return f"{'..'.join(words)} {best}"
+        words, best = [figures(value, MOST_FIGURES) for value in values], unit
+    return f"{'..'.join(words)} {scale_of(best, best).mark}".strip()
 
 
 def _split(text: str) -> tuple[str, str, str, str]:

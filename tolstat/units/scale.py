@@ -17,6 +17,7 @@ BOUND = 3  # of a bound, and of an estimate without a trustworthy interval
 MOST_FIGURES = 10  # of any number
 KNOWN = 12  # figures; the next ones are rounding errors of binary numbers
 NOTHING = 1e-6  # of a size, up to the next power of ten: practically zero
+ROUNDING = 1e-6  # of what is practically zero: a rounding error of binary numbers
 # of the width of an interval: an end, and an estimate, that is practically zero
 SPECK = Decimal("1e-4"), Decimal("1e-5")
 TOLD = 1e-3  # of a spread: rounding of a number without interval
@@ -28,12 +29,12 @@ SIZES = {
     "1": (("%", 0.0),),
     "m": (("m", 100.0), ("mm", 1e-4), ("um", 1e-7), ("nm", 0.0)),
     "rad": (("rad", 10.0), ("mrad", 1e-5), ("urad", 0.0)),
-    "N": (("MN", 1e7), ("kN", 10.0), ("N", 0.1), ("mN", 1e-4), ("uN", 0.0)),
+    "N": (("MN", 1e7), ("kN", 1e3), ("N", 0.1), ("mN", 1e-4), ("uN", 0.0)),
     "J": (
-        ("MJ", 1e7), ("kJ", 10.0), ("J", 0.1), ("mJ", 1e-4), ("uJ", 1e-7), ("nJ", 0.0),
+        ("MJ", 1e7), ("kJ", 1e3), ("J", 0.1), ("mJ", 1e-4), ("uJ", 1e-7), ("nJ", 0.0),
     ),
-    "W": (("MW", 1e7), ("kW", 10.0), ("W", 0.1), ("mW", 1e-4), ("uW", 0.0)),
-    "N m": (("MN m", 1e7), ("kN m", 10.0), ("N m", 1e-2), ("mN m", 0.0)),
+    "W": (("MW", 1e7), ("kW", 1e3), ("W", 0.1), ("mW", 1e-4), ("uW", 0.0)),
+    "N m": (("MN m", 1e7), ("kN m", 1e3), ("N m", 1e-2), ("mN m", 0.0)),
     "Pa": (("GPa", 1e10), ("MPa", 1e4), ("kPa", 10.0), ("Pa", 0.0)),
     "Hz": (("kHz", 1e5), ("Hz", 1e-2), ("mHz", 0.0)),
     "s": (("s", 0.1), ("ms", 1e-5), ("us", 0.0)),
@@ -70,11 +71,7 @@ class Scale(NamedTuple):
     @property
     def factor(self) -> float:
         """Factor from SI to the unit shown."""
-        return self.converted(1.0)
-
-    def converted(self, value: float) -> float:
-        """Return an SI number, converted to the unit shown."""
-        return float(from_si(value, self.unit, self.shown))
+        return float(from_si(1.0, self.unit, self.shown))
 
     @property
     def mark(self) -> str:
@@ -83,7 +80,7 @@ class Scale(NamedTuple):
 
     def beside(self, size: float) -> Scale:
         """Return the scale whose least number suits numbers of a size, SI."""
-        shown = NOTHING * abs(self.converted(size))
+        shown = NOTHING * self.factor * abs(size)
         known = shown > 0 and math.isfinite(shown)
         least = 10.0 ** math.ceil(math.log10(shown)) if known else 0.0
         return self._replace(least=least)
@@ -94,29 +91,22 @@ class Scale(NamedTuple):
         A spread of 0 or not finite is unknown. Numbers that are `asked`, such as ends
         of a limit, get one more decimal than they have.
         """
-        shown = (self.converted(each) for each in asked)
+        shown = (self.factor * each for each in asked)
         places = [1 - int(_known(x).as_tuple().exponent) for x in shown if x]
-        told = 2 * TOLD * abs(self.converted(spread))
+        told = 2 * TOLD * self.factor * abs(spread)
         if told > 0 and math.isfinite(told):
             places.append(math.ceil(-math.log10(told) - NOTHING))
         return self._replace(place=max(places, default=None))
-
-    @property
-    def exact(self) -> Scale:
-        """Return the scale without a least number."""
-        return self._replace(least=0.0)
-
-    def nothing(self, value: float) -> bool:
-        """Whether an SI number is practically zero, but not exactly."""
-        return 0 < abs(self.converted(value)) < self.least
 
     def number(self, value: float, count: int = 0) -> str:
         """Write an SI number in the unit shown, without it.
 
         It has at most `count` figures; by default four, or as many as its place needs.
         """
-        shown = self.converted(value)
-        if self.nothing(value):
+        shown = self.factor * value
+        if abs(shown) < ROUNDING * self.least:
+            return "0"
+        if 0 < abs(shown) < self.least:
             return self._below(shown)
         if self.shown == COUNT and shown.is_integer():
             return f"{shown:.0f}"
@@ -135,8 +125,8 @@ class Scale(NamedTuple):
         return self._bound(value, ROUND_CEILING)
 
     def _bound(self, value: float, rounding: str) -> str:
-        shown = self.converted(value)
-        if self.nothing(value):
+        shown = self.factor * value
+        if 0 < abs(shown) < self.least:
             safe = shown > 0 if rounding == ROUND_CEILING else shown < 0
             shown = math.copysign(self.least, shown) if safe else 0.0
         return figures(shown, BOUND, rounding)
@@ -146,14 +136,14 @@ class Scale(NamedTuple):
     ) -> tuple[str, str, str]:
         """Write an estimate and the ends of its interval, SI, NaN without one.
 
-        All three end at the second figure of half the width. They have at most ten
-        figures, and at least one if zero is outside, unless they are tiny against the
-        width. If the estimate is one end, the other is a bound: three figures of the
-        width, rounded outwards. So is the end of an open interval. Without width they
-        are plain numbers; without an interval the estimate has three figures.
+        Each has three figures, and more down to the second figure of half the width.
+        What is practically zero beside the width is zero. If the estimate is one end,
+        the other is a bound: three figures of the width, rounded outwards. So is the
+        end of an open interval. Without width they are plain numbers; without an
+        interval the estimate has three figures.
         """
         given = (value, lower, upper)
-        three = [self.converted(x) for x in given]
+        three = [self.factor * x for x in given]
         whole = self.shown == COUNT and all(map(float.is_integer, three))
         if math.isnan(three[1]) or math.isnan(three[2]):
             return self.number(value, BOUND), self.number(lower), self.number(upper)
@@ -165,13 +155,7 @@ class Scale(NamedTuple):
             return self.number(value), self.number(lower), self.number(upper)
         size = max(abs(x) for x in known if x.is_finite())
         bound = middle in (below, above)
-        place = min(
-            BOUND - 1 - width.adjusted() if bound else 1 - (width / 2).adjusted(),
-            self.most - 1 - size.adjusted(),
-        )
-        own = below > 0 or above < 0  # zero is outside: at least one figure
-        # where figures end before that, a practically zero number becomes zero
-        least = self.least if own or 10.0**-place <= self.least else 0.0
+        place = BOUND - 1 - width.adjusted() if bound else 1 - (width / 2).adjusted()
         plain = PLAINLY[0] <= size <= PLAINLY[1]
         roundings = (
             ROUND_HALF_EVEN,
@@ -180,13 +164,14 @@ class Scale(NamedTuple):
         )
         words = []
         for x, rounding in zip(known, roundings, strict=True):
+            seen = x.is_finite() and abs(x) > SPECK[x == middle] * width
             if not x.is_finite():
                 words.append(self.number(value))
-            elif 0 < abs(x) < least:
+            elif seen and abs(x) < self.least:
                 words.append(self._below(float(x)))
             else:
-                seen = own and abs(x) > SPECK[x == middle] * width
-                last = max(place, -x.adjusted()) if seen else place
+                last = max(place, BOUND - 1 - x.adjusted()) if seen else place
+                last = min(last, self.most - 1 - x.adjusted()) if seen else last
                 if bound and x == middle:  # exact: no trailing zeros
                     last = min(last, -int(x.as_tuple().exponent))
                 words.append(_to_place(x, last, rounding, plain))
@@ -194,7 +179,7 @@ class Scale(NamedTuple):
         return a, b, c
 
     def _below(self, shown: float) -> str:
-        least = _tidy(f"{self.least:g}")
+        least = tidy(f"{self.least:g}")
         return f"below {least}" if shown > 0 else f"above -{least}"
 
     def words(self, value: float) -> str:
@@ -232,8 +217,7 @@ class Ratio(NamedTuple):
 
 
 PER_CENT, PPM, AS_IS = Scale("1", "%"), Scale("1", "ppm"), Scale("1", PLAIN)
-# of some trials, or of a variance
-PART = PER_CENT._replace(most=BOUND)
+PART = PER_CENT.beside(1.0)._replace(most=BOUND)  # of trials, of a variance, of chance
 
 
 def share_words(share: float) -> str:
@@ -258,7 +242,7 @@ def figures(value: float, count: int = FIGURES, rounding: str = ROUND_HALF_EVEN)
     elif count == FIGURES:
         count -= 1
     rounded = Context(count, rounding).plus(known)
-    return f"{rounded:f}" if plain else _tidy(f"{rounded:e}")
+    return f"{rounded:f}" if plain else tidy(f"{rounded:e}")
 
 
 def _known(value: float) -> Decimal:
@@ -269,16 +253,16 @@ def _known(value: float) -> Decimal:
 def _to_place(value: Decimal, place: int, rounding: str, plain: bool) -> str:
     """Write a number up to a decimal place; before the point if that is negative.
 
-    A plain number has no exponent, unless it begins with six zeros.
+    A plain number has no exponent, unless it begins with four zeros.
     """
     rounded = value.quantize(Decimal(1).scaleb(-place), rounding)
     if rounded == 0:
         return "0"
-    plain = plain and abs(rounded) >= NOTHING
-    return f"{rounded:f}" if plain else _tidy(f"{rounded:e}")
+    plain = plain and abs(rounded) >= PLAINLY[0] / 10
+    return f"{rounded:f}" if plain else tidy(f"{rounded:e}")
 
 
-def _tidy(number: str) -> str:
+def tidy(number: str) -> str:
     """Write 1e-05 as 1e-5."""
     return re.sub(r"e([+-])0+(?=\d)", r"e\1", number).replace("e+", "e")
 

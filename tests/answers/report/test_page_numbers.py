@@ -93,7 +93,8 @@ def test_numbers_have_the_digits_that_their_intervals_support(report, mill):
                 size = factor * max(abs(value), abs(lower), abs(upper))
                 supported = 10.0 ** (math.floor(math.log10(half)) - 1)
                 allowed = 10.0 ** (math.floor(math.log10(size)) - 9)
-                least = max(supported, allowed)
+                own = 10.0 ** (math.floor(math.log10(abs(factor * value))) - 2)
+                least = min(max(supported, allowed), own)  # three figures at least
                 assert last_place(words) >= 0.99 * least, (name, head)
                 if "." in words:
                     assert last_place(words) <= 1.01 * least, (name, head)
@@ -316,9 +317,10 @@ def test_main_causes_come_from_the_stored_columns(report, mill):
     [
         ({"ppk": 1.33}, "for Ppk 1.33", "demanded 1.33"),
         ({"ppk": 2}, "for Ppk 2", "demanded 2"),
-        ({"ppm": 100}, "for 99.99 %", "demanded 1.240"),
-        ({"ppm": 10}, "for 99.999 %", "demanded 1.422"),
-        ({"ppm": 1e-6}, "for 99.9999999999 %", "demanded 2.345"),
+        ({"ppm": 2000}, "for 2000 ppm", "demanded 0.9594"),
+        ({"ppm": 10}, "for 10 ppm", "demanded 1.422"),
+        ({"ppm": 1e-6}, "for 1e-6 ppm", "demanded 2.345"),
+        ({"yield": "99.8 %"}, "for 99.8 %", "demanded 0.9594"),
         ({}, "for 99.73 %", "demanded 0.9274"),
     ],
 )

@@ -243,7 +243,7 @@ def test_the_first_page_names_main_causes_and_the_gain_of_halving(report):
     assert contributions.together["gears"].reason.startswith("needs a run with")
     # where no main cause is named stands what has most of the variance
     below = {name: as_text(row["main cause"].below) for name, row in rows.items()}
-    assert re.fullmatch(r"variance: gears \d+ % .*", below["shaft_9_moment"])
+    assert re.fullmatch(r"variance: gears \d\d\.\d % .*", below["shaft_9_moment"])
     for name in set(rows) - {"shaft_9_moment"}:
         each = found.responses[name]
         told = each.causes.main is None and not each.contributions.dominated_by_few

@@ -87,7 +87,9 @@ def _verdicts(found: Comparison) -> Section:
             "response": text(Name(name), f" {design.label}"),
             "limit": limit_cell(limited.limit),
             "verdict": verdict_cell(limited.yields),
-            "out of limit, ppm": ppm(limited.yields.fraction_out_of_limit),
+            "out of limit, ppm": ppm(
+                limited.yields.fraction_out_of_limit, design.done + design.failed
+            ),
             "equivalent Ppk": ppk_cell(limited.equivalent_ppk),
         }
         for name in found.responses
@@ -147,13 +149,15 @@ def _limits(found: Comparison, one: Difference) -> Table:
     b = one.design
     by_moments = f"Ppk by moments: {b} - A"
     rows: list[dict[str, Given]] = []
+    both = one.pairing.done_in_both + one.pairing.failed
+    of = [both or design.done + design.failed for design in found.of(one)]
     for name, each in one.limits.items():
         first, other = each.limits
         rows.append({
             "response": Name(name),
             "limit": Cell(text(first), text(f"{b}: {other}") if other != first else ()),
-            "ppm: A": ppm(each.fractions_out_of_limit[0]),
-            f"ppm: {b}": ppm(each.fractions_out_of_limit[1]),
+            "ppm: A": ppm(each.fractions_out_of_limit[0], of[0]),
+            f"ppm: {b}": ppm(each.fractions_out_of_limit[1], of[1]),
             f"ppm: {b} - A": ppm(each.fraction_difference),
             "worse": None if each.worse is None else Number(each.worse),
             "better": None if each.better is None else Number(each.better),
@@ -184,8 +188,9 @@ def _responses(found: Comparison, one: Difference) -> Table:
         for q, found_at in each.quantiles.items():
             row[f"{less}: {share_words(q)}"] = Number(found_at, scale)
         if one.pairing.paired:
-            row[f"smaller in {b.label}, %"] = Number(each.smaller, PER_CENT)
-            row[larger] = Number(each.larger, PER_CENT)
+            both = one.pairing.done_in_both
+            row[f"smaller in {b.label}, %"] = Number(each.smaller, PER_CENT, of=both)
+            row[larger] = Number(each.larger, PER_CENT, of=both)
         rows.append(row)
     caption = say(
         f"{{}}. Differences: {{}}. {less}: of quantiles, their difference",

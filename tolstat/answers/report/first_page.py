@@ -27,7 +27,7 @@ from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET
 from tolstat.statistics.summary import Limited
-from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM
+from tolstat.units.scale import PART, PER_CENT, PPM
 
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import (
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
         RunSummary,
     )
 
-LEVEL = PER_CENT.beside(1.0)  # of chance: no test is better than that
 STARRED = {"mean": "mean *", "sigma": "sigma *"}  # their assumption stands below
 PAGE_ONLY = ("mean *", "sigma *", "least", "largest", "0.135 %", "99.865 %")
 MOST_LIMITS = 6  # in the table of a first page: on paper it is one sheet
@@ -88,7 +87,7 @@ def _lead(found: RunSummary) -> Parts:
         return text("The study limits no response.")
     counts = Counter(each.yields.verdict for each in found.limits.values())
     (word, first), *others = counts.items()
-    n = counts.total()
+    n, trials = counts.total(), found.trials.done + found.trials.failed
     of = "The limit is" if n == 1 else f"All {n} limits are"
     if first < n:
         of = f"{first} of {n} limits {'is' if first == 1 else 'are'}"
@@ -97,7 +96,7 @@ def _lead(found: RunSummary) -> Parts:
     ran, requested = found.trials.ran, found.trials.requested
     return say(
         f"{{}}. Yield, {'all limits' if n > 1 else 'this limit'}: {{}}.{{}}{{}}",
-        listed(said, joint=""), Number(found.all_limits.within, PER_CENT),
+        listed(said, joint=""), Number(found.all_limits.within, PER_CENT, of=trials),
         " Failed trials count as out of limit." if found.trials.failed else None,
         f" So far {ran} of {requested} trials have run." if ran < requested else None,
     )  # fmt: skip
@@ -111,40 +110,40 @@ def limits_table(
     Of all limits, or of the worst ones.
     """
     rows, every = [], list(found.limits.items())
+    of = found.trials.done + found.trials.failed
     for name, limited in every[:most]:
         each, yields = found.responses[name], limited.yields
-        good = Number(yields.within_at_most, PER_CENT)
+        good = Number(yields.within_at_most, PER_CENT, of=of)
         failed = say("yield, if failed trials were good: {}", good)
         rows.append({
             **limit_row(
                 Cell((Name(name, name if name in links else ""),), text(each.sentence)),
                 limited.limit, verdict_cell(yields),
-                Cell((ppm(yields.fraction_out_of_limit),),
+                Cell((ppm(yields.fraction_out_of_limit, of),),
                      failed if found.trials.failed else ()),
                 limited.equivalent_ppk,
             ),
             "main cause": _cause_cell(each),
             "what would help": what_helps.cell(found.stored_run, each.causes, limited),
         })  # fmt: skip
-    words, of = ("main cause", "what would help"), rests_on(found)
+    words, said = ("main cause", "what would help"), rests_on(found)
     if len(rows) < len(every):
         first = f"The {len(rows)} worst of {len(every)} limits; behind: "
-        of = say("{}{}. {}", first, Name(ALL_LIMITS, "limits"), of)
-    return blocks.table_of(rows, "Limits", words=words, caption=of, look="verdicts")
+        said = say("{}{}. {}", first, Name(ALL_LIMITS, "limits"), said)
+    return blocks.table_of(rows, "Limits", words=words, caption=said, look="verdicts")
 
 
 def limit_row(
     name: Cell, limit: Limit, verdict: blocks.Given, share: Cell, equivalent: Estimate
 ) -> dict[str, blocks.Given]:
     """Return a row on a limit: its demand and its results."""
-    typed = limit.typed_ppk
-    demanded = f"{typed:.{KNOWN}g}" if typed else AS_IS.number(limit.ppk)
+    demanded = Number(limit.ppk)
     return {
         "response": name,
         "limit": limit_cell(limit),
         "verdict": verdict,
         "out of limit, ppm": share,
-        "equivalent Ppk": Cell((Number(equivalent),), text(f"demanded {demanded}")),
+        "equivalent Ppk": Cell((Number(equivalent),), say("demanded {}", demanded)),
     }
 
 
@@ -161,7 +160,7 @@ def _cause_cell(each: ResponseSummary) -> Cell:
         return Cell(text("; or equally ".join(every)), explained(pair, causes))
     if causes.leading:
         name = causes.leading[0]
-        level = Number(causes.every[name].level, LEVEL)
+        level = Number(causes.every[name].level, PART)
         return Cell((Name(name),), text("significant at ", level))
     variance: Parts = ()
     if most := each.largest_share:
@@ -250,7 +249,7 @@ def ranges_of(found: RunSummary) -> blocks.Ranges:
     for name, each in found.limits.items():
         share, verdict = each.yields.fraction_out_of_limit, each.yields.verdict
         rows.append(blocks.Range(name, share, 1 - each.limit.demanded, verdict))
-    said = ", ".join(f"{each.name} {PPM.number(each.found.value)}" for each in rows)
+    said = ", ".join(f"{each.name} {PPM.interval(*each.found[:3])[0]}" for each in rows)
     words = f"Fractions out of limit in ppm: {said}"
     return blocks.Ranges(words, tuple(rows), PPM, "permitted")
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from tolstat.answers.cells import ppk_cell, ppm
 from tolstat.answers.next_steps import to_replay
 from tolstat.answers.report.first_page import (
-    LEVEL,
     at_least,
     explained,
     no_cause,
@@ -94,7 +93,7 @@ def response_section(found: Report, name: str) -> Section:
     )
     shown = blocks.shown(
         blocks.note(_declared(each)),
-        blocks.paragraph(_point_mass(each)),
+        blocks.paragraph(_point_mass(each, found.trials.done)),
         blocks.Gallery(figures_of(found, name)) if drawn else blocks.paragraph(nothing),
         _part("Performance", *_performance(found, each)),
         *(() if each.still else analysed),
@@ -114,14 +113,14 @@ def _declared(each: ReportedResponse) -> Parts:
     return text(f"{said}." if said else None)
 
 
-def _point_mass(each: ReportedResponse) -> Parts:
+def _point_mass(each: ReportedResponse, done: int) -> Parts:
     """Return a sentence on the value that many trials share."""
     if (mass := each.point_mass) is None:
         return ()
     ends = Number(mass.least, each.scale), Number(mass.largest, each.scale)
     return say(
         "{} of production shares one value, {}{}. The histogram shows the others.",
-        Number(mass.share, PER_CENT), Number(mass.value, each.scale),
+        Number(mass.share, PER_CENT, of=done), Number(mass.value, each.scale),
         say(" (from {} to {})", *ends) if mass.least != mass.largest else None,
     )  # fmt: skip
 
@@ -173,7 +172,8 @@ def _causes_table(found: Report, causes: Causes) -> Table:
     """Return a row for each pair, kind of part and contributor."""
     rows: list[Row] = []
     for pair in causes.pairs[:MOST_PAIRS]:
-        alone = Number(pair.together.alone, PER_CENT, "at_most")
+        n = causes.out_of_limit
+        alone = Number(pair.together.alone, PER_CENT, "at_most", n)
         below = say(
             "{}; either of them alone in at most {}", explained(pair, causes), alone
         )
@@ -194,7 +194,7 @@ def _cause(part: Cell, level: float, cause: Cause | PairCause) -> Row:
     size = cause.effective_sample_size
     return {
         "contributor": part,
-        "level, %": Number(level, LEVEL),
+        "level, %": Number(level, PART),
         "out of limit with its tolerance halved, ppm": ppm(cause.halved),
         "effective sample size": Number(size) if size else None,
     }
@@ -258,7 +258,7 @@ def _contributors(
         shares["Sobol' first-order index, %"] = indices.first, PART
         shares["Sobol' total index, %"] = indices.total, PART
     if each.linear:
-        shares["root sum square, % of the variance"] = each.linear.shares, PER_CENT
+        shares["root sum square, % of the variance"] = each.linear.shares, PART
     rows: list[Row] = []
     for part in every:
         shown = found.stored_run.scales.get(part, AS_IS)  # a batch has none
@@ -322,7 +322,7 @@ def _integration(found: Report, each: ReportedResponse) -> tuple[Block | None, .
     """Return the size of integration errors, and their effect."""
     if (errors := each.integration_errors) is None:
         return ()
-    exact, effect = each.scale.exact, errors.effect
+    exact, effect = each.scale._replace(least=0.0), errors.effect
     tightened = ", ".join(f"{k} {AS_IS.number(v)}" for k, v in errors.settings.items())
     above = text("Trials depend on each other: how many err more is not known.")
     if errors.above == errors.above:
@@ -363,7 +363,7 @@ def _sides(each: ReportedResponse, errors: IntegrationErrors) -> Parts:
     """Return how many trials change sides of the limit."""
     if errors.effect is None or (sides := errors.sides) is None:
         return ()
-    gap = Number(sides.gap, each.scale.exact)
+    gap = Number(sides.gap, each.scale, "at_least")
     rest = say(
         f"All {sides.near} less than {{}} from the limit were evaluated again. "
         "If all others err by less, the fraction out of limit moves by at most "

@@ -135,7 +135,7 @@ def _compared(run: Run, axis: str, response: str, sweep: Sweep) -> Table | None:
         on &= np.isclose(columns[name], sweep.at[name], rtol=1e-9, atol=0.0)
     if not on.any():
         return None
-    along, scale = axis_scale(run, axis), run.scales[response].exact
+    along, scale = axis_scale(run, axis), run.scales[response]._replace(least=0.0)
     at, known = columns[axis][on], columns[response][on]
     here = np.interp(at, sweep.x, sweep.y, left=np.nan, right=np.nan)
     rows = [

@@ -16,7 +16,7 @@ from tolstat.model import settings as model_settings
 from tolstat.model.checked import described, history_of, offers, shown, simulate
 from tolstat.model.contract import STEP, Model
 from tolstat.model.description import Description
-from tolstat.model.view import View
+from tolstat.model.view import View, in_units
 from tolstat.status import status_words, words_of
 from tolstat.study.study import Source, Study, load
 
@@ -191,7 +191,8 @@ def view_of(
     offer, rows = known[name], _first(model, settings, deviations)
     if study is not None and offer.n_others:
         rows = np.concatenate([rows, study.machines(offer.n_others)])
-    return shown(model, offer, rows, settings)
+    found = shown(model, offer, rows, settings)
+    return in_units(found, study.shown) if study else found
 
 
 def _first(

@@ -20,7 +20,7 @@ from tolstat.model.contract import STEP, Model
 from tolstat.model.description import Response
 from tolstat.model.setting_kinds import as_typed
 from tolstat.model.settings import read, setting_of
-from tolstat.model.view import Chart
+from tolstat.model.view import Chart, in_units, typed_unit
 from tolstat.render.serialize import Row
 from tolstat.statistics.limits.limit import Limit
 from tolstat.status import Status, words_of
@@ -29,7 +29,7 @@ from tolstat.store.open_run import open as open_run
 from tolstat.store.stored_run import Run
 from tolstat.study.given_points import setting_name
 from tolstat.study.links_section import settings_with_links
-from tolstat.study.study import Study
+from tolstat.study.study import Study, typed_units
 from tolstat.units.scale import Scale, scale_of
 
 
@@ -176,9 +176,12 @@ def replay(run: RunSource, index: int | None, model: Model | None = None) -> Rep
         row = {name: float(run.column(name)[index]) for name in row}
         for name in (each.name for each in run.swept):
             swept[name] = Quantity(run.column(name)[index].item(), scales[name])
+    typed = {each.name: each.shown for each in run.responses}
+    typed |= typed_units(run.study.table)
     found = _simulated(
-        loaded, settings, row, run.responses, run.limits, lambda r, _: scales[r.name]
-    )
+        loaded, settings, row, run.responses, run.limits, lambda r, _: scales[r.name],
+        typed,
+    )  # fmt: skip
     which = "nominal trial" if index is None else f"trial {index}"
     return replace(
         found,
@@ -202,14 +205,14 @@ def nominal_trial(study: Study) -> Replay:
     contributors, responses = study.description
 
     def scale(each: Response, value: float) -> Scale:
-        shown = study.shown.get(each.name) or each.shown
+        shown = typed_unit(each, study.shown)
         limit = study.limits.get(each.name)
         asked = limit.asked if limit else ()
         return scale_of(each.unit, shown, abs(value)).telling(0.0, asked)
 
     row = {part.name: 0.0 for part in contributors}
     model, settings, limits = study.model, study.settings, study.limits
-    found = _simulated(model, settings, row, responses, limits, scale)
+    found = _simulated(model, settings, row, responses, limits, scale, study.shown)
     return replace(found, title=f"{study.title}: nominal trial")
 
 
@@ -220,11 +223,13 @@ def _simulated(
     responses: tuple[Response, ...],
     limits: Mapping[str, Limit],
     scale: Callable[[Response, float], Scale],
+    typed: Mapping[str, str],
 ) -> Replay:
     """Return the simulated trial of a row of deviations, SI."""
     deviations, chart = np.array(list(row.values())), None
     if model.moves:
-        chart, outcome = history_of(model, deviations, settings, STEP)
+        history, outcome = history_of(model, deviations, settings, STEP)
+        chart = in_units(history, typed)
     else:
         outcome = simulate(model, deviations[None, :], settings)
     found = {}

@@ -12,7 +12,7 @@ from tolstat.units.grammar import Range
 
 BALANCED = {"balanced": None}
 MOST_TEETH = 10_000
-STEEPEST = 1.5  # helix angle, rad
+STEEPEST = radians(85)  # helix angle
 ORDERS = ("teeth", "ratio_error", "size", "balance")
 
 

@@ -19,7 +19,7 @@ from tolstat.model.description import (
     Response,
 )
 from tolstat.model.settings import setting
-from tolstat.units.grammar import Range
+from tolstat.units.grammar import Range, typed
 
 PAPER_INNER_RADIUS = 3.0  # m, of the table, if a study gives no radius
 NAMED_LOBES = 12  # harmonics of out-of-roundness with settings
@@ -100,7 +100,8 @@ class Asked:
             )
         if not self.support_angle < math.pi:
             raise ModelError(
-                f"support_angle = {self.support_angle:.6g} rad: it must be below 180 deg"
+                f"support_angle = {typed('rad', self.support_angle)}: it must be below "
+                "180 deg"
             )
         lobes = self.out_of_roundness_harmonics
         if len(set(lobes)) < len(lobes):

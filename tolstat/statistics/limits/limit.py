@@ -27,15 +27,15 @@ class Limit(NamedTuple):
         Demanded yield.
     words : str
         The values as the study writes them.
-    typed_ppk : float or None
-        The Ppk that the study demands; None if it demands a yield.
+    demand : str
+        The demand as the study writes it, "Ppk 1.33" or "2000 ppm"; empty for a yield.
     """
 
     lower: float
     upper: float
     demanded: float = DEMANDED
     words: str = ""
-    typed_ppk: float | None = None
+    demand: str = ""
 
     @property
     def permitted(self) -> tuple[float, float]:
@@ -55,7 +55,8 @@ class Limit(NamedTuple):
     @property
     def ppk(self) -> float:
         """The demanded yield as the Ppk of a normal response."""
-        return self.typed_ppk or ppk_of(1 - self.demanded, self.ends)
+        typed = self.demand.partition("Ppk ")[2]
+        return float(typed) if typed else ppk_of(1 - self.demanded, self.ends)
 
 
 def within(values: Array, permitted: tuple[float, float]) -> Truths:

@@ -1,0 +1,286 @@
+"""Jumps that the state triggers: relay, stick and slip, stop, backlash, impact.
+
+Each is compared with SciPy's DOP853, which ends at each event and begins again behind
+it, phase by phase.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tolstat.integrator.integrate import integrate
+from tolstat.integrator.problem import SIDES, Accuracy, System
+from tolstat.integrator.signatures import rates_signature
+from tolstat.lanes.compiled import compiled
+from tolstat.lanes.rows import rows, write
+from tolstat.status import Status
+
+RTOL = 10.0 ** -np.arange(3, 10)
+END = 12.0  # s
+
+
+def event(function, direction):
+    """An event of SciPy that ends the phase."""
+
+    def found(t, y):
+        return function(t, y)
+
+    found.terminal, found.direction = True, direction
+    return found
+
+
+def by_phases(phases, start, y):
+    """Integrate phase after phase: name -> (rates, {next phase: (event, jump)})."""
+    t, name = 0.0, start
+    while t < END:
+        rates, exits = phases[name]
+        events = [each for each, _ in exits.values()]
+        found = solve_ivp(
+            rates, (t, END), y, "DOP853", events=events, rtol=1e-12, atol=1e-13,
+            max_step=0.05,
+        )  # fmt: skip
+        t, y = found.t[-1], found.y[:, -1]
+        if found.status == 1:
+            hit = next(i for i, times in enumerate(found.t_events) if len(times))
+            name, (_, jump) = list(exits.items())[hit]
+            y = jump(y)
+    return y
+
+
+def same(y):
+    return y
+
+
+def errors(system, start, p, longest=0.1):
+    """The states at the end, by rtol, and the steps."""
+    found = [
+        integrate(system, np.array([start]), np.array([p]), np.array([[0.0, END]]),
+                  Accuracy(rtol, longest))
+        for rtol in RTOL
+    ]  # fmt: skip
+    assert all(each.status[0] == Status.DONE for each in found)
+    return np.array([each.states[0, -1] for each in found]), found
+
+
+def check(system, start, p, reference):
+    states, found = errors(system, start, p)
+    off = np.abs(states - reference).max(axis=1)
+    np.testing.assert_array_less(off, 10 * RTOL, err_msg=f"{off}")
+    assert found[0].steps[0] < 1500
+
+
+@compiled(rates_signature)
+def relay(moment, y, p, out):
+    """An oscillator that a relay with the sign of x drives: x'' = -x - 0.1 x' - s."""
+    x, v = rows(y)[0], rows(y)[1]
+    side = rows(moment)[SIDES]
+    write(out, 0, (v, -x - 0.1 * v + rows(p)[0] * side, x))
+
+
+def test_relay():
+    drive = 0.3
+    system = System(relay, np.ones(2), n_extremes=1, crossings=(0,))
+
+    def rates(s):
+        return lambda t, y: (y[1], -y[0] - 0.1 * y[1] + s * drive)
+
+    phases = {
+        "above": (rates(1), {"below": (event(lambda t, y: y[0], -1), same)}),
+        "below": (rates(-1), {"above": (event(lambda t, y: y[0], 1), same)}),
+    }
+    check(system, [1.0, 0.0], [drive], by_phases(phases, "above", [1.0, 0.0]))
+
+
+@compiled(rates_signature)
+def belt(moment, y, p, out):
+    """A block on a belt of speed p0, on a spring: static friction p1, sliding p2."""
+    x, v = rows(y)[0], rows(y)[1]
+    speed, most, sliding = rows(p)[0], rows(p)[1], rows(p)[2]
+    slips, holds = rows(moment)[SIDES], rows(moment)[SIDES + 1]
+    sticks = (slips == 0.0) & (holds > 0.0)
+    # where it begins to slip, the spring pulls it back
+    way = np.where(slips == 0.0, np.copysign(1.0, -x), slips)
+    force = np.where(sticks, x, -way * sliding)
+    write(out, 0, (v, force - x, v - speed, most - np.abs(x)))
+
+
+def test_stick_and_slip():
+    speed, most, sliding = 0.5, 1.0, 0.6
+    system = System(belt, np.ones(2), n_extremes=2, crossings=(0, 1))
+    phases = {
+        "sticks": (
+            lambda t, y: (speed, 0.0),
+            {"slips": (event(lambda t, y: most - abs(y[0]), -1), same)},
+        ),
+        "slips": (
+            lambda t, y: (y[1], sliding - y[0]),
+            {"sticks": (event(lambda t, y: y[1] - speed, 1), same)},
+        ),
+    }
+    reference = by_phases(phases, "sticks", [0.0, speed])
+    check(system, [0.0, speed], [speed, most, sliding], reference)
+
+
+@compiled(rates_signature)
+def stop(moment, y, p, out):
+    """A mass on a spring against a stop with spring and damper; work of the contact."""
+    x, v = rows(y)[0], rows(y)[1]
+    touches = rows(moment)[SIDES] < 0.0
+    force = np.where(touches, -rows(p)[0] * x - rows(p)[1] * v, 0.0)
+    write(out, 0, (v, force - 0.2 * (x - 1.0), force * v, x))
+
+
+def test_a_stop_with_spring_and_damper():
+    k, b = 50.0, 4.0
+    system = System(stop, np.ones(2), n_quadratures=1, n_extremes=1, crossings=(0,))
+
+    def contact(t, y):
+        force = -k * y[0] - b * y[1]
+        return y[1], force - 0.2 * (y[0] - 1.0), force * y[1]
+
+    phases = {
+        "free": (
+            lambda t, y: (y[1], -0.2 * (y[0] - 1.0), 0.0),
+            {"touches": (event(lambda t, y: y[0], -1), same)},
+        ),
+        "touches": (contact, {"free": (event(lambda t, y: y[0], 1), same)}),
+    }
+    *reference, work = by_phases(phases, "free", [2.5, 0.0, 0.0])
+    check(system, [2.5, 0.0], [k, b], np.array(reference))
+    _, found = errors(system, [2.5, 0.0], [k, b])
+    off = np.array([abs(each.quadratures[0, -1, 0] - work) for each in found])
+    np.testing.assert_array_less(off, 10 * RTOL)
+
+
+@compiled(rates_signature)
+def backlash(moment, y, p, out):
+    """A mass between two flanks, play p0: stiff and damped contact, driven."""
+    t, x, v = rows(moment)[0], rows(y)[0], rows(y)[1]
+    upper, lower = rows(moment)[SIDES], rows(moment)[SIDES + 1]
+    beyond = np.where(upper > 0.0, x - rows(p)[0], 0.0)
+    beyond = np.where(lower > 0.0, x + rows(p)[0], beyond)
+    damper = np.where((upper > 0.0) | (lower > 0.0), 0.5 * v, 0.0)
+    force = -40.0 * beyond - damper
+    push = 0.8 * np.cos(1.3 * t)
+    write(out, 0, (v, push + force, x - rows(p)[0], -x - rows(p)[0]))
+
+
+def test_backlash():
+    play = 0.4
+    system = System(backlash, np.ones(2), n_extremes=2, crossings=(0, 1))
+
+    def push(t):
+        return 0.8 * np.cos(1.3 * t)
+
+    def flank(s):
+        return lambda t, y: (
+            y[1], push(t) - 40.0 * (y[0] - s * play) - 0.5 * y[1]
+        )  # fmt: skip
+
+    phases = {
+        "free": (
+            lambda t, y: (y[1], push(t)),
+            {
+                "up": (event(lambda t, y: y[0] - play, 1), same),
+                "down": (event(lambda t, y: y[0] + play, -1), same),
+            },
+        ),
+        "up": (flank(1), {"free": (event(lambda t, y: y[0] - play, -1), same)}),
+        "down": (flank(-1), {"free": (event(lambda t, y: y[0] + play, 1), same)}),
+    }
+    check(system, [0.0, 0.1], [play], by_phases(phases, "free", [0.0, 0.1]))
+
+
+@compiled(rates_signature)
+def ball(moment, y, p, out):
+    """A ball falls on a floor, and rests there when it bounces no more."""
+    height, v = rows(y)[0], rows(y)[1]
+    rests = rows(moment)[SIDES] == 0.0
+    write(out, 0, (np.where(rests, 0.0, v), np.where(rests, 0.0, -1.0), height))
+
+
+@compiled(rates_signature)
+def bounce(moment, y, p, out):
+    """It leaves the floor with a share p0 of its speed, or rests."""
+    height, v = rows(y)[0], rows(y)[1]
+    up = -rows(p)[0] * v
+    rests = up < 1e-7
+    write(out, 0, (height, np.where(rests, 0.0, up), np.where(rests, 0.0, 1.0)))
+
+
+BALL = System(ball, np.ones(2), n_extremes=1, crossings=(0,), jump=bounce)
+
+
+def test_impact_with_restitution():
+    share = 0.8
+    floor = event(lambda t, y: y[0], -1)
+    phases = {
+        "even": (
+            lambda t, y: (y[1], -1.0),
+            {"odd": (floor, lambda y: np.array([0.0, -share * y[1]]))},
+        )
+    }
+    phases["odd"] = (
+        phases["even"][0],
+        {"even": next(iter(phases["even"][1].values()))},
+    )
+    check(BALL, [2.0, 0.0], [share], by_phases(phases, "even", [2.0, 0.0]))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.6])
+def test_a_ball_that_bounces_endlessly_comes_to_rest(share):
+    """Infinitely many bounces in a finite time: t = sqrt(2 h) (1 + e) / (1 - e)."""
+    marks = np.array([[0.0, END]])
+    found = integrate(BALL, np.array([[2.0, 0.0]]), np.array([[share]]), marks,
+                      Accuracy(1e-6, 0.1))  # fmt: skip
+    assert found.status[0] == Status.DONE
+    assert found.steps[0] < 600
+    assert found.states[0, -1, 0] == pytest.approx(0.0, abs=1e-6)
+    assert found.least[0, 0] > -1e-9
+
+
+@compiled(rates_signature)
+def graze(moment, y, p, out):
+    """What lies behind (t - 1)^2 = p0, or behind two dips."""
+    t = rows(moment)[0]
+    dips = np.where(rows(p)[1] > 1.0, (t - 0.7) * (t - 1.3), t - 1.0)
+    gap = dips * dips - rows(p)[0]
+    write(out, 0, (np.maximum(-gap, 0.0), gap))
+
+
+@pytest.mark.parametrize("dips", [1.0, 2.0])
+@pytest.mark.parametrize("start", [0.0, 0.013, 0.5])
+def test_a_grazing_crossing_takes_few_steps(dips, start):
+    system = System(graze, np.ones(1), n_extremes=1, crossings=(0,))
+    eps = np.concatenate([[0.0], 10.0 ** -np.arange(2, 17)])
+    p = np.column_stack([eps, np.full_like(eps, dips)])
+    marks = np.tile([start, 2.0], (len(eps), 1))
+    found = integrate(system, np.zeros((len(eps), 1)), p, marks, Accuracy(1e-6, 0.1))
+    assert found.status.max() == Status.DONE
+    assert found.steps.max() <= 60
+    if dips == 1.0:
+        exact = 4 / 3 * eps**1.5
+        np.testing.assert_allclose(found.states[:, 1, 0], exact, rtol=1e-4, atol=1e-14)
+
+
+@compiled(rates_signature)
+def rest(moment, y, p, out):
+    """A quantity that reaches zero, stays there and leaves it."""
+    u = rows(moment)[0] - 1.0
+    gap = np.maximum(u - rows(p)[0], 0.0) + rows(p)[1] * np.minimum(u + rows(p)[0], 0.0)
+    write(out, 0, (np.maximum(-gap, 0.0), gap))
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_quantity_that_stays_on_zero_takes_few_steps(way):
+    system = System(rest, np.ones(1), n_extremes=1, crossings=(0,))
+    half = np.array([0.5, 0.3, 0.1, 0.01, 1e-3, 0.0])
+    p = np.column_stack([half, np.full_like(half, way)])
+    marks = np.tile([0.0, 2.0], (len(half), 1))
+    found = integrate(system, np.zeros((len(half), 1)), p, marks, Accuracy(1e-6, 0.1))
+    assert found.status.max() == Status.DONE
+    assert found.steps.max() <= 60
+    exact = (1 - half) ** 2 / 2 if way > 0 else np.zeros_like(half)
+    np.testing.assert_allclose(found.states[:, 1, 0], exact, atol=1e-5)

@@ -1,0 +1,142 @@
+"""Mistakes of an author that compiled equations would answer with wrong numbers.
+
+Compiled code does not check an index: rates that read a parameter too many would read
+what lies behind, and rates that fill a row too many would crash Python.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from tolstat.arrays import Array
+from tolstat.errors import ModelError
+from tolstat.integrator.problem import MOMENT_ROWS, SIDES, TIME, Block, System
+
+UNWRITTEN = -8.765e300  # no equation returns this
+SPARE = 64  # rows after the declared ones
+SAME = 1e-9  # relative difference of `watch` from the rates, by rounding
+
+
+def check_block(system: System, block: Block) -> None:
+    """Refuse arrays and tolerances that do not fit together.
+
+    Raises
+    ------
+    ModelError
+        With the name of the argument, what it is, and what is expected.
+    """
+    trials, phases = len(block.start), block.marks.shape[1] - 1
+    scale, (rtol, longest, most) = np.asarray(system.scale), block.accuracy
+
+    def expect(holds: bool | np.bool_, name: str, given: object, words: str) -> None:
+        if not holds:
+            raise ModelError(f"integrate: {name} {given}: {words}")
+
+    def expect_ascending(name: str, times: Array) -> None:
+        if np.any(np.diff(times) < 0):
+            raise ModelError(f"integrate: {name}: ascending times are expected")
+
+    states = f"a size for each of {block.start.shape[1]} states is expected"
+    expect(scale.shape == block.start.shape[1:], "scale has shape", scale.shape, states)
+    sizes = "sizes above zero are expected"
+    expect(np.all(scale > 0) and np.isfinite(scale).all(), "scale", scale, sizes)
+    for name, table in (("parameters", block.parameters), ("marks", block.marks)):
+        rows = f"a row for each of {trials} trials is expected"
+        expect(len(table) == trials, f"{name} has", f"{len(table)} rows", rows)
+    expect(phases > 0, "marks has", f"{phases + 1} columns", "start and end are needed")
+    above = "a number above zero is expected"
+    expect(0 < rtol < np.inf, "rtol", rtol, above)
+    expect(longest > 0, "max_step", longest, above)
+    expect(most > 0, "max_steps", most, above)
+    known = f"a phase from 0 to {phases - 1} is expected"
+    expect(0 <= block.watch_from < phases, "watch_from", block.watch_from, known)
+    expect_ascending("marks", block.marks)
+    expect_ascending("samples", block.samples)
+    if trials and len(block.samples):
+        first, last = block.marks[:, 0].max(), block.marks[:, -1].min()
+        within = f"times from {first:g} to {last:g} s are expected, start and end"
+        ends = block.samples[0], block.samples[-1]
+        inside = first <= ends[0] and ends[1] <= last
+        expect(inside, "samples", f"from {ends[0]:g} to {ends[1]:g} s", within)
+
+
+def check_equations(system: System, block: Block) -> None:
+    """Refuse equations that read or fill other rows than declared.
+
+    They are evaluated for the first trials, next to their start.
+
+    Raises
+    ------
+    ModelError
+        If they do, or if `watch` returns other numbers than the rates.
+    """
+    if not len(block.start):
+        return
+    counts = {
+        "states": block.start.shape[1],
+        "quadratures": system.n_quadratures,
+        "extremes": system.n_extremes,
+        "above": system.n_above,
+        "damped": len(system.damped),
+        "slopes": len(system.damped) * len(system.sloped),
+    }
+    rates = _filled("rates", system.rates, counts, system, block)
+    if system.watch and system.n_watched:
+        watched = {name: counts[name] for name in ("extremes", "above")}
+        seen = _filled("watch", system.watch, watched, system, block)
+        first = counts["states"] + counts["quadratures"]
+        same = np.isclose(seen, rates[first : first + len(seen)], SAME, 0, True)
+        if not same.all():
+            row = int(np.flatnonzero(~same.all(axis=1))[0])
+            raise ModelError(
+                f"watch fills row {row} with other numbers than rates its row "
+                f"{first + row}; give the watched quantities in the same order, by the "
+                "same formulas"
+            )
+    if system.jump:
+        sides = {"states": counts["states"], "crossings": len(system.crossings)}
+        _filled("jump", system.jump, sides, system, block)
+
+
+def _filled(
+    name: str,
+    equations: Callable[..., None],
+    declared: dict[str, int],
+    system: System,
+    block: Block,
+) -> Array:
+    """Return the rows that equations fill; refuse others than declared."""
+    from tolstat.lanes.vector import WIDTH  # loads the compiler
+
+    trials = np.arange(WIDTH) % len(block.start)
+    moment = np.ones((MOMENT_ROWS + len(system.crossings), WIDTH))
+    moment[:SIDES] = 0.0
+    moment[TIME] = block.marks[trials, 0]
+    start, parameters = block.start[trials].T, block.parameters[trials].T
+    # not at the start itself, where quantities often are zero and equal
+    nearby = np.linspace(0.1, 0.9, start.size).reshape(start.shape)
+    start = start + nearby * system.scale[:, None]
+    rows, found = sum(declared.values()), []
+    for behind in (0.0, 1.0, np.nan):
+        out = np.full((rows + SPARE, WIDTH), UNWRITTEN)
+        spare = np.full((SPARE, WIDTH), behind)
+        # views: equations see the declared rows, and reach what lies behind
+        y, p = (np.concatenate([x, spare])[: len(x)] for x in (start, parameters))
+        with np.errstate(all="ignore"):  # the place may be none that can be reached
+            equations(moment, y, p, out[:rows])
+        found.append(out)
+    filled = 1 + np.flatnonzero((found[0] != UNWRITTEN).any(axis=1)).max(initial=-1)
+    if filled != rows:
+        words = ", ".join(f"{n} {each}" for each, n in declared.items() if n)
+        raise ModelError(
+            f"{name} fills {filled} rows, but {rows} are declared ({words}); make the "
+            "counts of System match the rows of out"
+        )
+    if not all(np.array_equal(found[0], x, equal_nan=True) for x in found[1:]):
+        raise ModelError(
+            f"{name} reads more rows than there are: {len(start)} states and "
+            f"{len(parameters)} parameters are given; give integrate all of them"
+        )
+    return found[0][:rows]
