@@ -22,12 +22,12 @@ from matplotlib.text import Text
 from tests.answers.browser import Page, asked, look, printed, scroll_widths
 from tolstat.cli.main import main
 from tolstat.document.blocks import (
-    Beside,
     Bullets,
     Facts,
     Figure,
     Gallery,
     Paragraph,
+    Ranges,
     Section,
     Table,
     Verbatim,
@@ -75,7 +75,7 @@ def blocks_of(document):
     while left:
         block = left.pop(0)
         yield block
-        if isinstance(block, Section | Beside):
+        if isinstance(block, Section):
             left[:0] = block.blocks
 
 
@@ -122,8 +122,8 @@ def _words(blocks):
         match block:
             case Section(title=title, blocks=inner):
                 yield from (title, *_words(inner))
-            case Beside(blocks=inner, figure=figure):
-                yield from _words((*inner, figure))
+            case Ranges(alt=alt):
+                yield alt
             case Gallery(figures=inner):
                 yield from _words(inner)
             case Figure(alt=alt, caption=caption):

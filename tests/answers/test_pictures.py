@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -122,6 +124,17 @@ def test_curves_of_a_grid(grid):
     assert list(loss.lines[2].get_xdata()) == pytest.approx([0.5, 1.5])
     both = draw_sweeps([grid, grid], ["rod_force_1"])
     assert len(both.axes[0].lines) == 4
+
+
+def test_an_axis_has_the_name_of_its_setting(tmp_path):
+    """Also where a contributor has the same name: no prefix is drawn."""
+    text = Path("runs/elastic-machine-rule.toml").read_text()
+    study = tmp_path / "rule.toml"
+    study.write_text(text.replace("points = 192", "points = 3"))
+    run = tolstat.run(study)
+    assert swept_axis(run) == "settings.start_up_time"
+    (axes,) = draw_sweeps([run]).axes
+    assert axes.get_xlabel() == "start_up_time, s"
 
 
 def test_a_grid_of_names_is_plotted_over_names(toy, tmp_path):

@@ -14,9 +14,11 @@ import numpy as np
 import pytest
 
 import tolstat
+from tests.answers.browser import asked
 from tests.cli.test_commands import TOLSTAT, call
 from tests.cli.test_interrupt import wait_for_trials
 from tests.conftest import ROOT
+from tolstat.answers.run_entries import Entry, RunIndex
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import Workers
 from tolstat.study.study import load
@@ -246,3 +248,19 @@ def test_runs_lists_stored_runs(tmp_path, monkeypatch):
         t for t in listed.stdout.splitlines() if t.startswith("inner/damaged.h5:")
     )
     assert call("runs", tmp_path / "nowhere").exit_code == 2
+
+
+def test_an_index_fits_its_window(tmp_path):
+    """Four studies with limits, and names as long as those of this package."""
+    long = ", ".join(f"amplification_{i}" for i in (12, 23, 34, 35, 46, 47, 58, 59))
+    entry = Entry(
+        "elastic-machine-rule", "Elastic machine: how long to start, by which law",
+        "elastic_machine", "finished before", 10000, 10000, 0,
+        f"not met: speed_margin; undecided: free_speed_range; met: {long}",
+        "2026-11-23T18:28:00+00:00", 25.93, 2_600_000,
+    )  # fmt: skip
+    path = tmp_path / "index.html"
+    path.write_text(RunIndex("tolstat batch", tmp_path, (entry,) * 4).html())
+    over = "(e => e.scrollWidth - e.clientWidth)(document.querySelector('.table'))"
+    assert asked(path, tmp_path, 1100, over) == 0
+    assert asked(path, tmp_path, 390, "document.documentElement.scrollWidth") <= 390

@@ -50,7 +50,9 @@ def test_a_drive_that_cannot_exist_has_no_history():
 @pytest.mark.parametrize(("given", "ranges", "total"), FREE)
 def test_campbell_shades_the_free_speeds(given, ranges, total):
     chart = shown("campbell", **given)
-    spans = [(span.lower / RPM, span.upper / RPM) for span in chart.spans]
+    *free, work = chart.spans
+    assert work.words == "working speed" and work.lower == work.upper == 1200 * RPM
+    spans = [(span.lower / RPM, span.upper / RPM) for span in free]
     np.testing.assert_allclose(spans, ranges, atol=5.1e-7)
     frame = chart.frame()
     assert set(frame["resonating"]) == {0.0, 1.0}

@@ -29,6 +29,8 @@ from tolstat.document.blocks import (
     Figure,
     Gallery,
     Paragraph,
+    Range,
+    Ranges,
     Section,
     Table,
     Verbatim,
@@ -54,7 +56,6 @@ from tolstat.document.plot import (
     PlotAxis,
     PlotPanel,
     Points,
-    Ranges,
     Rule,
     Shade,
     Spans,
@@ -104,9 +105,6 @@ PLOTS = {
     ),
     "bars": Plot(
         (panel(Bars((HOSTILE, LONG), X[:2], np.array([X[:2], X[1:3]]), label="bars")),)
-    ),
-    "ranges": Plot(
-        (panel(Ranges((HOSTILE,), X[:1], X[2:3], X[1:2], ("not met",))),),
     ),
     "histograms": Plot(
         tuple(
@@ -163,6 +161,8 @@ def document(*, figures=False):
     if figures:
         some = [Figure(HOSTILE, plot, text(HOSTILE)) for plot in PLOTS.values()]
         blocks.append(Gallery(tuple(some)))
+    ranges = (Range(HOSTILE, each, 3000.0, "met") for each in ESTIMATES.values())
+    blocks.append(Ranges(HOSTILE, tuple(ranges), KN_M, HOSTILE))
     return Document(HOSTILE, tuple(blocks), ("foot", HOSTILE))
 
 
@@ -267,17 +267,6 @@ def test_long_numbers_are_grouped_on_a_page_and_typed_as_on_the_screen(capsys):
     ]  # fmt: skip
     show(Document("", (said,)))
     assert "12345; 1234567" in capsys.readouterr().out
-
-
-def test_a_logarithmic_axis_has_no_dot_for_0():
-    """Its interval begins where the axis does."""
-    lower, upper, at = np.array([[1.0, 5.0], [10.0, 20.0], [1.0, 10.0]])
-    ranges = Ranges(("none", "some"), lower, upper, at, ("met", "not met"))
-    panel = PlotPanel(PlotAxis("out of limit, ppm", "log"), PlotAxis(""), (ranges,))
-    (axes,) = draw(Plot((panel,)), "shares").axes
-    dots = [x.get_xdata() for x in axes.lines if x.get_marker() == "o"]
-    assert [list(x) for x in dots] == [[10.0]]
-    assert len(axes.lines) == 3
 
 
 @pytest.mark.parametrize("name", PLOTS)

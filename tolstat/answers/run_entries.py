@@ -102,7 +102,7 @@ class RunIndex(Answer):
                 "s": Number(each.seconds),
             })  # fmt: skip
         return blocks.table_of(
-            rows, words=["limits", "title"], page_only=["title", "s"],
+            rows, words=["limits", "title"], page_only=["title", "s"], look="dense",
             spare=["size", "written", "model", "failed"],
         )  # fmt: skip
 

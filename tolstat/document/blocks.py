@@ -9,6 +9,8 @@ from typing import NamedTuple
 from tolstat.document.inline import Inline, Number, Parts, Said, text
 from tolstat.document.plot import Plot
 from tolstat.model.view import Chart
+from tolstat.statistics.estimate import Estimate
+from tolstat.units.scale import Scale
 
 
 class Cell(NamedTuple):
@@ -140,12 +142,23 @@ class Gallery:
     figures: tuple[Figure, ...]
 
 
-@dataclass(frozen=True)
-class Beside:
-    """Blocks with a figure beside them."""
+class Range(NamedTuple):
+    """An estimate against its level, SI; `tone`: its verdict."""
 
-    blocks: tuple[Block, ...]
-    figure: Figure
+    name: str
+    found: Estimate
+    level: float
+    tone: str
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Intervals against a level, one below the other, along a logarithmic axis."""
+
+    alt: str  # describes it for screen readers
+    rows: tuple[Range, ...]
+    scale: Scale
+    level: str  # what a level is
 
 
 @dataclass(frozen=True)
@@ -161,7 +174,7 @@ class Section:
 
 
 Block = (
-    Table | Paragraph | Bullets | Facts | Verbatim | Figure | Gallery | Beside | Section
+    Table | Paragraph | Bullets | Facts | Verbatim | Figure | Gallery | Ranges | Section
 )
 
 
@@ -181,7 +194,9 @@ def shown(*given: Block | None) -> tuple[Block, ...]:
 
 def _is_empty(block: Block) -> bool:
     match block:
-        case Paragraph(()) | Bullets(()) | Table(rows=()) | Section(blocks=()):
+        case Paragraph(()) | Bullets(()) | Section(blocks=()):
+            return True
+        case Table(rows=()) | Ranges(rows=()):
             return True
     return False
 

@@ -94,19 +94,7 @@ class Spans(NamedTuple):
     label: str = ""
 
 
-class Ranges(NamedTuple):
-    """Intervals by name, one below the other, each with its estimate."""
-
-    names: tuple[str, ...]
-    lower: Array
-    upper: Array
-    at: Array
-    colours: tuple[str, ...]
-
-
-Layer = (
-    Line | Points | Fill | Area | Shade | Stairs | Bars | Rule | Spans | Ranges
-)  # fmt: skip
+Layer = Line | Points | Fill | Area | Shade | Stairs | Bars | Rule | Spans
 
 
 class PlotAxis(NamedTuple):

@@ -115,7 +115,7 @@ class Region(NamedTuple):
 
 
 class Span(NamedTuple):
-    """A shaded part of the axis in all panels: from, to (SI), in words."""
+    """A shaded part of the axis: from, to (SI), in words; a line where both are one."""
 
     lower: float
     upper: float

@@ -24,6 +24,7 @@ from tolstat.literal import visible
 from tolstat.model.view import Chart, Listing, View
 from tolstat.render.picture import (
     COLOURS,
+    GRID,
     INK,
     LIMIT,
     PAGE_STYLE,
@@ -35,8 +36,7 @@ from tolstat.render.shown_view import CURVE_COLOURS, plot_of, view_rows
 
 ROLES = {
     **dict(zip(CURVE_COLOURS, COLOURS, strict=True)),
-    "limit": LIMIT, "ink": INK, "met": "#00734f", "not met": "#b00020",
-    "undecided": "#8a5a00",
+    "limit": LIMIT, "ink": INK,
 }  # fmt: skip
 SLOTS = 3  # panels side by side that a figure has room for, however few there are
 SHARES = (1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5)  # along an axis of normal scores
@@ -44,7 +44,6 @@ CLOSE: dict[str, Any] = {
     "borderaxespad": 0.1, "handlelength": 1.4, "columnspacing": 1.2,
 }  # fmt: skip
 ABOVE = 1.04  # of the highest bar: where intervals stand
-WINDOW = "#f2f2f2"
 MARKS: dict[str, dict[str, Any]] = {
     ".": {"marker": ".", "markersize": 3, "markeredgewidth": 0},
     "dot": {"marker": ".", "markersize": 4},
@@ -198,7 +197,7 @@ def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Any]:
         case data.Area(x, y):
             drawn += axes.fill(x, y, **named, alpha=0.2, linewidth=0)
         case data.Shade(lower, upper):
-            axes.axvspan(lower, upper, color=WINDOW, zorder=0)
+            axes.axvspan(lower, upper, color=GRID, alpha=0.5, linewidth=0, zorder=0)
         case data.Stairs(edges, heights):
             drawn.append(axes.stairs(heights, edges, fill=True, linewidth=0, **named))
         case data.Rule(at, upright):
@@ -210,15 +209,6 @@ def _draw(axes: Axes, layer: data.Layer, panel: PlotPanel) -> list[Any]:
                 axes.plot(ends, [ABOVE * top] * 2, color=colour, linewidth=2.5)
             drawn += axes.plot(at, np.full(len(at), ABOVE * top), "|", **named)
             axes.set_ylim(0, 1.1 * top)
-        case data.Ranges(names):
-            each = zip(layer.lower, layer.upper, layer.at, layer.colours, strict=True)
-            for row, (lower, upper, at, tone) in enumerate(each):
-                axes.plot([lower, upper], [row, row], color=ROLES[tone], alpha=0.4,
-                          linewidth=6, solid_capstyle="butt")  # fmt: skip
-                if at > lower:  # else 0, which a logarithmic axis does not have
-                    axes.plot(at, row, "o", color=ROLES[tone], markersize=4)
-            _name_rows(axes, names)
-            axes.set_ylim(len(names) - 0.5, -0.5)
         case data.Bars(names, values, ends):  # those of other kinds are below them
             beside = [each for each in panel.layers if isinstance(each, data.Bars)]
             place, of = beside.index(layer), len(beside)

@@ -14,6 +14,7 @@ from tolstat.document.blocks import Cell, Document, Figure, Section
 from tolstat.document.digits import Written, in_cell, in_line
 from tolstat.document.inline import Inline, Link, Name, Number, Parts, Typed, Word
 from tolstat.literal import visible
+from tolstat.render.track import Track
 
 # five digits or more before a point, in groups of three with thin spaces
 LONG, THIN = re.compile(r"(?<![\d.])\d{5,}(?!\d*e)"), "\u202f"
@@ -48,6 +49,7 @@ def environment() -> Environment:
         lstrip_blocks=True,
     )
     made.filters.update(parts=_parts, cell=_cell, breaking=_breaking, svg=_svg)
+    made.filters.update(track=Track, digits=_digits)
     return made
 
 
@@ -102,7 +104,7 @@ def _written(written: Written) -> Markup:
 
 def _digits(text: str) -> Markup:
     """Return digits in groups; no line ends before an exponent."""
-    grouped = LONG.sub(lambda m: f"{int(m[0]):,}".replace(",", THIN), text)
+    grouped = LONG.sub(lambda m: f"{int(m[0]):,}".replace(",", THIN), visible(text))
     return Markup(re.sub(r"\S+e-\d+", r"<bdi>\g<0></bdi>", str(escape(grouped))))
 
 

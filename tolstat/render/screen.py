@@ -17,7 +17,6 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 from tolstat.document.blocks import (
-    Beside,
     Block,
     Bullets,
     Cell,
@@ -102,9 +101,9 @@ def _show(block: Block) -> None:
     match block:
         case Section(page_only=True):
             return
-        case Section() | Beside():
-            if title := getattr(block, "title", ""):
-                _print_title(title)
+        case Section():
+            if block.title:
+                _print_title(block.title)
             for each in block.blocks:
                 _show(each)
         case Table():

@@ -110,7 +110,8 @@ def plot_of(chart: Chart) -> Plot:
     """
     panels = chart.pictures
     shaded = [*chart.spans, *(span for panel in panels for span in panel.spans)]
-    said = "; ".join(dict.fromkeys(span.words for span in shaded if span.words))
+    wide = [span.words for span in shaded if span.words and span.upper > span.lower]
+    said = "; ".join(dict.fromkeys(wide))
     along = view_scale(chart.axis.unit, chart.axis.shown, chart.at)
     label = along.label(chart.axis.name)
     x = PlotAxis(
@@ -127,7 +128,10 @@ def _panel(chart: Chart, panel: Panel, x: PlotAxis, along: Scale) -> PlotPanel:
     factor = along.factor
     shades = (
         data.Shade(factor * span.lower, factor * span.upper)
+        if span.upper > span.lower
+        else data.Rule(factor * span.lower, True, "ink", span.words, ":")
         for span in (*chart.spans, *panel.spans)
+        if span.upper > span.lower or chart.at[0] <= span.lower <= chart.at[-1]
     )
     scale, ends, layers = _side(chart, panel.names, 0, factor)
     levels = (

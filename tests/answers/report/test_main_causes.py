@@ -15,7 +15,6 @@ from tests.answers.page_checks import words_in
 from tolstat.answers.report.first_page import first_page, limits_table
 from tolstat.answers.report.gather import report_of
 from tolstat.document.blocks import Section, Table
-from tolstat.document.inline import Number
 from tolstat.render.screen import as_text, show
 from tolstat.statistics.estimate import Estimate
 
@@ -51,11 +50,11 @@ def with_causes(found, causes, **limited):
 
 
 def row_of(found):
-    """Main cause, what it explains, and the effect of halving, as the page has them."""
+    """Main cause, what it explains, and what would help, as the page has them."""
     table = limits_table(found)
     heads = [each.head for each in table.columns]
     row = dict(zip(heads, table.rows[0], strict=True))
-    return row["main cause"], row["tolerance halved, ppm"]
+    return row["main cause"], row["what would help"]
 
 
 def steps_of(found):
@@ -80,7 +79,8 @@ def test_the_pair_is_named_with_its_explained_share(run, capsys):
     assert as_text(cause.main) == apart
     explained = f"{out} of {out} out-of-limit trials in its outer 5 %"
     assert as_text(cause.below) == explained
-    assert effect.main[0].value == pair.halved
+    assert as_text(effect.main) == "halve part_1 and angle"  # 0.5 mm, 0.5 deg
+    assert effect.below[0].value == pair.halved
     said = json.loads(found.json())["responses"]["gap"]["causes"]["pairs"][0]
     assert said["together"]["members"] == ["part_1", "angle"]
     text = " ".join(Page(found.html()).text.split())
@@ -125,7 +125,8 @@ def test_a_single_cause_is_named_if_no_pair_explains_more(run):
     cause, effect = row_of(with_causes(found, single))
     assert as_text(cause.main) == "angle"
     assert as_text(cause.below).startswith("significant at ")
-    assert effect.main[0].value == causes.contributors["angle"].halved
+    assert as_text(effect.main) == "angle to +-0.5 deg"
+    assert effect.below[0].value == causes.contributors["angle"].halved
 
 
 @pytest.mark.parametrize(
@@ -144,7 +145,7 @@ def test_a_gain_is_claimed_only_for_separate_intervals(run, lower, upper, told):
     causes = gap.causes._replace(pairs=(pair._replace(halved=then),))
     changed = with_causes(found, causes, yields=yields)
     _, effect = row_of(changed)
-    assert (as_text(effect.below) == "no significant change") != told
+    assert as_text(effect.below).endswith("no significant change") != told
     halve = [each for each in steps_of(changed) if each.startswith("Halve")]
     assert bool(halve) == (told and upper < 1e-3)
     if halve:
@@ -162,7 +163,8 @@ def test_an_effect_that_is_not_estimable_has_a_reason(run):
     vague = causes._replace(pairs=(pair._replace(halved=unknown),))
     changed = with_causes(found, vague)
     _, effect = row_of(changed)
-    assert effect.main == (Number(unknown, effect.main[0].scale),)
+    assert as_text(effect.main) == "halve part_1 and angle"
+    assert as_text(effect.below) == f"effect not estimable: {unknown.reason}"
     assert not any(each.startswith("Halve") for each in steps_of(changed))
     step = steps_of(changed)[0]  # a fresh run tells what these trials do not
     test = "Test half the tolerances of part_1 and angle: the effect on gap is not"

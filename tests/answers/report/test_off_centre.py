@@ -58,7 +58,7 @@ def link(name, **keys):
 def found_of(study, folder, name="gap", **options):
     """Run a study file in a folder; return its summary and the finding, as parts."""
     run = tolstat.run(study, output=folder / "gap.h5", **options)
-    found = summary_of(drawn_trials(run))
+    found = summary_of(drawn_trials(run), ())
     return found, finding(run, name, found.responses[name])
 
 
@@ -311,7 +311,7 @@ def test_no_share_is_shifted_by_100_per_cent(limit, far, tmp_path):
     study = {"model": "stiff", "trials": 500, "seed": 1, "limits": {"force": limit},
              "deviations": {"stiffness": "+-15 %"}}  # fmt: skip
     run = tolstat.run(study, model=Stiff(), output=tmp_path / "stiff.h5")
-    off = summary_of(drawn_trials(run)).responses["force"].off_centre
+    off = summary_of(drawn_trials(run), ()).responses["force"].off_centre
     assert bool(off.shifts) is not far
 
 
@@ -323,7 +323,7 @@ def test_a_nominal_trial_that_failed_leaves_no_claim(tmp_path):
         diagnostics=replace(run.diagnostics, slopes=slopes),
         nominal_values={**run.nominal_values, "gap": math.nan},
     )
-    off = summary_of(drawn_trials(run)).responses["gap"].off_centre
+    off = summary_of(drawn_trials(run), ()).responses["gap"].off_centre
     assert (off.what, off.tolerances, off.reason, off.shifts) == ("mean", "", "", ())
 
 
@@ -332,7 +332,7 @@ def test_only_the_first_findings_are_told_whole(tmp_path, toy, monkeypatch):
     toy_study = {"model": "toy", "trials": 500, "seed": 1, "limits": limits,
                  "deviations": {"part": "+-0.1 mm"}}  # fmt: skip
     run = tolstat.run(toy_study, model=toy, output=tmp_path / "toy.h5")
-    found = summary_of(drawn_trials(run))
+    found = summary_of(drawn_trials(run), ())
     said = [as_text(each) for each in findings(found)]
     assert [each.split(":")[0] for each in said] == ["gap", "ratio"]
     monkeypatch.setattr(off_centre, "WHOLE", 1)

@@ -30,7 +30,7 @@ from tests.answers.page_checks import (
 from tests.conftest import Toy
 from tolstat.answers.report.first_page import first_page
 from tolstat.answers.report.gather import report_of
-from tolstat.document.blocks import Beside, Figure, Gallery, Section, Table
+from tolstat.document.blocks import Figure, Gallery, Section, Table
 from tolstat.model.contract import Outcome
 from tolstat.render.screen import as_text
 from tolstat.store.run_records import Diagnostics
@@ -50,13 +50,14 @@ def test_the_page_has_its_parts_in_order(report):
     heads = re.findall(r"<h2[^>]*>(.*?)</h2>", report.text)
     heads = [each.replace("<wbr>", "") for each in heads]
     focus = list(report.answer.focus)
-    assert focus[0] == "extra_loss" and len(focus) == 5
+    assert focus == list(report.answer.limits) and len(focus) == 5
     assert heads == [
         "Contents", "Tolerances and assumptions", "Summary", *focus,
         "Provenance",
     ]  # fmt: skip
     below = re.findall(r"<h3>(.*?)</h3>", report.text)
-    assert below[:2] == ["Limits", "What to do next"]
+    picture = "Fraction out of limit against what is permitted"
+    assert below[:3] == ["Limits", picture, "What to do next"]
     one = section_of(report.document, "extra_loss")
     assert any(isinstance(each, Gallery) for each in one.blocks)
     assert [each.title for each in one.blocks if isinstance(each, Section)] == [
@@ -109,7 +110,6 @@ def test_every_picture_has_alt_text_and_unique_ids(report):
     drawn = [each for each in blocks_of(report.document) if isinstance(each, Figure)]
     for each in blocks_of(report.document):
         drawn += each.figures if isinstance(each, Gallery) else ()
-        drawn += [each.figure] if isinstance(each, Beside) else ()
     assert len(drawn) == len(report.figures)
 
 
@@ -242,8 +242,9 @@ def test_the_first_page_names_main_causes_and_the_gain_of_halving(report):
     # no more is claimed than the intervals say
     apart = gain.upper < out.lower or out.upper < gain.lower
     assert (test == "Halve") == apart
-    effect = rows["jam_share"]["tolerance halved, ppm"]
-    assert (as_text(effect.below) == "no significant change") != apart
+    effect = rows[name]["what would help"]
+    assert as_text(effect.main) == "rod_length to +-0.6 mm"
+    assert as_text(effect.below).endswith("no significant change") != apart
     contributions = loss.contributions
     assert contributions.together["rods"].lower > 0.5
     assert contributions.together["gears"].reason.startswith("needs a run with")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from tolstat.answers.cells import ppm
 from tolstat.answers.next_steps import to_replay
 from tolstat.answers.report.finer_run import settle
-from tolstat.answers.report.first_page import INTERVAL, limit_row
+from tolstat.answers.report.first_page import INTERVAL, PICTURE, limit_row
 from tolstat.answers.report.report_document import assumptions_section, sheet
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
@@ -91,8 +91,16 @@ def _verdict(found: RareSummary) -> tuple[blocks.Block, ...]:
     if others := [n for n in found.stored_run.limits if n != found.response]:
         words = f"Not judged: {', '.join(others)}. Each needs a separate run."
         notes.append(text(words))
+    share, permitted = found.fraction_out_of_limit, 1 - found.limit.demanded
+    lead = say("The limit is {}. Out of limit: {}.",
+               Word(found.verdict, found.verdict), ppm(share))  # fmt: skip
+    drawn = blocks.Range(found.response, share, permitted, found.verdict)
+    words = f"Fraction out of limit of {found.response} in ppm"
+    ranges = blocks.Ranges(words, (drawn,), PPM, "permitted")
     return blocks.shown(
+        blocks.Paragraph(lead, "lead"),
         blocks.table_of([row], look="verdicts"),
+        blocks.Section(PICTURE, (ranges,), level=3, page_only=True),
         *map(blocks.paragraph, said),
         *map(blocks.note, notes),
     )

@@ -7,13 +7,12 @@ from collections import Counter
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from tolstat.answers.cells import limit_cell, ppm, verdict_cell
 from tolstat.answers.next_steps import to_extend, to_halve, to_resume
+from tolstat.answers.report import what_helps
 from tolstat.answers.report.finer_run import settle
 from tolstat.answers.report.off_centre import OFF_CENTRE, findings
-from tolstat.document import blocks, plot
+from tolstat.document import blocks
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import (
     Name,
@@ -26,7 +25,6 @@ from tolstat.document.inline import (
     say,
     text,
 )
-from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET
@@ -41,7 +39,9 @@ if TYPE_CHECKING:
         RunSummary,
     )
 
-MOST_NAMED = 4  # parts in a sentence
+MOST_LIMITS = 6  # in the table of a first page: on paper it is one sheet
+ALL_LIMITS = "All limits"
+PICTURE = "Fraction out of limit against what is permitted"
 INTERVAL = "Each number has its 95 % interval below it"
 READING = (
     "Quantiles: order statistics, for any distribution. Fractions out of limit: "
@@ -55,13 +55,18 @@ def first_page(
 ) -> tuple[blocks.Block, ...]:
     """Return the blocks of the first page, title block and header left out.
 
-    Names of responses in `links` lead to their sections.
+    Names of responses in `links`, of a report, lead to their sections. Its first page
+    has the worst of many limits.
     """
+    steps = what_next(next_steps(found))
+    many = links and len(found.limits) > MOST_LIMITS
+    ranges = blocks.shown(ranges_of(found))
+    picture = blocks.Section(PICTURE, ranges, level=3, page_only=True)
     return blocks.shown(
         lead(found),
         blocks.Bullets(findings(found)),
-        limits_table(found, links),
-        what_next(next_steps(found)),
+        limits_table(found, links, MOST_LIMITS if many else None),
+        *((steps, picture) if many else (picture, steps)),
         *map(blocks.note, found.trials.notes),
     )
 
@@ -92,17 +97,25 @@ def _lead(found: RunSummary) -> Parts:
         of = f"{first} of {n} limits {'is' if first == 1 else 'are'}"
     said = [text(f"{of} ", Word(word, tones[word]))]
     said += [text(f"{count} ", Word(word, tones[word])) for word, count in others]
+    ran, requested = found.trials.ran, found.trials.requested
     return say(
-        f"{{}}. Yield, {'all limits' if n > 1 else 'this limit'}: {{}}.{{}}",
+        f"{{}}. Yield, {'all limits' if n > 1 else 'this limit'}: {{}}.{{}}{{}}",
         listed(said, joint=""), Number(found.all_limits.within, PER_CENT, of=trials),
         " Failed trials count as out of limit." if found.trials.failed else None,
+        f" So far {ran} of {requested} trials have run." if ran < requested else None,
     )  # fmt: skip
 
 
-def limits_table(found: RunSummary, links: Collection[str] = ()) -> blocks.Table:
-    """Return verdict, fraction out of limit, main cause and effect of halving it."""
-    rows, of = [], found.trials.done + found.trials.failed
-    for name, limited in found.limits.items():
+def limits_table(
+    found: RunSummary, links: Collection[str] = (), most: int | None = None
+) -> blocks.Table:
+    """Return verdict, fraction out of limit, main cause and what would help.
+
+    Of all limits, or of the worst ones.
+    """
+    rows, every = [], list(found.limits.items())
+    of = found.trials.done + found.trials.failed
+    for name, limited in every[:most]:
         each, yields = found.responses[name], limited.yields
         good = Number(yields.within_at_most, PER_CENT, of=of)
         failed = say("yield, if failed trials were good: {}", good)
@@ -115,11 +128,15 @@ def limits_table(found: RunSummary, links: Collection[str] = ()) -> blocks.Table
                 limited.equivalent_ppk,
             ),
             "main cause": _cause_cell(each),
-            "tolerance halved, ppm": _effect_cell(each, limited),
+            "what would help": what_helps.cell(found.stored_run, each.causes, limited),
         })  # fmt: skip
+    words, said = ("main cause", "what would help"), rests_on(found)
+    if len(rows) < len(every):
+        first = f"The {len(rows)} worst of {len(every)} limits; behind: "
+        said = say("{}{}. {}", first, Name(ALL_LIMITS, "limits"), said)
     return blocks.table_of(
-        rows, "Limits", words=["main cause"], caption=rests_on(found), look="verdicts",
-        spare=["tolerance halved, ppm", "equivalent Ppk"],
+        rows, "Limits", words=words, caption=said, look="verdicts",
+        spare=["what would help", "equivalent Ppk"],
     )  # fmt: skip
 
 
@@ -180,26 +197,6 @@ def no_cause(causes: Causes) -> str:
     return causes.reason or "no significant difference"
 
 
-def _effect_cell(each: ResponseSummary, limited: Limited) -> Cell:
-    """Return the fraction out of limit with tolerances of the main cause halved."""
-    main = each.causes.main if each.causes else None
-    if main is None:
-        return Cell(())
-    now = limited.yields.fraction_out_of_limit
-    same = main.halved.sure and not differ(main.halved, now)
-    return Cell((ppm(main.halved),), text("no significant change") if same else ())
-
-
-def differ(one: Estimate, other: Estimate) -> bool:
-    """Tell whether two fractions differ significantly.
-
-    They do if their intervals do not overlap. Each end errs in 2.5 % of all runs, so
-    one of the two facing ends errs in at most 5 %. The trials are the same: an interval
-    of the difference would be narrower, but its coverage was not measured.
-    """
-    return one.upper < other.lower or other.upper < one.lower
-
-
 def next_steps(found: RunSummary) -> tuple[Parts, ...]:
     """Say what to do next: resume, tighten the main cause, or run more trials."""
     run = found.stored_run
@@ -238,18 +235,12 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
         return ()
     if limited.yields.reason:  # the numbers are wrong
         return ()
-    clear, then = differ(main.halved, now), main.halved.value
+    clear, then = what_helps.differ(main.halved, now), main.halved.value
     gains = then < now.value and (clear or verdict == NOT_MET)
     if not (gains if known else math.isnan(then)):
         return ()
-    if causes.pair:
-        parts: tuple[str, ...] = causes.pair.together.members
-    else:
-        kinds = kinds_of_part(list(run.assumed), run.contributors)
-        parts = tuple(kinds.get(causes.leading[0], causes.leading[:1]))
-    few = len(parts) <= MOST_NAMED
-    named = listed([Name(part) for part in parts]) if few else Name(causes.leading[0])
-    command = to_halve(run, parts)
+    parts = what_helps.parts_to_tighten(run, causes)
+    named, command = what_helps.named(causes, parts), to_halve(run, parts)
     if not (known or command):
         return say(f"{{}} cannot be halved: {main.halved.reason}.", named)
     effect = say("the effect on {} is not estimable", Name(name))
@@ -266,28 +257,15 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
     )
 
 
-def ranges_figure(found: RunSummary) -> blocks.Figure | None:
-    """Return a figure of fractions out of limit, with intervals and limits."""
-    every = {
-        name: each.yields.fraction_out_of_limit for name, each in found.limits.items()
-    }
-    sure = {name: share for name, share in every.items() if share.sure}
-    if len(sure) < 2:
-        return None
-    permitted = {1e6 * (1 - each.limit.demanded) for each in found.limits.values()}
-    least = min(1.0, *(each / 10 for each in permitted if each))
-    ends = np.array([share[:3] for share in sure.values()]).T * 1e6
-    value, lower, upper = np.maximum(ends, least)
-    verdicts = tuple(found.limits[name].yields.verdict for name in sure)
-    layers: tuple[plot.Layer, ...] = (
-        plot.Ranges(tuple(sure), lower, upper, value, verdicts),
-        *(plot.Rule(x, upright=True, label=f"permitted {x:.4g}")
-          for x in sorted(permitted)),
-    )  # fmt: skip
-    said = ", ".join(f"{n} {PPM.interval(*x[:3])[0]}" for n, x in sure.items())
-    axes = plot.PlotAxis("out of limit, ppm", "log"), plot.PlotAxis("")
-    drawn = plot.Plot((plot.PlotPanel(*axes, layers),), height=0.22 * len(sure) + 0.8)
-    return blocks.Figure(f"Fractions out of limit in ppm: {said}", drawn)
+def ranges_of(found: RunSummary) -> blocks.Ranges:
+    """Return fractions out of limit, with intervals, against what is permitted."""
+    rows = []
+    for name, each in found.limits.items():
+        share, verdict = each.yields.fraction_out_of_limit, each.yields.verdict
+        rows.append(blocks.Range(name, share, 1 - each.limit.demanded, verdict))
+    said = ", ".join(f"{each.name} {PPM.interval(*each.found[:3])[0]}" for each in rows)
+    words = f"Fractions out of limit in ppm: {said}"
+    return blocks.Ranges(words, tuple(rows), PPM, "permitted")
 
 
 def rests_on(found: RunSummary) -> Parts:

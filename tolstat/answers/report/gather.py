@@ -186,12 +186,15 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
     """Return the report of a run whose trials were sampled; see `report`."""
     drawn, focus = reportable(run, chosen)
     summary = summary_of(drawn, focus)
+    if not chosen:
+        focus = [name for name in summary.limits if name in focus] or focus
     scatter, diagnostics, sample = _scatter(drawn), run.diagnostics, drawn.sample
     replicate = sample.replicate[sample.done] if sample.replicates else None
     responses = {}
     for response in run.responses:
-        name, shown = response.name, response.name in focus
+        name = response.name
         each, slopes = summary.responses[name], diagnostics.slopes.get(name, {})
+        shown = name in focus and not each.still
         by_slopes = scatter and linear.root_sum_square(each.nominal, slopes, scatter)
         found = report_answer.ReportedResponse(
             **vars(each),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
@@ -24,6 +25,8 @@ from tolstat.statistics.sensitivity.pairs import Together
 from tolstat.statistics.summary import Limited, Summary
 from tolstat.store.run_records import WorstCase
 from tolstat.units.scale import Scale
+
+NOTHING = 1e-3  # of the distance to the limit: a smaller range is not analysed
 
 
 class AllLimits(NamedTuple):
@@ -187,6 +190,15 @@ class ResponseSummary(Summary):
     members: Mapping[str, tuple[str, ...]]  # of each kind of part
 
     @property
+    def still(self) -> bool:
+        """Whether no trial is out of limit, and the range nothing beside the limit."""
+        if not self.limited or self.limited.yields.fraction_out_of_limit.value:
+            return False
+        lower, upper = self.limited.limit.permitted
+        room = min(upper - self.largest, self.least - lower)
+        return self.largest - self.least < NOTHING * room
+
+    @property
     def largest_share(self) -> tuple[str, Estimate] | None:
         """The largest variance contribution; None where few trials dominate."""
         found = self.contributions
@@ -265,13 +277,17 @@ class RunSummary(RunAnswer):
 
     @property
     def limits(self) -> dict[str, Limited]:
-        """The limited responses: not met first, then most out of limit."""
+        """The limited responses by what decides.
 
-        def place(found: tuple[str, Limited]) -> tuple[int, float]:
-            judged = found[1].yields
-            return WORST_FIRST.index(
-                judged.verdict
-            ), -judged.fraction_out_of_limit.value
+        Not met first, then most out of limit, then nearest to the limit (least Ppk by
+        percentiles).
+        """
+
+        def place(found: tuple[str, Limited]) -> tuple[int, float, float]:
+            judged, ppk = found[1].yields, found[1].percentiles.ppk.value
+            verdict = WORST_FIRST.index(judged.verdict)
+            near = math.inf if math.isnan(ppk) else ppk
+            return verdict, -judged.fraction_out_of_limit.value, near
 
         every = {name: each.limited for name, each in self.responses.items()}
         return dict(sorted(((n, x) for n, x in every.items() if x), key=place))

@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from tolstat.answers.next_steps import command
 from tolstat.answers.report.first_page import (
+    ALL_LIMITS,
     INTERVAL,
+    MOST_LIMITS,
     first_page,
-    ranges_figure,
+    limits_table,
     reading,
 )
 from tolstat.answers.report.response_section import response_section
 from tolstat.answers.report.summary_document import assumption, responses_table
 from tolstat.document import blocks
-from tolstat.document.inline import Number, Parts, listed, say, text
+from tolstat.document.inline import Number, Parts, Typed, listed, say, text
 from tolstat.units.scale import PER_CENT
 
 if TYPE_CHECKING:
@@ -41,17 +44,19 @@ JUDGED = (
 
 def report_document(found: Report) -> blocks.Document:
     """Return first page, assumptions, summary, responses in focus, provenance."""
-    explained: blocks.Block = reading(found)
-    if figure := ranges_figure(found):
-        explained = blocks.Beside((explained,), figure)
+    first, rest = first_page(found, found.focus), None
+    if len(found.limits) > MOST_LIMITS:  # behind the worst ones
+        rest = blocks.Section(ALL_LIMITS, (limits_table(found, found.focus),), "limits")
     return sheet(
         "Statistical tolerance report",
         found,
-        (*first_page(found, found.focus), explained),
+        (*first, blocks.note(*reading(found).parts)),
+        rest,
         assumptions_section(found.assumptions, _assumed(found)),
         _summary(found),
         _numbers(found),
         *(response_section(found, name) for name in found.focus),
+        role="first" if rest is None else "",  # else more than one sheet
     )
 
 
@@ -60,6 +65,7 @@ def sheet(
     found: RunAnswer,
     first: tuple[blocks.Block, ...],
     *sections: blocks.Section | None,
+    role: str = "first",
 ) -> blocks.Document:
     """Return a document on a run: title block, first page, sections, provenance.
 
@@ -79,9 +85,7 @@ def sheet(
     text_of_study = blocks.Section("The study", (study,), level=3)
     made = (blocks.Facts(tuple(known.items())), text_of_study)
     shown = blocks.shown(
-        blocks.Section(
-            "", (signed, blocks.note(" · ".join(head)), *first), role="first"
-        ),
+        blocks.Section("", (signed, blocks.note(" · ".join(head)), *first), role=role),
         *sections,
         blocks.Section("Provenance", made, "provenance", page_only=True),
     )
@@ -126,10 +130,14 @@ def _assumed(found: Report) -> list[Parts]:
     ]  # fmt: skip
     if given.settings:
         chosen = [
-            f"{name} {each.words}{'' if each.given else ' (default)'}"
-            for name, each in given.settings.items()
+            f"{n} {each.words}" for n, each in given.settings.items() if each.given
         ]
-        said.append(text(f"Settings: {', '.join(chosen)}."))
+        show = Typed(command("show", found.model, machine=found.stored_run.machine))
+        others = len(chosen) < len(given.settings)
+        said.append(
+            text(f"Settings of the study: {', '.join(chosen) or 'none'}.",
+                 (" All others have their default: ", show, ".") if others else None)
+        )  # fmt: skip
     said += map(text, given.of_the_model)
     said += _judged(found)
     if given.missing:

@@ -52,6 +52,10 @@ CHOSEN = {
 }  # fmt: skip
 ALONE, TOGETHER = "alone, % of the variance", "with interactions, % of the variance"
 MOST_PAIRS = 4  # named
+STILL = (
+    "All trials lie from {} to {}. This range is below a thousandth of its distance to "
+    "the limit: its spread is not analysed."
+)
 PERFORMANCE = "Simulated trials show performance, not the capability of a process."
 LEVELS = (
     "Among out-of-limit trials: mean less that of all trials, and root mean square "
@@ -78,16 +82,22 @@ def response_section(found: Report, name: str) -> Section:
     """Return figures, performance, main causes, contributions, errors, worst trials."""
     each = found.responses[name]
     nothing = text(Word("No trial is done"), ": there is no value to draw.")
-    done = found.trials.done
-    shown = blocks.shown(
-        blocks.note(_declared(each)),
-        blocks.paragraph(_point_mass(each, done)),
-        blocks.Gallery(figures_of(found, name)) if done else blocks.paragraph(nothing),
-        blocks.paragraph(finding(found.stored_run, name, each)),
-        _part("Performance", *_performance(found, each)),
+    if each.still:
+        ends = Number(each.least, each.scale), Number(each.largest, each.scale)
+        nothing = say(STILL, *ends)
+    drawn = found.trials.done and not each.still
+    analysed = (
         _part("Main causes of out-of-limit trials", *_causes(found, each)),
         _part("Variance contributions", *_contributions(found, each)),
         _part("Classical answers", _classical(found, name, each)),
+    )
+    shown = blocks.shown(
+        blocks.note(_declared(each)),
+        blocks.paragraph(_point_mass(each, found.trials.done)),
+        blocks.Gallery(figures_of(found, name)) if drawn else blocks.paragraph(nothing),
+        blocks.paragraph(finding(found.stored_run, name, each)),
+        _part("Performance", *_performance(found, each)),
+        *(() if each.still else analysed),
         _part("Integration error", *_integration(found, each)),
         _part("Worst trials", _worst_trials(found, name, each)),
     )
@@ -212,7 +222,7 @@ def _contributions(found: Report, each: ReportedResponse) -> tuple[Block | None,
     return (
         blocks.paragraph(FEW) if known and known.dominated_by_few else None,
         blocks.paragraph(_indices(each)),
-        blocks.table_of([*kinds, *rows], caption=rests_on(found)),
+        blocks.table_of([*kinds, *rows], caption=rests_on(found), look="dense"),
         blocks.note(_remarks(found, known)) if known else None,
     )
 

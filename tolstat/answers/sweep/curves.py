@@ -12,6 +12,8 @@ from tolstat.errors import PictureError, allowed_names
 from tolstat.store.stored_run import Run
 from tolstat.units.scale import Scale
 
+TAKEN = "settings."  # before an axis whose name a contributor has too
+
 
 class Sweep(NamedTuple):
     """One curve."""
@@ -108,5 +110,5 @@ def _label(run: Run, at: Mapping[str, Any]) -> str:
         if not isinstance(value, str):
             scale = axis_scale(run, name)
             value = f"{scale.factor * value:.6g} {scale.mark}".strip()
-        words.append(f"{name} {value}")
+        words.append(f"{name.removeprefix(TAKEN)} {value}")
     return ", ".join(words)

@@ -9,7 +9,7 @@ import numpy as np
 
 from tolstat.answers.next_steps import command
 from tolstat.answers.run_answer import responses_in_focus
-from tolstat.answers.sweep.curves import Sweep, axis_scale, sweeps
+from tolstat.answers.sweep.curves import TAKEN, Sweep, axis_scale, sweeps
 from tolstat.document import blocks
 from tolstat.document.blocks import Block, Document, Given, Table, table_of
 from tolstat.document.inline import Name, Number, Typed, counted, listed, say, text
@@ -140,7 +140,7 @@ def _compared(run: Run, axis: str, response: str, sweep: Sweep) -> Table | None:
     here = np.interp(at, sweep.x, sweep.y, left=np.nan, right=np.nan)
     rows = [
         {
-            along.label(axis): Number(x, along),
+            along.label(axis.removeprefix(TAKEN)): Number(x, along),
             "reference": Number(a, scale),
             "run": Number(b, scale),
             "difference": Number(b - a, scale),

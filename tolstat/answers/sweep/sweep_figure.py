@@ -53,7 +53,8 @@ def sweep_plot(runs: Sequence[Run], responses: Sequence[str] = ()) -> Plot:
         raise PictureError(
             f"{runs[0].path} limits no response; name the responses to draw"
         )
-    label = axis if words else curves.axis_scale(runs[0], axis).label(axis)
+    label = axis.removeprefix(curves.TAKEN)
+    label = label if words else curves.axis_scale(runs[0], axis).label(label)
     x = PlotAxis(label, words=words)
     panels = tuple(_panel(runs, axis, x, response) for response in chosen)
     height = 3.3 * len(chosen) + 0.5

@@ -121,15 +121,16 @@ def varied(
 
 
 def flutter(deviations: Array, settings: Asked) -> tuple[Span, ...]:
-    """Return the shown speeds at which the first trial flutters."""
+    """Return the shown speeds at which the first trial flutters, and the one set."""
+    own = Span(settings.speed, settings.speed, "speed as set")
     if settings.hoop:
-        return ()
+        return (own,)
     ring = build(deviations[:1], settings)
     onset = flutter_speed(ring.alpha, settings.support_angle, settings.harmonics)
     begins, (lower, upper) = float(onset[0] * np.sqrt(ring.nu[0])), settings.speed_range
     if begins >= upper:
-        return ()
-    return (Span(max(begins, lower), upper, "flutter without friction"),)
+        return (own,)
+    return Span(max(begins, lower), upper, "flutter without friction"), own
 
 
 def spectrum(deviations: Array, settings: Asked) -> Chart:

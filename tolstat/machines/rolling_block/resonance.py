@@ -133,12 +133,13 @@ def campbell(deviations: Array, settings: Settings) -> Chart:
     if len(omega) > 1:
         title = f"Fraction of {machines} trials that resonate"
         sure = [Band("95 % interval", "1", *ends_of(hits, machines), of=share.name)]
+    work = Span(settings.working_speed, settings.working_speed, "working speed")
     return Chart(
         Axis("motor speed", "rad/s", "rpm"),
         n,
         (*modes, *excitations, share),
         bands=(*spreads, *sure),
-        spans=tuple(Span(b, e, "without resonance") for b, e in free),
+        spans=(*(Span(b, e, "without resonance") for b, e in free), work),
         panels=(
             *_frequency_panels(modes, excitations, spreads),
             Panel.of(title, share, *sure),

@@ -1,0 +1,193 @@
+"""The first page: what decides comes first, for one limit and for thirty."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import tolstat
+from tests.answers.browser import asked
+from tests.answers.conftest import chain
+from tests.answers.page_checks import PAPER, rows_of, section_of, tables_of, words_in
+from tolstat import Contributor, Description, Model, Outcome, Response
+from tolstat.answers.next_steps import halves_of, to_halve
+from tolstat.answers.report.first_page import first_page
+from tolstat.answers.report.gather import report_of
+from tolstat.cli.main import main
+from tolstat.document.blocks import Gallery, Paragraph, Ranges, Section, Table
+from tolstat.document.inline import Typed
+from tolstat.render.page import page
+from tolstat.render.screen import as_text
+
+MANY = 30
+
+
+class Bolts(Model):
+    """Clearances, each the sum of two parts; the last ones vary most."""
+
+    name = "bolts"
+
+    def describe(self, settings):
+        parts = tuple(Contributor(f"flange_{i}", "m", f"l{i}") for i in (1, 2))
+        every = (
+            Response(f"clearance_{i}", "m", f"g{i}", f"clearance at bolt {i}")
+            for i in range(1, MANY + 1)
+        )
+        return Description(parts, tuple(every))
+
+    def evaluate(self, deviations, settings):
+        size = np.arange(1, MANY + 1) / MANY
+        return Outcome(deviations.sum(axis=1)[:, None] * size)
+
+
+def bolts(tmp_path, limits, trials=2000):
+    study = tmp_path / "bolts.toml"
+    said = "".join(f"{name} = '{words}'\n" for name, words in limits.items())
+    study.write_text(
+        f"model = 'bolts'\ntrials = {trials}\nseed = 3\n[deviations]\n"
+        f"flange = '+-0.1 mm'\n[limits]\n{said}"
+    )
+    return tolstat.run(study, model=Bolts(), force=True)
+
+
+def drawn_in(blocks):
+    """The picture among some blocks, and how many tables stand before it."""
+    tables = 0
+    for block in blocks:
+        if isinstance(block, Table):
+            tables += 1
+        if isinstance(block, Section) and isinstance(block.blocks[0], Ranges):
+            return block.blocks[0], tables
+    return None
+
+
+@pytest.fixture(scope="module")
+def thirty(tmp_path_factory):
+    limits = {f"clearance_{i}": "-0.1..0.1 mm" for i in range(1, MANY + 1)}
+    return report_of(bolts(tmp_path_factory.mktemp("bolts"), limits))
+
+
+def test_of_thirty_limits_the_worst_stand_on_the_first_page(thirty, tmp_path):
+    document = thirty.document()
+    worst, *_ = (each for each in tables_of(document) if each.title == "Limits")
+    order = list(thirty.limits)
+    assert [as_text(row["response"].main) for row in rows_of(worst)] == order[:6]
+    assert as_text(worst.caption).startswith("The 6 worst of 30 limits; behind: All")
+    (every,) = section_of(document, "All limits").blocks
+    assert [as_text(row["response"].main) for row in rows_of(every)] == order
+    picture, _ = drawn_in(document.blocks[0].blocks)
+    assert [each.name for each in picture.rows] == order
+    path = tmp_path / "thirty.html"
+    path.write_text(page(document))
+    wide = "document.documentElement.scrollWidth"
+    assert asked(path, tmp_path, int(PAPER) + 1, wide, paper=True) <= PAPER + 1
+    assert asked(path, tmp_path, 390, wide) <= 390
+
+
+def test_the_screen_has_all_limits(thirty):
+    (table,) = (
+        each
+        for each in tolstat.summary(thirty.stored_run).document().blocks
+        if isinstance(each, Table) and each.title == "Limits"
+    )
+    assert len(table.rows) == MANY
+
+
+def test_a_single_limit_is_drawn(tmp_path):
+    found = report_of(tolstat.run(chain("<= 2416.9 mm"), output=tmp_path / "a.h5"))
+    picture, before = drawn_in(first_page(found))
+    (row,) = picture.rows
+    assert before == 1 and row.level == pytest.approx(0.0027)
+    assert row.found == found.limits["gap"].yields.fraction_out_of_limit
+    assert row.tone == found.limits["gap"].yields.verdict
+    assert drawn_in(first_page(replace(found, responses={}, all_limits=None))) is None
+
+
+def test_responses_in_focus_follow_what_decides(tmp_path):
+    """Without a trial out of limit the one next to its limit comes first."""
+    limits = {
+        "clearance_1": "<= 9 mm", "clearance_2": "<= 0.04 mm",
+        "clearance_30": "<= 0.23 mm", "clearance_29": "<= 0.05 mm",
+    }  # fmt: skip
+    found = report_of(bolts(tmp_path, limits, 4000))
+    assert found.verdicts.pop("clearance_29") == "not met"
+    out = [each.yields.fraction_out_of_limit.value for each in found.limits.values()]
+    assert out[0] > 0 and out[1:] == [0, 0, 0]
+    order = ["clearance_29", "clearance_30", "clearance_2", "clearance_1"]
+    assert list(found.focus) == list(found.limits) == order
+    chosen = report_of(found.stored_run, ["clearance_2", "clearance_29"])
+    assert chosen.focus == ("clearance_2", "clearance_29")
+
+
+def test_a_spread_that_is_nothing_beside_the_limit_is_not_analysed(tmp_path):
+    limits = {"clearance_1": "<= 90 mm", "clearance_30": "<= 0.23 mm"}
+    found = report_of(bolts(tmp_path, limits))
+    still, moves = (section_of(found.document(), name) for name in limits)
+    assert "its spread is not analysed" in words_in(still)
+    assert not any(isinstance(each, Gallery) for each in still.blocks)
+    assert found.responses["clearance_1"].contributions is None
+    parts = [each.title for each in still.blocks if isinstance(each, Section)]
+    assert "Performance" in parts and "Variance contributions" not in parts
+    assert "not analysed" not in words_in(moves)
+    assert found.responses["clearance_30"].contributions is not None
+    for limit in ("<= 0 mm", ">= 9 mm"):  # trials out of limit are always analysed
+        other = report_of(bolts(tmp_path, {"clearance_1": limit}))
+        assert not other.responses["clearance_1"].still
+
+
+def test_a_run_in_part_says_so_first(tmp_path):
+    run = bolts(tmp_path, {"clearance_30": "<= 0.1 mm"})
+    status = np.where(np.arange(run.trials) < 700, run.status, 0).astype(np.uint8)
+    part = replace(run, columns={**run.columns, "status": status}, complete=False)
+    lead, whole = (
+        next(b for b in first_page(report_of(each)) if isinstance(b, Paragraph))
+        for each in (part, run)
+    )
+    assert as_text(lead.parts).endswith("So far 700 of 2000 trials have run.")
+    assert "So far" not in as_text(whole.parts)
+
+
+def test_settings_of_the_study_alone_are_listed(small_run):
+    words = words_in(*tolstat.report(small_run).document().blocks)
+    assert "Settings of the study: crank_speed 7.5 rad/s" in words
+    assert "All others have their default: tolstat show stand." in words
+    assert "(default)" not in words
+
+
+def test_the_command_that_halves_runs_for_one_sided_and_uniform_parts(tmp_path):
+    links = {
+        "H": {
+            "nominal": "20 mm",
+            "tolerance": "-0.12..0 mm",
+            "distribution": "uniform",
+        },
+        "a": {"nominal": "19 mm", "tolerance": "+0.02..+0.06 mm"},
+    }
+    run = tolstat.run(chain("<= 0.9 mm", links=links), output=tmp_path / "g.h5")
+    program, *words = shlex.split(to_halve(run, ("H", "a")))
+    done = CliRunner().invoke(main, words)
+    assert program == "tolstat" and done.exit_code == 0, done.output
+    text = (tmp_path / "g-halved.toml").read_text()
+    for said in (
+        'tolerance = "-0.06..0 mm"', 'distribution = "uniform"',
+        'tolerance = "0.02..0.04 mm"',
+    ):  # fmt: skip
+        assert said in text
+    assert [words for words, _ in halves_of(run, ("H",)).values()] == ["-0.06..0 mm"]
+    links["a"] |= {"cp": 1.33}  # a tolerance alone would have Cp 1
+    other = tolstat.run(chain("<= 0.9 mm", links=links), output=tmp_path / "o.h5")
+    assert halves_of(other, ("a",)) == {} and to_halve(other, ("a",)) == ""
+
+
+def test_each_step_has_a_command(thirty):
+    (steps,) = (
+        each
+        for each in first_page(thirty)
+        if isinstance(each, Section) and each.title == "What to do next"
+    )
+    items = steps.blocks[0].items
+    assert items and all(any(isinstance(p, Typed) for p in item) for item in items)

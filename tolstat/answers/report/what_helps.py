@@ -1,0 +1,71 @@
+"""What would help a limit: the parts to tighten, and the effect of that."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from tolstat.answers.cells import ppm
+from tolstat.answers.halved_entries import halved_entries
+from tolstat.document.blocks import Cell
+from tolstat.document.inline import Name, Parts, listed, say, text
+from tolstat.model.description import kinds_of_part
+from tolstat.statistics.estimate import Estimate
+from tolstat.statistics.limits.yields import MET
+from tolstat.statistics.summary import Limited
+from tolstat.store.stored_run import Run
+
+if TYPE_CHECKING:
+    from tolstat.answers.report.report_answer import Causes
+
+MOST_NAMED = 4  # parts in a sentence
+
+
+def cell(run: Run, causes: Causes | None, limited: Limited) -> Cell:
+    """Return what to tighten, above the fraction out of limit that this leaves.
+
+    Where that is not estimable, the reason stands below. A limit that is met needs
+    nothing.
+    """
+    if limited.yields.verdict == MET or causes is None or (main := causes.main) is None:
+        return Cell(())
+    parts = parts_to_tighten(run, causes)
+    halves = {
+        name: entry if isinstance(entry, str) else str(entry["tolerance"])
+        for name, entry in halved_entries(run, parts).items()
+    }
+    change = say("halve {}", named(causes, parts))
+    if len({*halves.values()}) == 1 and len(halves) <= MOST_NAMED:
+        (half,) = {*halves.values()}
+        change = text(listed([*map(Name, halves)]), f" to {half}")
+    if math.isnan(main.halved.value):
+        return Cell(change, text("effect not estimable: ", main.halved.reason))
+    now = limited.yields.fraction_out_of_limit
+    same = main.halved.sure and not differ(main.halved, now)
+    chance = ", no significant change" if same else None
+    return Cell(change, text(ppm(main.halved), chance))
+
+
+def parts_to_tighten(run: Run, causes: Causes) -> tuple[str, ...]:
+    """Return the parts of the main cause."""
+    if causes.pair:
+        return causes.pair.together.members
+    kinds = kinds_of_part(list(run.assumed), run.contributors)
+    return tuple(kinds.get(causes.leading[0], causes.leading[:1]))
+
+
+def named(causes: Causes, parts: tuple[str, ...]) -> Parts:
+    """Name parts of the main cause: each of a few, the kind of many."""
+    if len(parts) > MOST_NAMED:
+        return text(Name(causes.leading[0]))
+    return listed([Name(part) for part in parts])
+
+
+def differ(one: Estimate, other: Estimate) -> bool:
+    """Tell whether two fractions differ significantly.
+
+    They do if their intervals do not overlap. Each end errs in 2.5 % of all runs, so
+    one of the two facing ends errs in at most 5 %. The trials are the same: an interval
+    of the difference would be narrower, but its coverage was not measured.
+    """
+    return one.upper < other.lower or other.upper < one.lower
