@@ -25,8 +25,12 @@ from tests.answers.allocate.linear_stack import (
     reciprocal,
 )
 from tolstat.answers.allocate import search as searches
+from tolstat.answers.allocate.fresh_runs import FreshRuns
+from tolstat.answers.allocate.linear_schemes import linear_choices
+from tolstat.answers.allocate.search import Search
 from tolstat.deviations.spread import halved, resized, spread_of
 from tolstat.errors import StudyError
+from tolstat.execution.workers.crew import Workers
 from tolstat.model.checked import simulate
 from tolstat.render.screen import as_text
 from tolstat.study.study import load
@@ -175,6 +179,15 @@ def test_the_pool_covers_the_permitted_shifts():
     # far from all that is sampled without a shift: all are out of limit
     pool = pool_of(load(off_centre(0.2, shift="+-3 mm"), model=Linear()), 20_000)
     assert 0.75 < pool.upper_ends((choice[0], 2.5e-3, *choice[2:]), 0.5)[0] < 1.6
+
+
+def test_the_search_begins_at_the_shift_of_linear_analysis():
+    study = load(off_centre(0.2, shift="+-0.4 mm"), model=Linear())
+    with Workers(1) as crew:
+        search = Search(FreshRuns(study, crew, 500, lambda progress: None))
+        assert search.tightest[1] == 0
+        linear_choices(search)
+    assert search.tightest[1] == pytest.approx(0.2e-3, abs=8e-6)
 
 
 def test_a_shifted_nominal_moves_all_parts_and_its_tolerance():
