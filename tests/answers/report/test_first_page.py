@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import tolstat
 from tests.answers.browser import asked
 from tests.answers.conftest import chain
 from tests.answers.page_checks import PAPER, rows_of, section_of, tables_of, words_in
 from tolstat import Contributor, Description, Model, Outcome, Response
-from tolstat.answers.next_steps import halves_of, to_halve
 from tolstat.answers.report.first_page import first_page
 from tolstat.answers.report.gather import report_of
-from tolstat.cli.main import main
 from tolstat.document.blocks import Gallery, Paragraph, Ranges, Section, Table
 from tolstat.document.inline import Typed
 from tolstat.render.page import page
@@ -156,31 +152,6 @@ def test_settings_of_the_study_alone_are_listed(small_run):
     assert "Settings of the study: crank_speed 7.5 rad/s" in words
     assert "All others have their default: tolstat show stand." in words
     assert "(default)" not in words
-
-
-def test_the_command_that_halves_runs_for_one_sided_and_uniform_parts(tmp_path):
-    links = {
-        "H": {
-            "nominal": "20 mm",
-            "tolerance": "-0.12..0 mm",
-            "distribution": "uniform",
-        },
-        "a": {"nominal": "19 mm", "tolerance": "+0.02..+0.06 mm"},
-    }
-    run = tolstat.run(chain("<= 0.9 mm", links=links), output=tmp_path / "g.h5")
-    program, *words = shlex.split(to_halve(run, ("H", "a")))
-    done = CliRunner().invoke(main, words)
-    assert program == "tolstat" and done.exit_code == 0, done.output
-    text = (tmp_path / "g-halved.toml").read_text()
-    for said in (
-        'tolerance = "-0.06..0 mm"', 'distribution = "uniform"',
-        'tolerance = "0.02..0.04 mm"',
-    ):  # fmt: skip
-        assert said in text
-    assert [words for words, _ in halves_of(run, ("H",)).values()] == ["-0.06..0 mm"]
-    links["a"] |= {"cp": 1.33}  # a tolerance alone would have Cp 1
-    other = tolstat.run(chain("<= 0.9 mm", links=links), output=tmp_path / "o.h5")
-    assert halves_of(other, ("a",)) == {} and to_halve(other, ("a",)) == ""
 
 
 def test_each_step_has_a_command(thirty):
