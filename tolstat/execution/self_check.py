@@ -12,7 +12,7 @@ import numpy as np
 
 from tolstat.execution.workers.crew import Workers, processors
 from tolstat.lanes import cache
-from tolstat.store.provenance import processor, provenance
+from tolstat.store.provenance import provenance
 from tolstat.study.study import load
 
 STUDY = {
@@ -64,7 +64,8 @@ def surroundings() -> dict[str, str]:
         except PackageNotFoundError:
             found[name] = f"not installed: pip install '{extra}'"
     found["platform"] = facts["platform"]
-    found["processor"] = processor()
+    found["processor"] = facts["processor"]
+    found["machine code"] = facts["machine_code"]
     found["cores"] = str(processors())
     found["source"] = load(STUDY).model.source_digest
     found["compiled code"] = kept_code()

@@ -26,7 +26,7 @@ from tolstat.store import run_records as records
 from tolstat.store.checksums import Damage
 from tolstat.store.codec import ELSEWHERE, Stored
 from tolstat.store.layout import STATUS, STEPS
-from tolstat.store.provenance import decisive
+from tolstat.store.provenance import decisive, said_of
 from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:
@@ -305,8 +305,8 @@ class Run:
     def made_otherwise(self, source_digest: str) -> list[str]:
         """Return reasons why a trial evaluated here may differ in its bits.
 
-        They are source (of the model as it is now), processor and versions; empty if
-        there are none.
+        They are source (of the model as it is now), processor, compiler and versions;
+        empty if there are none.
         """
         said, facts = [], self.made
         if self.source_digest != source_digest:
@@ -315,9 +315,10 @@ class Run:
                 f"source ({self.source_digest}, not {source_digest})"
             )
         for what, now in decisive().items():
-            was = facts["processor" if what == "processor" else f"version_{what}"]
+            was = facts.get(what, now)  # older runs do not know their machine code
             if was != now:
-                said.append(f"the run was made with {what} {was}, and this is {now}")
+                named = said_of(what)
+                said.append(f"the run was made with {named} {was}, and this is {now}")
         return said
 
     @property

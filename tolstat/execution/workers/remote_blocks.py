@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from tolstat import catalogue
 from tolstat.errors import Advice, ModelError, TolstatError
 from tolstat.model.contract import Model
-from tolstat.store.provenance import decisive
+from tolstat.store.provenance import decisive, said_of
 
 _loading = threading.Lock()
 
@@ -24,7 +24,7 @@ class Parcel(NamedTuple):
     """A call for another process, and the versions that it needs there."""
 
     content: bytes  # the function and its arguments, pickled
-    # what decides the bits of the numbers: processor, versions
+    # what decides the bits of the numbers: processor, compiler, versions
     decisive: dict[str, str]
 
 
@@ -55,7 +55,7 @@ def carried_out(parcel: Parcel) -> Any:
     """Return the result of a call made here; a `Mismatch` if bits could differ."""
     here = decisive()
     reasons = [
-        f"its {what} is {here.get(what, 'unknown')}, the run needs {value}"
+        f"its {said_of(what)} is {here.get(what, 'unknown')}, the run needs {value}"
         for what, value in parcel.decisive.items()
         if here.get(what) != value
     ]
