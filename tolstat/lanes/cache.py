@@ -2,9 +2,9 @@
 
 Numba's cache compares only the file of the outermost function: after an edit of another
 file it would return the old code. So a folder is named by a digest of everything that
-the file computes, and of what the compiler is told. Within a folder, entries are by file and line, and for one state of
-the file: a moved line compiles again, and entries never mix. Folders of digests that
-are long unused are removed.
+the file computes, and of what the compiler is told. Within a folder, entries are by
+file and line, and for one state of the file: a moved line compiles again, and entries
+never mix. Folders of digests that are long unused are removed.
 """
 
 from __future__ import annotations
