@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tolstat.errors import LostError, ModelError
+from tolstat.execution.block_check import check_rows
 from tolstat.execution.diagnostics.after_run import gather
 from tolstat.execution.diagnostics.audit import Choice, audit, evaluated_again
 from tolstat.execution.trial_table import Stages, Trials
@@ -68,6 +69,8 @@ def carry_out(
                     alone = np.zeros((1, len(study.description.contributors)))
                     found = workers.simulate(study.model, alone, study.settings)
                     file.write_nominal(found)
+                first = _missing(study.cases, stages.trials.status[stages.latest])
+                check_rows(study, stages.trials, first, workers)
                 looks = _evaluate(study, stages, file, workers, tell)
             except ModelError as error:
                 if (broken := file.failed(error)) is error:

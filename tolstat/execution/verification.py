@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Array, Integers, Truths
+from tolstat.arrays import Array, Integers
 from tolstat.errors import TolstatError
+from tolstat.execution.block_check import alone, differing, spread_over
 from tolstat.execution.compatibility import study_of, trials_drawn_otherwise
 from tolstat.execution.diagnostics.audit import random_trials
 from tolstat.execution.planning import plan_of
@@ -33,6 +34,8 @@ class Verification(NamedTuple):
     drawn_otherwise: Integers  # whose deviations differ when sampled again
     evaluated: Integers  # that were evaluated again
     different: Integers  # those of them that differ from the stored ones in any bit
+    apart: Integers  # those that were also evaluated alone
+    dependent: Integers  # those of them that differ alone from those in a block
     nominal_differs: bool  # whether the nominal trial does
     # causes of differences without damage: another source, processor
     reasons: tuple[str, ...]
@@ -40,7 +43,7 @@ class Verification(NamedTuple):
     @property
     def trials(self) -> Integers:
         """Every trial with a finding."""
-        some = (self.contradicting, self.drawn_otherwise, self.different)
+        some = self.contradicting, self.drawn_otherwise, self.different, self.dependent
         return np.unique(np.concatenate([self.run.damage.trials, *some]))
 
     @property
@@ -69,9 +72,9 @@ def verify(
 
     Returns
     -------
-    The findings. `tolstat.resume` repairs damaged trials. A trial that fits its
-    checksum and still differs here needs a new run.
-        its checksum and is evaluated differently here, only a new run can replace.
+    Verification
+        The findings. `tolstat.resume` repairs damaged trials. A trial that fits its
+        checksum and still differs here needs a new run.
 
     Raises
     ------
@@ -100,15 +103,26 @@ def verify(
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
     chosen = chosen[~np.isnan(trials.deviations[chosen]).any(axis=1)]
     with Workers(workers) as crew:
-        differing = _differing(run, study, chosen, trials.deviations[chosen], crew)
+        found = _again(study, chosen, trials.deviations, crew)
+        other = differing(found, _stored(run, chosen))
+        apart = np.union1d(spread_over(chosen), spread_over(chosen[other[1:]]))
+        dependent = apart[:0]
+        if len(apart):
+            single = alone(cases_among(study.cases, apart))
+            rows = trials.deviations[apart]
+            among = found.rows(1 + np.searchsorted(chosen, apart))
+            answers = crew.simulate_cases(study.model, single, rows)
+            dependent = apart[differing(answers, among)]
     nominal_ran = run.nominal_values["status"] != Status.NOT_RUN.word
     return Verification(
         run,
         _contradicting(run),
         otherwise,
         chosen,
-        chosen[differing[1:]],
-        bool(differing[0] and (nominal_ran or run.complete)),
+        chosen[other[1:]],
+        apart,
+        dependent,
+        bool(other[0] and (nominal_ran or run.complete)),
         tuple(run.made_otherwise(study.model.source_digest)),
     )
 
@@ -122,27 +136,31 @@ def _contradicting(run: Run) -> Integers:
     return np.flatnonzero(~known | (ran & (done != answered)))
 
 
-def _differing(
-    run: Run, study: Study, chosen: Integers, deviations: Array, workers: Workers
-) -> Truths:
-    """Return which of the nominal and the chosen trials now differ in any bit."""
-    alone = np.zeros((1, deviations.shape[1]))
-    found = workers.simulate(study.model, alone, study.settings)
-    if len(chosen):
-        cases = cases_among(study.cases, chosen)
-        again = workers.simulate_cases(study.model, cases, deviations)
-        found = Answers.joined([found, again])
+def _again(
+    study: Study, chosen: Integers, deviations: Array, workers: Workers
+) -> Answers:
+    """Return the nominal and the chosen trials, among other neighbours than stored."""
+    nominal = np.zeros((1, deviations.shape[1]))
+    found = workers.simulate(study.model, nominal, study.settings)
+    if not len(chosen):
+        return found
+    cases, order = cases_among(study.cases, chosen), np.arange(len(chosen))
+    for case in cases:  # the last trials come into the first block
+        order[case.first : case.stop] = order[case.first : case.stop][::-1]
+    again = workers.simulate_cases(study.model, cases, deviations[chosen[order]])
+    return Answers.joined([found, again.rows(order)])
 
-    def stored(name: str) -> NDArray[Any]:
+
+def _stored(run: Run, chosen: Integers) -> Answers:
+    """Return the answers of the nominal and the chosen trials as the run has them."""
+
+    def both(name: str) -> NDArray[Any]:
         return np.append(run.nominal_values[name], run.column(name)[chosen])
 
     codes = {word: code for code, word in run.words.items()}
     nominal = codes.get(run.nominal_values["status"], Status.NOT_RUN)
-    other: Truths = np.append(nominal, run.status[chosen]) != found.status
-    for each, values in zip(run.responses, found.responses.T, strict=True):
-        known = stored(each.name)
-        same = known.view(np.uint64) == np.ascontiguousarray(values).view(np.uint64)
-        other |= ~(same | (np.isnan(known) & np.isnan(values)))
-    if run.steps is not None:
-        other |= stored(STEPS) != found.steps
-    return other
+    return Answers(
+        np.stack([both(each.name) for each in run.responses], axis=1),
+        np.append(nominal, run.status[chosen]),
+        both(STEPS) if run.steps is not None else None,
+    )
