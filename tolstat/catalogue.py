@@ -8,9 +8,10 @@ import sys
 from importlib.metadata import entry_points
 from pathlib import Path
 
-from tolstat.errors import Advice, ModelError, allowed_names
+from tolstat.errors import Advice, ModelError, allowed_names, told
 from tolstat.model.checked import check_model
 from tolstat.model.contract import Model
+from tolstat.model.working_folder import kept_folder
 
 # name in study files: module and class
 MACHINES = {
@@ -68,7 +69,7 @@ def find(model: str | Model) -> Model:
         try:
             found = check_model(point.load())
         except Exception as error:
-            message = f"{point.value} cannot be loaded: {type(error).__name__}: {error}"
+            message = f"{point.value} cannot be loaded: {told(error)}"
             raise ModelError(message) from error
         if found.name != model:
             raise ModelError(f"the model of {point.value} has the name '{found.name}'")
@@ -77,6 +78,20 @@ def find(model: str | Model) -> Model:
         f"no model is called '{model}'; {allowed_names(model, names())}",
         Advice("custom model"),
     )
+
+
+def absolute(place: str) -> str:
+    """Return FILE.py:NAME with the whole path of the file."""
+    file, _, name = place.rpartition(":")
+    return f"{Path(file).resolve()}:{name}"
+
+
+def loaded(place: str) -> Model:
+    """Return the custom model of an absolute place; load it once in this process."""
+    for name, known in _places.items():
+        if name in _given and absolute(known) == place:
+            return _given[name]
+    return load(place)
 
 
 def load(place: str) -> Model:
@@ -108,11 +123,12 @@ def load(place: str) -> Model:
         0, str(path.resolve().parent)
     )  # finds modules in the same folder, as Python does
     try:
-        spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        raise ModelError(
-            f"{path} cannot be run: {type(error).__name__}: {error}"
-        ) from error
+        with kept_folder():
+            spec.loader.exec_module(module)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # also SystemExit
+        raise ModelError(f"{path} cannot be run: {told(error)}") from error
     finally:
         sys.path.pop(0)
     if not hasattr(module, name):

@@ -117,6 +117,15 @@ class StoppedError(TolstatError):
     exit_code = 130
 
 
+def told(error: BaseException) -> str:
+    """Return kind and message of an error in code of others."""
+    try:
+        words = str(error)
+    except BaseException as other:  # its message is code, too
+        words = f"no message ({type(other).__name__})"
+    return ": ".join(filter(None, (type(error).__name__, words)))
+
+
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:
     """Return a hint for a wrong name: the nearest allowed names, or all of them.
 

@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tolstat.arrays import Array
-from tolstat.errors import ModelError, TolstatError, UnitError
+from tolstat.errors import ModelError, TolstatError, UnitError, told
 from tolstat.model.contract import STEP, Answers, Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.model.view import Chart, Listing, Offer, View
+from tolstat.model.working_folder import kept_folder
 from tolstat.status import Status, words_of
 from tolstat.units.conversion import check_si, to_si
 
@@ -26,6 +28,7 @@ RESERVED = (
     "trial", "status", "steps", "nominal", "reference", "audit", "rerun", "settings",
     "numbers", "diagnostics", "checks", "provenance",
 )  # fmt: skip
+HUGE = 1e150  # SI; squares of such a response are not finite
 DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "number"}
 TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat"
 
@@ -41,8 +44,10 @@ def check_model(model: object) -> Model:
     if isinstance(model, type) and issubclass(model, Model):
         try:
             model = model()
-        except TypeError as error:
-            raise ModelError(f"{error}") from None
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            raise ModelError(told(error)) from error
     if not isinstance(model, Model):
         raise ModelError(
             f"{model!r} is not a model; a class that inherits from tolstat.Model, or "
@@ -82,15 +87,20 @@ def _printable(text: object) -> bool:
 
 @contextmanager
 def _asking(model: Model, what: str) -> Iterator[None]:
-    """Name the model, the fault and its line, where the model's own code fails."""
+    """Name the model, the fault and its line, where the model's own code fails.
+
+    It may also try to end the process, or change the working directory.
+    """
+    alone = current_thread() is main_thread()  # else a thread may be elsewhere
     try:
-        yield
-    except TolstatError:
+        with kept_folder() if alone else nullcontext():
+            yield
+    except (TolstatError, KeyboardInterrupt):
         raise
-    except Exception as error:
+    except BaseException as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
         raise model.fault(
-            f"{what} fails: {type(error).__name__}: {error} "
+            f"{what} fails: {told(error)} "
             f"({Path(last.filename).name}, line {last.lineno})",
         ) from error
 
@@ -253,6 +263,8 @@ def _failing(
         if word not in model.failures:
             words = ", ".join(model.failures) or "there are none"
             raise model.fault(f"'{word}' is not in its failures ({words})")
+        if np.asarray(those).dtype != np.bool_:
+            raise model.fault(f"{where} '{word}' must be true or false for each trial")
         yield codes[word], _shaped(model, f"{where} '{word}'", those, (trials,)) != 0
 
 
@@ -264,7 +276,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
     if not isinstance(outcome, Outcome):
         raise model.fault(f"evaluate returns {type(outcome).__name__}, not Outcome")
     responses = _shaped(model, "responses", outcome.responses, (trials, len(names)))
-    finite = np.isfinite(responses)
+    finite = np.abs(responses) < HUGE
     status = np.where(finite.all(axis=1), Status.DONE, Status.NOT_FINITE)
     if outcome.status is not None:
         status = _whole(model, "status", outcome.status, trials)
@@ -311,6 +323,11 @@ def _whole(
 def _shaped(
     model: Model, what: str, values: ArrayLike, shape: tuple[int, ...]
 ) -> Array:
+    if np.ma.is_masked(values):
+        raise model.fault(
+            f"{what} are masked in some trials; write NaN there, or mark these trials "
+            "as failed"
+        )
     try:
         given = np.asarray(values)
         if given.dtype.kind not in "biuf":

@@ -55,6 +55,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def __init__(self, lock: Lock, run: Run, before: Rows | None = None) -> None:
         self.path, self.run = lock.path, run
+        self._place = lock.path.absolute()  # a model may change the working directory
         self._locks = ExitStack()  # also of the copy of a file that was moved
         self._broken = self.given_up = self._new = self._unwanted = False
         self._spent, self._began = 0.0, time.perf_counter()
@@ -199,7 +200,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _writing(self) -> Iterator[Rows]:
         """Yield the rows to write to; a failure says how much is stored."""
         try:
-            if not is_still(self._rows.file, self.path):
+            if not is_still(self._rows.file, self._place):
                 self._continue_in_copy()
             yield self._rows
         except OSError as error:
@@ -208,8 +209,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _continue_in_copy(self) -> None:
         """Copy the file to another name, because it was removed or moved."""
         lost = self.path
-        lock = Lock(temporary_files.free_name(lost, "rescued"))
-        self.path = self._locks.enter_context(lock).path
+        lock = Lock(temporary_files.free_name(self._place, "rescued"))
+        self.path = self._place = self._locks.enter_context(lock).path
         self._replace(self.run, self._rows)
         warnings.warn(
             f"{lost} was removed or moved while it was written: the run continues in "

@@ -5,19 +5,22 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from functools import partial
 from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import Any
 
+import numpy as np
+
 from tolstat.arrays import Array
-from tolstat.errors import LostError, TolstatError
+from tolstat.errors import LostError, TolstatError, told
 from tolstat.execution.workers.remote_blocks import Mismatch, carried_out, packed
 from tolstat.model.checked import simulate
 from tolstat.model.contract import Answers, Model
+from tolstat.model.working_folder import kept_folder
 from tolstat.study.given_points import Case
 
 LOOK_AGAIN = 0.1  # s, between two checks whether to stop
@@ -78,20 +81,42 @@ class Workers(AbstractContextManager["Workers"]):
             return self._own.submit(function, *arguments)
         parcel = packed(partial(function, *arguments))
         with _processes():
-            return self._executor.submit(carried_out, parcel)
+            future = self._executor.submit(carried_out, parcel)
+        if not isinstance(future, Future):
+            kind = type(future).__name__
+            raise _lost(f"{self._called}.submit returns {kind}, not a Future")
+        return future
+
+    @property
+    def _called(self) -> str:
+        return type(self._executor).__name__
 
     def _result(self, future: Future[Any]) -> Any:
-        """Return the result of a worker; None if another one has to repeat the call."""
+        """Return the result of a worker; a Mismatch if another one has to repeat it."""
         if self._executor is None:
             return future.result()
         with _processes():
             found = future.result()
-        if not isinstance(found, Mismatch):
-            return found
-        if not hasattr(self._executor, "refuse"):
-            raise _lost(f"{found.who}: {'; '.join(found.reasons)}")
-        self._executor.refuse(found)
-        return None
+        if isinstance(found, Mismatch):
+            if not hasattr(self._executor, "refuse"):
+                raise _lost(f"{found.who}: {'; '.join(found.reasons)}")
+            self._executor.refuse(found)
+        return found
+
+    def _checked(self, found: Any, model: Model, block: Case) -> tuple[Answers, float]:
+        """Return answers and duration; refuse what an executor returns instead."""
+        if self._executor is None:
+            return found  # type: ignore[no-any-return]
+        trials = block.stop - block.first
+        shape = trials, len(model.describe(block.settings).responses)
+        match found:
+            case (
+                Answers(np.ndarray() as responses, np.ndarray() as status, _),
+                float() as seconds,
+            ) if (responses.shape, status.shape) == (shape, shape[:1]):
+                return found[0], seconds
+        what = f"other data ({type(found).__name__}) than the answers"
+        raise _lost(f"{self._called} returns {what} of {trials} trials")
 
     def blocks(
         self, model: Model, cases: Sequence[Case], deviations: Array
@@ -106,7 +131,8 @@ class Workers(AbstractContextManager["Workers"]):
         todo = list(reversed(cases))
         running: dict[Future[tuple[Answers, float]], Case] = {}
         patience = math.inf
-        try:
+        with kept_folder(), ExitStack() as leaving:
+            leaving.callback(_cancel, running)
             while True:
                 size.workers = self.number
                 while (
@@ -122,17 +148,19 @@ class Workers(AbstractContextManager["Workers"]):
                     running[future] = case._replace(stop=stop)
                 if not running:
                     return
-                done, _ = wait(running, LOOK_AGAIN, return_when=FIRST_COMPLETED)
+                if not any(each.done() for each in running):  # `wait` misses cancelled
+                    wait(running, LOOK_AGAIN, return_when=FIRST_COMPLETED)
                 finished = []
-                for future in done:
+                for future in [each for each in running if each.done()]:
                     block = running.pop(future)
-                    if found := self._result(future):
-                        outcome, seconds = found
-                        size.learn(len(outcome.responses), seconds)
-                        finished.append((block.first, outcome))
-                    else:
+                    found = self._result(future)
+                    if isinstance(found, Mismatch):
                         todo.append(block)
                         left += block.stop - block.first
+                    else:
+                        outcome, seconds = self._checked(found, model, block)
+                        size.learn(len(outcome.responses), seconds)
+                        finished.append((block.first, outcome))
                 if finished:
                     yield finished
                 if self.stopping():
@@ -142,9 +170,6 @@ class Workers(AbstractContextManager["Workers"]):
                             del running[future]
                 if time.monotonic() > patience:
                     return
-        finally:
-            for future in running:
-                future.cancel()
 
     def simulate(self, model: Model, deviations: Array, settings: Any) -> Answers:
         """Return the answers of trials with the same settings.
@@ -215,6 +240,11 @@ def _timed(model: Model, deviations: Array, settings: Any) -> tuple[Answers, flo
     return simulate(model, deviations, settings), time.perf_counter() - began
 
 
+def _cancel(running: Iterable[Future[Any]]) -> None:
+    for future in running:
+        future.cancel()
+
+
 @contextmanager
 def _processes() -> Iterator[None]:
     """Raise LostError, whatever an executor raises if its processes are lost."""
@@ -222,8 +252,8 @@ def _processes() -> Iterator[None]:
         yield
     except TolstatError:
         raise
-    except Exception as error:
-        raise _lost(f"{type(error).__name__}: {error}") from error
+    except (Exception, SystemExit) as error:
+        raise _lost(told(error)) from error
 
 
 def _lost(why: str) -> LostError:

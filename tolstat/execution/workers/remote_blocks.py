@@ -8,8 +8,6 @@ import pickle
 import socket
 import threading
 from collections.abc import Callable
-from functools import cache
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from tolstat import catalogue
@@ -77,20 +75,16 @@ def _place_of(model: Model) -> str:
             "cannot find it; load it from its file (tolstat.catalogue.load)",
             Advice("custom model"),
         )
-    file, _, name = place.rpartition(":")
-    return f"{Path(file).resolve()}:{name}" if place else ""
+    return catalogue.absolute(place) if place else ""
 
 
 def _found(name: str, place: str, digest: str) -> Model:
     """Return a model by its name; refuse another source."""
     with _loading:  # of two threads one loads it
-        model: Model = _loaded(place) if place else catalogue.find(name)
+        model = catalogue.loaded(place) if place else catalogue.find(name)
     if model.source_digest != digest:
         raise ModelError(
             f"its source of model '{name}' is {model.source_digest}, the run "
             f"needs {digest}"
         )
     return model
-
-
-_loaded = cache(catalogue.load)
