@@ -5,13 +5,13 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
+from contextlib import chdir
 from importlib.metadata import entry_points
 from pathlib import Path
 
 from tolstat.errors import Advice, ModelError, allowed_names, told
 from tolstat.model.checked import check_model
 from tolstat.model.contract import Model
-from tolstat.model.working_folder import kept_folder
 
 # name in study files: module and class
 MACHINES = {
@@ -80,20 +80,6 @@ def find(model: str | Model) -> Model:
     )
 
 
-def absolute(place: str) -> str:
-    """Return FILE.py:NAME with the whole path of the file."""
-    file, _, name = place.rpartition(":")
-    return f"{Path(file).resolve()}:{name}"
-
-
-def loaded(place: str) -> Model:
-    """Return the custom model of an absolute place; load it once in this process."""
-    for name, known in _places.items():
-        if name in _given and absolute(known) == place:
-            return _given[name]
-    return load(place)
-
-
 def load(place: str) -> Model:
     """Return a custom model; from now on this process finds it by its name.
 
@@ -123,7 +109,7 @@ def load(place: str) -> Model:
         0, str(path.resolve().parent)
     )  # finds modules in the same folder, as Python does
     try:
-        with kept_folder():
+        with chdir("."):  # it may leave it
             spec.loader.exec_module(module)
     except KeyboardInterrupt:
         raise

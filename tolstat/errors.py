@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from pathlib import Path
+from traceback import format_exception_only
 from typing import Any, NamedTuple
 
 
@@ -119,11 +120,7 @@ class StoppedError(TolstatError):
 
 def told(error: BaseException) -> str:
     """Return kind and message of an error in code of others."""
-    try:
-        words = str(error)
-    except BaseException as other:  # its message is code, too
-        words = f"no message ({type(other).__name__})"
-    return ": ".join(filter(None, (type(error).__name__, words)))
+    return format_exception_only(error)[-1].strip()
 
 
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:

@@ -70,7 +70,7 @@ def test_a_process_with_different_results_is_not_used(tmp_path, monkeypatch):
     found = carried_out(sent)
     assert isinstance(found, Mismatch)
     assert "processor is arm64 neon" in found.reasons[0]
-    other = {**sent.decisive, "machine_code": "generic"}
+    other = {**sent.decisive, "machine code": "generic"}
     monkeypatch.setattr(parcel, "decisive", lambda: other)
     assert "its machine code is generic, the run" in carried_out(sent).reasons[0]
 

@@ -24,7 +24,7 @@ FAULTS = [
     (SystemExit(0), "SystemExit: 0"),
     (GeneratorExit(), "GeneratorExit"),
     (BaseException("odd"), "BaseException: odd"),
-    (Unprintable(), r"Unprintable: no message \(ValueError\)"),
+    (Unprintable(), r"Unprintable: <exception str\(\) failed>"),
 ]
 
 
@@ -35,7 +35,7 @@ def test_a_model_that_ends_the_process(toy_study, monkeypatch, where, error, wor
         raise error
 
     monkeypatch.setattr(Toy, where, raising)
-    said = f"model 'toy'.*{where} fails: {words} \\(test_lying_models.py, line"
+    said = f"model 'toy'.*{where} fails: .*{words} \\(test_lying_models.py, line"
     with pytest.raises(TolstatError, match=said):
         tolstat.run(toy_study, model=Toy())
     assert not toy_study.with_suffix(".h5").exists()

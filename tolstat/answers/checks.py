@@ -15,8 +15,6 @@ from tolstat.execution.verification import Verification
 from tolstat.status import Status
 from tolstat.store.checksums import ranges_of
 
-STORED = "as stored"
-
 
 def verified_document(path: Path, found: Verification) -> Document:
     """Return the differences of a run from what was written, and the next step."""
@@ -28,21 +26,13 @@ def verified_document(path: Path, found: Verification) -> Document:
         (f"checksums of {stored} trials and the nominal trial",
          text(run.damage.words or "all fit")),
     ]  # fmt: skip
-    for what, trials, fine in (
-        ("status and responses", found.contradicting, STORED),
-        (
-            f"deviations of {run.trials} trials, sampled again",
-            found.drawn_otherwise,
-            STORED,
-        ),
-        (f"{len(found.evaluated)} trials, evaluated again", found.different, STORED),
-        (
-            f"{len(found.apart)} of them, each evaluated alone",
-            found.dependent,
-            "as among others",
-        ),
+    for what, trials in (
+        ("status and responses", found.contradicting),
+        (f"deviations of {run.trials} trials, sampled again", found.drawn_otherwise),
+        (f"{len(found.evaluated)} trials, evaluated again", found.different),
+        (f"{len(found.alone)} of them, each alone", found.dependent),
     ):
-        words = f"different in {ranges_of(trials)}" if len(trials) else fine
+        words = f"different in {ranges_of(trials)}" if len(trials) else "as stored"
         rows.append((what, text(words)))
     if found.nominal_differs:
         rows.append(("nominal trial, evaluated again", text("different")))
@@ -60,15 +50,8 @@ def _conclusion(path: Path, found: Verification) -> Paragraph:
     if run.damage:
         repair = Typed(to_resume(path, run.machine))
         return paragraph(f"{path} is damaged. Repair it with: ", repair)
-    if len(found.dependent):
-        return paragraph(
-            f"{path} is as it was written, but the answer of a trial depends on the "
-            "other trials of its block, so its numbers depend on the size of blocks. "
-            "Let evaluate compute each row of deviations by itself, with "
-            "(a * b).sum(axis=1) instead of a @ b. Then run the study again."
-        )
     why = "its data or its program differ"
-    if len(found.different) and not found.reasons:
+    if not found.reasons:
         why += ", or an answer depends on the other trials of its block"
     if run.aim and len(found.drawn_otherwise):
         why = why_drawn_otherwise(run)

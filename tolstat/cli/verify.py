@@ -26,7 +26,7 @@ def verify(source: Path, every: bool, workers: int | None) -> None:
     """Check whether a run is as it was written, and list the damage.
 
     It compares the checksum of every trial, samples all deviations again, and evaluates
-    one trial in a hundred again, some of them also alone. Exit code 1 if anything is not as stored.
+    one trial in a hundred again. Exit code 1 if anything is not as stored.
     """
     found = verification.verify(source, every=every, workers=workers)
     show(verified_document(source, found))

@@ -63,9 +63,8 @@ def surroundings() -> dict[str, str]:
             found[name] = version(name)
         except PackageNotFoundError:
             found[name] = f"not installed: pip install '{extra}'"
-    found["platform"] = facts["platform"]
-    found["processor"] = facts["processor"]
-    found["machine code"] = facts["machine_code"]
+    for name in ("platform", "processor", "machine_code"):
+        found[name.replace("_", " ")] = facts[name]
     found["cores"] = str(processors())
     found["source"] = load(STUDY).model.source_digest
     found["compiled code"] = kept_code()

@@ -1,17 +1,17 @@
-"""Verification of a run: checksums, deviations, trials evaluated again."""
+"""Verification of a run: checksums, deviations, trials evaluated again, and alone."""
 
 from __future__ import annotations
 
 import os
+import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tolstat.arrays import Array, Integers
+from tolstat.arrays import Array, Integers, Truths
 from tolstat.errors import TolstatError
-from tolstat.execution.block_check import alone, differing, spread_over
 from tolstat.execution.compatibility import study_of, trials_drawn_otherwise
 from tolstat.execution.diagnostics.audit import random_trials
 from tolstat.execution.planning import plan_of
@@ -21,9 +21,13 @@ from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
 from tolstat.store.layout import STEPS
 from tolstat.store.open_run import open as open_run
-from tolstat.store.stored_run import Run
-from tolstat.study.given_points import cases_among
+from tolstat.store.stored_run import ROUNDING, Run
+from tolstat.study.given_points import Case, cases_among
 from tolstat.study.study import Study
+
+BLOCK = 100  # trials of a block, so that they have other neighbours than in the run
+ALONE = 8  # trials at most that are evaluated alone
+HANDFUL = 3  # trials of them before a run
 
 
 class Verification(NamedTuple):
@@ -34,8 +38,8 @@ class Verification(NamedTuple):
     drawn_otherwise: Integers  # whose deviations differ when sampled again
     evaluated: Integers  # that were evaluated again
     different: Integers  # those of them that differ from the stored ones in any bit
-    apart: Integers  # those that were also evaluated alone
-    dependent: Integers  # those of them that differ alone from those in a block
+    alone: Integers  # those of them that were also evaluated alone
+    dependent: Integers  # those of these that differ from the stored ones
     nominal_differs: bool  # whether the nominal trial does
     # causes of differences without damage: another source, processor
     reasons: tuple[str, ...]
@@ -102,27 +106,20 @@ def verify(
     # trials with other deviations cannot be compared
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
     chosen = chosen[~np.isnan(trials.deviations[chosen]).any(axis=1)]
-    with Workers(workers) as crew:
-        found = _again(study, chosen, trials.deviations, crew)
-        other = differing(found, _stored(run, chosen))
-        apart = np.union1d(spread_over(chosen), spread_over(chosen[other[1:]]))
-        dependent = apart[:0]
-        if len(apart):
-            single = alone(cases_among(study.cases, apart))
-            rows = trials.deviations[apart]
-            among = found.rows(1 + np.searchsorted(chosen, apart))
-            answers = crew.simulate_cases(study.model, single, rows)
-            dependent = apart[differing(answers, among)]
+    with Workers(workers, block=BLOCK) as crew, Workers(workers, block=1) as single:
+        differing = _differing(run, study, chosen, trials.deviations[chosen], crew)
+        alone = chosen[:: len(chosen) // ALONE + 1]
+        apart = _differing(run, study, alone, trials.deviations[alone], single)
     nominal_ran = run.nominal_values["status"] != Status.NOT_RUN.word
     return Verification(
         run,
         _contradicting(run),
         otherwise,
         chosen,
-        chosen[other[1:]],
-        apart,
-        dependent,
-        bool(other[0] and (nominal_ran or run.complete)),
+        chosen[differing[1:]],
+        alone,
+        alone[apart[1:]],
+        bool(differing[0] and (nominal_ran or run.complete)),
         tuple(run.made_otherwise(study.model.source_digest)),
     )
 
@@ -136,31 +133,59 @@ def _contradicting(run: Run) -> Integers:
     return np.flatnonzero(~known | (ran & (done != answered)))
 
 
-def _again(
-    study: Study, chosen: Integers, deviations: Array, workers: Workers
-) -> Answers:
-    """Return the nominal and the chosen trials, among other neighbours than stored."""
-    nominal = np.zeros((1, deviations.shape[1]))
-    found = workers.simulate(study.model, nominal, study.settings)
-    if not len(chosen):
-        return found
-    cases, order = cases_among(study.cases, chosen), np.arange(len(chosen))
-    for case in cases:  # the last trials come into the first block
-        order[case.first : case.stop] = order[case.first : case.stop][::-1]
-    again = workers.simulate_cases(study.model, cases, deviations[chosen[order]])
-    return Answers.joined([found, again.rows(order)])
+def _differing(
+    run: Run, study: Study, chosen: Integers, deviations: Array, workers: Workers
+) -> Truths:
+    """Return which of the nominal and the chosen trials now differ in any bit."""
+    alone = np.zeros((1, deviations.shape[1]))
+    found = workers.simulate(study.model, alone, study.settings)
+    if len(chosen):
+        cases = cases_among(study.cases, chosen)
+        again = workers.simulate_cases(study.model, cases, deviations)
+        found = Answers.joined([found, again])
 
-
-def _stored(run: Run, chosen: Integers) -> Answers:
-    """Return the answers of the nominal and the chosen trials as the run has them."""
-
-    def both(name: str) -> NDArray[Any]:
+    def stored(name: str) -> NDArray[Any]:
         return np.append(run.nominal_values[name], run.column(name)[chosen])
 
     codes = {word: code for code, word in run.words.items()}
     nominal = codes.get(run.nominal_values["status"], Status.NOT_RUN)
-    return Answers(
-        np.stack([both(each.name) for each in run.responses], axis=1),
-        np.append(nominal, run.status[chosen]),
-        both(STEPS) if run.steps is not None else None,
+    responses = np.stack([stored(each.name) for each in run.responses], axis=1)
+    steps = stored(STEPS) if run.steps is not None else None
+    status = np.append(nominal, run.status[chosen])
+    return other_answers(found, Answers(responses, status, steps))
+
+
+def other_answers(one: Answers, other: Answers) -> Truths:
+    """Return which trials have other answers in any bit; one NaN is like another."""
+    a, b = (np.ascontiguousarray(each.responses) for each in (one, other))
+    same = (a.view(np.uint64) == b.view(np.uint64)) | (np.isnan(a) & np.isnan(b))
+    found = ~same.all(axis=1) | (one.status != other.status)
+    if one.steps is not None and other.steps is not None:
+        found |= one.steps != other.steps
+    return np.asarray(found)
+
+
+def check_rows(study: Study, case: Case, deviations: Array, workers: Workers) -> None:
+    """Evaluate the first trials of a case together and alone.
+
+    A ModelError if their answers differ; a warning if only their rounding does.
+    """
+    rows = deviations[case.first : min(case.stop, case.first + HANDFUL)]
+    together, *apart = (
+        workers.simulate(study.model, each, case.settings)
+        for each in (rows, *rows[:, None])
     )
+    alone = Answers.joined(apart)
+    other = np.flatnonzero(other_answers(together, alone))
+    if not len(other):
+        return
+    said = (
+        f"the answer of trial {case.first + other[0]} depends on the other trials of "
+        "its block; evaluate must compute each row of deviations by itself"
+    )
+    one, two = (np.nan_to_num(each.responses) for each in (together, alone))
+    close = np.abs(one - two) <= ROUNDING * np.abs(one).max(axis=0)
+    if not close.all() or (together.status != alone.status).any():
+        raise study.model.fault(said)
+    advice = "in its last bits; write (a * b).sum(axis=1) instead of a @ b"
+    warnings.warn(f"{said} ({advice})", RuntimeWarning, stacklevel=2)

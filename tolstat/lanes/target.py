@@ -1,8 +1,4 @@
-"""What the compiler is told: target, processor, features, optimisation level.
-
-Environment variables change it (`NUMBA_CPU_NAME`, `NUMBA_CPU_FEATURES`, `NUMBA_OPT`);
-other machine code may round differently.
-"""
+"""What the compiler is told: processor and level, which users may change."""
 
 from __future__ import annotations
 
@@ -17,10 +13,7 @@ LEVEL = 2
 
 @contextmanager
 def settings_of_numba(folder: str | None = None) -> Iterator[None]:
-    """Give Numba our level, and a folder for its cache; restore both at the end.
-
-    They are global to every user of Numba in the process.
-    """
+    """Give Numba our level and a folder for its cache; restored, as they are global."""
     from numba import config
 
     before = config.CACHE_DIR, config.OPT

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from contextlib import chdir, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from threading import current_thread, main_thread
@@ -19,7 +19,6 @@ from tolstat.errors import ModelError, TolstatError, UnitError, told
 from tolstat.model.contract import STEP, Answers, Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.model.view import Chart, Listing, Offer, View
-from tolstat.model.working_folder import kept_folder
 from tolstat.status import Status, words_of
 from tolstat.units.conversion import check_si, to_si
 
@@ -87,13 +86,9 @@ def _printable(text: object) -> bool:
 
 @contextmanager
 def _asking(model: Model, what: str) -> Iterator[None]:
-    """Name the model, the fault and its line, where the model's own code fails.
-
-    It may also try to end the process, or change the working directory.
-    """
-    alone = current_thread() is main_thread()  # else a thread may be elsewhere
-    try:
-        with kept_folder() if alone else nullcontext():
+    """Name the model, the fault and its line, where the model's own code fails."""
+    try:  # a model may leave the working directory, which all threads share
+        with chdir(".") if current_thread() is main_thread() else nullcontext():
             yield
     except (TolstatError, KeyboardInterrupt):
         raise
@@ -324,10 +319,7 @@ def _shaped(
     model: Model, what: str, values: ArrayLike, shape: tuple[int, ...]
 ) -> Array:
     if np.ma.is_masked(values):
-        raise model.fault(
-            f"{what} are masked in some trials; write NaN there, or mark these trials "
-            "as failed"
-        )
+        raise model.fault(f"{what} are masked in some trials; write NaN there")
     try:
         given = np.asarray(values)
         if given.dtype.kind not in "biuf":

@@ -45,11 +45,6 @@ class Answers(NamedTuple):
     status: NDArray[np.int64]  # [trial], one of `tolstat.status.words_of`
     steps: NDArray[np.int64] | None  # [trial]; None where nothing is integrated
 
-    def rows(self, which: NDArray[np.int64]) -> Answers:
-        """Return the answers of some trials, in their order."""
-        steps = None if self.steps is None else self.steps[which]
-        return Answers(self.responses[which], self.status[which], steps)
-
     @classmethod
     def joined(cls, answers: Sequence[Answers]) -> Answers:
         """Put answers one after the other."""

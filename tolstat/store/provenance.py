@@ -47,15 +47,6 @@ def provenance() -> dict[str, str]:
 
 @cache
 def decisive() -> dict[str, str]:
-    """Return versions, processor and compiler, which decide the bits of a trial.
-
-    They are a part of `provenance`.
-    """
-    names = "processor", "machine_code", *(f"version_{name}" for name in DECISIVE)
-    every = provenance()
-    return {name: every[name] for name in names}
-
-
-def said_of(name: str) -> str:
-    """Return an entry of a provenance in words."""
-    return name.removeprefix("version_").replace("_", " ")
+    """Return versions, processor and compiler, which decide the bits of a trial."""
+    here = {"processor": processor(), "machine code": machine_code()}
+    return here | {name: version(name) for name in DECISIVE}

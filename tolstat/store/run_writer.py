@@ -109,7 +109,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         Rows of trials are copied from the file `before`.
         """
         try:
-            draft, places = layout.draft_of(run, self.path.resolve())
+            draft, places = layout.draft_of(run, self._place.resolve())
         except UnicodeEncodeError as error:  # bytes of a name that are no text
             raise RunFileError(
                 f"{self.path} cannot be written: a run keeps the name of its study and "
@@ -117,7 +117,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             ) from None
         if not run.complete:
             temporary_files.check_room(self.path, draft.size)
-        path = self.path.resolve()  # a link stays a link
+        path = self._place.resolve()  # a link stays a link
         aside, file = temporary_files.aside_of(path), None
         try:
             file = aside.open("xb+", buffering=0)
@@ -278,7 +278,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         kept = self.run.replaces == temporary_files.identity(before) != ""
         if self._replaced and self._puts_back:
             temporary_files.forget_before(self.path, self._replaced)
-            os.replace(self._replaced, self.path.resolve())
+            os.replace(self._replaced, self._place.resolve())
             self._replaced, self.given_up = None, True
         elif self._unwanted:
             self.path.unlink()

@@ -26,7 +26,7 @@ from tolstat.store import run_records as records
 from tolstat.store.checksums import Damage
 from tolstat.store.codec import ELSEWHERE, Stored
 from tolstat.store.layout import STATUS, STEPS
-from tolstat.store.provenance import decisive, said_of
+from tolstat.store.provenance import decisive
 from tolstat.units.scale import Scale, scale_of
 
 if TYPE_CHECKING:
@@ -306,7 +306,7 @@ class Run:
         """Return reasons why a trial evaluated here may differ in its bits.
 
         They are source (of the model as it is now), processor, compiler and versions;
-        empty if there are none.
+        empty if there are none. An older run does not know its machine code.
         """
         said, facts = [], self.made
         if self.source_digest != source_digest:
@@ -315,10 +315,9 @@ class Run:
                 f"source ({self.source_digest}, not {source_digest})"
             )
         for what, now in decisive().items():
-            was = facts.get(what, now)  # older runs do not know their machine code
+            was = facts.get(f"version_{what}", facts.get(what.replace(" ", "_"), now))
             if was != now:
-                named = said_of(what)
-                said.append(f"the run was made with {named} {was}, and this is {now}")
+                said.append(f"the run was made with {what} {was}, and this is {now}")
         return said
 
     @property

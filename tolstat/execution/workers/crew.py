@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, chdir, contextmanager, suppress
 from functools import partial
 from queue import Empty, SimpleQueue
 from threading import Thread
@@ -20,7 +20,6 @@ from tolstat.errors import LostError, TolstatError, told
 from tolstat.execution.workers.remote_blocks import Mismatch, carried_out, packed
 from tolstat.model.checked import simulate
 from tolstat.model.contract import Answers, Model
-from tolstat.model.working_folder import kept_folder
 from tolstat.study.given_points import Case
 
 LOOK_AGAIN = 0.1  # s, between two checks whether to stop
@@ -82,41 +81,30 @@ class Workers(AbstractContextManager["Workers"]):
         parcel = packed(partial(function, *arguments))
         with _processes():
             future = self._executor.submit(carried_out, parcel)
-        if not isinstance(future, Future):
-            kind = type(future).__name__
-            raise _lost(f"{self._called}.submit returns {kind}, not a Future")
-        return future
+        if isinstance(future, Future):
+            return future
+        raise self._broken(future, "a Future")
 
-    @property
-    def _called(self) -> str:
-        return type(self._executor).__name__
+    def _broken(self, found: object, expected: str) -> LostError:
+        called, kind = type(self._executor).__name__, type(found).__name__
+        return _lost(f"{called} returns {kind}, not {expected}")
 
-    def _result(self, future: Future[Any]) -> Any:
-        """Return the result of a worker; a Mismatch if another one has to repeat it."""
+    def _result(self, future: Future[Any], shape: tuple[int, int]) -> Any:
+        """Return answers[shape] of a worker; None if another one has to repeat them."""
         if self._executor is None:
             return future.result()
         with _processes():
             found = future.result()
-        if isinstance(found, Mismatch):
-            if not hasattr(self._executor, "refuse"):
-                raise _lost(f"{found.who}: {'; '.join(found.reasons)}")
-            self._executor.refuse(found)
-        return found
-
-    def _checked(self, found: Any, model: Model, block: Case) -> tuple[Answers, float]:
-        """Return answers and duration; refuse what an executor returns instead."""
-        if self._executor is None:
-            return found  # type: ignore[no-any-return]
-        trials = block.stop - block.first
-        shape = trials, len(model.describe(block.settings).responses)
         match found:
-            case (
-                Answers(np.ndarray() as responses, np.ndarray() as status, _),
-                float() as seconds,
-            ) if (responses.shape, status.shape) == (shape, shape[:1]):
-                return found[0], seconds
-        what = f"other data ({type(found).__name__}) than the answers"
-        raise _lost(f"{self._called} returns {what} of {trials} trials")
+            case Mismatch(who, reasons):
+                if not hasattr(self._executor, "refuse"):
+                    raise _lost(f"{who}: {'; '.join(reasons)}")
+                self._executor.refuse(found)
+                return None
+            case (Answers(responses, status, _), float()):
+                if (np.shape(responses), np.shape(status)) == (shape, shape[:1]):
+                    return found
+        raise self._broken(found, f"the answers of {shape[0]} trials")
 
     def blocks(
         self, model: Model, cases: Sequence[Case], deviations: Array
@@ -131,8 +119,8 @@ class Workers(AbstractContextManager["Workers"]):
         todo = list(reversed(cases))
         running: dict[Future[tuple[Answers, float]], Case] = {}
         patience = math.inf
-        with kept_folder(), ExitStack() as leaving:
-            leaving.callback(_cancel, running)
+        columns = len(model.describe(cases[0].settings).responses) if cases else 0
+        try:
             while True:
                 size.workers = self.number
                 while (
@@ -153,14 +141,14 @@ class Workers(AbstractContextManager["Workers"]):
                 finished = []
                 for future in [each for each in running if each.done()]:
                     block = running.pop(future)
-                    found = self._result(future)
-                    if isinstance(found, Mismatch):
-                        todo.append(block)
-                        left += block.stop - block.first
-                    else:
-                        outcome, seconds = self._checked(found, model, block)
+                    shape = block.stop - block.first, columns
+                    if found := self._result(future, shape):
+                        outcome, seconds = found
                         size.learn(len(outcome.responses), seconds)
                         finished.append((block.first, outcome))
+                    else:
+                        todo.append(block)
+                        left += block.stop - block.first
                 if finished:
                     yield finished
                 if self.stopping():
@@ -170,6 +158,9 @@ class Workers(AbstractContextManager["Workers"]):
                             del running[future]
                 if time.monotonic() > patience:
                     return
+        finally:
+            for future in running:
+                future.cancel()
 
     def simulate(self, model: Model, deviations: Array, settings: Any) -> Answers:
         """Return the answers of trials with the same settings.
@@ -185,9 +176,8 @@ class Workers(AbstractContextManager["Workers"]):
         self, model: Model, cases: Sequence[Case], deviations: Array
     ) -> Answers:
         """Return the answers of trials with each case's settings; see `simulate`."""
-        found = [
-            each for some in self.blocks(model, cases, deviations) for each in some
-        ]
+        with chdir("."):  # a model may leave it
+            found = [b for some in self.blocks(model, cases, deviations) for b in some]
         outcomes = [each for _, each in sorted(found, key=lambda block: block[0])]
         if sum(len(each.responses) for each in outcomes) < len(deviations):
             raise Interrupted
@@ -238,11 +228,6 @@ def _timed(model: Model, deviations: Array, settings: Any) -> tuple[Answers, flo
     """Return the answers of a block on a worker, and its duration, s."""
     began = time.perf_counter()
     return simulate(model, deviations, settings), time.perf_counter() - began
-
-
-def _cancel(running: Iterable[Future[Any]]) -> None:
-    for future in running:
-        future.cancel()
 
 
 @contextmanager

@@ -8,14 +8,16 @@ import pickle
 import socket
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from tolstat import catalogue
 from tolstat.errors import Advice, ModelError, TolstatError
 from tolstat.model.contract import Model
-from tolstat.store.provenance import decisive, said_of
+from tolstat.store.provenance import decisive
 
 _loading = threading.Lock()
+_loaded: dict[str, Model] = {}  # custom models of this process, by FILE.py:NAME
 
 
 class Parcel(NamedTuple):
@@ -38,7 +40,9 @@ class _Packer(pickle.Pickler):
 
     def reducer_override(self, obj: Any) -> Any:
         if isinstance(obj, Model):
-            return _found, (obj.name, _place_of(obj), obj.source_digest)
+            place = _place_of(obj)
+            _loaded[place] = obj  # threads of this process have it already
+            return _found, (obj.name, place, obj.source_digest)
         return NotImplemented
 
 
@@ -53,7 +57,7 @@ def carried_out(parcel: Parcel) -> Any:
     """Return the result of a call made here; a `Mismatch` if bits could differ."""
     here = decisive()
     reasons = [
-        f"its {said_of(what)} is {here.get(what, 'unknown')}, the run needs {value}"
+        f"its {what} is {here.get(what, 'unknown')}, the run needs {value}"
         for what, value in parcel.decisive.items()
         if here.get(what) != value
     ]
@@ -75,13 +79,16 @@ def _place_of(model: Model) -> str:
             "cannot find it; load it from its file (tolstat.catalogue.load)",
             Advice("custom model"),
         )
-    return catalogue.absolute(place) if place else ""
+    file, _, name = place.rpartition(":")
+    return f"{Path(file).resolve()}:{name}" if place else ""
 
 
 def _found(name: str, place: str, digest: str) -> Model:
     """Return a model by its name; refuse another source."""
     with _loading:  # of two threads one loads it
-        model = catalogue.loaded(place) if place else catalogue.find(name)
+        if place and place not in _loaded:
+            _loaded[place] = catalogue.load(place)
+        model = _loaded[place] if place else catalogue.find(name)
     if model.source_digest != digest:
         raise ModelError(
             f"its source of model '{name}' is {model.source_digest}, the run "
