@@ -53,10 +53,10 @@ READING = (
 
 def summary_document(found: RunSummary) -> blocks.Document:
     """Return the summary that is printed at the end of a run."""
-    return blocks.Document(
-        f"{found.title} ({found.model})",
-        blocks.shown(*first_page(found), responses_table(found), reading(found)),
-    )
+    title, said = f"{found.title} ({found.model})", first_page(found)
+    if found.trials.ran:
+        said = (*said, responses_table(found), reading(found))
+    return blocks.Document(title, blocks.shown(*said))
 
 
 def first_page(
@@ -72,7 +72,7 @@ def first_page(
         blocks.Paragraph(_lead(found), "lead"),
         limits_table(found, links),
         blocks.Section("What to do next", next_steps, level=3),
-        *map(blocks.note, found.trials.notes),
+        *map(blocks.note, found.trials.notes if found.trials.ran else ()),
     )
 
 
@@ -299,7 +299,7 @@ def rests_on(found: RunSummary) -> Parts:
     """Say how many trials the numbers of a table rest on."""
     trials = found.trials
     of: Parts = ()
-    if trials.counted < trials.requested:
+    if trials.counted < trials.ran:
         of = say(", of the {} that statistics rest on", Number(trials.counted))
     return say("{} done, {} failed{}", counted(trials.done, "trial"),
                Number(trials.failed), of)  # fmt: skip

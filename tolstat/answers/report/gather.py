@@ -132,7 +132,7 @@ def summary_of(drawn: Drawn) -> RunSummary:
     if sample.replicates:  # at either end, which the trials choose themselves
         outside = min(2 * never_met(done, sample.replicates), 1.0)
     trials = run_answer.TrialCounts(
-        run.trials, run.ended, done, sample.failed, len(drawn.trials), run.counts,
+        run.trials, run.ended, done, sample.failed, done + sample.failed, run.counts,
         sample.failures, outside, run.sampling, drawn.sampled.promise,
         tuple(run_answer.notes_of(run, sample)),
     )  # fmt: skip

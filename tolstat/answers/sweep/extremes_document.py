@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tolstat.answers.next_steps import command
+from tolstat.answers.next_steps import command, to_resume
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sweep.curves import Sweep, axis_scale, sweeps
 from tolstat.document import blocks
@@ -34,8 +34,13 @@ def extremes_document(found: Extremes) -> Document:
         for name, each in found.responses.items()
         if each.limit
     ]
+    title = f"{found.title}: {found.trials} trials of {found.model}"
+    if not found.ran:
+        run, said = found.stored_run, "No trial has run. Run them: "
+        missing = Typed(to_resume(run.path, run.machine))
+        return Document(title, (blocks.paragraph(said, missing),))
     return Document(
-        f"{found.title}: {found.trials} trials of {found.model}",
+        title,
         blocks.shown(
             _responses(found),
             table_of(limits, "Limits"),
