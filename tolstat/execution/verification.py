@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -166,16 +167,10 @@ def other_answers(one: Answers, other: Answers) -> Truths:
 
 
 def check_rows(study: Study, case: Case, deviations: Array, workers: Workers) -> None:
-    """Evaluate the first trials of a case together and alone.
-
-    A ModelError if their answers differ; a warning if only their rounding does.
-    """
+    """Refuse a model whose trials answer differently alone; warn of other rounding."""
     rows = deviations[case.first : min(case.stop, case.first + HANDFUL)]
-    together, *apart = (
-        workers.simulate(study.model, each, case.settings)
-        for each in (rows, *rows[:, None])
-    )
-    alone = Answers.joined(apart)
+    answers = partial(workers.simulate, study.model, settings=case.settings)
+    together, alone = answers(rows), Answers.joined([*map(answers, rows[:, None])])
     other = np.flatnonzero(other_answers(together, alone))
     if not len(other):
         return

@@ -27,7 +27,6 @@ RESERVED = (
     "trial", "status", "steps", "nominal", "reference", "audit", "rerun", "settings",
     "numbers", "diagnostics", "checks", "provenance",
 )  # fmt: skip
-HUGE = 1e150  # SI; squares of such a response are not finite
 DECLARED = {Contributor: "contributor", Response: "response", StudyNumber: "number"}
 TEXTS = "unit", "symbol", "sentence", "source", "shown", "of", "caveat"
 
@@ -43,9 +42,7 @@ def check_model(model: object) -> Model:
     if isinstance(model, type) and issubclass(model, Model):
         try:
             model = model()
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:
+        except (Exception, SystemExit, GeneratorExit) as error:
             raise ModelError(told(error)) from error
     if not isinstance(model, Model):
         raise ModelError(
@@ -271,7 +268,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
     if not isinstance(outcome, Outcome):
         raise model.fault(f"evaluate returns {type(outcome).__name__}, not Outcome")
     responses = _shaped(model, "responses", outcome.responses, (trials, len(names)))
-    finite = np.abs(responses) < HUGE
+    finite = np.abs(responses) < 1e150  # their squares are finite, too
     status = np.where(finite.all(axis=1), Status.DONE, Status.NOT_FINITE)
     if outcome.status is not None:
         status = _whole(model, "status", outcome.status, trials)

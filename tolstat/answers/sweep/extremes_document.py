@@ -36,9 +36,9 @@ def extremes_document(found: Extremes) -> Document:
     ]
     title = f"{found.title}: {found.trials} trials of {found.model}"
     if not found.ran:
-        run, said = found.stored_run, "No trial has run. Run them: "
-        missing = Typed(to_resume(run.path, run.machine))
-        return Document(title, (blocks.paragraph(said, missing),))
+        missing = Typed(to_resume(found.stored_run.path, found.stored_run.machine))
+        said = blocks.paragraph("No trial has run. Run them: ", missing)
+        return Document(title, (said,))
     return Document(
         title,
         blocks.shown(

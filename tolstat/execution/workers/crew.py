@@ -13,8 +13,6 @@ from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import Any
 
-import numpy as np
-
 from tolstat.arrays import Array
 from tolstat.errors import LostError, TolstatError, told
 from tolstat.execution.workers.remote_blocks import Mismatch, carried_out, packed
@@ -102,7 +100,8 @@ class Workers(AbstractContextManager["Workers"]):
                 self._executor.refuse(found)
                 return None
             case (Answers(responses, status, _), float()):
-                if (np.shape(responses), np.shape(status)) == (shape, shape[:1]):
+                shapes = [getattr(each, "shape", 0) for each in (responses, status)]
+                if shapes == [shape, shape[:1]]:
                     return found
         raise self._broken(found, f"the answers of {shape[0]} trials")
 
