@@ -5,10 +5,11 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
+from contextlib import chdir
 from importlib.metadata import entry_points
 from pathlib import Path
 
-from tolstat.errors import Advice, ModelError, allowed_names
+from tolstat.errors import Advice, ModelError, allowed_names, told
 from tolstat.model.checked import check_model
 from tolstat.model.contract import Model
 
@@ -68,7 +69,7 @@ def find(model: str | Model) -> Model:
         try:
             found = check_model(point.load())
         except Exception as error:
-            message = f"{point.value} cannot be loaded: {type(error).__name__}: {error}"
+            message = f"{point.value} cannot be loaded: {told(error)}"
             raise ModelError(message) from error
         if found.name != model:
             raise ModelError(f"the model of {point.value} has the name '{found.name}'")
@@ -108,11 +109,12 @@ def load(place: str) -> Model:
         0, str(path.resolve().parent)
     )  # finds modules in the same folder, as Python does
     try:
-        spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        raise ModelError(
-            f"{path} cannot be run: {type(error).__name__}: {error}"
-        ) from error
+        with chdir("."):  # it may leave it
+            spec.loader.exec_module(module)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # also SystemExit
+        raise ModelError(f"{path} cannot be run: {told(error)}") from error
     finally:
         sys.path.pop(0)
     if not hasattr(module, name):

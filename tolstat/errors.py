@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from pathlib import Path
+from traceback import format_exception_only
 from typing import Any, NamedTuple
 
 
@@ -115,6 +116,11 @@ class StoppedError(TolstatError):
     """A command was stopped before there was anything to keep."""
 
     exit_code = 130
+
+
+def told(error: BaseException) -> str:
+    """Return kind and message of an error in code of others."""
+    return format_exception_only(error)[-1].strip()
 
 
 def allowed_names(wrong: str, allowed: Iterable[str]) -> str:

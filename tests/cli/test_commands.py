@@ -425,8 +425,8 @@ def test_a_run_whose_reader_ends_is_judged(small_study):
     text = small_study.read_text().replace('"<= 3.5 kN m"', '"<= 1 kN m"')
     small_study.write_text(text)
     with subprocess.Popen(
-        [TOLSTAT, "run", small_study, "--check"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        text=True,
+        [TOLSTAT, "run", small_study, "--check"], stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True,
     ) as process:  # fmt: skip
         process.stdout.close()
         said = process.stderr.read()

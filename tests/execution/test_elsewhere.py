@@ -70,6 +70,9 @@ def test_a_process_with_different_results_is_not_used(tmp_path, monkeypatch):
     found = carried_out(sent)
     assert isinstance(found, Mismatch)
     assert "processor is arm64 neon" in found.reasons[0]
+    other = {**sent.decisive, "machine code": "generic"}
+    monkeypatch.setattr(parcel, "decisive", lambda: other)
+    assert "its machine code is generic, the run" in carried_out(sent).reasons[0]
 
 
 def test_errors_of_a_pool_are_messages(tmp_path):

@@ -232,14 +232,23 @@ def test_other_sources_and_processors_are_named(tmp_path):
         file.attrs["source_digest"] = "0123"
         file["provenance"].attrs["processor"] = "abacus"
         file["provenance"].attrs["version_numba"] = "0.1"
+        file["provenance"].attrs["machine_code"] = "for an abacus"
     with pytest.raises(RunFileError) as refused:
         tolstat.resume(path, model=Toy())
-    for words in ("(0123, not", "processor abacus", "numba 0.1"):
+    for words in ("(0123, not", "processor abacus", "numba 0.1", "code for an"):
         assert words in str(refused.value)
     assert "resume regardless" in [each.what for each in refused.value.advice]
     run = tolstat.resume(path, model=Toy(), regardless=True)
     assert run.frame().equals(whole.frame())
     assert "another source (0123, not" in run.notes[-1]
+
+
+def test_a_run_that_does_not_know_its_machine_code_is_resumed(tmp_path):
+    study, path = written(tmp_path, STUDIES["random"]), tmp_path / "part.h5"
+    stopped(study, path, 200)
+    with resealed(path) as file:
+        del file["provenance"].attrs["machine_code"]
+    assert tolstat.resume(path, model=Toy()).complete
 
 
 def test_a_study_that_was_changed_is_named(tmp_path):

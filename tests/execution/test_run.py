@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -14,6 +15,7 @@ from tolstat.errors import ModelError, PictureError, RunFileError
 from tolstat.execution.execute import execute
 from tolstat.execution.workers.crew import BlockSize, Workers
 from tolstat.model.checked import simulate
+from tolstat.render.screen import show
 from tolstat.status import Status
 from tolstat.study.given_points import Case
 from tolstat.study.study import load
@@ -195,8 +197,37 @@ def test_blocks_grow_until_they_last_half_a_second():
     assert quick.of(1000) == 250
 
 
-@pytest.mark.parametrize("sampling", ["random", "sobol", "latin"])
-def test_a_run_without_any_trial_says_so(sampling, toy, tmp_path):
+def test_a_grid_without_any_trial_says_so(toy, tmp_path, capsys):
+    study = load(
+        {"model": "toy", "sampling": "grid", "limits": {"gap": "<= 2 mm"},
+         "grid": {"part_1": {"from": "0 mm", "to": "1 mm", "points": 5}}},
+        model=toy,
+    )  # fmt: skip
+    run = execute(study, tmp_path / "r.h5", Workers(1, lambda: True))
+    show(tolstat.summary(run).document())
+    said = capsys.readouterr().out
+    assert run.ended == 0 and "No trial has run. Run them:" in said
+    assert "tolstat resume" in said and "failed" not in said and "gap" not in said
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol"])
+def test_a_part_of_a_run_counts_what_its_statistics_rest_on(sampling, toy, tmp_path):
+    study = load(
+        {"model": "toy", "trials": 512, "seed": 1, "sampling": sampling,
+         "deviations": {"part": "+-1 mm"}, "limits": {"gap": "<= 2 mm"}},
+        model=toy,
+    )  # fmt: skip
+    run = execute(study, tmp_path / "r.h5", Workers(1))
+    status = np.where(np.arange(512) % 7 == 2, 0, run.status)
+    part = replace(run, columns={**run.columns, "status": status}, complete=False)
+    trials = json.loads(tolstat.summary(part).json())["trials"]
+    assert trials["requested"] == 512 and trials["failed"] > 0
+    assert trials["counted"] == trials["done"] + trials["failed"] == part.ended
+    assert "that statistics rest on" not in tolstat.summary(part).html()
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol", "latin", "saltelli"])
+def test_a_run_without_any_trial_says_so(sampling, toy, tmp_path, capsys):
     """Killed before its first block is stored: every question has a sentence."""
     study = load(
         {"model": "toy", "trials": 64, "seed": 1, "sampling": sampling,
@@ -206,8 +237,13 @@ def test_a_run_without_any_trial_says_so(sampling, toy, tmp_path):
     run = execute(study, tmp_path / "r.h5", Workers(1))
     status = np.zeros_like(run.status)
     empty = replace(run, columns={**run.columns, "status": status}, complete=False)
-    said = tolstat.summary(empty).html()
+    found = tolstat.summary(empty)
+    show(found.document())
+    said = capsys.readouterr().out
     assert "No trial has run." in said and "tolstat resume" in said
+    for word in ("gap", "Quantiles", "not run", "no trial is done", "0 trials"):
+        assert word not in said
+    assert json.loads(found.json())["trials"]["counted"] == 0
     for question in (
         lambda: tolstat.report(empty),
         lambda: tolstat.what_if(empty, {"part": "+-0.05 mm"}, model=toy),

@@ -312,7 +312,7 @@ def small():
 def test_csv_has_no_formula_and_every_digit(small):
     told = list(csv.DictReader(io.StringIO(small.csv())))
     heads = ["name", "moment [unit]", "moment lower [unit]", "moment upper [unit]"]
-    assert list(told[0]) == [*heads, "unit", "n", "'+1"]
+    assert list(told[0]) == [*heads, "moment reason", "unit", "n", "'+1"]
     first, *_ = told
     assert [first[each] for each in heads] == ["'=sure", "3.1", "2.9", "3.3"]
     assert told[4]["moment [unit]"] == "" and told[1]["moment upper [unit]"] == "inf"

@@ -30,6 +30,7 @@ def verified_document(path: Path, found: Verification) -> Document:
         ("status and responses", found.contradicting),
         (f"deviations of {run.trials} trials, sampled again", found.drawn_otherwise),
         (f"{len(found.evaluated)} trials, evaluated again", found.different),
+        (f"{len(found.alone)} of them, each alone", found.dependent),
     ):
         words = f"different in {ranges_of(trials)}" if len(trials) else "as stored"
         rows.append((what, text(words)))
@@ -50,6 +51,8 @@ def _conclusion(path: Path, found: Verification) -> Paragraph:
         repair = Typed(to_resume(path, run.machine))
         return paragraph(f"{path} is damaged. Repair it with: ", repair)
     why = "its data or its program differ"
+    if not found.reasons:
+        why += ", or an answer depends on the other trials of its block"
     if run.aim and len(found.drawn_otherwise):
         why = why_drawn_otherwise(run)
     again = to_run_again(run)

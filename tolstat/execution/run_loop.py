@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import chdir, suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from tolstat.errors import LostError, ModelError
 from tolstat.execution.diagnostics.after_run import gather
 from tolstat.execution.diagnostics.audit import Choice, audit, evaluated_again
 from tolstat.execution.trial_table import Stages, Trials
+from tolstat.execution.verification import check_rows
 from tolstat.execution.workers.crew import Interrupted, Workers
 from tolstat.statistics.intervals.convergence import FIRST, next_stage, trials_wanted
 from tolstat.statistics.sample import Sample
@@ -61,13 +62,15 @@ def carry_out(
     end. A complete run keeps its diagnostics.
     """
     try:
-        with suppress(Interrupted):
+        with suppress(Interrupted), chdir("."):  # a model may leave it
             try:
                 if not nominal:
                     # first and alone: code that is not compiled yet is compiled once
                     alone = np.zeros((1, len(study.description.contributors)))
                     found = workers.simulate(study.model, alone, study.settings)
                     file.write_nominal(found)
+                for case in _missing(study.cases, stages.trials.status)[:1]:
+                    check_rows(study, case, stages.trials.deviations, workers)
                 looks = _evaluate(study, stages, file, workers, tell)
             except ModelError as error:
                 if (broken := file.failed(error)) is error:

@@ -12,7 +12,7 @@ import numpy as np
 
 from tolstat.execution.workers.crew import Workers, processors
 from tolstat.lanes import cache
-from tolstat.store.provenance import processor, provenance
+from tolstat.store.provenance import provenance
 from tolstat.study.study import load
 
 STUDY = {
@@ -63,8 +63,8 @@ def surroundings() -> dict[str, str]:
             found[name] = version(name)
         except PackageNotFoundError:
             found[name] = f"not installed: pip install '{extra}'"
-    found["platform"] = facts["platform"]
-    found["processor"] = processor()
+    for name in ("platform", "processor", "machine_code"):
+        found[name.replace("_", " ")] = facts[name]
     found["cores"] = str(processors())
     found["source"] = load(STUDY).model.source_digest
     found["compiled code"] = kept_code()

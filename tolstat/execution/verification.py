@@ -1,8 +1,10 @@
-"""Verification of a run: checksums, deviations, trials evaluated again."""
+"""Verification of a run: checksums, deviations, trials evaluated again, and alone."""
 
 from __future__ import annotations
 
 import os
+import warnings
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,9 +22,13 @@ from tolstat.model.contract import Answers, Model
 from tolstat.status import Status
 from tolstat.store.layout import STEPS
 from tolstat.store.open_run import open as open_run
-from tolstat.store.stored_run import Run
-from tolstat.study.given_points import cases_among
+from tolstat.store.stored_run import ROUNDING, Run
+from tolstat.study.given_points import Case, cases_among
 from tolstat.study.study import Study
+
+BLOCK = 100  # trials of a block, so that they have other neighbours than in the run
+ALONE = 8  # trials at most that are evaluated alone
+HANDFUL = 3  # trials of them before a run
 
 
 class Verification(NamedTuple):
@@ -33,6 +39,8 @@ class Verification(NamedTuple):
     drawn_otherwise: Integers  # whose deviations differ when sampled again
     evaluated: Integers  # that were evaluated again
     different: Integers  # those of them that differ from the stored ones in any bit
+    alone: Integers  # those of them that were also evaluated alone
+    dependent: Integers  # those of these that differ from the stored ones
     nominal_differs: bool  # whether the nominal trial does
     # causes of differences without damage: another source, processor
     reasons: tuple[str, ...]
@@ -40,7 +48,7 @@ class Verification(NamedTuple):
     @property
     def trials(self) -> Integers:
         """Every trial with a finding."""
-        some = (self.contradicting, self.drawn_otherwise, self.different)
+        some = self.contradicting, self.drawn_otherwise, self.different, self.dependent
         return np.unique(np.concatenate([self.run.damage.trials, *some]))
 
     @property
@@ -69,9 +77,9 @@ def verify(
 
     Returns
     -------
-    The findings. `tolstat.resume` repairs damaged trials. A trial that fits its
-    checksum and still differs here needs a new run.
-        its checksum and is evaluated differently here, only a new run can replace.
+    Verification
+        The findings. `tolstat.resume` repairs damaged trials. A trial that fits its
+        checksum and still differs here needs a new run.
 
     Raises
     ------
@@ -99,8 +107,10 @@ def verify(
     # trials with other deviations cannot be compared
     chosen = np.setdiff1d(ran if every else chosen, otherwise)
     chosen = chosen[~np.isnan(trials.deviations[chosen]).any(axis=1)]
-    with Workers(workers) as crew:
+    with Workers(workers, block=BLOCK) as crew, Workers(workers, block=1) as single:
         differing = _differing(run, study, chosen, trials.deviations[chosen], crew)
+        alone = chosen[:: len(chosen) // ALONE + 1]
+        apart = _differing(run, study, alone, trials.deviations[alone], single)
     nominal_ran = run.nominal_values["status"] != Status.NOT_RUN.word
     return Verification(
         run,
@@ -108,6 +118,8 @@ def verify(
         otherwise,
         chosen,
         chosen[differing[1:]],
+        alone,
+        alone[apart[1:]],
         bool(differing[0] and (nominal_ran or run.complete)),
         tuple(run.made_otherwise(study.model.source_digest)),
     )
@@ -138,11 +150,37 @@ def _differing(
 
     codes = {word: code for code, word in run.words.items()}
     nominal = codes.get(run.nominal_values["status"], Status.NOT_RUN)
-    other: Truths = np.append(nominal, run.status[chosen]) != found.status
-    for each, values in zip(run.responses, found.responses.T, strict=True):
-        known = stored(each.name)
-        same = known.view(np.uint64) == np.ascontiguousarray(values).view(np.uint64)
-        other |= ~(same | (np.isnan(known) & np.isnan(values)))
-    if run.steps is not None:
-        other |= stored(STEPS) != found.steps
-    return other
+    responses = np.stack([stored(each.name) for each in run.responses], axis=1)
+    steps = stored(STEPS) if run.steps is not None else None
+    status = np.append(nominal, run.status[chosen])
+    return other_answers(found, Answers(responses, status, steps))
+
+
+def other_answers(one: Answers, other: Answers) -> Truths:
+    """Return which trials have other answers in any bit; one NaN is like another."""
+    a, b = (np.ascontiguousarray(each.responses) for each in (one, other))
+    same = (a.view(np.uint64) == b.view(np.uint64)) | (np.isnan(a) & np.isnan(b))
+    found = ~same.all(axis=1) | (one.status != other.status)
+    if one.steps is not None and other.steps is not None:
+        found |= one.steps != other.steps
+    return np.asarray(found)
+
+
+def check_rows(study: Study, case: Case, deviations: Array, workers: Workers) -> None:
+    """Refuse a model whose trials answer differently alone; warn of other rounding."""
+    rows = deviations[case.first : min(case.stop, case.first + HANDFUL)]
+    answers = partial(workers.simulate, study.model, settings=case.settings)
+    together, alone = answers(rows), Answers.joined([*map(answers, rows[:, None])])
+    other = np.flatnonzero(other_answers(together, alone))
+    if not len(other):
+        return
+    said = (
+        f"the answer of trial {case.first + other[0]} depends on the other trials of "
+        "its block; evaluate must compute each row of deviations by itself"
+    )
+    one, two = (np.nan_to_num(each.responses) for each in (together, alone))
+    close = np.abs(one - two) <= ROUNDING * np.abs(one).max(axis=0)
+    if not close.all() or (together.status != alone.status).any():
+        raise study.model.fault(said)
+    advice = "in its last bits; write (a * b).sum(axis=1) instead of a @ b"
+    warnings.warn(f"{said} ({advice})", RuntimeWarning, stacklevel=2)

@@ -2,9 +2,9 @@
 
 Numba's cache compares only the file of the outermost function: after an edit of another
 file it would return the old code. So a folder is named by a digest of everything that
-the file computes. Within a folder, entries are by file and line, and for one state of
-the file: a moved line compiles again, and entries never mix. Folders of digests that
-are long unused are removed.
+the file computes, and of what the compiler is told. Within a folder, entries are by
+file and line, and for one state of the file: a moved line compiles again, and entries
+never mix. Folders of digests that are long unused are removed.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from pathlib import Path
 import platformdirs
 
 from tolstat.lanes.digest import Place, digest
+from tolstat.lanes.target import machine_code
 
 # compiled into every function, although no name may refer to it
 ENGINE = (
@@ -52,7 +53,7 @@ def cache_folder(source: Path, module: str) -> str | None:
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     home = Path(chosen) if chosen else platformdirs.user_cache_path("tolstat")
-    folder = home / f"tolstat-{digest(Place(source), *ENGINE)}"
+    folder = home / f"tolstat-{digest(Place(source), *ENGINE, machine_code())}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "used").touch()

@@ -8,20 +8,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numba
 from numba import njit
 from numba.core.errors import NumbaError
 
 from tolstat.lanes.cache import cache_folder, intact
 from tolstat.lanes.digest import PACKAGE
+from tolstat.lanes.target import settings_of_numba
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # never "nnan" or "ninf": a trial that diverges must be detected
 FASTMATH = {"contract", "nsz", "arcp"}
-# LLVM's third level does not make equations faster, and takes a tenth longer; the
-# number has a type of Numba
-LEVEL = type(numba.config.OPT)(2)
 
 
 def compiled(
@@ -63,11 +60,7 @@ def compiled(
             )
         typed_in = not source.is_file()  # at a prompt: without a file to digest
         folder = None if typed_in else cache_folder(source, function.__module__)
-        before = numba.config.CACHE_DIR, numba.config.OPT
-        try:
-            # global to every user of Numba in the process: restored at once
-            numba.config.CACHE_DIR = folder or before[0]
-            numba.config.OPT = min(LEVEL, before[1])
+        with settings_of_numba(folder):
             if folder is None:
                 return njit(signature, **options)(function)
             try:
@@ -79,15 +72,13 @@ def compiled(
                 damaged = [str(error) or type(error).__name__]
                 shutil.rmtree(folder, ignore_errors=True)
                 made = njit(signature, **options)(function)
-            if damaged:
-                warnings.warn(
-                    f"compiled code in {folder} is damaged ({', '.join(damaged)}): "
-                    "compiled again",
-                    RuntimeWarning,
-                    stacklevel=2,
-                )
-            return made
-        finally:
-            numba.config.CACHE_DIR, numba.config.OPT = before
+        if damaged:
+            warnings.warn(
+                f"compiled code in {folder} is damaged ({', '.join(damaged)}): "
+                "compiled again",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+        return made
 
     return decorate

@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tolstat.arrays import Array
-from tolstat.errors import ModelError, TolstatError, UnitError
+from tolstat.errors import ModelError, TolstatError, UnitError, told
 from tolstat.model.contract import STEP, Answers, Model, Outcome, Spreads
 from tolstat.model.description import Contributor, Description, Response, StudyNumber
 from tolstat.model.view import Chart, Listing, Offer, View
@@ -41,8 +42,8 @@ def check_model(model: object) -> Model:
     if isinstance(model, type) and issubclass(model, Model):
         try:
             model = model()
-        except TypeError as error:
-            raise ModelError(f"{error}") from None
+        except (Exception, SystemExit, GeneratorExit) as error:
+            raise ModelError(told(error)) from error
     if not isinstance(model, Model):
         raise ModelError(
             f"{model!r} is not a model; a class that inherits from tolstat.Model, or "
@@ -83,14 +84,15 @@ def _printable(text: object) -> bool:
 @contextmanager
 def _asking(model: Model, what: str) -> Iterator[None]:
     """Name the model, the fault and its line, where the model's own code fails."""
-    try:
-        yield
-    except TolstatError:
+    try:  # a model may leave the working directory, which all threads share
+        with chdir(".") if current_thread() is main_thread() else nullcontext():
+            yield
+    except (TolstatError, KeyboardInterrupt):
         raise
-    except Exception as error:
+    except BaseException as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
         raise model.fault(
-            f"{what} fails: {type(error).__name__}: {error} "
+            f"{what} fails: {told(error)} "
             f"({Path(last.filename).name}, line {last.lineno})",
         ) from error
 
@@ -253,6 +255,8 @@ def _failing(
         if word not in model.failures:
             words = ", ".join(model.failures) or "there are none"
             raise model.fault(f"'{word}' is not in its failures ({words})")
+        if np.asarray(those).dtype != np.bool_:
+            raise model.fault(f"{where} '{word}' must be true or false for each trial")
         yield codes[word], _shaped(model, f"{where} '{word}'", those, (trials,)) != 0
 
 
@@ -264,7 +268,7 @@ def complete(model: Model, outcome: Outcome, trials: int, settings: Any) -> Answ
     if not isinstance(outcome, Outcome):
         raise model.fault(f"evaluate returns {type(outcome).__name__}, not Outcome")
     responses = _shaped(model, "responses", outcome.responses, (trials, len(names)))
-    finite = np.isfinite(responses)
+    finite = np.abs(responses) < 1e150  # their squares are finite, too
     status = np.where(finite.all(axis=1), Status.DONE, Status.NOT_FINITE)
     if outcome.status is not None:
         status = _whole(model, "status", outcome.status, trials)
@@ -311,6 +315,8 @@ def _whole(
 def _shaped(
     model: Model, what: str, values: ArrayLike, shape: tuple[int, ...]
 ) -> Array:
+    if np.ma.is_masked(values):
+        raise model.fault(f"{what} are masked in some trials; write NaN there")
     try:
         given = np.asarray(values)
         if given.dtype.kind not in "biuf":

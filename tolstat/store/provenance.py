@@ -10,6 +10,8 @@ from importlib.metadata import version
 
 import h5py
 
+from tolstat.lanes.target import machine_code
+
 DECISIVE = ("numba", "llvmlite", "numpy", "scipy")  # other versions, other bits
 PACKAGES = ("tolstat", *DECISIVE, "pandas", "h5py")
 
@@ -37,6 +39,7 @@ def provenance() -> dict[str, str]:
         "version_python": platform.python_version(),
         "version_hdf5": h5py.version.hdf5_version,
         "processor": processor(),
+        "machine_code": machine_code(),
         "platform": platform.platform(),
         "command": " ".join(sys.argv[1:]) if sys.argv else "",
     }
@@ -44,5 +47,6 @@ def provenance() -> dict[str, str]:
 
 @cache
 def decisive() -> dict[str, str]:
-    """Return versions and processor, which decide the bits of a trial."""
-    return {"processor": processor(), **{name: version(name) for name in DECISIVE}}
+    """Return versions, processor and compiler, which decide the bits of a trial."""
+    here = {"processor": processor(), "machine code": machine_code()}
+    return here | {name: version(name) for name in DECISIVE}

@@ -55,6 +55,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
 
     def __init__(self, lock: Lock, run: Run, before: Rows | None = None) -> None:
         self.path, self.run = lock.path, run
+        self._place = lock.path.absolute()  # a model may change the working directory
         self._locks = ExitStack()  # also of the copy of a file that was moved
         self._broken = self.given_up = self._new = self._unwanted = False
         self._spent, self._began = 0.0, time.perf_counter()
@@ -108,7 +109,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         Rows of trials are copied from the file `before`.
         """
         try:
-            draft, places = layout.draft_of(run, self.path.resolve())
+            draft, places = layout.draft_of(run, self._place.resolve())
         except UnicodeEncodeError as error:  # bytes of a name that are no text
             raise RunFileError(
                 f"{self.path} cannot be written: a run keeps the name of its study and "
@@ -116,7 +117,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
             ) from None
         if not run.complete:
             temporary_files.check_room(self.path, draft.size)
-        path = self.path.resolve()  # a link stays a link
+        path = self._place.resolve()  # a link stays a link
         aside, file = temporary_files.aside_of(path), None
         try:
             file = aside.open("xb+", buffering=0)
@@ -199,7 +200,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _writing(self) -> Iterator[Rows]:
         """Yield the rows to write to; a failure says how much is stored."""
         try:
-            if not is_still(self._rows.file, self.path):
+            if not is_still(self._rows.file, self._place):
                 self._continue_in_copy()
             yield self._rows
         except OSError as error:
@@ -208,8 +209,8 @@ class RunWriter(AbstractContextManager["RunWriter"]):
     def _continue_in_copy(self) -> None:
         """Copy the file to another name, because it was removed or moved."""
         lost = self.path
-        lock = Lock(temporary_files.free_name(lost, "rescued"))
-        self.path = self._locks.enter_context(lock).path
+        lock = Lock(temporary_files.free_name(self._place, "rescued"))
+        self.path = self._place = self._locks.enter_context(lock).path
         self._replace(self.run, self._rows)
         warnings.warn(
             f"{lost} was removed or moved while it was written: the run continues in "
@@ -277,7 +278,7 @@ class RunWriter(AbstractContextManager["RunWriter"]):
         kept = self.run.replaces == temporary_files.identity(before) != ""
         if self._replaced and self._puts_back:
             temporary_files.forget_before(self.path, self._replaced)
-            os.replace(self._replaced, self.path.resolve())
+            os.replace(self._replaced, self._place.resolve())
             self._replaced, self.given_up = None, True
         elif self._unwanted:
             self.path.unlink()

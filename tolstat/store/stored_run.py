@@ -306,8 +306,8 @@ class Run:
     def made_otherwise(self, source_digest: str) -> list[str]:
         """Return reasons why a trial evaluated here may differ in its bits.
 
-        They are source (of the model as it is now), processor and versions; empty if
-        there are none.
+        They are source (of the model as it is now), processor, compiler and versions;
+        empty if there are none. An older run does not know its machine code.
         """
         said, facts = [], self.made
         if self.source_digest != source_digest:
@@ -316,7 +316,7 @@ class Run:
                 f"source ({self.source_digest}, not {source_digest})"
             )
         for what, now in decisive().items():
-            was = facts["processor" if what == "processor" else f"version_{what}"]
+            was = facts.get(f"version_{what}", facts.get(what.replace(" ", "_"), now))
             if was != now:
                 said.append(f"the run was made with {what} {was}, and this is {now}")
         return said

@@ -67,7 +67,7 @@ def first_page(
         blocks.Bullets(findings(found)),
         limits_table(found, links, MOST_LIMITS if many else None),
         *((steps, picture) if many else (picture, steps)),
-        *map(blocks.note, found.trials.notes),
+        *map(blocks.note, found.trials.notes if found.trials.ran else ()),
     )
 
 
@@ -272,7 +272,7 @@ def rests_on(found: RunSummary) -> Parts:
     """Say how many trials the numbers of a table rest on."""
     trials = found.trials
     of: Parts = ()
-    if trials.counted < trials.requested:
+    if trials.counted < trials.ran:
         of = say(", of the {} that statistics rest on", Number(trials.counted))
     return say("{} done, {} failed{}", counted(trials.done, "trial"),
                Number(trials.failed), of)  # fmt: skip

@@ -144,7 +144,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
     if sample.replicates:  # at either end, which the trials choose themselves
         outside = min(2 * never_met(done, sample.replicates), 1.0)
     trials = run_answer.TrialCounts(
-        run.trials, run.ended, done, sample.failed, len(drawn.trials), run.counts,
+        run.trials, run.ended, done, sample.failed, done + sample.failed, run.counts,
         sample.failures, outside, run.sampling, drawn.sampled.promise,
         tuple(run_answer.notes_of(run, sample)),
     )  # fmt: skip
@@ -196,8 +196,9 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
         each, slopes = summary.responses[name], diagnostics.slopes.get(name, {})
         shown = name in focus and not each.still
         by_slopes = scatter and linear.root_sum_square(each.nominal, slopes, scatter)
+        unanalysed = {} if shown else {"contributions": None, "members": {}}
         found = report_answer.ReportedResponse(
-            **vars(each),
+            **vars(each) | unanalysed,
             symbol=response.symbol,
             source=response.source,
             integration_errors=integration_of(drawn, name, each),

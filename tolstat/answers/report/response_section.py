@@ -381,6 +381,6 @@ def _worst_trials(found: Report, name: str, each: ReportedResponse) -> Table:
             again: Typed(to_replay(run.path, worst.trial, run.machine)),
         })  # fmt: skip
     of = rests_on(found)
-    if found.trials.counted < found.trials.requested:  # these are the worst of all
+    if found.trials.counted < found.trials.ran:  # these are the worst of all
         of = say("of all {} trials done", Number(found.trials.by_status["done"]))
     return blocks.table_of(rows, words=[again], caption=of)

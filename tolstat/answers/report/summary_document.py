@@ -19,6 +19,7 @@ from tolstat.answers.report.first_page import (
     rests_on,
     what_next,
 )
+from tolstat.answers.report.off_centre import findings
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
@@ -39,15 +40,19 @@ MEDIAN, LARGEST_SHARE = share_words(0.5), "main contribution"
 
 def summary_document(found: RunSummary) -> blocks.Document:
     """Return limits, limited responses, worst cases and the next step."""
+    title = f"{found.title} ({found.model})"
+    if not found.trials.ran:
+        return blocks.Document(title, (lead(found), what_next(next_steps(found))))
     own = [*found.limits] or responses_in_focus(found.stored_run)
     others = len(found.responses) - len(own)
     more = f"Other responses: {others}; the report has them."
     report = Typed(command("report", found.stored_run.path))
     steps = next_steps(found) or (text("Write the report: ", report, "."),)
     return blocks.Document(
-        f"{found.title} ({found.model})",
+        title,
         blocks.shown(
             lead(found),
+            blocks.Bullets(findings(found)),
             limits_table(found),
             responses_table(found, own),
             blocks.note(more) if others else None,

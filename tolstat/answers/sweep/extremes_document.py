@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tolstat.answers.next_steps import command
+from tolstat.answers.next_steps import command, to_resume
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.answers.sweep.curves import TAKEN, Sweep, axis_scale, sweeps
 from tolstat.document import blocks
@@ -34,8 +34,13 @@ def extremes_document(found: Extremes) -> Document:
         for name, each in found.responses.items()
         if each.limit
     ]
+    title = f"{found.title}: {found.trials} trials of {found.model}"
+    if not found.ran:
+        missing = Typed(to_resume(found.stored_run.path, found.stored_run.machine))
+        said = blocks.paragraph("No trial has run. Run them: ", missing)
+        return Document(title, (said,))
     return Document(
-        f"{found.title}: {found.trials} trials of {found.model}",
+        title,
         blocks.shown(
             _responses(found),
             table_of(limits, "Limits"),

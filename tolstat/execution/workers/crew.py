@@ -7,14 +7,14 @@ import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, chdir, contextmanager, suppress
 from functools import partial
 from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import Any
 
 from tolstat.arrays import Array
-from tolstat.errors import LostError, TolstatError
+from tolstat.errors import LostError, TolstatError, told
 from tolstat.execution.workers.remote_blocks import Mismatch, carried_out, packed
 from tolstat.model.checked import simulate
 from tolstat.model.contract import Answers, Model
@@ -78,20 +78,32 @@ class Workers(AbstractContextManager["Workers"]):
             return self._own.submit(function, *arguments)
         parcel = packed(partial(function, *arguments))
         with _processes():
-            return self._executor.submit(carried_out, parcel)
+            future = self._executor.submit(carried_out, parcel)
+        if isinstance(future, Future):
+            return future
+        raise self._broken(future, "a Future")
 
-    def _result(self, future: Future[Any]) -> Any:
-        """Return the result of a worker; None if another one has to repeat the call."""
+    def _broken(self, found: object, expected: str) -> LostError:
+        called, kind = type(self._executor).__name__, type(found).__name__
+        return _lost(f"{called} returns {kind}, not {expected}")
+
+    def _result(self, future: Future[Any], shape: tuple[int, int]) -> Any:
+        """Return answers[shape] of a worker; None if another one has to repeat them."""
         if self._executor is None:
             return future.result()
         with _processes():
             found = future.result()
-        if not isinstance(found, Mismatch):
-            return found
-        if not hasattr(self._executor, "refuse"):
-            raise _lost(f"{found.who}: {'; '.join(found.reasons)}")
-        self._executor.refuse(found)
-        return None
+        match found:
+            case Mismatch(who, reasons):
+                if not hasattr(self._executor, "refuse"):
+                    raise _lost(f"{who}: {'; '.join(reasons)}")
+                self._executor.refuse(found)
+                return None
+            case (Answers(responses, status, _), float()):
+                shapes = [getattr(each, "shape", 0) for each in (responses, status)]
+                if shapes == [shape, shape[:1]]:
+                    return found
+        raise self._broken(found, f"the answers of {shape[0]} trials")
 
     def blocks(
         self, model: Model, cases: Sequence[Case], deviations: Array
@@ -106,6 +118,7 @@ class Workers(AbstractContextManager["Workers"]):
         todo = list(reversed(cases))
         running: dict[Future[tuple[Answers, float]], Case] = {}
         patience = math.inf
+        columns = len(model.describe(cases[0].settings).responses) if cases else 0
         try:
             while True:
                 size.workers = self.number
@@ -122,11 +135,13 @@ class Workers(AbstractContextManager["Workers"]):
                     running[future] = case._replace(stop=stop)
                 if not running:
                     return
-                done, _ = wait(running, LOOK_AGAIN, return_when=FIRST_COMPLETED)
+                if not any(each.done() for each in running):  # `wait` misses cancelled
+                    wait(running, LOOK_AGAIN, return_when=FIRST_COMPLETED)
                 finished = []
-                for future in done:
+                for future in [each for each in running if each.done()]:
                     block = running.pop(future)
-                    if found := self._result(future):
+                    shape = block.stop - block.first, columns
+                    if found := self._result(future, shape):
                         outcome, seconds = found
                         size.learn(len(outcome.responses), seconds)
                         finished.append((block.first, outcome))
@@ -160,9 +175,8 @@ class Workers(AbstractContextManager["Workers"]):
         self, model: Model, cases: Sequence[Case], deviations: Array
     ) -> Answers:
         """Return the answers of trials with each case's settings; see `simulate`."""
-        found = [
-            each for some in self.blocks(model, cases, deviations) for each in some
-        ]
+        with chdir("."):  # a model may leave it
+            found = [b for some in self.blocks(model, cases, deviations) for b in some]
         outcomes = [each for _, each in sorted(found, key=lambda block: block[0])]
         if sum(len(each.responses) for each in outcomes) < len(deviations):
             raise Interrupted
@@ -222,8 +236,8 @@ def _processes() -> Iterator[None]:
         yield
     except TolstatError:
         raise
-    except Exception as error:
-        raise _lost(f"{type(error).__name__}: {error}") from error
+    except (Exception, SystemExit) as error:
+        raise _lost(told(error)) from error
 
 
 def _lost(why: str) -> LostError:

@@ -8,7 +8,6 @@ import pickle
 import socket
 import threading
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,13 +17,14 @@ from tolstat.model.contract import Model
 from tolstat.store.provenance import decisive
 
 _loading = threading.Lock()
+_loaded: dict[str, Model] = {}  # custom models of this process, by FILE.py:NAME
 
 
 class Parcel(NamedTuple):
     """A call for another process, and the versions that it needs there."""
 
     content: bytes  # the function and its arguments, pickled
-    # what decides the bits of the numbers: processor, versions
+    # what decides the bits of the numbers: processor, compiler, versions
     decisive: dict[str, str]
 
 
@@ -40,7 +40,9 @@ class _Packer(pickle.Pickler):
 
     def reducer_override(self, obj: Any) -> Any:
         if isinstance(obj, Model):
-            return _found, (obj.name, _place_of(obj), obj.source_digest)
+            place = _place_of(obj)
+            _loaded[place] = obj  # threads of this process have it already
+            return _found, (obj.name, place, obj.source_digest)
         return NotImplemented
 
 
@@ -84,13 +86,12 @@ def _place_of(model: Model) -> str:
 def _found(name: str, place: str, digest: str) -> Model:
     """Return a model by its name; refuse another source."""
     with _loading:  # of two threads one loads it
-        model: Model = _loaded(place) if place else catalogue.find(name)
+        if place and place not in _loaded:
+            _loaded[place] = catalogue.load(place)
+        model = _loaded[place] if place else catalogue.find(name)
     if model.source_digest != digest:
         raise ModelError(
             f"its source of model '{name}' is {model.source_digest}, the run "
             f"needs {digest}"
         )
     return model
-
-
-_loaded = cache(catalogue.load)
