@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -196,9 +197,9 @@ def report_of(run: Run, chosen: Sequence[str] = ()) -> Report:
         each, slopes = summary.responses[name], diagnostics.slopes.get(name, {})
         shown = name in focus and not each.still
         by_slopes = scatter and linear.root_sum_square(each.nominal, slopes, scatter)
-        unanalysed = {} if shown else {"contributions": None, "members": {}}
+        unanalysed: dict[str, Any] = {"contributions": None, "members": {}}
         found = report_answer.ReportedResponse(
-            **vars(each) | unanalysed,
+            **vars(each) | ({} if shown else unanalysed),
             symbol=response.symbol,
             source=response.source,
             integration_errors=integration_of(drawn, name, each),
