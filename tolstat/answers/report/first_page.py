@@ -24,7 +24,6 @@ from tolstat.document.inline import (
     say,
     text,
 )
-from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import RANDOM_ONLY, Estimate
 from tolstat.statistics.limits.limit import Limit
 from tolstat.statistics.limits.yields import MET, NOT_MET
@@ -34,10 +33,10 @@ from tolstat.units.scale import AS_IS, KNOWN, PART, PER_CENT, PPM
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import (
         Causes,
-        PairCause,
         ResponseSummary,
         RunSummary,
     )
+    from tolstat.statistics.sensitivity.pairs import Together
 
 MOST_NAMED = 4  # parts in a sentence
 LEVEL = PER_CENT.beside(1.0)  # of chance: no test is better than that
@@ -143,13 +142,10 @@ def _cause_cell(each: ResponseSummary) -> Cell:
     causes = each.causes
     if causes is None:
         return Cell(())
-    if pair := causes.pair:
-        every = [one.words for one in (pair, *causes.equivalent_pairs)]
-        return Cell(text("; or equally ".join(every)), explained(pair, causes))
-    if causes.leading:
-        name = causes.leading[0]
-        level = Number(causes.every[name].level, LEVEL)
-        return Cell((Name(name),), text("significant at ", level))
+    if main := causes.main:
+        level = text("significant at ", Number(main.level, LEVEL))
+        below = explained(main.together, causes) if main.together else level
+        return Cell(text(main.words), text(below, also(causes)))
     variance: Parts = ()
     if most := each.largest_share:
         name, share = most
@@ -164,11 +160,18 @@ def at_least(share: Estimate) -> Parts:
     return text("at least ", Number(max(share.lower, 0.0), PER_CENT, "at_least"))
 
 
-def explained(pair: PairCause, causes: Causes) -> Parts:
+def explained(together: Together, causes: Causes) -> Parts:
     """Say how many out-of-limit trials a pair explains, and how rare it is."""
     n = causes.out_of_limit
-    trials = f"{round(pair.together.far.value * n)} of {n} out-of-limit trials"
-    return say(f"{trials} in its outer {{}}", Number(pair.together.of_all, PART))
+    trials = f"{round(together.far.value * n)} of {n} out-of-limit trials"
+    return say(f"{trials} in its outer {{}}", Number(together.of_all, PART))
+
+
+def also(causes: Causes) -> str:
+    """Name the other causes after the main one."""
+    main, *others = causes.named
+    new = [each.words for each in others if not {*each.members} & {*main.members}]
+    return f"; also {'; '.join(new)}" if new else ""
 
 
 def no_cause(causes: Causes) -> str:
@@ -219,7 +222,23 @@ def _next_steps(found: RunSummary) -> tuple[Parts, ...]:
         )
         trials = counted(needed, "trial")
         steps.append(say("Decide {}: about {}{}.", Name(name), trials, how))
+    steps.append(_tell_causes(found))
     return tuple(filter(None, steps))
+
+
+def _tell_causes(found: RunSummary) -> Parts:
+    """Return the step that adds trials until causes can be named; empty without."""
+    limits = {
+        name: causes.needed
+        for name, each in found.limits.items()
+        if each.yields.verdict != MET and (causes := found.responses[name].causes)
+    }
+    name = min((n for n in limits if limits[n]), key=lambda n: limits[n], default="")
+    if not name or not (command := to_extend(found.stored_run, limits[name])):
+        return ()
+    trials = counted(limits[name], "trial")
+    return say("Find the causes of {}: about {} in all: {}.", Name(name), trials,
+               Typed(command))  # fmt: skip
 
 
 def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Parts:
@@ -235,11 +254,7 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
     gains = then < now.value and (clear or verdict == NOT_MET)
     if not (gains if known else math.isnan(then) and main.effective_sample_size):
         return ()
-    if causes.pair:
-        parts: tuple[str, ...] = causes.pair.together.members
-    else:
-        kinds = kinds_of_part(list(run.assumed), run.contributors)
-        parts = tuple(kinds.get(causes.leading[0], causes.leading[:1]))
+    parts = main.members
     few = len(parts) <= MOST_NAMED
     effect = say("the effect on {} is not estimable", Name(name))
     if known:
@@ -250,7 +265,7 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
     return say(
         f"{'Halve' if clear else 'Test half'} the "
         f"{'tolerance' if len(parts) == 1 else 'tolerances'} of {{}}: {{}}{{}}.",
-        listed([Name(part) for part in parts]) if few else Name(causes.leading[0]),
+        listed([Name(part) for part in parts]) if few else main.words,
         effect,
         (". Check it with a fresh run: ", Typed(command)) if command else None,
     )

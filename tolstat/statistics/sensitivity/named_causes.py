@@ -26,6 +26,7 @@ from tolstat.statistics.sensitivity.pairs import Together, pairs
 LEAST = 10  # units out of limit from which causes are named
 TELLING = 40  # with which four of five studies name the right ones
 MOST = 0.5  # share out of limit above which none are named
+NONE = Difference(math.nan, math.nan, 1.0)
 EQUAL = 0.01  # relative difference of effects, and level, below which parts are equal
 
 
@@ -51,6 +52,11 @@ class NamedCauses(NamedTuple):
     differences: dict[str, Difference]  # by contributor, levels corrected
     parts: list[Named]
     pairs: list[Together]
+
+    @property
+    def groups(self) -> list[tuple[str, ...]]:
+        """The contributors of each named cause."""
+        return [e.members for e in self.parts] + [e.members for e in self.pairs]
 
 
 def may_be_told(out: Truths) -> bool:
@@ -120,7 +126,7 @@ def named_causes(
                     parts.append(Named(batch, level, correlated=True))
         whole = [{*each.members} for each in parts if len(each.members) > 2]
         found[response] = NamedCauses(
-            {n: raw[n]._replace(level=levels[n]) for n in names if n in raw},
+            {n: raw[n]._replace(level=levels[n]) if n in raw else NONE for n in names},
             sorted(parts, key=lambda each: each.level),
             [each for each in together.get(response, ())
              if not any(of >= {*each.members} for of in whole)],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -73,11 +73,6 @@ def differences(
             each = Difference(float(off.mean()), width, min(1.0, level))
             found[response][name] = each
     return found
-
-
-def of_kind(members: Sequence[str], found: Mapping[str, Difference]) -> float:
-    """Return the level of a group: that of the member that differs most."""
-    return min((found[name].level for name in members if name in found), default=1.0)
 
 
 def _ranks(x: Array) -> Array:

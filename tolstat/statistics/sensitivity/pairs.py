@@ -140,9 +140,15 @@ class _Scores:
         for w, k in np.argwhere(levels < CLEAR).tolist():
             pair = int(i[k]), int(j[k])
             how = BOTH_FAR if w else SUM if signed[k] > 0 else DIFFERENCE
-            one = self._together(pair, float(levels[w, k]), how)
-            if pair not in linked or one.far.value > linked[pair].far.value:
-                linked[pair] = one  # the way that explains more
+            one, other = (
+                self._together(pair, float(levels[w, k]), how),
+                linked.get(pair),
+            )
+            if other is None or (_explains(one), -one.level) > (
+                _explains(other),
+                -other.level,
+            ):
+                linked[pair] = one
         found: list[Together] = []
         while linked:
             best = max(linked, key=lambda p: (linked[p].far.value, -linked[p].level))
@@ -160,7 +166,7 @@ class _Scores:
                 every = self._together(tuple(sorted(members)), level, those[best].how)
                 found.append(every)
         return sorted(
-            (e for e in found if e.far.value >= max(e.alone, LEAST_EXPLAINED)),
+            filter(_explains, found),
             key=lambda each: (-each.far.value, each.level),
         )
 
@@ -198,6 +204,10 @@ class _Scores:
         return float(
             np.mean(way * z > self.one_end if way else np.abs(z) > self.two_ends)
         )
+
+
+def _explains(found: Together) -> bool:
+    return found.far.value >= max(found.alone, LEAST_EXPLAINED)
 
 
 def _weaker(tested: Array, *known: Array) -> Array:
