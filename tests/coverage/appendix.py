@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binomtest
 
+from tests.coverage import causes
 from tests.coverage.measure import TABLE
 from tests.coverage.rare_problems import RARE_PROBLEMS
 
@@ -63,6 +64,23 @@ These are printed with an interval, but were not measured:
 
 Shares of the branches, bent limits, the Weibull part and the bounded zones are by
 quadrature, all others in closed form. "Past the end" has share 0.
+
+## Main causes
+
+Each cell is 200 studies of 2048 trials with 20 contributors, unless said otherwise.
+
+- "Wrong": an innocent part is named, two parts are named as a pair that is none, or a
+  part is named without its twin.
+- "Right": the first named cause is a planted one.
+
+*`python -m tests.coverage.causes`, 2026-11-23, 20 minutes of processor time.*
+
+{causes}
+
+- In `|a - 3 b|` part a carries a tenth of the variance. Even the best test that is told
+  b finds a in 40, 72 and 95 % of studies at 10, 20 and 40.
+- Of `|a + b - c|`, two of three equal parts are named as a pair in 3 to 9 %.
+- With two limits, each has 5 % of its own.
 
 ## Problems
 
@@ -154,7 +172,9 @@ def page():
     """Return the text of the page."""
     table = pd.read_csv(TABLE)
     parts = {"claims": claims, "rare": rare, "problems": numbers}
-    return TEXT.format(**{k: "\n".join(of(table)) for k, of in parts.items()})
+    made = {k: "\n".join(of(table)) for k, of in parts.items()}
+    made["causes"] = "\n".join(causes.lines(pd.read_csv(causes.TABLE)))
+    return TEXT.format(**made)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from scipy import stats
 
 from tests.statistics.test_out_of_limit import parts
 from tolstat.statistics.sensitivity.out_of_limit import CLEAR
-from tolstat.statistics.sensitivity.pairs import BOTH_FAR, DIFFERENCE, SUM, pairs
+from tolstat.statistics.sensitivity.pairs import BOTH_FAR, DIFFERENCE, MORE, SUM, pairs
 
 
 def of_one(X, beyond):
@@ -20,26 +20,38 @@ def worst(y, m):
 
 
 PLANTED = {
-    "difference": (lambda a, b: np.abs(a - b), DIFFERENCE, 0),
-    "one way": (lambda a, b: b - a, DIFFERENCE, -1),
-    "sum": (lambda a, b: np.abs(a + b), SUM, 0),
-    "both low": (lambda a, b: -a - b, SUM, -1),
-    "product": (lambda a, b: np.abs(a * b), BOTH_FAR, 0),
-    "uneven": (lambda a, b: np.abs(4 * a - 3 * b), DIFFERENCE, 0),
+    "difference": (lambda a, b: np.abs(a - b), DIFFERENCE),
+    "sum": (lambda a, b: np.abs(a + b), SUM),
+    "product": (lambda a, b: np.abs(a * b), BOTH_FAR),
+    "uneven": (lambda a, b: np.abs(4 * a - 3 * b), DIFFERENCE),
 }
 
 
 @pytest.mark.parametrize("machines", [15, 40])
 @pytest.mark.parametrize("name", PLANTED)
 def test_planted_pairs_are_found_among_twenty_contributors(name, machines):
-    of, how, way = PLANTED[name]
+    of, how = PLANTED[name]
     for seed in range(2):
         X = parts(4096, 20, seed)
         noise = 0.2 * np.random.default_rng(seed + 100).normal(size=4096)
         found = of_one(X, worst(of(X["part_3"], X["part_8"]) + noise, machines))
-        assert found[0].members == ("part_3", "part_8")
-        assert (found[0].how, found[0].way) == (how, way)
+        assert found[0].members == ("part_3", "part_8") and found[0].how == how
         assert found[0].far.value > max(found[0].alone, 0.5)
+
+
+@pytest.mark.parametrize("ends", [1, 2])
+@pytest.mark.parametrize("number", [3, 12])
+def test_equal_parts_of_a_sum_are_no_pair(number, ends):
+    """To one side they are causes alone; to both sides they are named as several."""
+    X = parts(4096, 20, 4)
+    y = np.sum([X[f"part_{i + 1}"] for i in range(number)], axis=0)
+    for machines in (20, 40, 100):
+        found = of_one(X, worst(np.abs(y) if ends == 2 else y, machines))
+        assert not any(len(each.members) == 2 for each in found)
+        if number == 3:
+            assert [(e.members, e.how) for e in found] == [
+                (("part_1", "part_2", "part_3"), MORE)
+            ][: ends - 1]
 
 
 SINGLE = {
@@ -64,21 +76,24 @@ def test_single_contributors_are_seldom_taken_for_a_pair(name, machines):
 
 
 def test_the_level_is_that_of_the_less_significant_member():
-    X = parts(3000, 3, 4)  # three pairs, and two kinds
-    beyond = worst(2 * X["part_1"] - 1.5 * X["part_2"], 12)
-    z = [
+    X = parts(3000, 3, 4)  # three pairs, and two kinds; two of the pairs are near
+    beyond = worst(np.abs(2 * X["part_1"] - 1.5 * X["part_2"]), 12)
+    a, b = (
         stats.norm.ppf((stats.rankdata(X[name]) - 0.5) / 3000)[beyond]
         for name in ("part_1", "part_2")
-    ]
-    score = -np.sum(z[0] * z[1]) / max(np.linalg.norm(each) for each in z)
-    (found,) = of_one(X, beyond)
-    assert np.log(found.level) == pytest.approx(
-        np.log(3 * 2 * 2 * stats.norm.sf(score)), rel=0.01
     )
-    assert found.way == 1 and found.of_all == 0.05
-    far = stats.norm.isf(0.05)  # to one side
-    assert found.far.value == np.mean((z[0] - z[1]) / np.sqrt(2) > far)
-    assert found.alone == max(np.mean(z[0] > far), np.mean(-z[1] > far)) <= found.single
+    about_zero = np.sum(a * b) / max(np.linalg.norm(a), np.linalg.norm(b))
+    c, d = a - a.mean(), b - b.mean()
+    score = min(
+        abs(about_zero), abs(a @ d) / np.linalg.norm(d), abs(b @ c) / np.linalg.norm(c)
+    )
+    (found,) = of_one(X, beyond)
+    known = np.log(4 * 2 * stats.norm.sf(score) * 3)
+    assert np.log(found.level) == pytest.approx(known, rel=0.02)
+    assert found.of_all == 0.05 and found.far.value == 1.0
+    far = stats.norm.isf(0.025)
+    alone = max(np.mean(np.abs(a) > far), np.mean(np.abs(b) > far))
+    assert found.alone == alone <= found.single
 
 
 def test_correlated_contributors_are_no_pair():

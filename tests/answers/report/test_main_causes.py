@@ -54,7 +54,12 @@ def row_of(found):
     table = limits_table(found)
     heads = [each.head for each in table.columns]
     row = dict(zip(heads, table.rows[0], strict=True))
-    return row["main cause"], row["what would help"]
+    return row["main cause"], row.get("what would help")
+
+
+def pairs_of(causes):
+    """Causes that several explain only together."""
+    return tuple(each for each in causes.named if each.together)
 
 
 def steps_of(found):
@@ -68,7 +73,7 @@ def steps_of(found):
 def test_the_pair_is_named_with_its_explained_share(run, capsys):
     found = report_of(run)
     causes = found.responses["gap"].causes
-    (pair,), out = causes.pairs, int(run.beyond("gap").sum())
+    (pair,), out = pairs_of(causes), int(run.beyond("gap").sum())
     apart = "part_1 and angle differ: one high, one low"
     assert pair.words == apart
     assert pair.together.far.value == 1.0 > pair.together.alone
@@ -81,10 +86,10 @@ def test_the_pair_is_named_with_its_explained_share(run, capsys):
     assert as_text(cause.below) == explained
     assert as_text(effect.main) == "halve part_1 and angle"  # 0.5 mm, 0.5 deg
     assert effect.below[0].value == pair.halved
-    said = json.loads(found.json())["responses"]["gap"]["causes"]["pairs"][0]
+    said = json.loads(found.json())["responses"]["gap"]["causes"]["named"][0]
     assert said["together"]["members"] == ["part_1", "angle"]
     text = " ".join(Page(found.html()).text.split())
-    assert f"{explained}; either of them alone in" in text and apart in text
+    assert f"{explained}; any of them alone in" in text and apart in text
     document = tolstat.summary(run).document()
     assert apart in words_in(*document.blocks)
     show(document)
@@ -92,41 +97,77 @@ def test_the_pair_is_named_with_its_explained_share(run, capsys):
     assert "part_1 and angle" in shown and set(apart.split()) <= set(shown.split())
 
 
-def test_equivalent_parts_are_named_together(run):
-    """What explains as much, as far as the trials tell, is not kept back."""
-    found = report_of(run)
-    causes = found.responses["gap"].causes
-    (pair,) = causes.pairs
-    part = Estimate(0.97, 0.90, 0.99)
-    first = pair._replace(together=pair.together._replace(far=part))
-    as_much = pair._replace(
-        words="part_2 high with angle low",
-        together=pair.together._replace(far=part._replace(value=0.93, upper=0.975)),
-    )
-    less = as_much._replace(
-        together=pair.together._replace(far=part._replace(value=0.93, upper=0.96))
-    )
-    both = causes._replace(pairs=(first, as_much, less))
-    assert both.pair == first and both.equivalent_pairs == (as_much,)
-    assert causes.equivalent_pairs == ()
-    words = as_text(row_of(with_causes(found, both))[0].main)
-    assert words == f"{pair.words}; or equally {as_much.words}"
+def chain(tmp_path, gap, links, limit, trials=20_000, **given):
+    """Report of a dimension chain, causes of its only limit, and the cell of these."""
+    zones = {
+        name: {"nominal": "10 mm", "tolerance": f"+-{zone} mm"}
+        for name, zone in links.items()
+    }
+    study = {
+        "model": "dimension_chain", "trials": trials, "seed": 7,
+        "settings": {"gap": gap}, "links": zones, "limits": {"gap": limit}, **given,
+    }  # fmt: skip
+    found = report_of(tolstat.run(study, output=tmp_path / "chain.h5"))
+    return found, found.responses["gap"].causes, row_of(found)[0]
 
 
-def test_a_single_cause_is_named_if_no_pair_explains_more(run):
-    found = report_of(run)
-    causes = found.responses["gap"].causes
-    (pair,) = causes.pairs
-    as_much = pair.together._replace(single=pair.together.far.value)
-    single = causes._replace(
-        pairs=(pair._replace(together=as_much),), leading=("angle",)
+def test_equivalent_parts_are_named_together(tmp_path):
+    """Seven trials were six pairs in six studies; the twin was never named."""
+    links = {"bearing_1": 0.1, "bearing_2": 0.1, "housing": 0.15}
+    ends = 30 + 2.4 / 3 * np.sqrt(0.1**2 + 0.1**2 + 0.15**2)
+    _, causes, cause = chain(
+        tmp_path, "bearing_1 + bearing_2 + housing", links, f"<= {ends} mm", 4096
     )
-    assert single.pair is None and single.main == causes.contributors["angle"]
-    cause, effect = row_of(with_causes(found, single))
-    assert as_text(cause.main) == "angle"
-    assert as_text(cause.below).startswith("significant at ")
-    assert as_text(effect.main) == "angle to +-0.5 deg"
-    assert effect.below[0].value == causes.contributors["angle"].halved
+    words = {each.words: each for each in causes.named}
+    assert words.keys() == {"bearing (2 parts, equivalent)", "housing"}
+    twins = words["bearing (2 parts, equivalent)"]
+    assert twins.members == ("bearing_1", "bearing_2") and twins.together is None
+    assert causes.kinds["bearing"].halved == twins.halved and twins.halved.sure
+    assert as_text(cause.main) in words
+    (other,) = words.keys() - {as_text(cause.main)}
+    assert f"; also {other}" in as_text(cause.below)
+
+
+def test_the_least_change_that_meets_the_limit_comes_first(tmp_path):
+    """Half of one tolerance suffices; half of both would cost more."""
+    links = {"a": 0.1, "b": 0.04}
+    _, causes, cause = chain(tmp_path, "a - b", links, "-0.09..0.09 mm")
+    first, *others = causes.named
+    assert first.members == ("a",) and as_text(cause.main) == "a"
+    assert first.halved.upper < 0.0027
+    (pair,) = pairs_of(causes)
+    assert pair in others and pair.members == ("a", "b")
+    assert pair.together.far.value > pair.together.single  # it explains more
+
+
+def test_two_fighting_parts_are_a_pair(tmp_path):
+    _, causes, _ = chain(tmp_path, "a - b", {"a": 0.1, "b": 0.11}, "-0.09..0.09 mm")
+    assert causes.main.words == "a and b differ: one high, one low"
+    one = next(each for each in causes.named if each.members == ("a",))
+    assert one.halved.lower > 0.0027  # half of one does not suffice
+
+
+def test_few_trials_state_how_many_would_tell(tmp_path):
+    links = {"a": 0.1, "b": 0.1, "c": 0.15}
+    end = 30 + 3 / 3 * np.sqrt(0.1**2 + 0.1**2 + 0.15**2)
+    found, causes, cause = chain(tmp_path, "a + b + c", links, f"<= {end} mm", 4096)
+    n = causes.trials_out_of_limit
+    assert 0 < n < 10 and causes.named == () and causes.main is None
+    assert 40 / n * 4096 <= causes.needed < 44.1 / n * 4096
+    assert (
+        as_text(cause.main) == f"too few ({n}; about {causes.needed} trials would tell)"
+    )
+    step = (
+        f"Find the causes of gap: about {causes.needed} trials in all: tolstat extend"
+    )
+    assert any(each.startswith(step) for each in steps_of(found))
+
+
+def test_causes_of_most_trials_are_not_named(tmp_path):
+    links = {"a": 0.1, "b": 0.1}
+    _, causes, cause = chain(tmp_path, "a + b", links, "<= 19.99 mm", 2000)
+    assert causes.named == () and causes.needed == 0
+    assert as_text(cause.main) == "not named: most trials are out of limit"
 
 
 @pytest.mark.parametrize(
@@ -140,9 +181,9 @@ def test_a_gain_is_claimed_only_for_separate_intervals(run, lower, upper, told):
     yields = gap.limited.yields._replace(
         fraction_out_of_limit=Estimate(10e-3, 1e-3, 20e-3)
     )
-    (pair,) = gap.causes.pairs
+    (pair,) = pairs_of(gap.causes)
     then = Estimate(lower, lower, upper)
-    causes = gap.causes._replace(pairs=(pair._replace(halved=then),))
+    causes = gap.causes._replace(named=(pair._replace(halved=then),))
     changed = with_causes(found, causes, yields=yields)
     _, effect = row_of(changed)
     assert as_text(effect.below).endswith("no significant change") != told
@@ -158,9 +199,9 @@ def test_a_gain_is_claimed_only_for_separate_intervals(run, lower, upper, told):
 def test_an_effect_that_is_not_estimable_has_a_reason(run):
     found = report_of(run)
     causes = found.responses["gap"].causes
-    (pair,) = causes.pairs
+    (pair,) = pairs_of(causes)
     unknown = Estimate(np.nan, reason="3 effective trials are too few")
-    vague = causes._replace(pairs=(pair._replace(halved=unknown),))
+    vague = causes._replace(named=(pair._replace(halved=unknown),))
     changed = with_causes(found, vague)
     _, effect = row_of(changed)
     assert as_text(effect.main) == "halve part_1 and angle"
@@ -169,7 +210,7 @@ def test_an_effect_that_is_not_estimable_has_a_reason(run):
     step = steps_of(changed)[0]  # a fresh run tells what these trials do not
     test = "Test half the tolerances of part_1 and angle: the effect on gap is not"
     assert step.startswith(f"{test} estimable. Check it with a fresh run: tolstat ")
-    none = causes._replace(pairs=(vague.pairs[0]._replace(effective_sample_size=0),))
+    none = causes._replace(named=(vague.named[0]._replace(effective_sample_size=0),))
     assert steps_of(with_causes(found, none))[0] == step
     table = next(b for b in first_page(changed) if isinstance(b, Table))
     assert table.title == "Limits"

@@ -220,10 +220,10 @@ def test_a_spread_that_moves_the_mean_calls_for_narrower_tolerances(tmp_path):
     gap = found.responses["gap"]
     assert (gap.off_centre.what, gap.off_centre.reason) == ("mean", NONLINEAR)
     assert gap.off_centre.shifts == () and NEVER not in gap.off_centre.tolerances
-    assert "No nominal value" in as_text(parts) and gap.causes.leading
+    assert "No nominal value" in as_text(parts) and gap.causes.named
     study["limits"] = {"gap": "<= 0.05 mm"}  # 97 % are out of limit
     found, _ = found_of(study, tmp_path, force=True)
-    assert not found.responses["gap"].causes.leading
+    assert not found.responses["gap"].causes.named
 
 
 def test_a_mean_inside_the_limit_is_off_centre_if_its_spread_is_fine(tmp_path):

@@ -34,10 +34,10 @@ from tolstat.units.scale import PART, PER_CENT, PPM
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import (
         Causes,
-        PairCause,
         ResponseSummary,
         RunSummary,
     )
+    from tolstat.statistics.sensitivity.pairs import Together
 
 MOST_LIMITS = 6  # in the table of a first page: on paper it is one sheet
 ALL_LIMITS = "All limits"
@@ -162,13 +162,10 @@ def _cause_cell(each: ResponseSummary) -> Cell:
     causes = each.causes
     if causes is None:
         return Cell(())
-    if pair := causes.pair:
-        every = [one.words for one in (pair, *causes.equivalent_pairs)]
-        return Cell(text("; or equally ".join(every)), explained(pair, causes))
-    if causes.leading:
-        name = causes.leading[0]
-        level = Number(causes.every[name].level, PART)
-        return Cell((Name(name),), text("significant at ", level))
+    if main := causes.main:
+        level = text("significant at ", Number(main.level, PART))
+        below = explained(main.together, causes) if main.together else level
+        return Cell(text(main.words), text(below, also(causes)))
     variance: Parts = ()
     if causes.reason != OFF_CENTRE and (most := each.largest_share):
         name, share = most
@@ -183,11 +180,18 @@ def at_least(share: Estimate) -> Parts:
     return text("at least ", Number(max(share.lower, 0.0), PER_CENT, "at_least"))
 
 
-def explained(pair: PairCause, causes: Causes) -> Parts:
+def explained(together: Together, causes: Causes) -> Parts:
     """Say how many out-of-limit trials a pair explains, and how rare it is."""
     n = causes.trials_out_of_limit
-    trials = f"{round(pair.together.far.value * n)} of {n} out-of-limit trials"
-    return say(f"{trials} in its outer {{}}", Number(pair.together.of_all, PART))
+    trials = f"{round(together.far.value * n)} of {n} out-of-limit trials"
+    return say(f"{trials} in its outer {{}}", Number(together.of_all, PART))
+
+
+def also(causes: Causes) -> str:
+    """Name the other causes after the main one."""
+    main, *others = causes.named
+    new = [each.words for each in others if not {*each.members} & {*main.members}]
+    return f"; also {'; '.join(new)}" if new else ""
 
 
 def no_cause(causes: Causes) -> str:
@@ -221,7 +225,23 @@ def next_steps(found: RunSummary) -> tuple[Parts, ...]:
         )
         trials = counted(needed, "trial")
         steps.append(say("Decide {}: about {}{}.", Name(name), trials, how))
+    steps.append(_tell_causes(found))
     return tuple(filter(None, steps))
+
+
+def _tell_causes(found: RunSummary) -> Parts:
+    """Return the step that adds trials until causes can be named; empty without."""
+    limits = {
+        name: causes.needed
+        for name, each in found.limits.items()
+        if each.yields.verdict != MET and (causes := found.responses[name].causes)
+    }
+    name = min((n for n in limits if limits[n]), key=lambda n: limits[n], default="")
+    if not name or not (command := to_extend(found.stored_run, limits[name])):
+        return ()
+    trials = counted(limits[name], "trial")
+    return say("Find the causes of {}: about {} in all: {}.", Name(name), trials,
+               Typed(command))  # fmt: skip
 
 
 def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Parts:
@@ -239,8 +259,8 @@ def _halve(found: RunSummary, name: str, limited: Limited, *, known: bool) -> Pa
     gains = then < now.value and (clear or verdict == NOT_MET)
     if not (gains if known else math.isnan(then)):
         return ()
-    parts = what_helps.parts_to_tighten(run, causes)
-    named, command = what_helps.named(causes, parts), to_halve(run, parts)
+    parts = main.members
+    named, command = what_helps.named(main), to_halve(run, parts)
     if not (known or command):
         return say(f"{{}} cannot be halved: {main.halved.reason}.", named)
     effect = say("the effect on {} is not estimable", Name(name))

@@ -154,7 +154,7 @@ def summary_of(drawn: Drawn, focus: Sequence[str]) -> RunSummary:
         judged = summaries[name].limited
         few = judged and judged.yields.within.value < FEWEST_WITHIN
         if off and (off.tolerances or few):  # trials out of limit show no cause
-            none = causes[name]._replace(reason=OFF_CENTRE, leading=(), pairs=())
+            none = causes[name]._replace(reason=OFF_CENTRE, named=())
             causes[name] = none
     responses = {
         each.name: report_answer.ResponseSummary(

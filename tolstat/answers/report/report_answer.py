@@ -43,8 +43,8 @@ class Cause(NamedTuple):
 
     shift: float  # how it differs among them, see `Difference`; NaN for a kind of part
     width: float
-    # how often chance would make it differ so much, corrected for the number of
-    # contributors; of a kind of part that of its clearest member
+    # how often chance would make it differ so much, corrected for all tests of a limit;
+    # of a kind of part that of its least clear member, unless it is named as a whole
     level: float
     halved: Estimate  # fraction out of limit with its tolerance, or all of it, halved
     effective_sample_size: int  # that this rests on; 0 without any
@@ -55,13 +55,15 @@ class Cause(NamedTuple):
         return self.level < CLEAR
 
 
-class PairCause(NamedTuple):
-    """Two contributors that together explain out-of-limit trials."""
+class NamedCause(NamedTuple):
+    """A named cause: a contributor, equivalent parts, or several only together."""
 
-    words: str  # what they do in these trials
-    together: Together
-    halved: Estimate  # fraction out of limit with both tolerances halved
+    words: str  # what is named
+    members: tuple[str, ...]  # contributors
+    level: float  # p-value, corrected for all tests of a limit
+    halved: Estimate  # fraction out of limit with all these tolerances halved
     effective_sample_size: int  # that this rests on; 0 without any
+    together: Together | None  # what several explain only together; None otherwise
 
 
 class Causes(NamedTuple):
@@ -69,32 +71,12 @@ class Causes(NamedTuple):
 
     trials_out_of_limit: int  # trials, failed ones among them
     reason: str  # why no cause is named; empty if one is
-    # kinds of part, and contributors of no kind, that differ significantly among these
-    # trials, the clearest first
-    leading: tuple[str, ...]
+    needed: int  # trials in all that would tell, if these are too few; otherwise 0
+    # the main cause first: the least change that meets the limit, if one is known to;
+    # otherwise what explains most
+    named: tuple[NamedCause, ...]
     contributors: Mapping[str, Cause]
     kinds: Mapping[str, Cause]
-    # pairs that explain more than either of them, the strongest first
-    pairs: tuple[PairCause, ...] = ()
-
-    @property
-    def pair(self) -> PairCause | None:
-        """The pair that is named: it explains more than any single contributor."""
-        return next(iter(self._explaining), None)
-
-    @property
-    def equivalent_pairs(self) -> tuple[PairCause, ...]:
-        """Pairs whose interval reaches the named one's share: often equal parts."""
-        first, *others = self._explaining
-        least = first.together.far.value
-        return tuple(each for each in others if each.together.far.upper >= least)
-
-    @property
-    def _explaining(self) -> list[PairCause]:
-        found = ((each, each.together) for each in self.pairs)
-        return [
-            each for each, together in found if together.far.value > together.single
-        ]
 
     @property
     def every(self) -> dict[str, Cause]:
@@ -102,11 +84,9 @@ class Causes(NamedTuple):
         return {**self.contributors, **self.kinds}
 
     @property
-    def main(self) -> Cause | PairCause | None:
+    def main(self) -> NamedCause | None:
         """The main cause; None if there is none."""
-        if self.pair or not self.leading:
-            return self.pair
-        return self.every[self.leading[0]]
+        return next(iter(self.named), None)
 
     @property
     def significant(self) -> list[str]:
@@ -217,7 +197,9 @@ class ResponseSummary(Summary):
         if (found := self.contributions) is None:
             return {}
         return {
-            kind: together if together.value > 0 else found.groups[kind]
+            kind: together
+            if together.value > 0 or not (alone := found.groups[kind]).sure
+            else alone._replace(upper=1.0)  # a sum of first orders: at least that much
             for kind, together in found.together.items()
         }
 

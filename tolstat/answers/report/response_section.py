@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import (
         Cause,
         Causes,
-        PairCause,
+        NamedCause,
         Report,
         ReportedResponse,
     )
@@ -51,7 +51,6 @@ CHOSEN = {
     "spread": "over the range",
 }  # fmt: skip
 ALONE, TOGETHER = "alone, % of the variance", "with interactions, % of the variance"
-MOST_PAIRS = 4  # named
 STILL = (
     "All trials lie from {} to {}. This range is below a thousandth of its distance to "
     "the limit: its spread is not analysed."
@@ -61,11 +60,14 @@ LEVELS = (
     "Among out-of-limit trials: mean less that of all trials, and root mean square "
     "distance from it, both in sigmas of all trials. Level: how often chance alone "
     "makes some contributor differ so much (two rank sum tests, corrected for {} "
-    "contributors after Holm; of a kind of part its clearest member; of a pair "
-    "corrected for the number of pairs). Halved: the "
+    "contributors and for pairs; of a kind of part its least clear member, unless it "
+    "is named as a whole). Halved: the "
     "stored trials weighted by the ratio of densities; a fresh run is more precise."
 )
-CORRELATED = "Deviations are correlated: parts correlated with a cause differ too."
+CORRELATED = (
+    "Deviations are correlated: parts correlated with a cause differ too. They are "
+    "named only for what the others do not tell."
+)
 FEW = (
     "Few trials dominate the variance. The trials show the least joint contribution of "
     "parts, and not the contribution of each alone."
@@ -159,7 +161,7 @@ def _causes(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
         return ()
     out, known = causes.trials_out_of_limit, causes.contributors
     failed = ", failed ones among them" if found.trials.failed else None
-    none = None if causes.leading else f": {no_cause(causes)}"
+    none = None if causes.named else f": {no_cause(causes)}"
     correlated = found.assumptions.correlation and known
     return (
         blocks.paragraph(counted(out, "trial"), " out of limit", failed, none, "."),
@@ -170,16 +172,19 @@ def _causes(found: Report, each: ReportedResponse) -> tuple[Block | None, ...]:
 
 
 def _causes_table(found: Report, causes: Causes) -> Table:
-    """Return a row for each pair, kind of part and contributor."""
+    """Return a row for what is named together, each kind of part and contributor."""
     rows: list[Row] = []
-    for pair in causes.pairs[:MOST_PAIRS]:
-        n = causes.trials_out_of_limit
-        alone = Number(pair.together.alone, PER_CENT, "at_most", n)
-        below = say(
-            "{}; either of them alone in at most {}", explained(pair, causes), alone
-        )
-        level = pair.together.level
-        rows.append(_cause(Cell((Word(pair.words),), below), level, pair))
+    for named in causes.named:
+        if named.words in causes.contributors:
+            continue
+        below: Parts = ()
+        if named.together:
+            below = say(
+                "{}; any of them alone in at most {}",
+                explained(named.together, causes),
+                Number(named.together.alone, PER_CENT, "at_most"),
+            )
+        rows.append(_cause(Cell((Word(named.words),), below), named.level, named))
     for name, each in sorted(causes.every.items(), key=_clearest_first):
         known = each.shift == each.shift
         part = Word(name) if each.significant else Name(name)
@@ -191,7 +196,7 @@ def _causes_table(found: Report, causes: Causes) -> Table:
     return blocks.table_of(rows, words=["contributor"], caption=rests_on(found))
 
 
-def _cause(part: Cell, level: float, cause: Cause | PairCause) -> Row:
+def _cause(part: Cell, level: float, cause: Cause | NamedCause) -> Row:
     size = cause.effective_sample_size
     return {
         "contributor": part,
@@ -237,7 +242,10 @@ def _kinds(each: ReportedResponse, known: Contributions) -> list[Row]:
         if known.dominated_by_few:
             reason = Cell((), text(together.reason))
             share = at_least(together) if together.sure else reason
-        alone = None if known.dominated_by_few else Number(known.groups[kind], PART)
+        alone: Given = None
+        if not known.dominated_by_few:
+            summed = Number(known.groups[kind], PART)
+            alone = Cell((summed,), text("sum of first orders"))
         rows.append({
             "contributor": Cell((Name(kind),), text(", ".join(each.members[kind]))),
             ALONE: alone,

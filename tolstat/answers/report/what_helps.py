@@ -9,14 +9,13 @@ from tolstat.answers.cells import ppm
 from tolstat.answers.halved_entries import halved_entries
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Parts, listed, say, text
-from tolstat.model.description import kinds_of_part
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.yields import MET
 from tolstat.statistics.summary import Limited
 from tolstat.store.stored_run import Run
 
 if TYPE_CHECKING:
-    from tolstat.answers.report.report_answer import Causes
+    from tolstat.answers.report.report_answer import Causes, NamedCause
 
 MOST_NAMED = 4  # parts in a sentence
 
@@ -29,12 +28,11 @@ def cell(run: Run, causes: Causes | None, limited: Limited) -> Cell:
     """
     if limited.yields.verdict == MET or causes is None or (main := causes.main) is None:
         return Cell(())
-    parts = parts_to_tighten(run, causes)
     halves = {
         name: entry if isinstance(entry, str) else str(entry["tolerance"])
-        for name, entry in halved_entries(run, parts).items()
+        for name, entry in halved_entries(run, main.members).items()
     }
-    change = say("halve {}", named(causes, parts))
+    change = say("halve {}", named(main))
     if len({*halves.values()}) == 1 and len(halves) <= MOST_NAMED:
         (half,) = {*halves.values()}
         change = text(listed([*map(Name, halves)]), f" to {half}")
@@ -46,19 +44,11 @@ def cell(run: Run, causes: Causes | None, limited: Limited) -> Cell:
     return Cell(change, text(ppm(main.halved), chance))
 
 
-def parts_to_tighten(run: Run, causes: Causes) -> tuple[str, ...]:
-    """Return the parts of the main cause."""
-    if causes.pair:
-        return causes.pair.together.members
-    kinds = kinds_of_part(list(run.assumed), run.contributors)
-    return tuple(kinds.get(causes.leading[0], causes.leading[:1]))
-
-
-def named(causes: Causes, parts: tuple[str, ...]) -> Parts:
-    """Name parts of the main cause: each of a few, the kind of many."""
-    if len(parts) > MOST_NAMED:
-        return text(Name(causes.leading[0]))
-    return listed([Name(part) for part in parts])
+def named(main: NamedCause) -> Parts:
+    """Name the parts of the main cause: each of a few, in one word if many."""
+    if len(main.members) > MOST_NAMED:
+        return text(main.words)
+    return listed([Name(part) for part in main.members])
 
 
 def differ(one: Estimate, other: Estimate) -> bool:

@@ -28,10 +28,11 @@ def gather(study: Study, trials: Trials, workers: Workers) -> Diagnostics:
     lower, upper = _zones(study)
     usual = (upper - lower) / 6  # sigma of a normal part at Cp = 1
     table = slopes(study.model, study.settings, usual, workers)
+    by_name = _by_name(study, table, usual > 0)
     return Diagnostics(
-        _by_name(study, table, usual > 0),
+        by_name,
         _worst_cases(study, trials, lower, upper, table, workers),
-        workers.here(halved_shares, study, trials),
+        workers.here(halved_shares, study, trials, by_name),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -11,25 +12,52 @@ from tolstat.deviations.distributions import Constant, Tolerance
 from tolstat.deviations.samplers import OWN
 from tolstat.deviations.spread import halved, zone_of
 from tolstat.errors import DistributionError
+from tolstat.execution.planning import assumed_of
 from tolstat.execution.trial_table import Trials
-from tolstat.model.description import kinds_of_part
+from tolstat.model.description import Contributor, kinds_of_part
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.weighted_estimates import weighted_share
 from tolstat.statistics.intervals.weights import Weights
 from tolstat.statistics.limits.limit import within
-from tolstat.statistics.sensitivity.pairs import pairs
-from tolstat.store.run_records import Halved, Members
+from tolstat.statistics.sensitivity.named_causes import Effect, named_causes
+from tolstat.store.run_records import Assumed, Halved, Members
 from tolstat.study.study import Study
 
 TURN = 2 * math.pi * (1 - 1e-9)
 
 
-def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halved]]:
+def effects_of(
+    limited: Iterable[str],
+    assumed: Mapping[str, Assumed],
+    slopes: Mapping[str, Mapping[str, float]],
+    contributors: Iterable[Contributor],
+) -> dict[str, dict[str, Effect]]:
+    """Return what is known of each contributor, by limited response."""
+    kinds = kinds_of_part(list(assumed), contributors)
+    kind_of = {name: kind for kind, members in kinds.items() for name in members}
+    return {
+        response: {
+            name: Effect(
+                each.words,
+                slopes.get(response, {}).get(name, math.nan)
+                * (each.tolerance[1] - each.tolerance[0]),
+                kind_of.get(name, ""),
+            )
+            for name, each in assumed.items()
+        }
+        for response in limited
+    }
+
+
+def halved_shares(
+    study: Study, trials: Trials, slopes: Mapping[str, Mapping[str, float]]
+) -> dict[str, dict[Members, Halved]]:
     """Return the fraction out of limit with halved tolerances, by weighting trials.
 
     Keys are the limited response and the contributors halved: each one, each kind of
-    part, and pairs that explain trials out of limit. Empty where trials depend on each
-    other, or are no sample. Failed trials count as out of limit.
+    part, and those that are named together as a cause. Empty where trials depend on
+    each other, or are no sample. Failed trials count as out of limit. Slopes are by
+    response and contributor, SI.
     """
     sampler = study.sampler
     if sampler is None or sampler.replicates or not sampler.sample:
@@ -57,8 +85,15 @@ def halved_shares(study: Study, trials: Trials) -> dict[str, dict[Members, Halve
     turning = [e.name for e in contributors if is_turn(e.unit, zones.get(e.name))]
     unfit: set[str] = set()  # refused alone; these come first
     alone = [(name,) for name in every]
-    paired = [e.members for of in pairs(every, out_of_limit).values() for e in of]
-    for members in dict.fromkeys([*alone, *map(tuple, kinds), *paired]):
+    effects = effects_of(
+        out_of_limit, assumed_of(deviating), slopes, study.description.contributors
+    )
+    named = [
+        members
+        for causes in named_causes(every, out_of_limit, effects).values()
+        for members in causes.groups
+    ]
+    for members in dict.fromkeys([*alone, *map(tuple, kinds), *named]):
         these = [name for name in members if name not in turning]
         try:
             if not these:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
@@ -25,22 +25,17 @@ class Difference(NamedTuple):
         Root mean square distance from the mean of all trials, over sigma: 1 as in all
         trials, above 1 if farther from the mean on either side.
     level : float
-        p-value, corrected for the number of contributors after Holm.
+        p-value.
     """
 
     shift: float
     width: float
     level: float
 
-    @property
-    def clear(self) -> bool:
-        """Whether the difference is significant."""
-        return self.level < CLEAR
-
 
 def differences(
-    deviations: Mapping[str, Array], out: Mapping[str, Truths]
-) -> dict[str, dict[str, Difference]]:
+    deviations: Mapping[Any, Array], out: Mapping[str, Truths]
+) -> dict[str, dict[Any, Difference]]:
     """Compare the units out of limit with the others, contributor by contributor.
 
     Each contributor has two rank sum tests (Wilcoxon). That of the deviations finds a
@@ -55,18 +50,17 @@ def differences(
     Returns
     -------
     dict of str to dict of str to Difference
-        By response and contributor; none if all or no units are out of limit. With few
-        units out of limit, levels are conservative: normal scores have longer tails
-        than sums of few ranks.
+        By response and contributor, the levels not yet corrected for their number; none
+        if all or no units are out of limit. With few units out of limit, levels are
+        conservative: normal scores have longer tails than sums of few ranks.
 
     References
     ----------
     F. Wilcoxon, Biometrics Bulletin 1 (1945) 80-83, and of distances after A. R. Ansari
-    and R. A. Bradley, Ann. Math. Statist. 31 (1960) 1174-1189; S. Holm, Scand. J.
-    Statist. 6 (1979) 65-70.
+    and R. A. Bradley, Ann. Math. Statist. 31 (1960) 1174-1189.
     """
     tested = {n: each for n, each in out.items() if 0 < each.sum() < len(each)}
-    found: dict[str, dict[str, Difference]] = {name: {} for name in out}
+    found: dict[str, dict[Any, Difference]] = {name: {} for name in out}
     for name, x in deviations.items():
         mean, sigma = float(x.mean()), float(x.std())
         if sigma == 0:
@@ -78,21 +72,7 @@ def differences(
             width = float(np.sqrt(np.mean(off**2)))
             each = Difference(float(off.mean()), width, min(1.0, level))
             found[response][name] = each
-    for of in found.values():
-        corrected = holm(np.array([each.level for each in of.values()]))
-        for (name, each), p in zip(list(of.items()), corrected, strict=True):
-            of[name] = each._replace(level=float(p))
     return found
-
-
-def least_level(units: int, contributors: int) -> float:
-    """Return the least level that this number of units out of limit allows."""
-    return float(min(1.0, 4 * contributors * ndtr(-math.sqrt(3 * units))))
-
-
-def of_kind(members: Sequence[str], found: Mapping[str, Difference]) -> float:
-    """Return the level of a group: that of the member that differs most."""
-    return min((found[name].level for name in members if name in found), default=1.0)
 
 
 def _ranks(x: Array) -> Array:
@@ -102,7 +82,7 @@ def _ranks(x: Array) -> Array:
     """
     chance = np.random.RandomState(len(x)).permutation(len(x))  # never changes
     ranks = np.empty(len(x))
-    ranks[np.lexsort((chance, x))] = np.arange(1.0, len(x) + 1)
+    ranks[chance[np.argsort(x[chance], kind="stable")]] = np.arange(1.0, len(x) + 1)
     return ranks
 
 

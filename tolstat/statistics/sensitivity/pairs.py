@@ -1,56 +1,62 @@
-"""Pairs of contributors that only together explain the units out of limit."""
+"""Contributors that only together explain the units out of limit."""
 
 from __future__ import annotations
 
 import math
-import zlib
 from collections.abc import Mapping
 from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import chdtrc, ndtr, ndtri
 
 from tolstat.arrays import Array, Truths
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.intervals.shares import proportion
-from tolstat.statistics.sensitivity.out_of_limit import CLEAR, holm
+from tolstat.statistics.sensitivity.normal_scores import (
+    dependent,
+    larger,
+    own_parts,
+    scores,
+)
+from tolstat.statistics.sensitivity.out_of_limit import CLEAR
 
 SUM, DIFFERENCE, BOTH_FAR = "sum", "difference", "both outer"
+MORE = "several"  # than two
 LEAST_EXPLAINED = 0.4  # share of the units out of limit that a pair explains
 FAR = 0.05  # outer part of all trials, unless more are out of limit
-RANKED = 100_000  # trials among which a deviation is ranked
-CHANCE = 4.0  # significant correlation, times the root of the trials
-ONE_WAY = 0.9  # share of the units from which a combination has one direction
+ONE_WAY = 0.9  # share of the units from which a contributor has one direction
+SHIFTED = 3.0  # standard errors of a mean
+MOST_NEAR = 0.8  # of the errors: those of pairs with a clear contributor
+# level at which a third contributor explains less than a member: if nothing is known of
+# it, and if it matters
+RIVAL, MATTERING = 0.15, 0.02
 
 
 class Together(NamedTuple):
-    """Two contributors that together explain units out of limit better than either.
+    """Contributors that together explain units out of limit better than any alone.
 
     Attributes
     ----------
     members : tuple of str
-        Their names.
+        Their names: two, or more if no two of them are special.
     how : str
-        "difference": one high, the other low; "sum": both high or both low;
-        "both outer": both in the outer part, to either side.
-    way : int
-        1 if the first is high, -1 if it is low, 0 if either happens.
+        "difference": one high, the other low; "sum": both high or both low; "both
+        outer": each in the outer part, to either side; "several": more than two.
     level : float
-        p-value, corrected for the number of pairs after Holm.
+        p-value of the clearest two, corrected for the number of pairs.
     far : Estimate
         Share of the units out of limit with the combination in its outer part.
     of_all : float
         Same share of all trials: 5 %, or the share out of limit if larger.
     alone : float
-        Share of the units out of limit with one member in its outer part; the larger.
+        Share of the units out of limit with one member in its outer part; the largest.
     single : float
         Largest such share of a single contributor.
     """
 
-    members: tuple[str, str]
+    members: tuple[str, ...]
     how: str
-    way: int
     level: float
     far: Estimate
     of_all: float
@@ -61,114 +67,156 @@ class Together(NamedTuple):
 def pairs(
     deviations: Mapping[str, Array], out: Mapping[str, Truths]
 ) -> dict[str, list[Together]]:
-    """Return the pairs of contributors that together explain units out of limit.
+    """Return the contributors that only together explain units out of limit.
 
-    Arguments as of `differences`. By response: significant pairs, in the outer part in
-    at least 40 % of these units, and more often than either member; the highest share
+    Arguments as of `differences`. By response: significant combinations, in the outer
+    part in at least 40 % of these units, and as often as any member; the highest share
     first. Correlated contributors are no pair.
 
     Notes
     -----
     Deviations are compared as normal scores, and so are their distances from the
-    median. If only one of two contributors matters, the scores of the other stay normal
-    in the units out of limit. Then the sum of the products of both, over the root of
-    the sum of squares of the first, is normal too. Either takes the role of the first,
-    and the weaker result counts: a single contributor makes no pair. For
-    each pair the smaller level of scores and distances counts, doubled.
+    median. If a contributor does not matter, its scores stay normal in the units out of
+    limit, whatever the others do. Then the sum of its products with those of another,
+    over the root of the sum of squares of the other, is normal too. Either takes the
+    role of the other, and the weaker result counts: a single contributor makes no pair.
+    In a sum to one side, parts are correlated too: its products about the mean have the
+    other sign than its products about zero. So the weaker of both counts, and zero if
+    their signs differ. Distances count only of contributors without a shift. For each
+    pair the smaller level of scores and distances counts, doubled.
+
+    A pair is named if no third contributor may replace a member, by a paired t test of
+    their products at 5 %. Otherwise all that are linked by significant pairs are named.
     """
     tested = {n: each for n, each in out.items() if 0 < each.sum() < len(each)}
     found: dict[str, list[Together]] = {name: [] for name in out}
     if len(deviations) < 2 or not tested:
         return found
-    dependent = _dependent(list(deviations.values()))
-    choices = [p for p in combinations(range(len(deviations)), 2) if not dependent[p]]
-    distances = {n: np.abs(x - np.median(x)) for n, x in deviations.items()}
-    if choices:
-        for name, units in tested.items():
-            found[name] = _pairs(deviations, distances, units, choices)
+    linked = dependent(deviations)
+    own = own_parts(deviations, linked)
+    known = {name: deviations[name] for name in own}
+    place = [list(deviations).index(name) for name in own]
+    free = ~linked[np.ix_(place, place)]
+    for name, units in tested.items():
+        if free.any():
+            found[name] = _Scores(known, own, units).pairs(free)
     return found
 
 
-def _pairs(
-    deviations: Mapping[str, Array],
-    distances: Mapping[str, Array],
-    out: Truths,
-    choices: list[tuple[int, int]],
-) -> list[Together]:
-    """Return the pairs of one limit, among choices by index of contributor."""
-    names = list(deviations)
-    z, far = (
-        np.array([_scores(x, out, n) for n, x in of.items()])
-        for of in (deviations, distances)
-    )
-    first, second = np.array(choices).T
-    signed, of_far = (_products(each)[first, second] for each in (z, far))
-    levels = np.array([2 * ndtr(-np.abs(signed)), ndtr(-of_far)])
-    corrected = holm(2 * levels.min(axis=0))
-    of_all = min(max(FAR, float(out.mean())), 0.5)
-    two_ends, one_end = -ndtri(of_all / 2), -ndtri(of_all)
-    alone = [_outer_share(each, two_ends, one_end)[0] for each in z]
-    found = []
-    for place in np.flatnonzero(corrected < CLEAR):
-        i, j = choices[place]
-        if levels[1, place] < levels[0, place]:
-            how, way = BOTH_FAR, 0
-            off = float(np.mean((far[i] + far[j]) / math.sqrt(2) > one_end))
-        else:
-            how = SUM if signed[place] > 0 else DIFFERENCE
-            u = z[i] + z[j] if how == SUM else z[i] - z[j]
-            off, way = _outer_share(u / math.sqrt(2), two_ends, one_end)
-        most = max(alone[i], alone[j])
-        if off > most and off >= LEAST_EXPLAINED:
-            share = proportion(round(off * z.shape[1]), z.shape[1])
-            level, members = float(corrected[place]), (names[i], names[j])
-            found.append(
-                Together(members, how, way, level, share, of_all, most, max(alone))
+class _Scores:
+    """Scores of the units out of one limit, float64[contributor, unit]."""
+
+    def __init__(
+        self, deviations: Mapping[str, Array], own: Mapping[str, Array], out: Truths
+    ) -> None:
+        self.names = list(deviations)
+        distances, own_distances = (
+            {n: np.abs(x - np.median(x)) for n, x in of.items()}
+            for of in (deviations, own)
+        )
+        self.z, self.far, self.own, self.own_far = (
+            np.array([scores(x, out, n) for n, x in of.items()])
+            for of in (deviations, distances, own, own_distances)
+        )
+        self.units = self.z.shape[1]
+        self.of_all = min(max(FAR, float(out.mean())), 0.5)
+        self.two_ends, self.one_end = -ndtri(self.of_all / 2), -ndtri(self.of_all)
+        self.alone = [self._alone(each) for each in self.z]
+
+    def pairs(self, free: Truths) -> list[Together]:
+        """Return the significant combinations; `free` tells which may be a pair."""
+        i, j = np.array([p for p in combinations(range(len(free)), 2) if free[p]]).T
+        mean, error = self.z.mean(axis=1), self.z.std(axis=1) / math.sqrt(self.units)
+        signed = _weaker(self.own, self.z, self.z - mean[:, None])[i, j]
+        still = np.abs(mean) < SHIFTED * error
+        of_far = _weaker(self.own_far, self.far)[i, j] * still[i] * still[j]
+        clear = chdtrc(self.units, np.sum(self.z**2, axis=1)) < CLEAR / len(free)
+        near = clear[i] | clear[j]
+        most = MOST_NEAR if near.any() else 0.0
+        weight = (1 - most) / len(i) + most * near / max(near.sum(), 1)
+        # doubled for both ways, and for the contributors tested alone
+        levels = 4 * np.array([2 * ndtr(-np.abs(signed)), ndtr(-of_far)]) / weight
+        linked: dict[tuple[int, ...], Together] = {}
+        for w, k in np.argwhere(levels < CLEAR).tolist():
+            pair = int(i[k]), int(j[k])
+            how = BOTH_FAR if w else SUM if signed[k] > 0 else DIFFERENCE
+            one, other = (
+                self._together(pair, float(levels[w, k]), how),
+                linked.get(pair),
             )
-    return sorted(found, key=lambda each: (-each.far.value, each.level))
+            if other is None or (_explains(one), -one.level) > (
+                _explains(other),
+                -other.level,
+            ):
+                linked[pair] = one
+        found: list[Together] = []
+        while linked:
+            best = max(linked, key=lambda p: (linked[p].far.value, -linked[p].level))
+            members, size = {*best}, 0
+            while size < len(members):
+                size = len(members)
+                members.update(*(p for p in linked if members & {*p}))
+            those = {p: linked.pop(p) for p in list(linked) if members >= {*p}}
+            if self._beats_all(
+                those[best], clear | np.isin(np.arange(len(free)), [*members])
+            ):
+                found.append(those[best])
+            elif len(members) > 2:
+                level = min(each.level for each in those.values())
+                every = self._together(tuple(sorted(members)), level, those[best].how)
+                found.append(every)
+        return sorted(
+            filter(_explains, found),
+            key=lambda each: (-each.far.value, each.level),
+        )
+
+    def _beats_all(self, best: Together, matters: Truths) -> bool:
+        """Return whether no third contributor may replace a member of a pair."""
+        z = self.far if best.how == BOTH_FAR else self.z
+        pair = [self.names.index(name) for name in best.members]
+        products = z[:, None] * z[pair]  # [contributor, member, unit], mostly positive
+        products *= np.copysign(1.0, products.mean(axis=2, keepdims=True))
+        least = np.where(matters, MATTERING, RIVAL)
+        return all(
+            larger(products[pair[0], 1], each) < least[k]
+            for k in range(len(z)) if k not in pair
+            for each in products[k]
+        )  # fmt: skip
+
+    def _together(self, members: tuple[int, ...], level: float, how: str) -> Together:
+        """Return a combination with the share of the units that it explains."""
+        z, rows = self.z[list(members)], list(members)
+        if how == BOTH_FAR:
+            off = self.far[rows].sum(axis=0) / math.sqrt(len(rows)) > self.one_end
+        else:  # along the direction in which these units are farthest from the middle
+            off = np.abs(np.linalg.eigh(z @ z.T)[1][:, -1] @ z) > self.two_ends
+        return Together(
+            tuple(self.names[k] for k in members),
+            MORE if len(members) > 2 and how != BOTH_FAR else how, level,
+            proportion(int(off.sum()), self.units), self.of_all,
+            max(self.alone[k] for k in members), max(self.alone),
+        )  # fmt: skip
+
+    def _alone(self, z: Array) -> float:
+        """Return the share of units in which one contributor is in its outer part."""
+        high = float(np.mean(z > 0))
+        way = int(high >= ONE_WAY) - int(high <= 1 - ONE_WAY)
+        return float(
+            np.mean(way * z > self.one_end if way else np.abs(z) > self.two_ends)
+        )
 
 
-def _outer_share(u: Array, two_ends: float, one_end: float) -> tuple[float, int]:
-    """Return the share of float64[unit out of limit] in the outer part, and its side.
+def _explains(found: Together) -> bool:
+    return found.far.value >= max(found.alone, LEAST_EXPLAINED)
 
-    The side is 0 unless nearly all are on one.
+
+def _weaker(tested: Array, *known: Array) -> Array:
+    """Return float64[i, j]: the weakest normal product of two rows, either known.
+
+    Zero if the signs of the products differ.
     """
-    high = float(np.mean(u > 0))
-    way = int(high >= ONE_WAY) - int(high <= 1 - ONE_WAY)
-    off = way * u > one_end if way else np.abs(u) > two_ends
-    return float(off.mean()), way
-
-
-def _scores(x: Array, out: Truths, name: str) -> Array:
-    """Return the normal scores of units out of limit among all, equal values at random.
-
-    Each contributor has separate random numbers, which never change: common ones would
-    correlate independent contributors.
-    """
-    ordered = np.sort(x[:RANKED])
-    n, values = len(ordered), x[out]
-    low, high = (np.searchsorted(ordered, values, side) for side in ("left", "right"))
-    generator = np.random.RandomState(zlib.crc32(str(name).encode()))
-    chance = generator.random_sample(len(values))
-    place = np.clip((low + chance * (high - low)) / n, 0.5 / n, 1 - 0.5 / n)
-    return np.asarray(ndtri(place), np.float64)
-
-
-def _products(z: Array) -> Array:
-    """Return float64[i, j]: products of two rows of scores over the weaker one."""
-    products = z @ z.T
-    squares = np.diag(products)
-    return np.asarray(products / np.sqrt(np.maximum.outer(squares, squares)))
-
-
-def _dependent(columns: list[Array]) -> Truths:
-    """Return bool[i, j]: contributors correlated directly or through others."""
-    from scipy.sparse.csgraph import connected_components  # slow to import
-    from scipy.stats import rankdata
-
-    n = min(len(columns[0]), RANKED)
-    ranks = np.array([rankdata(x[:n]) for x in columns])
-    ranks -= ranks.mean(axis=1, keepdims=True)
-    ranks /= np.linalg.norm(ranks, axis=1, keepdims=True)
-    _, chain = connected_components(np.abs(ranks @ ranks.T) > CHANCE / math.sqrt(n))
-    return np.asarray(chain[:, None] == chain)
+    every = [tested @ (z / np.linalg.norm(z, axis=1, keepdims=True)).T for z in known]
+    every += [each.T for each in every]
+    signs = np.sign(every)
+    same = np.all(signs == signs[0], axis=0)
+    return np.asarray(np.where(same, signs[0] * np.min(np.abs(every), axis=0), 0.0))

@@ -1,0 +1,191 @@
+"""The contributors that are named as causes of units out of limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tolstat.arrays import Array, Truths
+from tolstat.statistics.sensitivity.normal_scores import (
+    dependent,
+    larger,
+    own_parts,
+    scores,
+)
+from tolstat.statistics.sensitivity.out_of_limit import (
+    CLEAR,
+    Difference,
+    differences,
+    holm,
+)
+from tolstat.statistics.sensitivity.pairs import Together, pairs
+
+LEAST = 10  # units out of limit from which causes are named
+TELLING = 40  # with which four of five studies name the right ones
+MOST = 0.5  # share out of limit above which none are named
+NONE = Difference(math.nan, math.nan, 1.0)
+EQUAL = 0.01  # relative difference of effects, and level, below which parts are equal
+
+
+class Effect(NamedTuple):
+    """What is known of a contributor without any trial."""
+
+    distribution: Hashable  # equal for equal ones
+    size: float  # slope of the response at the nominal unit, times sigma, or NaN
+    kind: str  # of part; empty if none
+
+
+class Named(NamedTuple):
+    """A contributor, or several that the units out of limit do not tell apart."""
+
+    members: tuple[str, ...]
+    level: float  # p-value, corrected for all tests of a limit
+    correlated: bool = False  # otherwise several are equivalent
+
+
+class NamedCauses(NamedTuple):
+    """Causes of the units out of one limit, the clearest first."""
+
+    differences: dict[str, Difference]  # by contributor, levels corrected
+    parts: list[Named]
+    pairs: list[Together]
+
+    @property
+    def groups(self) -> list[tuple[str, ...]]:
+        """The contributors of each named cause."""
+        return [e.members for e in self.parts] + [e.members for e in self.pairs]
+
+
+def may_be_told(out: Truths) -> bool:
+    """Return whether so many units are out of limit that causes can be named."""
+    return LEAST <= int(out.sum()) <= MOST * len(out)
+
+
+def named_causes(
+    deviations: Mapping[str, Array],
+    out: Mapping[str, Truths],
+    effects: Mapping[str, Mapping[str, Effect]],
+) -> dict[str, NamedCauses]:
+    """Name the causes of units out of limit.
+
+    Parameters
+    ----------
+    deviations, out
+        As of `differences`.
+    effects : mapping of str to mapping of str to Effect
+        Of each contributor, by response.
+
+    Notes
+    -----
+    Tested are each contributor, the sum over each class of equal slope and
+    distribution, and of correlated contributors also what the others do not tell. The
+    levels of these tests are corrected after Holm, and doubled: pairs have the other
+    half of the errors. A significant contributor is named, with those of its class, or
+    significant ones of its kind, that do not differ significantly from it. A class, or
+    correlated contributors, are named as a whole if no member is significant.
+    """
+    told = {n: each for n, each in out.items() if may_be_told(each)}
+    columns, names = dict[Any, Array](deviations), list(deviations)
+    batches, equal = dict[str, tuple[str, ...]](), dict[str, list[tuple[str, ...]]]()
+    if told and names:
+        linked = dependent(deviations)
+        for name, row in zip(names, linked, strict=True):
+            if row.sum() > 1:
+                batches[name] = tuple(names[k] for k in np.flatnonzero(row))
+        own = own_parts(deviations, linked)
+        columns |= {("", n): own[n] for n in batches if n in own}
+    for response in told:
+        known = {n: effects[response][n] for n in names if n not in batches}
+        equal[response] = _classes(known)
+        for members in equal[response]:
+            signed = [np.sign(known[n].size) * deviations[n] for n in members]
+            columns[response, *members] = np.sum(signed, axis=0)
+    every, together = differences(columns, out), pairs(deviations, told)
+    found = {}
+    for response, units in out.items():
+        raw = {
+            key: each
+            for key, each in every[response].items()
+            if isinstance(key, str) or key[0] in ("", response)
+        }
+        corrected = 2 * holm(np.array([each.level for each in raw.values()]))
+        levels = dict(zip(raw, np.minimum(corrected, 1.0).tolist(), strict=True))
+        parts: list[Named] = []
+        if response in told:
+            alone = {n: levels.get(("", n), 1.0) if n in batches else levels[n]
+                     for n in names if n in raw}  # fmt: skip
+            z = {n: scores(deviations[n], units, n) for n in alone}
+            classes = {e: levels[response, *e] for e in equal[response]}
+            parts = _parts(alone, classes, effects[response], z)
+            for batch in dict.fromkeys(batches.values()):
+                level = min(levels[n] for n in batch)
+                if level < CLEAR and not any({*batch} & {*e.members} for e in parts):
+                    parts.append(Named(batch, level, correlated=True))
+        whole = [{*each.members} for each in parts if len(each.members) > 2]
+        found[response] = NamedCauses(
+            {n: raw[n]._replace(level=levels[n]) if n in raw else NONE for n in names},
+            sorted(parts, key=lambda each: each.level),
+            [each for each in together.get(response, ())
+             if not any(of >= {*each.members} for of in whole)],
+        )  # fmt: skip
+    return found
+
+
+def _classes(known: Mapping[str, Effect]) -> list[tuple[str, ...]]:
+    """Return the contributors of equal slope and distribution, two or more each."""
+    found: list[list[str]] = []
+    for name, effect in known.items():
+        for each in found:
+            if _equal(effect, known[each[0]]):
+                each.append(name)
+                break
+        else:
+            found.append([name])
+    return [tuple(each) for each in found if len(each) > 1]
+
+
+def _equal(one: Effect, other: Effect) -> bool:
+    a, b = abs(one.size), abs(other.size)
+    return one.distribution == other.distribution and abs(a - b) < EQUAL * max(a, b)
+
+
+def _parts(
+    alone: Mapping[str, float],
+    classes: Mapping[tuple[str, ...], float],
+    known: Mapping[str, Effect],
+    z: Mapping[str, Array],
+) -> list[Named]:
+    """Return significant contributors and classes; levels of each are given."""
+    left = {n: level for n, level in alone.items() if level < CLEAR}
+    for members, level in classes.items():  # the clearest stands for its class
+        if level < CLEAR and not left.keys() & {*members}:
+            left[min(members, key=lambda n: alone[n])] = level
+    found: list[Named] = []
+    while left:
+        lead = min(left, key=lambda n: left[n])
+        kind, same = known[lead].kind, next((e for e in classes if lead in e), ())
+        peers = [
+            n for n in z
+            if n != lead and not any(n in each.members for each in found)
+            and (n in same or (n in left and kind and known[n].kind == kind))
+        ]  # fmt: skip
+        least = EQUAL / max(len(peers) * (len(peers) + 1) / 2, 1)  # of all pairs
+        apart = {n for n in peers if _level_apart(z[lead], z[n]) < least}
+        found.append(Named(tuple(n for n in z if n == lead or n in {*peers} - apart),
+                           left[lead]))  # fmt: skip
+        left = {n: p for n, p in left.items() if n not in found[-1].members}
+    return found
+
+
+def _level_apart(one: Array, other: Array) -> float:
+    """Return the level at which two effects differ, from scores of units out of limit.
+
+    Units with two equivalent parts exchanged are as likely: a paired t test. Scores to
+    the side of the mean and distances are compared; the smaller level counts, doubled.
+    """
+    a, b = (math.copysign(1.0, z.mean()) * z for z in (one, other))
+    every = ((a, b), (b, a), (np.abs(a), np.abs(b)), (np.abs(b), np.abs(a)))
+    return 4 * min(larger(*each) for each in every)
