@@ -284,3 +284,30 @@ def test_a_quantity_that_stays_on_zero_takes_few_steps(way):
     assert found.steps.max() <= 60
     exact = (1 - half) ** 2 / 2 if way > 0 else np.zeros_like(half)
     np.testing.assert_allclose(found.states[:, 1, 0], exact, atol=1e-5)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.8, 1.0])
+def test_a_ball_never_falls_through_the_floor(share):
+    """Also from the floor, from a hair above it, and at speed."""
+    height, v = np.meshgrid([0.0, 1e-16, 1e-12, 1e-10, 1e-6, 1.0], [0.0, -1e-3, -30.0])
+    start = np.column_stack([height.ravel(), v.ravel()])
+    n = len(start)
+    found = integrate(BALL, start, np.full((n, 1), share), np.tile([0.0, END], (n, 1)),
+                      Accuracy(1e-6, 0.1, 20_000))  # fmt: skip
+    done = found.status == Status.DONE
+    assert done.sum() >= n - 2 and (found.least[done] > -1e-6).all()
+
+
+@compiled(rates_signature)
+def decay(moment, y, p, out):
+    """The side of what decays without crossing zero, summed up."""
+    t, side = rows(moment)[0], rows(moment)[SIDES]
+    gap = np.exp(-200.0 * t)
+    write(out, 0, (0.0 * gap, side, gap))
+
+
+def test_what_decays_to_zero_keeps_its_side():
+    system = System(decay, np.ones(1), n_quadratures=1, n_extremes=1, crossings=(0,))
+    found = integrate(system, np.zeros((1, 1)), np.zeros((1, 1)),
+                      np.array([[0.0, 2.0]]), Accuracy(1e-6, 0.1))  # fmt: skip
+    assert found.quadratures[0, -1, 0] == pytest.approx(2.0)

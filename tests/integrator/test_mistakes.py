@@ -31,6 +31,27 @@ def one_too_few(moment, y, p, out):
     write(out, 0, (rows(y)[0],))
 
 
+@compiled(rates_signature)
+def gap_in_the_middle(moment, y, p, out):
+    write(out, 0, (rows(y)[1],))
+    write(out, 2, (rows(y)[0], rows(y)[1]))
+
+
+@compiled(rates_signature)
+def later(moment, y, p, out):
+    """Fills and reads too much in the second phase alone."""
+    x, v = rows(y)[0], rows(y)[1]
+    phase = rows(moment)[1]
+    write(out, 0, (v, -x * np.where(phase > 0.0, rows(p)[2], 1.0), x, v))
+
+
+@compiled(rates_signature)
+def writes_states(moment, y, p, out):
+    x, v = rows(y)[0], rows(y)[1]
+    write(y, 0, (x + 0.01,))
+    write(out, 0, (v, -x, x, v))
+
+
 SYSTEM = System(swing, np.ones(2), n_extremes=2)
 GIVEN = {
     "start": np.array([[1.0, 0.0], [1.1, 0.0]]),
@@ -51,7 +72,7 @@ def test_without_a_mistake():
 MISTAKES = {
     "fewer parameters than read": (
         {"parameters": GIVEN["parameters"][:, :1]},
-        "rates reads more rows than there are: 2 states and 1 parameters are given",
+        "rates reads more rows than there are: 2 states, 1 parameters and 0 sides",
     ),
     "fewer rows than trials": (
         {"parameters": GIVEN["parameters"][:1]},
@@ -101,6 +122,22 @@ MISTAKES = {
     "rates fill more than declared": (
         {"system": replace(SYSTEM, n_extremes=1)},
         "rates fills 4 rows, but 3 are declared",
+    ),
+    "a row of out is left out": (
+        {"system": replace(SYSTEM, rates=gap_in_the_middle)},
+        "rates does not fill row 1 of out",
+    ),
+    "reads too much in a later phase": (
+        {"system": replace(SYSTEM, rates=later)},
+        "rates reads more rows than there are",
+    ),
+    "writes into the states": (
+        {"system": replace(SYSTEM, rates=writes_states)},
+        "rates writes into y or p; it fills out alone",
+    ),
+    "a mark that is no number": (
+        {"marks": np.array([[0.0, np.nan, 2.0], [0.0, 0.5, 2.0]])},
+        "finite times are expected",
     ),
     "a jump without sides": (
         {"system": replace(SYSTEM, crossings=(0,), jump=exchanged)},

@@ -194,13 +194,14 @@ def choose_sides(lanes, step):
 
 
 @compiled()
-def change_sides(accepted, first, lanes, step):
+def change_sides(accepted, aimed, first, lanes, step):
     """Change the sides of quantities that cross zero at the end of the step.
 
     Parameters
     ----------
-    accepted : mask
-        The lanes whose step is taken.
+    accepted, aimed : mask
+        The lanes whose step is taken, and those whose step ends at a crossing: what
+        only decays to zero keeps its side.
     first : vector
         The fraction of the step at the first crossing.
     lanes : Lanes
@@ -211,7 +212,7 @@ def change_sides(accepted, first, lanes, step):
     Returns
     -------
     tuple of mask
-        Lanes with another side, and those of them that arrived at a crossing.
+        Lanes with another side, and those of them at which the state may jump.
     """
     changed, arrived = accepted & (first < 0.0), accepted & (first < 0.0)
     sides, sizes, returned = rows(lanes.side), rows(lanes.size), rows(lanes.returned)
@@ -221,7 +222,8 @@ def change_sides(accepted, first, lanes, step):
         sizes[i] = np.where(accepted, zero / ROUNDING, sizes[i])
         held = side == 0.0
         left = (was == LEFT) | (side * m > zero) | (side * b > zero)
-        crosses = accepted & ~held & left & (side * b <= zero)
+        behind = (side * b < -zero) | (aimed & (side * b <= zero))
+        crosses = accepted & ~held & left & behind
         released = accepted & held & (np.abs(b) > zero)
         back = (first == 0.0) & (rows(step.found)[i] == 0.0)
         stays = back & (was == RETURNED)
@@ -229,11 +231,14 @@ def change_sides(accepted, first, lanes, step):
         new = np.where(crosses | back, -side, side)
         new = np.where(released, np.copysign(1.0, b), new)
         sides[i] = np.where(stays, 0.0, new)
+        # what is held there stays zero
+        grown = 2.0 / ROUNDING * np.abs(b)
+        sizes[i] = np.where(stays, np.maximum(sizes[i], grown), sizes[i])
         was = np.where(accepted & left | released, LEFT, was)
         was = np.where(crosses, AT_ZERO, was)
         returned[i] = np.where(back, RETURNED, was)
         changed = changed | crosses | back | released
-        arrived = arrived | crosses | stays
+        arrived = arrived | crosses | back
     return changed, arrived
 
 

@@ -12,6 +12,7 @@ from tolstat.integrator import problem
 from tolstat.integrator.control import aim, step_factor
 from tolstat.integrator.crossing import (
     RETURNED,
+    ROUNDING,
     aim_at_crossing,
     change_sides,
     choose_sides,
@@ -57,6 +58,10 @@ def _renew_rates(rates, watch, jump, jumps, lanes, step):
                     side = step.jumped[n + i, lane]
                     if side != lanes.side[i, lane]:
                         lanes.returned[i, lane] = RETURNED
+                    if side == 0.0:  # what is held there stays zero
+                        value = step.watched_middle[step.crossings[i], lane]
+                        grown = 2.0 / ROUNDING * abs(value)
+                        lanes.size[i, lane] = max(lanes.size[i, lane], grown)
                     lanes.side[i, lane] = side
                     step.moment[problem.SIDES + i, lane] = side
             lanes.clock[problem.JUMP, lane] = 0.0
@@ -166,8 +171,9 @@ def march(rates, watch, jump, jumps, per_scale, lanes, step, block, solution):
         clock[problem.TIME] = np.where(accepted, t_new, t)
         clock[problem.STEP] = np.minimum(h * factor, max_step)
         if crossing:
+            aimed = clock[problem.AFTER] > 0.0
             go_on(h, first, accepted, max_step, clock)
-            changed, arrived = change_sides(accepted, first, lanes, step)
+            changed, arrived = change_sides(accepted, aimed, first, lanes, step)
             clock[problem.JUMP] = np.where(arrived, 1.0, 0.0)
         clock[problem.COUNT] = clock[problem.COUNT] + np.where(running, 1.0, 0.0)
 

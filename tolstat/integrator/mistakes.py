@@ -12,7 +12,7 @@ import numpy as np
 
 from tolstat.arrays import Array
 from tolstat.errors import ModelError
-from tolstat.integrator.problem import MOMENT_ROWS, SIDES, TIME, Block, System
+from tolstat.integrator.problem import MOMENT_ROWS, PHASE, TIME, Block, System
 
 UNWRITTEN = -8.765e300  # no equation returns this
 SPARE = 64  # rows after the declared ones
@@ -52,6 +52,7 @@ def check_block(system: System, block: Block) -> None:
     expect(most > 0, "max_steps", most, above)
     known = f"a phase from 0 to {phases - 1} is expected"
     expect(0 <= block.watch_from < phases, "watch_from", block.watch_from, known)
+    expect(np.isfinite(block.marks).all(), "marks", "", "finite times are expected")
     expect_ascending("marks", block.marks)
     expect_ascending("samples", block.samples)
     if trials and len(block.samples):
@@ -111,32 +112,50 @@ def _filled(
     from tolstat.lanes.vector import WIDTH  # loads the compiler
 
     trials = np.arange(WIDTH) % len(block.start)
-    moment = np.ones((MOMENT_ROWS + len(system.crossings), WIDTH))
-    moment[:SIDES] = 0.0
-    moment[TIME] = block.marks[trials, 0]
+    moments = [
+        (phase, side)
+        for phase in range(block.marks.shape[1] - 1)
+        for side in ((1.0, 0.0, -1.0) if system.crossings else (1.0,))
+    ]
     start, parameters = block.start[trials].T, block.parameters[trials].T
     # not at the start itself, where quantities often are zero and equal
     nearby = np.linspace(0.1, 0.9, start.size).reshape(start.shape)
     start = start + nearby * system.scale[:, None]
     rows, found = sum(declared.values()), []
-    for behind in (0.0, 1.0, np.nan):
-        out = np.full((rows + SPARE, WIDTH), UNWRITTEN)
-        spare = np.full((SPARE, WIDTH), behind)
-        # views: equations see the declared rows, and reach what lies behind
-        y, p = (np.concatenate([x, spare])[: len(x)] for x in (start, parameters))
-        with np.errstate(all="ignore"):  # the place may be none that can be reached
-            equations(moment, y, p, out[:rows])
-        found.append(out)
-    filled = 1 + np.flatnonzero((found[0] != UNWRITTEN).any(axis=1)).max(initial=-1)
-    if filled != rows:
-        words = ", ".join(f"{n} {each}" for each, n in declared.items() if n)
-        raise ModelError(
-            f"{name} fills {filled} rows, but {rows} are declared ({words}); make the "
-            "counts of System match the rows of out"
-        )
-    if not all(np.array_equal(found[0], x, equal_nan=True) for x in found[1:]):
-        raise ModelError(
-            f"{name} reads more rows than there are: {len(start)} states and "
-            f"{len(parameters)} parameters are given; give integrate all of them"
-        )
-    return found[0][:rows]
+    words = ", ".join(f"{n} {each}" for each, n in declared.items() if n)
+    for phase, side in moments:
+        places = []
+        for behind in (0.0, 1.0, np.nan):
+            out = np.full((rows + SPARE, WIDTH), UNWRITTEN)
+            spare = np.full((SPARE, WIDTH), behind)
+            moment = np.full((MOMENT_ROWS + len(system.crossings), WIDTH), side)
+            moment[TIME], moment[PHASE] = block.marks[trials, phase], phase
+            # views: equations see the declared rows, and reach what lies behind
+            given = [
+                np.concatenate([each, spare])[: len(each)]
+                for each in (moment, start, parameters)
+            ]
+            with np.errstate(all="ignore"):  # the place may be none that is reached
+                equations(*given, out[:rows])
+            for each, kept in zip(given[1:], (start, parameters), strict=True):
+                if not np.array_equal(each, kept, equal_nan=True):
+                    raise ModelError(f"{name} writes into y or p; it fills out alone")
+            places.append(out)
+        written = (places[0] != UNWRITTEN).any(axis=1)
+        filled = 1 + int(np.flatnonzero(written).max(initial=-1))
+        if filled != rows:
+            raise ModelError(
+                f"{name} fills {filled} rows, but {rows} are declared ({words}); make "
+                "the counts of System match the rows of out"
+            )
+        if not written[:rows].all():
+            row = int(np.flatnonzero(~written)[0])
+            raise ModelError(f"{name} does not fill row {row} of out ({words})")
+        if not all(np.array_equal(places[0], x, equal_nan=True) for x in places[1:]):
+            raise ModelError(
+                f"{name} reads more rows than there are: {len(start)} states, "
+                f"{len(parameters)} parameters and {len(system.crossings)} sides are "
+                "given; give integrate all of them"
+            )
+        found.append(places[0][:rows])
+    return np.concatenate(found, axis=1)
