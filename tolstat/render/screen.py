@@ -202,7 +202,8 @@ def _print_row(given: Table, row: Sequence[Cell]) -> None:
         main, below = _written(cell)
         if below:
             said = "; ".join(below).replace(" to ", f"{UNBROKEN}to{UNBROKEN}")
-            main = f"{main} ({said})" if main else said
+            bracketed = said if said.startswith("(") else f"({said})"
+            main = f"{main} {bracketed}" if main else said
         if main and not column.page_only:
             head = ", ".join(column.head.splitlines())
             _print((f"{head}: {main}" if head else main,), "  ")

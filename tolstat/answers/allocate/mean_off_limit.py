@@ -54,8 +54,8 @@ def means_off_limit(runs: FreshRuns, tightest: Proof) -> Iterator[tuple[str, Par
                 shifts.append((new, size, entry, known[parts[0]], by))
         mean = mean_of(values)
         beyond = np.array([max(lower - x, x - upper) for x in mean[:3]])
-        size, *ends = np.abs([beyond[0], *sorted(beyond[1:], key=abs)]).tolist()
-        off = Estimate(size, ends[0], ends[1], mean.reason)
+        size, *ends = (math.copysign(1.0, beyond[0]) * beyond).tolist()
+        off = Estimate(size, min(ends), max(ends), mean.reason)
         scale = scale_of(each.unit, study.shown.get(each.name, each.shown), size)
         yield each.name, say(
             "{}: the mean lies {} {} the limit; no permitted tolerance meets it.{} ",

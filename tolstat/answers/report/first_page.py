@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 MOST_LIMITS = 6  # in the table of a first page: on paper it is one sheet
 ALL_LIMITS = "All limits"
 PICTURE = "Fraction out of limit against what is permitted"
+TINY = 1e-6  # a level below it is no more telling
 INTERVAL = "Each number has its 95 % interval below it"
 READING = (
     "Quantiles: order statistics, for any distribution. Fractions out of limit: "
@@ -163,7 +164,7 @@ def _cause_cell(each: ResponseSummary) -> Cell:
     if causes is None:
         return Cell(())
     if main := causes.main:
-        level = text("significant at ", Number(main.level, PART))
+        level = text("significant at ", level_of(main.level))
         below = explained(main.together, causes) if main.together else level
         return Cell(text(main.words), text(below, also(causes)))
     variance: Parts = ()
@@ -173,6 +174,13 @@ def _cause_cell(each: ResponseSummary) -> Cell:
         said = at_least(share) if least else Number(share, PART)
         variance = say("variance: {} {}", Name(name), said)
     return Cell(text(no_cause(causes)), variance)
+
+
+def level_of(level: float) -> Parts:
+    """Write a p-value; a tiny one as below what a test by ranks resolves."""
+    if level < TINY:
+        return text("below ", Number(TINY, PART))
+    return text(Number(level, PART))
 
 
 def at_least(share: Estimate) -> Parts:

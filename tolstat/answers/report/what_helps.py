@@ -40,8 +40,10 @@ def cell(run: Run, causes: Causes | None, limited: Limited) -> Cell:
         return Cell(change, text("effect not estimable: ", main.halved.reason))
     now = limited.yields.fraction_out_of_limit
     same = main.halved.sure and not differ(main.halved, now)
-    chance = ", no significant change" if same else None
-    return Cell(change, text(ppm(main.halved), chance))
+    said = ", no significant change" if same else None
+    if not same and main.halved.lower > 1 - limited.limit.demanded:
+        said = ", still not met"
+    return Cell(change, text(ppm(main.halved), said))
 
 
 def named(main: NamedCause) -> Parts:
