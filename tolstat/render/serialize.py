@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 SCHEMA = 2  # raised when a name or a meaning changes
 FIGURES = 12  # significant after a conversion of units
 Row = Mapping[str, Number | str | int]  # by head: "mean [unit]", "failed"
-ENDS = ("", " lower", " upper")
+ENDS, REASON = ("", " lower", " upper"), " reason"
 
 
 def as_json(answer: Any, name: str) -> str:
@@ -94,13 +94,17 @@ def rows_as_csv(rows: Sequence[Row]) -> str:
 
 
 def rows_as_frame(rows: Sequence[Row], index: str) -> pd.DataFrame:
-    """Return the same in SI: `mean`, `mean_lower`, `mean_upper`, `quantile_95`, ..."""
+    """Return the same in SI: `mean`, `mean_lower`, `mean_upper`, `quantile_95`, ...
+
+    Reasons are left out, so that the columns of an estimate are numbers.
+    """
     import pandas as pd
 
     found = []
     for row in rows:
         cells: dict[str, Any] = {}
-        for head, value, _ in _cells(row):
+        numbers = (each for each in _cells(row) if not each[0].endswith(REASON))
+        for head, value, _ in numbers:
             name = re.sub(r"\W+", "_", head.partition(" [")[0]).strip("_")
             cells[re.sub(r"(^|_)(?=\d)", r"\1quantile_", name, count=1)] = value
         if "unit" in cells:  # the frame is in SI
@@ -121,7 +125,7 @@ def _cells(row: Row) -> Iterator[tuple[str, Any, float]]:
             name, bracket, unit = head.partition(" [")
             for end, value in zip(ENDS, given.value[:3], strict=True):
                 yield name + end + bracket + unit, value, given.scale.factor
-            yield f"{name} reason", given.value.reason, 0.0
+            yield name + REASON, given.value.reason, 0.0
         else:
             yield head, given.value, given.scale.factor
 

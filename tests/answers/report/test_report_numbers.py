@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import json
 import re
@@ -339,3 +340,12 @@ def test_small_differences_of_large_values_are_printed(tmp_path):
     call(["report", str(run.path), "--limit", "gap <= 2416.60012 mm", "-o", str(page)])
     nominal = re.search(r"nominal (2416.67) mm", page.read_text())
     assert nominal.group(1) == "2416.67"
+
+
+def test_csv_says_why_a_number_has_no_interval(toy, toy_study):
+    answer = tolstat.summary(tolstat.run(toy_study, model=toy, trials=100))
+    (row, *_) = csv.DictReader(io.StringIO(answer.csv()))
+    far = answer.responses[row["response"]].quantiles[0.99865]
+    assert row["99.865 % lower [unit]"] == "" and far.reason.startswith("needs ")
+    assert row["99.865 % reason"] == far.reason and row["mean reason"] == ""
+    assert not any("reason" in name for name in answer.frame())
