@@ -14,7 +14,7 @@ shoot() { # page, picture, height
         --window-size="1180,$3" --screenshot="pictures/$2" "file://$PWD/$1" 2>/dev/null
 }
 
-shoot stack-up.html stack-up.png 572
-shoot khpt75.html report.png 1130
-shoot khpt75-equalized.html report-equalized.png 920
+shoot stack-up.html stack-up.png 765
+shoot khpt75.html report.png 1230
+shoot khpt75-equalized.html report-equalized.png 1080
 shoot comparison.html comparison.png 945

@@ -164,7 +164,7 @@ def _cause_cell(each: ResponseSummary) -> Cell:
     if causes is None:
         return Cell(())
     if main := causes.main:
-        level = text("significant at ", level_of(main.level))
+        level = text("significant at ", Number(max(main.level, TINY), PART))
         below = explained(main.together, causes) if main.together else level
         return Cell(text(main.words), text(below, also(causes)))
     variance: Parts = ()
@@ -174,13 +174,6 @@ def _cause_cell(each: ResponseSummary) -> Cell:
         said = at_least(share) if least else Number(share, PART)
         variance = say("variance: {} {}", Name(name), said)
     return Cell(text(no_cause(causes)), variance)
-
-
-def level_of(level: float) -> Parts:
-    """Write a p-value; a tiny one as below what a test by ranks resolves."""
-    if level < TINY:
-        return text("below ", Number(TINY, PART))
-    return text(Number(level, PART))
 
 
 def at_least(share: Estimate) -> Parts:
