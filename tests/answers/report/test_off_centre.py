@@ -29,6 +29,7 @@ from tolstat.answers.report.off_centre import (
     finding,
     findings,
 )
+from tolstat.answers.report.summary_document import summary_document
 from tolstat.answers.sampled_trials import drawn_trials
 from tolstat.cli.main import main
 from tolstat.document.blocks import Bullets, Table
@@ -345,3 +346,88 @@ def test_a_partial_run_claims_nothing_on_tolerances(tmp_path):
     found = summary_of(drawn_trials(replace(run, diagnostics=NOT_ENDED)), ())
     off = found.responses["gap"].off_centre
     assert (off.what, off.reason, off.shifts) == ("mean", "", ())
+
+
+NARROW = {"tolerance": "+-0.05 mm"}
+CHAIN = {
+    "model": "dimension_chain", "trials": 20_000, "seed": 1,
+    "settings": {"gap": "H - a - b - c"},
+    "links": {
+        "H": {"nominal": "50 mm", "tolerance": "+-0.1 mm"},
+        "a": {"nominal": "20 mm", **NARROW}, "b": {"nominal": "15 mm", **NARROW},
+        "c": {"nominal": "14.5 mm", **NARROW},
+    },
+}  # fmt: skip
+
+
+def chain(limit, **keys):
+    """The chain, nominal value 0.5 mm, with a limit and other keys of H."""
+    links = {**CHAIN["links"], "H": CHAIN["links"]["H"] | keys}
+    return {**CHAIN, "links": links, "limits": {"gap": limit}}
+
+
+@pytest.mark.parametrize(
+    ("limit", "place", "tolerances"),
+    [
+        ("<= 0.51 mm", "mm inside the limit", NOT_HALVED),
+        (">= 0.49 mm", "mm inside the limit", NOT_HALVED),
+        ("<= 0.5 mm", "the mean lies on the end of the limit", NEVER),
+    ],
+)
+def test_no_cause_is_named_for_a_mean_near_the_one_end(
+    limit, place, tolerances, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    found, parts = found_of(chain(limit), Path())
+    gap = found.responses["gap"]
+    assert (gap.off_centre.what, gap.off_centre.tolerances) == ("", tolerances)
+    assert place in as_text(parts) and tolerances.strip() in as_text(parts)
+    assert not gap.causes.named and "alve" not in str(steps_of(found))
+    fresh = follow(parts, tmp_path)
+    assert summary_of(drawn_trials(fresh), ()).verdicts == {"gap": "met"}
+
+
+def test_halving_that_meets_the_one_end_is_no_matter_of_the_centre(tmp_path):
+    """Sigma 0.044 mm: 0.07 mm is 3.2 of a half; 0.04 mm ends an even half of 0.03."""
+    found, parts = found_of(chain("<= 0.57 mm"), tmp_path)
+    assert found.verdicts == {"gap": "not met"} and parts == ()
+    still = {"a": "20 mm", "b": "15 mm", "c": "14.5 mm"}
+    even = {"nominal": "50 mm", "tolerance": "+-0.06 mm", "distribution": "uniform"}
+    study = {**chain("<= 0.54 mm"), "links": {**still, "H": even}}
+    found, parts = found_of(study, tmp_path, force=True)
+    assert found.verdicts == {"gap": "not met"} and parts == ()
+
+
+def test_a_mean_moved_by_the_spread_stays_a_matter_of_the_spread(tmp_path):
+    links = {n: {"nominal": "0 mm", "tolerance": "+-0.6 mm"} for n in ("x", "y")}
+    study = {**STACK, "settings": {"gap": "max(x, y)"}, "links": links,
+             "limits": {"gap": "<= 0.2 mm"}}  # fmt: skip
+    found, parts = found_of(study, tmp_path)
+    assert found.verdicts == {"gap": "not met"} and parts == ()
+
+
+def test_rounding_puts_no_nominal_value_outside(tmp_path):
+    """50 - 20 - 15 - 14.5 mm is 2e-18 m more than 0.5 mm."""
+    found, _ = found_of(chain("0.1..0.5 mm", tolerance="0..0.6 mm"), tmp_path)
+    off = found.responses["gap"].off_centre
+    assert (off.what, off.reason) == ("mean", ONE_SIDED)
+    assert off.outside == pytest.approx(0.3e-3, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("limit", "told"), [("0.25..0.75 mm", False), ("0.25..0.7499 mm", True)]
+)
+def test_a_worst_case_on_the_end_is_not_out_of_limit(limit, told, tmp_path):
+    found, _ = found_of(chain(limit), tmp_path)
+    said = str(summary_document(found))
+    assert ("Worst case of the tolerances" in said) is told
+
+
+@pytest.mark.parametrize("limit", ["0.1..0.45 mm", "0.1..0.55 mm"])
+def test_a_shifted_nominal_is_not_named_without_its_shift(limit, tmp_path):
+    """At 0.6 mm by the shift: narrower tolerances leave it there."""
+    found, parts = found_of(chain(limit, nominal_shift="0.1 mm"), tmp_path)
+    off = found.responses["gap"].off_centre
+    assert (off.what, off.reason, off.tolerances) == ("mean", "", NEVER)
+    assert off.value == pytest.approx(0.6e-3, abs=0.002e-3)
+    assert "nominal value lies" not in as_text(parts)

@@ -18,15 +18,16 @@ from tolstat.answers.next_steps import to_shift
 from tolstat.answers.sampled_trials import Drawn
 from tolstat.arrays import Array
 from tolstat.deviations.distributions import Tolerance
-from tolstat.deviations.names import general
+from tolstat.deviations.names import expand, general
 from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
 from tolstat.model.description import Contributor
 from tolstat.statistics.estimate import Estimate
 from tolstat.statistics.limits.capability import HIGH, LOW, Performance
 from tolstat.statistics.limits.limit import Limit
-from tolstat.statistics.limits.yields import MET, Yield, yield_of
+from tolstat.statistics.limits.yields import MET, NOT_MET, Yield, yield_of
 from tolstat.statistics.summary import Summary
 from tolstat.store.stored_run import Run
+from tolstat.units.grammar import quantity
 
 if TYPE_CHECKING:
     from tolstat.answers.report.report_answer import ResponseSummary, RunSummary
@@ -36,6 +37,7 @@ NEVER = "Narrower tolerances cannot meet the limit. "
 NOT_HALVED = "Halving all tolerances would not meet the limit. "
 ONE_SIDED = "Tolerances not centred on zero move the mean. "
 NONLINEAR = "The response is not linear: its spread moves the mean. "
+BENT = 0.25  # of sigma: a mean farther from that by slopes is not linear
 ROOM = 0.1  # of the permitted fraction: left out of a limit with one end
 MOST, FARTHEST = 3, 100.0  # shifts; the farthest over half its tolerance
 WHOLE = 2  # findings on the first page
@@ -68,8 +70,9 @@ def off_centre(drawn: Drawn, name: str, found: Summary) -> OffCentre | None:
     """Return how a response lies off the centre of its limit; None if it does not.
 
     It does if the interval of the median lies outside, or if Pp is significantly good
-    or twice Ppk. With halved tolerances half of the mean's shift by slopes stays, and a
-    quarter of the rest, of second order.
+    or twice Ppk. A limit with one end has no Pp: it does if halved tolerances would not
+    meet it. With these half of the mean's shift by slopes stays, and a quarter of the
+    rest, of second order.
     """
     limited, median, at = found.limited, found.quantiles[0.5], found.mean.value
     if limited is None or limited.yields.verdict == MET:
@@ -77,25 +80,38 @@ def off_centre(drawn: Drawn, name: str, found: Summary) -> OffCentre | None:
     limit, (lower, upper) = limited.limit, limited.limit.permitted
     by = limited.percentiles if limited.percentiles.ppk.sure else limited.moments
     pp, ppk, what, reason = by.pp.lower, by.ppk.upper, "", ""
-    if median.lower > upper or median.upper < lower:
-        what, at = ("median", median.value) if lower <= at <= upper else ("mean", at)
-    elif not (ppk < limit.ppk and (pp >= limit.ppk or pp > 2 * ppk)):
-        return None
     run, slopes = drawn.run, drawn.run.diagnostics.slopes.get(name, {})
-    zones = {n: Tolerance(*run.assumed[n].tolerance) for n in slopes}
+    zones, moved = (
+        {n: Tolerance(*run.assumed[n].tolerance) for n in slopes},
+        _moved(run),
+    )
     nominal, linear = run.nominal_values[name], math.nan
-    narrow = nominal + sum(s * zones[n].nearest for n, s in slopes.items())
+    nearest = {
+        n: min(max(moved.get(n, 0.0), z.lower), z.upper) for n, z in zones.items()
+    }
+    narrow = nominal + sum(s * nearest[n] for n, s in slopes.items())
     if slopes:
         linear = nominal + sum(s * run.assumed[n].mean for n, s in slopes.items())
+    nominal += sum(s * moved.get(n, 0.0) for n, s in slopes.items())
     halved = (narrow + linear) / 2 + (at - linear) / 4
     room = min(upper - halved, halved - lower)
-    tolerances = NOT_HALVED if room < 1.5 * limit.ppk * found.sigma.value else ""
+    reach = _half_reach(limit, drawn.done(name), at, found.sigma.value)
+    tolerances = NOT_HALVED if room < reach else ""
     if min(upper - narrow, narrow - lower) <= ROUNDING * abs(at - nominal):
         tolerances = NEVER
+    if median.lower > upper or median.upper < lower:
+        what, at = ("median", median.value) if lower <= at <= upper else ("mean", at)
+    elif limit.ends == 1:
+        bent = not abs(at - linear) <= BENT * found.sigma.value
+        if bent or not tolerances or limited.yields.verdict != NOT_MET:
+            return None
+    elif not (ppk < limit.ppk and (pp >= limit.ppk or pp > 2 * ppk)):
+        return None
     shift = _wanted(limit, drawn.done(name), at)
     side, end = (1, upper) if shift < 0 else (-1, lower)
-    if what and tolerances == NEVER and side * (nominal - end) > 0:
-        what, at = "nominal value", nominal
+    outside = side * (nominal - end) > rounding(limit, at)
+    if what and tolerances == NEVER and outside:
+        what, at = (what, at) if moved else ("nominal value", nominal)
     elif what and linear == linear:
         by_slopes = abs(linear - nominal) >= abs(at - nominal) / 2
         reason = ONE_SIDED if by_slopes else NONLINEAR
@@ -106,6 +122,35 @@ def off_centre(drawn: Drawn, name: str, found: Summary) -> OffCentre | None:
         yield_of(shifted, drawn.sample, limit.permitted, limit.demanded),
         () if reason == NONLINEAR else _shifts(run, slopes, zones, shift),
     )  # fmt: skip
+
+
+def rounding(limit: Limit, size: float) -> float:
+    """Return the distance, SI, from an end of a limit that rounding may cause."""
+    return ROUNDING * max(0.0, *map(abs, (*limit.asked, size)))  # NaN is none
+
+
+def _moved(run: Run) -> dict[str, float]:
+    """Return the `nominal_shift` of contributors, SI: no nominal trial has it."""
+    units, found = {each.name: each.unit for each in run.contributors}, {}
+    for section in ("links", "deviations"):
+        for name, entry in run.study.table.get(section, {}).items():
+            if isinstance(entry, dict) and "nominal_shift" in entry:
+                for each in expand(name, [*units]):
+                    found[each] = quantity(str(entry["nominal_shift"]), units[each])
+    return found
+
+
+def _half_reach(limit: Limit, done: Array, at: float, sigma: float) -> float:
+    """Return how far from the mean halved tolerances reach, at the demanded yield.
+
+    As a normal response; no farther than the trials do, if they show the one end.
+    """
+    reach = 1.5 * limit.ppk * sigma
+    if limit.ends == 2 or done.size * (1 - limit.demanded) < 1:
+        return reach
+    sign = 1 if limit.upper < math.inf else -1
+    far = float(np.quantile(sign * done, limit.demanded))
+    return min(reach, (far - sign * at) / 2)
 
 
 def _wanted(limit: Limit, done: Array, at: float) -> float:
@@ -157,10 +202,19 @@ def findings(found: RunSummary) -> tuple[Parts, ...]:
 
 def _place(each: ResponseSummary, off: OffCentre) -> Parts:
     """Say where the nominal value or the mean lies, against an end of the limit."""
-    if not off.what:
-        return say("mean lies {} off the middle", Number(abs(off.shift), each.scale))
+    if not off.what and (judged := each.limited):
+        (lower, upper), mean = judged.limit.permitted, each.mean
+        if judged.limit.ends == 2:
+            return say(
+                "mean lies {} off the middle", Number(abs(off.shift), each.scale)
+            )
+        if mean.lower <= upper <= mean.upper or mean.lower <= lower <= mean.upper:
+            return say("mean lies on the end of the limit")
+        if (inside := min(upper - off.value, off.value - lower)) > 0:
+            return say("mean lies {} inside the limit", Number(inside, each.scale))
     where = f"{'above' if off.shift < 0 else 'below'} the limit"
-    return say(f"{off.what} lies {{}} {where}", Number(off.outside, each.scale))
+    what = off.what or "mean"
+    return say(f"{what} lies {{}} {where}", Number(off.outside, each.scale))
 
 
 def finding(run: Run, name: str, each: ResponseSummary) -> Parts:

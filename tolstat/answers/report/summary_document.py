@@ -19,13 +19,13 @@ from tolstat.answers.report.first_page import (
     rests_on,
     what_next,
 )
-from tolstat.answers.report.off_centre import findings
+from tolstat.answers.report.off_centre import findings, rounding
 from tolstat.answers.run_answer import responses_in_focus
 from tolstat.document import blocks
 from tolstat.document.blocks import Cell
 from tolstat.document.inline import Name, Number, Parts, Typed, listed, say, text
 from tolstat.statistics.intervals.moments import Reach
-from tolstat.statistics.limits.limit import within
+from tolstat.statistics.limits.limit import margins
 from tolstat.statistics.summary import QUANTILES
 from tolstat.units.scale import PART, share_words
 
@@ -127,7 +127,8 @@ def _worst_cases(found: RunSummary) -> Parts:
             say(f"{{}} {{}} ({limit.words})", Name(name),
                 "failed" if math.isnan(case.value) else Number(case.value, scale))
             for case in cases.values()
-            if not within(np.array(case.value), limit.permitted)
+            if not margins(np.array(case.value), limit.permitted)
+            >= -rounding(limit, found.responses[name].nominal)
         ]  # fmt: skip
     said = listed(out, joint="")
     return say("Worst case of the tolerances, out of limit: {}.", said) if out else ()
