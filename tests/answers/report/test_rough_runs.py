@@ -6,6 +6,7 @@ import io
 import json
 from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -127,3 +128,30 @@ def test_a_rare_verdict_can_be_turned_too(tmp_path):
     assert found.fraction_out_of_limit.upper < 1e-6
     assert found.words == "undecided (integration error)"
     assert "write rtol = 1e-6 and" in words_in(*found.document().blocks)
+
+
+@dataclass(frozen=True)
+class Breaking(Rough):
+    """It loses contact where the part is far off, if so at that rtol alone."""
+
+    always: bool = False
+    failures = {"loses contact": "the parts touch"}
+
+    def evaluate(self, deviations, settings):
+        far = np.abs(deviations[:, 0]) > 2.4e-3
+        lost = far & (self.always or settings.rtol > 1e-4)
+        found = super().evaluate(deviations, settings)
+        return Outcome(found.responses, failed={"loses contact": lost})
+
+
+@pytest.mark.parametrize(
+    ("always", "word"), [(False, "undecided (integration error)"), (True, "not met")]
+)
+def test_trials_that_fail_by_the_integration_alone_do_not_decide(
+    tmp_path, always, word
+):
+    path = tmp_path / "breaking.toml"
+    path.write_text(STUDY.format(rtol=1e-3, limit=20))
+    run = tolstat.run(path, model=Breaking(always), progress=None)
+    assert run.counts["loses contact"] > 40
+    assert tolstat.summary(run).limits["force"].yields.words == word

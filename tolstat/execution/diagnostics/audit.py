@@ -26,6 +26,7 @@ from tolstat.study.study import Study
 
 EVERY = 100  # one of so many trials is evaluated again
 NEAREST = 4  # trials at least, on either side of each end of a limit
+FAILED = 12  # failed trials at most, for each limited response
 SPREAD = 12  # trials at least, over the range of a limited response
 REACH = 2  # times the largest error found: other errors may be larger
 IN_REACH = 20  # trials at least, evaluated because they may cross a limit
@@ -190,9 +191,12 @@ def _on_purpose(
         return {Reason.SPREAD: done[spread(known, max(2, share // 2))]}
     number = max(NEAREST, share // 4 // len(ends))
     near = np.concatenate([next_to(known, limit, end, number) for end in ends])
+    # a failed trial counts as out of limit: it may be done with tighter settings
+    failed = np.flatnonzero((status != Status.DONE) & (status != Status.NOT_RUN))
+    failed = failed[:: max(1, -(-len(failed) // FAILED))]
     return {
         Reason.NEAR: done[near],
-        Reason.WORST: worst_trials(values, status, limit),
+        Reason.WORST: np.concatenate([worst_trials(values, status, limit), failed]),
         Reason.SPREAD: done[spread(known, max(SPREAD, share // 2))],
     }
 
