@@ -15,6 +15,7 @@ from tests.answers.page_checks import words_in
 from tolstat import Contributor, Description, Model, Outcome, Response, setting
 from tolstat.answers.run_entries import stored_runs
 from tolstat.answers.sampled_trials import drawn_trials
+from tolstat.status import Status
 
 
 @dataclass(frozen=True)
@@ -154,4 +155,6 @@ def test_trials_that_fail_by_the_integration_alone_do_not_decide(
     path.write_text(STUDY.format(rtol=1e-3, limit=20))
     run = tolstat.run(path, model=Breaking(always), progress=None)
     assert run.counts["loses contact"] > 40
+    again = run.status[run.audited.trials]
+    assert np.count_nonzero(again != Status.DONE) >= 10
     assert tolstat.summary(run).limits["force"].yields.words == word
