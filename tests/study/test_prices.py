@@ -162,6 +162,7 @@ LAW = {"law": "reciprocal", "at": "+-1 mm", "price": 1}
         ({"shift": "0.1..0.2 mm"}, "a range around 0 is expected"),
         ({"shift": "+-1 mm", "shift_price": 3}, 'to one side, such as "-0.2..0 mm"'),
         ({"shift": "0..1 mm", "shift_price": -3}, "a number from 0, such as 5"),
+        ({"shift": "+-1 mm", "tightest": "+-1 mm"}, "no law is given"),
         (LAW | {"shfit": "+-1 mm"}, "did you mean 'shift'?"),
         ({"+-1.2 mm": 1, "shfit": "+-1 mm"}, "other keys: shift, shift_price, law"),
     ],

@@ -218,7 +218,8 @@ def _law(
     """Read a law of the price."""
     law = given.get("law")
     if not isinstance(law, str) or law not in LAWS:
-        raise CostError(f"cost, law = {law}: {allowed_names(str(law), LAWS)}")
+        said = "no law is given" if law is None else f"law = {law}"
+        raise CostError(f"cost, {said}: {allowed_names(str(law), LAWS)}")
     entry = read_entry(LAWS[law], given, f"the {law} law has")
     half, (tighter, looser) = half_of(specified), SPAN
     halves = {"tightest": half / tighter, "loosest": half * looser}

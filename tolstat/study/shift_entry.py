@@ -100,10 +100,10 @@ def read_costs(
     low, high = read(tolerance, "shift", entry.shift or "", unit)
     price = entry.shift_price
     if not low <= 0 <= high or low == high or (price and low < 0 < high):
-        raise CostError(
-            f'cost, shift = "{entry.shift}": a range around 0 is expected, such as '
-            '"+-0.2 mm"; with a shift_price to one side, such as "-0.2..0 mm"'
-        )
+        words = 'a range around 0 is expected, such as "+-0.2 mm"'
+        if price:
+            words = 'with a shift_price it goes to one side, such as "-0.2..0 mm"'
+        raise CostError(f'cost, shift = "{entry.shift}": {words}')
     scale = scale_of(unit, written_unit(keys), half_of(specified))
     words = str(keys.get("nominal_shift", f"0 {scale.mark}".strip()))
     rate = price / max(-low, high)
