@@ -24,7 +24,7 @@ def test_layers_import_only_lower_layers():
 PLANTED = [
     (
         "machines/ring/__init__.py",
-        "from tolstat.machines.stand import nominal",
+        "from tolstat.machines.stand import motion",
         "a machine knows no other machine",
     ),
     (

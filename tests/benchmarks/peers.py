@@ -96,7 +96,8 @@ def responses(energy: Any) -> Responses:
 
 def in_terms_of(numpy: Any) -> Callable[..., Any]:
     """Return the equations of motion, `np` in them being something else."""
-    return FunctionType(equations.motion.__code__, {**vars(equations), "np": numpy})
+    names, own = {**vars(equations), "np": numpy}, equations.motion
+    return FunctionType(own.__code__, names, argdefs=own.__defaults__)
 
 
 scalar_motion = njit(fastmath={"contract", "nsz", "arcp"}, error_model="numpy")(

@@ -132,7 +132,7 @@ WORDS = [
     pytest.param("tolstat/integrator/march.py", '"""Integrate every', '"""March every', id="docstring of compiled code"),
     pytest.param(f"{STAND}/parameters.py", "d: Mapping[str, Array]", "d: dict[str, Array]", id="annotation"),
     pytest.param(f"{STAND}/parameters.py", ") -> Parts:", "):", id="annotation that goes"),
-    pytest.param(f"{STAND}/nominal.py", '"""Nominal', '"""The nominal', id="docstring of a file"),
+    pytest.param(f"{STAND}/declarations.py", '"""Settings, contrib', '"""The settings, contrib', id="docstring of a file"),
     pytest.param(f"{STAND}/declarations.py", "length of rod 1", "length of the first rod", id="sentence"),
     pytest.param(f"{STAND}/declarations.py", '"dl1"', '"d_1"', id="symbol"),
     pytest.param(f"{STAND}/declarations.py", "start-up", "starting", id="sentence of a setting"),
@@ -160,7 +160,7 @@ WORDS = [
 CODE = [
     pytest.param(f"{STAND}/motion.py", "p.k1 * ", "-p.k1 * ", {"stand", "machines/stand/compiled.py"}, id="sign in an equation"),
     pytest.param(f"{STAND}/parameters.py", "N.l + dl", "N.l - dl", {"stand"}, id="operator in a model"),
-    pytest.param(f"{STAND}/nominal.py", "=", "= 1 *", {"stand", "machines/stand/compiled.py"}, id="nominal"),
+    pytest.param(f"{STAND}/clearance.py", "-D1 - w1", "-D1 + w1", {"stand"}, id="sign in a law of few trials"),
     pytest.param(f"{STAND}/declarations.py", '_C("rod_length_1"', '_C("rod_length_0"', {"stand"}, id="name of a contributor"),
     pytest.param(f"{STAND}/declarations.py", "range=SHARE", "range=(0.0, 2.0)", {"stand"}, id="range"),
     pytest.param(f"{STAND}/declarations.py", "1e-", "2e-", {"stand"}, id="default"),

@@ -72,6 +72,65 @@ jam_share 0 0.7251 0.9099 0 0 0.2552 0.4635 0.4520
 
 TABLE = {words[0]: words[1:] for words in map(str.split, _PRINT.strip().splitlines())}
 
+# cases of other constants, of all contributors, and of play in the joints
+MORE = {
+    "K": (
+        {"crank_difference": 1.2e-3, "rod_length_1": 3e-4},
+        {
+            "m": 9000.0, "I_s": 3100.0, "dl_s": 0.9, "dh": 1.6, "dL": 0.0012,
+            "foot": 0.12, "mu": 0.06, "l": 2.6, "k": 8e7, "H": 1.5e5, "r": 0.4,
+            "I": 150.0, "r3": 0.56, "r2": 0.2, "r1": 0.22, "c3": 6e6, "Hc3": 12000.0,
+            "k3": 3e9, "Hk3": 6e4, "c2": 8e6, "Hc2": 16000.0, "h": 0.25, "F0": 35000.0,
+            "x_roll": 2.35, "beta1": 800.0, "beta2": 1200.0, "beta3": 2e6,
+            "beta4": 5e7, "beta5": 8e4, "c_s": 8e7, "H_s": 1.5e5, "g": 9.8,
+            "crank_speed": 6.5, "start_up": 0.9,
+        },
+    ),
+    "J": (
+        {
+            "crank_difference": 1e-3, "guide_clearance": -1.2e-3,
+            "hinge_height_1": 2e-3, "hinge_height_2": -1e-3, "hinge_arm_1": 2e-3,
+            "hinge_arm_2": -1e-3, "guide_length": 5e-3, "carriage_inertia": 0.05,
+            "rod_damping_1": 0.2, "rod_damping_2": -0.2, "mesh_damping": 0.3,
+            "shaft_9_damping": -0.3, "shaft_12_damping": 0.3, "guide_damping": 0.5,
+            "guide_stiffness": -0.3,
+        },
+        {},
+    ),
+    "L1": ({"joint_clearance_1": 2e-4, "joint_clearance_2": 2e-4}, {}),
+    "L2": (
+        {
+            "crank_difference": 1e-3,
+            "joint_clearance_1": 3e-4, "joint_clearance_2": 1e-4,
+        },
+        D58,
+    ),
+    "L3": (
+        {
+            "crank_difference": 1e-3,
+            "joint_clearance_1": 2e-4, "joint_clearance_2": 3e-4,
+        },
+        {"variant": "equalized"},
+    ),
+}  # fmt: skip
+_MORE = """
+extra_loss .019046249 .012510059 9.744628e-9 .012013484 0
+drive_energy 63164.935 45825.955 45252.900 45818.885 45259.456
+damping_energy 36.521978 28.941255 37.065813 38.746716 41.473677
+rod_force_1 114686.83 123848.39 103042.86 117693.16 102387.94
+rod_force_2 100579.0 83896.07 101954.31 89207.44 102387.94
+shaft_9_moment 1884.5762 2036.7800 1910.3837 1941.1647 1991.6817
+mesh_force_1 50958.985 42294.666 39635.031 39502.960 38538.656
+yaw 9.954419e-4 1.0928238e-3 3.390406e-5 6.902286e-4 0
+contacts_1 0 0 4 4 4
+contacts_2 0 0 4 4 4
+approach_1 0 0 .02668695 .03131990 .06441661
+approach_2 0 0 .02682406 .01967032 .06441661
+free_share_1 0 0 .03486157 .04501251 .03718797
+free_share_2 0 0 .03094134 .01850462 .03718797
+"""
+MORE_TABLE = {n: words for n, *words in map(str.split, _MORE.strip().splitlines())}
+
 # crank_difference, mm: extra_loss_run, per cent, with contact_yaw 5.8e-4
 FIG4 = {
     0.25: 0.000, 0.5: 0.003, 0.75: 0.475, 1: 1.215,

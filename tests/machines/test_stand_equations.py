@@ -8,34 +8,31 @@ from scipy.integrate import dblquad
 from scipy.optimize import minimize
 
 from tests.deviations.drawing import draw
-from tolstat.integrator.integrate import integrate
-from tolstat.integrator.problem import Accuracy
 from tolstat.lanes.vector import WIDTH
 from tolstat.machines.stand import parameters
 from tolstat.machines.stand.declarations import (
-    CONTRIBUTORS,
-    DESCRIPTION,
+    NAMES,
     RESPONSES,
     Settings,
+    description_of,
 )
 from tolstat.machines.stand.machine import Stand
 from tolstat.machines.stand.motion import Loads, Powers, State, motion
-from tolstat.machines.stand.nominal import NOMINAL
-from tolstat.machines.stand.parameters import friction_arm, gear_deformations
+from tolstat.machines.stand.parameters import Parts, friction_arm, gear_deformations
 from tolstat.machines.stand.trials import (
     END,
     WINDOW,
     marks_of,
+    moved,
     responses_of,
     simulated,
-    start_of,
 )
 from tolstat.model.checked import simulate
 from tolstat.moving import Moment
 from tolstat.status import words_of
 from tolstat.study.study import load
 
-NAMES = [contributor.name for contributor in CONTRIBUTORS]
+NOMINAL = Settings()
 
 
 def machines(trials, **settings):
@@ -170,22 +167,17 @@ def test_losses_are_losses():
 
 def test_histories_give_the_same_shares_peaks_and_energies():
     """By other means: states by dense output, equations in NumPy, sums by rule."""
-    from tolstat.machines.stand.compiled import SYSTEM
-
     table = np.zeros((3, len(NAMES)))
     table[:, NAMES.index("crank_difference")] = 1e-3, 2e-3, 3e-3
     settings = Settings(contact_yaw=5.8e-4, rtol=1e-8, max_step=1e-4)
     p = parameters.build(table, settings)
     marks = marks_of(settings)
     t = np.linspace(marks[WINDOW], marks[END], 60_001)
-    found = integrate(
-        SYSTEM, start_of(p, settings), np.stack(p, axis=1), np.tile(marks, (3, 1)),
-        Accuracy(settings.rtol, settings.max_step), watch_from=WINDOW, samples=t,
-    )  # fmt: skip
+    found = simulated(p, settings, t)
     told = responses_of(found, p, settings)
     for i in range(3):
         one = parameters.Parameters(*(np.full(len(t), each[i]) for each in p))
-        at = motion(Moment(t, 0 * t), State(*found.history[i].T), one)
+        at = moved(t, 0 * t, found.history[i], one)
         assert told["jam_share"][i] == pytest.approx(np.mean(at.jam[0] > 0), abs=2e-4)
         for power in Powers._fields:
             energy = np.trapezoid(getattr(at.powers, power), t)
@@ -201,20 +193,15 @@ def test_histories_give_the_same_shares_peaks_and_energies():
 
 def test_the_paper_sees_opposite_rod_forces():
     """Dr = 1 mm: the rod forces are of opposite sign during 2.05 % of the window."""
-    from tolstat.machines.stand.compiled import SYSTEM
-
     settings = Settings(rtol=1e-7, max_step=2e-4)
     table = np.zeros((1, len(NAMES)))
     table[0, NAMES.index("crank_difference")] = 1e-3
     p = parameters.build(table, settings)
     marks = marks_of(settings)
     t = np.linspace(marks[WINDOW], marks[END], 40_001)
-    found = integrate(
-        SYSTEM, start_of(p, settings), np.stack(p, axis=1), marks[None],
-        Accuracy(settings.rtol, settings.max_step), samples=t,
-    )  # fmt: skip
+    found = simulated(p, settings, t)
     one = parameters.Parameters(*(np.full(len(t), each[0]) for each in p))
-    loads = motion(Moment(t, 0 * t), State(*found.history[0].T), one).loads
+    loads = moved(t, 0 * t, found.history[0], one).loads
     opposite = np.mean(loads.rod_force_1 * loads.rod_force_2 < 0)
     assert opposite == pytest.approx(0.0205, abs=2e-4)
 
@@ -222,15 +209,19 @@ def test_the_paper_sees_opposite_rod_forces():
 def test_friction_arm_of_equation_8():
     a, b = NOMINAL.dl_s / 2 - NOMINAL.foot, NOMINAL.dl_s / 2
     integral, _ = dblquad(np.hypot, 0, NOMINAL.dh / 2, a, b)
-    assert friction_arm() == pytest.approx(4 * integral / 0.3, rel=1e-10)
-    assert NOMINAL.mu * friction_arm() == pytest.approx(0.0279986, rel=2e-6)
+    arm = friction_arm(NOMINAL.dh, NOMINAL.dl_s, NOMINAL.foot)
+    assert arm == pytest.approx(4 * integral / 0.3, rel=1e-10)
+    assert NOMINAL.mu * arm == pytest.approx(0.0279986, rel=2e-6)
 
 
 @pytest.mark.parametrize("balanced", [False, True])
 def test_pinions_take_the_turn_of_least_energy(balanced):
     k = np.array([3.3e9]), np.array([3.5e9]), np.array([3.1e9])
     c2 = np.array([0.0 if balanced else 8.6e6])
-    B = gear_deformations(*k, c2, balanced)[0]
+    parts = Parts(*np.ones((len(Parts._fields), 1)))
+    parts = parts._replace(k30=k[0], k31=k[1], k32=k[2], c2=c2)
+    drive = "balanced" if balanced else "direct"
+    B = gear_deformations(parts, Settings(drive=drive))[0]
     turned = np.array([1e-3, 0.4e-3, 0.35e-3])
     stiffness = np.array([*k, c2])[:, 0]
     N = NOMINAL
@@ -286,10 +277,11 @@ def test_guide_clearance_has_no_effect_when_the_contact_is_given():
 
 
 def test_declarations_are_complete():
-    for each in (*DESCRIPTION.contributors, *DESCRIPTION.responses):
+    description = description_of(Settings())
+    for each in (*description.contributors, *description.responses):
         assert each.unit and each.symbol and each.sentence and each.source
-    assert len(set(NAMES)) == len(NAMES) == 31
-    assert len(RESPONSES) == 24
+    assert len(set(NAMES)) == len(NAMES) == 46
+    assert len(RESPONSES) == 30
     assert set(Loads._fields) >= {"yaw", "drive_moment"}
 
 

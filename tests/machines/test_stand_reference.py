@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tolstat
-from tests.machines.reference import CASES, FIG4, TABLE
+from tests.machines.reference import CASES, FIG4, MORE, MORE_TABLE, TABLE
 
 TIGHT = {"rtol": 1e-9, "max_step": 1e-4}
 
@@ -38,6 +38,24 @@ def test_every_number_of_the_table(found, case):
             assert abs(value - expected) <= max(1e-4 * expected, 0.5001 * last), (
                 response
             )
+
+
+@pytest.mark.parametrize("case", MORE)
+def test_other_constants_all_contributors_and_play(case):
+    """To the last printed digit; peak loads to 2e-7, the noise of the reference."""
+    deviations, settings = MORE[case]
+    found = tolstat.evaluate("stand", deviations, {**settings, **TIGHT}).iloc[0]
+    assert found["status"] == "done"
+    column = list(MORE).index(case)
+    for response, printed in MORE_TABLE.items():
+        text = printed[column]
+        value, expected = found[response], float(text)
+        digits = len(text.split("e")[0].replace(".", "").lstrip("0"))
+        last = 10.0 ** (np.floor(np.log10(expected or 1.0)) + 1 - digits)
+        peak = "force" in response or "moment" in response
+        within = max(1.1 * last, 2e-7 * expected if peak else 0.0)
+        assert abs(value - expected) <= within, response
+    assert abs(found["energy_residual"]) < (2e-8 if case == "L3" else 1e-11)
 
 
 def test_the_energy_is_accounted_for(found):

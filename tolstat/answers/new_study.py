@@ -82,10 +82,13 @@ def _section(head: str, lines: Iterator[str]) -> Iterator[str]:
 
 
 def _settings(model: Model) -> Iterator[str]:
+    group = ""
     for each in model_settings.settings_of(model).values():
         if each.name == SETTING and _has_links(model):
             continue
-        kind = each.kind
+        if each.group != group:
+            yield f"# {each.group}"
+        kind, group = each.kind, each.group
         allowed = "" if isinstance(kind, Boolean | Rows) else kind.allowed
         words = f"{each.sentence}; allowed: {allowed}" if allowed else each.sentence
         yield _entry(f"{each.name} = {_toml(kind, each.default)}", words)

@@ -21,6 +21,7 @@ class Setting:
     default: Any  # SI, where the study says nothing
     sentence: str
     kind: kinds.Kind
+    group: str  # heading above it and the settings after it; empty without one
 
 
 def setting(
@@ -35,6 +36,7 @@ def setting(
     presets: Mapping[str, float | None] | None = None,
     count: tuple[int, int] = (1, 10_000),
     columns: Mapping[str, kinds.Column] | None = None,
+    group: str = "",
 ) -> Any:
     """Return the declaration of a setting, as a field of its settings dataclass.
 
@@ -60,6 +62,8 @@ def setting(
         How many numbers a list has, at least and at most.
     columns : dict of str to Column, optional
         Of a table or a list of rows; see `column`.
+    group : str
+        Heading in a new study, such as "geometry", of settings that stand together.
     """
     kind: kinds.Kind
     check_si(unit or "1")
@@ -84,7 +88,7 @@ def setting(
         number = kinds.Number(unit, above, at_least, at_most, presets or {}, whole)
         least = 0 if default == () else count[0]
         kind = kinds.Numbers(number, least, count[1]) if several else number
-    metadata = {"sentence": sentence, "kind": kind}
+    metadata = {"sentence": sentence, "kind": kind, "group": group}
     if isinstance(default, dict):
         return dataclasses.field(default_factory=lambda: default, metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)
@@ -128,9 +132,8 @@ def settings_of(model: Model) -> dict[str, Setting]:
             default = declared["kind"].checked(default)
         except ModelError as error:
             raise model.fault(f"the default of {field.name}: {error}") from None
-        found[field.name] = Setting(
-            field.name, default, declared["sentence"], declared["kind"]
-        )
+        words = (declared[each] for each in ("sentence", "kind", "group"))
+        found[field.name] = Setting(field.name, default, *words)
     return found
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tolstat.machines.stand import motion as equations
-from tolstat.machines.stand.motion import SCALE, Loads, Powers, State
+from tolstat.machines.stand.motion import CLOSED, SCALE, Loads, Powers, State
 from tolstat.machines.stand.parameters import Parameters
 from tolstat.moving import Moment, System, compiled, named, rates_signature, write
 
@@ -15,14 +15,14 @@ motion = compiled(within=True)(equations.motion)
 @compiled(rates_signature)
 def rates(moment, y, p, out):
     """Fill derivatives, powers, loads, and the yaw's relaxation."""
-    at = motion(named(Moment, moment), named(State, y), named(Parameters, p))
+    at = motion(named(Moment, moment), named(State, y), named(Parameters, p), CLOSED)
     write(out, 0, (at.derivative, at.powers, at.loads, at.jam, at.relaxation))
 
 
 @compiled(rates_signature)
 def watch(moment, y, p, out):
     """Fill the loads alone; the compiler drops the rest of the equations."""
-    at = motion(named(Moment, moment), named(State, y), named(Parameters, p))
+    at = motion(named(Moment, moment), named(State, y), named(Parameters, p), CLOSED)
     write(out, 0, (at.loads, at.jam))
 
 

@@ -8,13 +8,11 @@ import numpy as np
 
 from tolstat.arrays import Array, Truths
 from tolstat.machines.stand import trials
-from tolstat.machines.stand.declarations import DESCRIPTION, Settings
-from tolstat.machines.stand.motion import State, motion
+from tolstat.machines.stand.declarations import Settings, description_of
 from tolstat.machines.stand.parameters import FAULTS, build, faults
 from tolstat.machines.stand.views import chart_of
 from tolstat.model.contract import History, Model, Outcome, sample_times
 from tolstat.model.description import Description
-from tolstat.moving import Moment
 
 FAILURES = {
     **FAULTS,
@@ -39,7 +37,7 @@ class Stand(Model):
     )
 
     def describe(self, settings: Settings) -> Description:
-        return DESCRIPTION
+        return description_of(settings)
 
     def impossible(self, deviations: Array, settings: Settings) -> Mapping[str, Truths]:
         return faults(deviations, settings)
@@ -54,7 +52,7 @@ class Stand(Model):
         time = sample_times(float(marks[trials.END]), step)
         solution = trials.simulated(p, settings, time)
         phase = np.searchsorted(marks[1:-1], time, side="right").astype(float)
-        moved = motion(Moment(time, phase), State(*solution.history[0].T), p)
+        moved = trials.moved(time, phase, solution.history[0], p)
         window = (float(marks[trials.WINDOW]), float(marks[trials.END]))
         chart = chart_of(time, solution.history[0], moved, window, float(p.delta[0]))
         return History(chart, trials.outcome_of(solution, p, settings))

@@ -10,47 +10,55 @@ from __future__ import annotations
 
 from collections import namedtuple
 from collections.abc import Mapping
+from functools import lru_cache
 from math import asinh, hypot
 
 import numpy as np
 
 from tolstat.arrays import Array, Truths
-from tolstat.machines.stand.declarations import CONTRIBUTORS, Settings
-from tolstat.machines.stand.nominal import NOMINAL
+from tolstat.machines.stand.declarations import NAMES, Settings
 
 NOTHING = "no part left"
 NO_REACH = "rod too short"
 NO_FIT = "does not fit"
 OFF_CENTRE = "off its axis"
 FAULTS = {
-    NOTHING: "rods, cranks, clearance, stiffnesses, inertias and masses are above 0, "
-    "shaft 12, friction and rolling force not below",
-    NO_REACH: f"each rod is longer than its crank by more than {NOMINAL.h:g} m, the "
-    "height of the hinges",
-    NO_FIT: "the rods put the ends of the carriage less than its length of "
-    f"{NOMINAL.dl_s:g} m apart",
+    NOTHING: "rods, cranks, hinge arms, guides, stiffnesses, inertias, masses and the "
+    "gap between the feet are above 0; shaft 12, dampings, joint clearances, friction "
+    "and rolling force not below",
+    NO_REACH: "each rod is longer than its crank by more than the height of its hinge",
+    NO_FIT: "the rods put the ends of the carriage less apart than their hinges are",
     OFF_CENTRE: "run-outs and tooth positions are smaller than the wheel",
 }
 
 # the parts with their deviations, float64[n] each, SI
-Parts = namedtuple("Parts", "l1 l2 r_1 r_2 k30 k31 k32 k1 k2 I1 I2 m mu c2 c3 delta F0")
+Parts = namedtuple(
+    "Parts",
+    "l1 l2 r_1 r_2 h_1 h_2 a_1 a_2 dl_s dh k30 k31 k32 k1 k2 H1 H2 half_c1 half_c2 "
+    "I1 I2 I_s m mu c2 c3 c_s Hk3 Hc2 Hc3 H_s delta F0",
+)
 
 
 def named(deviations: Array) -> dict[str, Array]:
     """Return deviations[trial, contributor] by name."""
-    return {c.name: deviations[:, i] for i, c in enumerate(CONTRIBUTORS)}
+    return dict(zip(NAMES, deviations.T, strict=True))
 
 
 def parts_of(d: Mapping[str, Array], settings: Settings) -> Parts:
     """Return the parts of trials, from deviations d by name."""
-    N = NOMINAL
+    N = settings
     dl, dr = d["rod_difference"], d["crank_difference"]
     k30, k31, k32 = (N.k3 * (1 + d[f"mesh_stiffness_{i}"]) for i in range(3))
     k1, k2 = (N.k * (1 + d[f"rod_stiffness_{i}"]) for i in (1, 2))
+    H1, H2 = (
+        N.H * k / N.k * (1 + d[f"rod_damping_{i}"]) for i, k in ((1, k1), (2, k2))
+    )
     I1, I2 = (N.I * (1 + d[f"wheel_inertia_{i}"]) for i in (1, 2))
     m = N.m * (1 + d["carriage_mass"])
-    balanced = settings.drive == "balanced"
-    delta = (N.dL + d["guide_clearance"]) / N.dh
+    a_1, a_2 = (N.dl_s / 2 + d[f"hinge_arm_{i}"] for i in (1, 2))
+    dh = N.dh + d["guide_length"]
+    shaft_12 = 0.0 if settings.drive == "balanced" else 1.0
+    delta = (N.dL + d["guide_clearance"]) / dh
     if settings.contact_yaw is not None:
         delta = np.full_like(m, settings.contact_yaw)
     return Parts(
@@ -58,59 +66,64 @@ def parts_of(d: Mapping[str, Array], settings: Settings) -> Parts:
         l2=N.l - dl + d["rod_length_2"],
         r_1=N.r - dr / 2 + d["crank_radius_1"],
         r_2=N.r + dr / 2 + d["crank_radius_2"],
+        h_1=N.h + d["hinge_height_1"], h_2=N.h + d["hinge_height_2"],
+        a_1=a_1, a_2=a_2, dl_s=a_1 + a_2,
+        dh=dh,
         k30=k30, k31=k31, k32=k32,
-        k1=k1, k2=k2,
+        k1=k1, k2=k2, H1=H1, H2=H2,
+        half_c1=d["joint_clearance_1"] / 2, half_c2=d["joint_clearance_2"] / 2,
         I1=I1, I2=I2,
+        I_s=N.I_s * (1 + d["carriage_inertia"]),
         m=m,
         mu=N.mu * (1 + d["friction"]),
-        c2=0 * m if balanced else N.c2 * (1 + d["shaft_12_stiffness"]),
+        c2=shaft_12 * N.c2 * (1 + d["shaft_12_stiffness"]),
         c3=N.c3 * (1 + d["shaft_9_stiffness"]),
+        c_s=N.c_s * (1 + d["guide_stiffness"]),
+        Hk3=N.Hk3 * (1 + d["mesh_damping"]),
+        Hc2=shaft_12 * N.Hc2 * (1 + d["shaft_12_damping"]),
+        Hc3=N.Hc3 * (1 + d["shaft_9_damping"]),
+        H_s=N.H_s * (1 + d["guide_damping"]),
         delta=delta,
         F0=N.F0 * (1 + d["rolling_force"]),
     )  # fmt: skip
 
 
-def initial_position(
-    l1: Array, l2: Array, r_1: Array, r_2: Array
-) -> tuple[Array, Array, Array]:
+def initial_position(p: Parts | Parameters) -> tuple[Array, Array, Array]:
     """Return the leftmost position of the carriage, (10), (11).
-
-    Parameters
-    ----------
-    l1, l2, r_1, r_2 : float64[n]
-        Rods and cranks, m.
 
     Returns
     -------
     tuple of float64[n]
         phi31 = phi32 (rad), x (m), sin alpha; NaN where the parts cannot be mounted.
     """
-    h, dl_s = NOMINAL.h, NOMINAL.dl_s
+    reach1, reach2 = p.l1 - p.r_1, p.l2 - p.r_2
     with np.errstate(invalid="ignore", divide="ignore"):
-        phi = -(np.arcsin(h / (l1 - r_1)) + np.arcsin(h / (l2 - r_2))) / 2
-        xa = np.sqrt((l1 - r_1) ** 2 - h**2)
-        xb = np.sqrt((l2 - r_2) ** 2 - h**2)
-    return phi, (xa + xb) / 2, (xa - xb) / dl_s
+        phi = -(np.arcsin(p.h_1 / reach1) + np.arcsin(p.h_2 / reach2)) / 2
+        xa = np.sqrt(reach1**2 - p.h_1**2)
+        xb = np.sqrt(reach2**2 - p.h_2**2)
+        return phi, (xa + xb) / 2, (xa - xb) / p.dl_s
 
 
 def faults(deviations: Array, settings: Settings) -> dict[str, Truths]:
     """Return which trials cannot be built, by the words of `FAULTS`."""
-    d, N = named(deviations), NOMINAL
+    d, N = named(deviations), settings
     p = parts_of(d, settings)
     # c2 may be zero by a sum of deviations or by the balanced drive, never negative
     positive = np.minimum.reduce(
-        [p.l1, p.l2, p.r_1, p.r_2, p.k30, p.k31, p.k32, p.k1, p.k2, p.I1, p.I2, p.m,
-         p.c3, p.delta]
+        [p.l1, p.l2, p.r_1, p.r_2, p.a_1, p.a_2, p.dh, p.dl_s - 2 * N.foot, p.k30,
+         p.k31, p.k32, p.k1, p.k2, p.I1, p.I2, p.I_s, p.m, p.c3, p.c_s, p.delta]
     )  # fmt: skip
-    not_negative = np.minimum.reduce([p.c2, p.mu, p.F0])
-    reach = np.minimum(p.l1 - p.r_1, p.l2 - p.r_2)
-    _, _, sin_alpha = initial_position(p.l1, p.l2, p.r_1, p.r_2)
+    not_negative = np.minimum.reduce(
+        [p.c2, p.mu, p.F0, p.H1, p.H2, p.Hk3, p.Hc2, p.Hc3, p.H_s, p.half_c1, p.half_c2]
+    )
+    reach = np.minimum(p.l1 - p.r_1 - np.abs(p.h_1), p.l2 - p.r_2 - np.abs(p.h_2))
+    _, _, sin_alpha = initial_position(p)
     radii = {7: N.r3, 8: N.r3, 10: N.r2, 11: N.r2}
     off = [np.abs(d[f"runout_{i}"]) / r for i, r in radii.items()]
     off += [np.abs(d[f"tooth_position_{i}"]) / N.r3 for i in (1, 2)]
     return {
         NOTHING: ~((positive > 0) & (not_negative >= 0)),
-        NO_REACH: ~(reach > N.h),
+        NO_REACH: ~(reach > 0),
         NO_FIT: ~(np.abs(sin_alpha) < 1),
         OFF_CENTRE: ~(np.maximum.reduce(off) < 1),
     }
@@ -124,28 +137,20 @@ Parameters = namedtuple(
     "Parameters",
     "omega0 t1 per_t1 phi1_0 "  # drive law
     "B00 B01 B02 B10 B11 B12 B20 B21 B22 B30 B31 B32 "  # gears
-    "k30 k31 k32 c2 Hc2 s1 s2 "
+    "k30 k31 k32 c2 Hk3 Hc2 s1 s2 i3 per_r3 "
     "E7c E8c E10c E11c E7s E8s E10s E11s "  # run-out
-    "per_I1 per_I2 c3 cos_psi1 cos_psi2 sin_psi1 sin_psi2 r_1 r_2 "  # wheels, shaft 9
-    "l1 l2 k1 k2 H1 H2 link "  # rods
-    "m per_m mu mu_rot delta F0",  # carriage
+    "per_I1 per_I2 c3 Hc3 cos_psi1 cos_psi2 sin_psi1 sin_psi2 "  # wheels, shaft 9
+    "r_1 r_2 l1 l2 k1 k2 H1 H2 half_c1 half_c2 link "  # cranks, rods
+    "m per_m I_s per_I_s h_1 h_2 dl_s off skew dh "  # carriage
+    "mu mu_rot g c_s H_s delta F0 x_roll beta1 beta2 beta3 beta4 beta5",
 )
 
 
-def gear_deformations(
-    k30: Array, k31: Array, k32: Array, c2: Array, balanced: bool
-) -> Array:
+def gear_deformations(parts: Parts, settings: Settings) -> Array:
     """Condense the massless pinions 10, 11 out of the second loop.
 
     phi21, phi22 minimise the elastic energy of meshes 0, 1, 2 and shaft 12 for given
     (phi1, a_1, a_2).
-
-    Parameters
-    ----------
-    k30, k31, k32, c2 : float64[n]
-        Stiffness of the meshes, N/m, and of shaft 12, N m/rad.
-    balanced : bool
-        Whether a differential splits the torque of gear 13 between the pinions.
 
     Returns
     -------
@@ -153,23 +158,23 @@ def gear_deformations(
         B: deformations of meshes 0, 1, 2 (m) and of shaft 12 (rad) for
         (phi1, a_1, a_2), rad.
     """
-    r1, r2, r3 = NOMINAL.r1, NOMINAL.r2, NOMINAL.r3
+    r1, r2, r3 = settings.r1, settings.r2, settings.r3
     # mesh 0 feels pinion 10, or with the differential the mean of both pinions
-    on_10, on_11 = (r2 / 2, r2 / 2) if balanced else (r2, 0.0)
+    on_10, on_11 = (r2 / 2, r2 / 2) if settings.drive == "balanced" else (r2, 0.0)
     driven = np.array([[r1, 0, 0], [0, r3, 0], [0, 0, r3], [0, 0, 0]])
     pinions = np.array([[on_10, on_11], [r2, 0], [0, r2], [-1, 1]])
-    K = np.stack(np.broadcast_arrays(k30, k31, k32, c2), axis=-1)[:, :, None]
+    K = np.stack([parts.k30, parts.k31, parts.k32, parts.c2], axis=-1)[:, :, None]
     T = -np.linalg.solve(pinions.T @ (K * pinions), pinions.T @ (K * driven))
     B: Array = driven + pinions @ T
     return B
 
 
-def friction_arm() -> float:
+@lru_cache
+def friction_arm(dh: float, dl_s: float, foot: float) -> float:
     """Return mu_rot/mu of (8), m: mean distance of the feet from the yaw axis.
 
     The integral of hypot over a rectangle from the origin in closed form.
     """
-    dh, dl_s, foot = float(NOMINAL.dh), float(NOMINAL.dl_s), float(NOMINAL.foot)
 
     def integral(a: float, b: float) -> float:
         return (2 * a * b * hypot(a, b) + a**3 * asinh(b / a) + b**3 * asinh(a / b)) / 6
@@ -187,21 +192,25 @@ def build(deviations: Array, settings: Settings) -> Parameters:
     p : Parameters
         Each float64[n].
     """
-    d, N = named(deviations), NOMINAL
+    d, N = named(deviations), settings
     parts = parts_of(d, settings)
-    k1, k2, m = parts.k1, parts.k2, parts.m
     psi1, psi2 = (d[f"crank_angle_{i}"] for i in (1, 2))
     E7, E8, E10, E11 = (d[f"runout_{i}"] for i in (7, 8, 10, 11))
     th7, th8, th10, th11 = (d[f"runout_phase_{i}"] for i in (7, 8, 10, 11))
-    phi31_0, _, _ = initial_position(parts.l1, parts.l2, parts.r_1, parts.r_2)
-    balanced = settings.drive == "balanced"
-    B = gear_deformations(parts.k30, parts.k31, parts.k32, parts.c2, balanced)
-    one = np.ones_like(m)
+    phi31_0, _, _ = initial_position(parts)
+    B = gear_deformations(parts, settings)
+    one = np.ones_like(parts.m)
+    feet = zip(parts.dh.tolist(), parts.dl_s.tolist(), strict=True)
+    arm = np.array([friction_arm(dh, dl_s, N.foot) for dh, dl_s in feet])
     # the equations take wheels by the reciprocals of their inertias
-    alike = {name: each for name, each in parts._asdict().items() if name[0] != "I"}
+    parted = parts._asdict()
+    a_1, a_2 = parted.pop("a_1"), parted.pop("a_2")
+    per_I1, per_I2 = 1 / parted.pop("I1"), 1 / parted.pop("I2")
+    alike = ("g", "x_roll", "beta1", "beta2", "beta3", "beta4", "beta5")
 
     return Parameters(
-        **alike,
+        **parted,
+        **{name: getattr(N, name) * one for name in alike},
         # drive law
         omega0=settings.crank_speed * N.r3 / N.r1 * one,
         t1=settings.start_up * one,
@@ -209,7 +218,7 @@ def build(deviations: Array, settings: Settings) -> Parameters:
         phi1_0=phi31_0 * N.r3 / N.r1,
         # gears
         **{f"B{i}{j}": B[:, i, j] for i in range(4) for j in range(3)},
-        Hc2=one * (0.0 if balanced else N.Hc2),
+        i3=N.r3 / N.r2 * one, per_r3=1 / N.r3 * one,
         s1=d["tooth_position_1"], s2=d["tooth_position_2"],
         # run-out
         E7c=E7 * np.cos(th7), E7s=E7 * np.sin(th7),
@@ -217,12 +226,13 @@ def build(deviations: Array, settings: Settings) -> Parameters:
         E10c=E10 * np.cos(th10), E10s=E10 * np.sin(th10),
         E11c=E11 * np.cos(th11), E11s=E11 * np.sin(th11),
         # wheels
-        per_I1=1 / parts.I1, per_I2=1 / parts.I2,
+        per_I1=per_I1, per_I2=per_I2,
         cos_psi1=np.cos(psi1), sin_psi1=np.sin(psi1),
         cos_psi2=np.cos(psi2), sin_psi2=np.sin(psi2),
         # rods
-        H1=N.H * k1 / N.k, H2=N.H * k2 / N.k,
         link=one * (settings.variant == "equalized"),
         # carriage
-        per_m=1 / m, mu_rot=parts.mu * friction_arm(),
+        off=(a_1 - a_2) / 2, skew=(a_1 - a_2) / parts.dl_s,
+        per_m=1 / parts.m, per_I_s=1 / parts.I_s,
+        mu_rot=parts.mu * arm,
     )  # fmt: skip

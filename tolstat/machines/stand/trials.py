@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolstat.arrays import Array
+from tolstat.arrays import Array, Truths
+from tolstat.machines.stand.clearance import (
+    Contacts,
+    excess_of,
+    joints_of,
+    met,
+    play_of,
+)
 from tolstat.machines.stand.declarations import RESPONSES, Settings
-from tolstat.machines.stand.motion import Loads, Powers, State, motion
+from tolstat.machines.stand.motion import Loads, Motion, Powers, State, motion
 from tolstat.machines.stand.parameters import Parameters, initial_position
 from tolstat.model.contract import Outcome
 from tolstat.model.description import SHARE
-from tolstat.moving import Accuracy, Moment, Solution, integrate
+from tolstat.moving import Accuracy, Moment, Solution, System, integrate
 from tolstat.status import Status
 
 # marks of a trial
@@ -23,19 +30,61 @@ NO_SHARE = "loses too much"
 def simulated(
     p: Parameters, settings: Settings, samples: Array | None = None
 ) -> Solution:
-    """Integrate trials over the whole run, with their states at the sample times."""
-    # only a simulation needs the compiler
+    """Integrate trials over the whole run, with their states at the sample times.
+
+    States are those of the equations, then `Contacts`, which are 0 without play.
+    """
+    # only a simulation needs the compiler, and only play its own equations
     from tolstat.machines.stand.compiled import SYSTEM
 
-    return integrate(
-        SYSTEM,
-        start_of(p, settings),
-        np.stack(p, axis=1),
-        np.tile(marks_of(settings), (len(p.m), 1)),
-        Accuracy(settings.rtol, settings.max_step),
-        watch_from=WINDOW,
-        samples=samples,
+    start, table = start_of(p, settings), np.stack(p, axis=1)
+
+    def solved(system: System, start: Array, those: Truths) -> Solution:
+        return integrate(
+            system,
+            start,
+            table[those],
+            np.tile(marks_of(settings), (len(start), 1)),
+            Accuracy(settings.rtol, settings.max_step),
+            watch_from=WINDOW,
+            samples=samples,
+        )
+
+    loose = (p.half_c1 > 0) | (p.half_c2 > 0)
+    found = solved(SYSTEM, start[~loose], ~loose)
+    states, history = (
+        np.pad(each, ((0, 0), (0, 0), (0, len(Contacts._fields))))
+        for each in (found.states, found.history)
     )
+    above = np.pad(found.above, ((0, 0), (0, 2)))
+    found = found._replace(states=states, history=history, above=above)
+    if not loose.any():
+        return found
+    from tolstat.machines.stand import contacts
+
+    begun = np.hstack([start, np.stack(contacts_at_start(start, p), axis=1)])
+    played = solved(contacts.SYSTEM, begun[loose], loose)
+    n = found.greatest.shape[1]
+    played = played._replace(greatest=played.greatest[:, :n], least=played.least[:, :n])
+    # in the order of the trials
+    order = np.argsort(np.argsort(loose, kind="stable"))
+    both = zip(found, played, strict=True)
+    return Solution(*(np.concatenate(each)[order] for each in both))
+
+
+def moved(t: Array, phase: Array, states: Array, p: Parameters) -> Motion:
+    """Return the motion at float64[trial or moment, state], `Contacts` last."""
+    n = len(State._fields)
+    y, contacts = State(*states.T[:n]), Contacts(*states.T[n:])
+    return motion(Moment(t, phase), y, p, joints_of(contacts, p))
+
+
+def contacts_at_start(start: Array, p: Parameters) -> Contacts:
+    """Return the contacts of trials at rest: those that start loaded touch."""
+    still = np.zeros(len(start))
+    at = motion(Moment(still, still), State(*start.T), p)
+    play = play_of(at.rods, p)
+    return met(Contacts(*[still] * 6), excess_of(play), play, False)
 
 
 def outcome_of(solution: Solution, p: Parameters, settings: Settings) -> Outcome:
@@ -58,7 +107,7 @@ def marks_of(settings: Settings) -> Array:
 
 def start_of(p: Parameters, settings: Settings) -> Array:
     """Return float64[trial, state]: leftmost position, at rest, (10), (11)."""
-    phi, x, sin_alpha = initial_position(p.l1, p.l2, p.r_1, p.r_2)
+    phi, x, sin_alpha = initial_position(p)
     still = np.zeros_like(phi)
     with np.errstate(invalid="ignore"):
         yaw = still if settings.variant == "equalized" else np.arcsin(sin_alpha)
@@ -76,8 +125,8 @@ def responses_of(
     marks = marks_of(settings)
 
     def stored(mark: int) -> Array:
-        moment = Moment(np.full(len(p.m), marks[mark]), np.full(len(p.m), float(mark)))
-        return motion(moment, State(*solution.states[:, mark].T), p).stored
+        t, phase = np.full(len(p.m), marks[mark]), np.full(len(p.m), float(mark))
+        return moved(t, phase, solution.states[:, mark], p).stored
 
     run = Powers(*solution.quadratures[:, END].T)
     energy = Powers(*(solution.quadratures[:, END] - solution.quadratures[:, WINDOW]).T)
@@ -85,7 +134,8 @@ def responses_of(
     lost = sum(energy[1:])
     residual = energy.drive - (stored(END) - stored(WINDOW)) - lost
     # a time that is summed step by step may exceed the window by some ulps
-    jammed = np.minimum(solution.above[:, 0] / (marks[END] - marks[WINDOW]), 1.0)
+    shares = np.minimum(solution.above / (marks[END] - marks[WINDOW]), 1.0)
+    contacts = Contacts(*solution.states[:, END, len(State._fields) :].T)
     return {
         "extra_loss": energy.guide / energy.drive,
         "extra_loss_run": run.guide / run.drive,
@@ -96,5 +146,8 @@ def responses_of(
         "rod_tension_2": np.maximum(greatest.rod_force_2, 0.0),
         "rod_compression_1": np.maximum(-least.rod_force_1, 0.0),
         "rod_compression_2": np.maximum(-least.rod_force_2, 0.0),
-        "jam_share": jammed,
+        "jam_share": shares[:, 0],
+        "free_share_1": shares[:, 1],
+        "free_share_2": shares[:, 2],
+        **{name: each for name, each in contacts._asdict().items() if name[0] != "s"},
     }

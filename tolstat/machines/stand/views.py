@@ -25,7 +25,7 @@ def chart_of(
 
     Loads are signed.
     """
-    y = State(*states.T)
+    y = State(*states.T[: len(State._fields)])
     words = {response.name: response for response in RESPONSES}
     loads = [Curve.of(words[n], load) for n, load in moved.loads._asdict().items()]
     powers = [

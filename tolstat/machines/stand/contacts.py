@@ -1,0 +1,80 @@
+"""Stands with play in registers: contacts change at located crossings alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tolstat.machines.stand import clearance
+from tolstat.machines.stand.clearance import Contacts, Excess
+from tolstat.machines.stand.compiled import motion
+from tolstat.machines.stand.motion import SCALE, Loads, Powers, State
+from tolstat.machines.stand.parameters import Parameters
+from tolstat.machines.stand.trials import WINDOW
+from tolstat.moving import (
+    SIDES,
+    Moment,
+    System,
+    compiled,
+    named,
+    rates_signature,
+    write,
+)
+
+joints_of = compiled(within=True)(clearance.joints_of)
+play_of = compiled(within=True)(clearance.play_of)
+excess_of = compiled(within=True)(clearance.excess_of)
+met = compiled(within=True)(clearance.met)
+N = len(State._fields)
+
+
+@compiled(rates_signature)
+def rates(moment, y, p, out):
+    """Fill the rows of `compiled.rates`, the excess beyond play, and what is free."""
+    p = named(Parameters, p)
+    contacts = named(Contacts, y[N:])
+    joints = joints_of(contacts, p)
+    at = motion(named(Moment, moment), named(State, y), p, joints)
+    still = 0.0 * contacts.s_1
+    held = (still, still, still, still, still, still)
+    excess = excess_of(play_of(at.rods, p))
+    free = (0.5 - joints.touch1, 0.5 - joints.touch2)
+    write(
+        out,
+        0,
+        (at.derivative, held, at.powers, at.loads, excess, at.jam, free, at.relaxation),
+    )
+
+
+@compiled(rates_signature)
+def watch(moment, y, p, out):
+    """Fill the watched rows alone."""
+    p = named(Parameters, p)
+    joints = joints_of(named(Contacts, y[N:]), p)
+    at = motion(named(Moment, moment), named(State, y), p, joints)
+    free = (0.5 - joints.touch1, 0.5 - joints.touch2)
+    write(out, 0, (at.loads, excess_of(play_of(at.rods, p)), at.jam, free))
+
+
+@compiled(rates_signature)
+def jump(moment, y, p, out):
+    """Fill the states with the contacts behind a crossing, and the sides."""
+    p = named(Parameters, p)
+    contacts = named(Contacts, y[N:])
+    state, now = named(State, y), named(Moment, moment)
+    at = motion(now, state, p, joints_of(contacts, p))
+    sides = named(Excess, moment[SIDES:])
+    after = met(contacts, sides, play_of(at.rods, p), now.phase >= WINDOW)
+    write(out, 0, (state, after, sides))
+
+
+SYSTEM = System(
+    rates,
+    np.array([*SCALE, *(1.0 for _ in Contacts._fields)]),
+    watch,
+    n_quadratures=len(Powers._fields),
+    n_extremes=len(Loads._fields) + len(Excess._fields),
+    n_above=3,
+    damped=(State._fields.index("alpha_"),),
+    crossings=tuple(len(Loads._fields) + i for i in range(len(Excess._fields))),
+    jump=jump,
+)
