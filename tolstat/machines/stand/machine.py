@@ -10,9 +10,10 @@ from tolstat.arrays import Array, Truths
 from tolstat.machines.stand import trials
 from tolstat.machines.stand.declarations import Settings, description_of
 from tolstat.machines.stand.parameters import FAULTS, build, faults
-from tolstat.machines.stand.views import chart_of
-from tolstat.model.contract import History, Model, Outcome, sample_times
-from tolstat.model.description import Description
+from tolstat.machines.stand.statics import loads, loops, self_stress
+from tolstat.machines.stand.views import OFFERS, chart_of
+from tolstat.model.contract import History, Model, Outcome, Spreads, sample_times
+from tolstat.model.description import Description, StudyNumber
 
 FAILURES = {
     **FAULTS,
@@ -27,6 +28,7 @@ class Stand(Model):
     title = "KhPT-75 cold pilger mill: carriage driven by two parallel crank-rod chains"
     settings = Settings
     failures = FAILURES
+    views = OFFERS
     assumptions = (
         "Dormand-Prince 5(4) with separate steps for each trial; the yaw rate is "
         "damped linearly within a step.",
@@ -45,6 +47,23 @@ class Stand(Model):
     def evaluate(self, deviations: Array, settings: Settings) -> Outcome:
         p = build(deviations, settings)
         return trials.outcome_of(trials.simulated(p, settings), p, settings)
+
+    def numbers(
+        self, settings: Settings, spreads: Spreads, *, independent: bool = True
+    ) -> tuple[StudyNumber, ...]:
+        found = []
+        for touched, guides in ((False, "free"), (True, "touched")):
+            at = loops(settings, np.pi / 2, touched=touched)
+            words = f"degree of static indeterminacy, guides {guides}"
+            degree = len(self_stress(at))
+            found.append(StudyNumber(f"degree_{guides}", "1", degree, words, "count"))
+        for name, dN in loads(at).items():
+            if dN.any() and name in spreads and not name.endswith("_2"):
+                per, shown = ("rad", "mrad") if "angle" in name else ("m", "mm")
+                load, words = dN[at.members.index("rod_1")], "in rod 1, guides touched"
+                number = (f"load_{name}", f"N/{per}", float(load), words, f"kN/{shown}")
+                found.append(StudyNumber(*number))
+        return tuple(found)
 
     def history(self, deviations: Array, settings: Settings, step: float) -> History:
         p = build(deviations[None, :], settings)

@@ -1,11 +1,24 @@
-"""Views of a stand: curves over time, and their pictures."""
+"""Views of a stand: curves over time; what deviations alone load it with."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from tolstat.arrays import Array
-from tolstat.machines.stand.declarations import RESPONSES
+from tolstat.machines.stand.declarations import RESPONSES, Settings
 from tolstat.machines.stand.motion import Motion, State
-from tolstat.model.view import Axis, Chart, Curve, Level, Panel, Span, peaks_of
+from tolstat.machines.stand.statics import loads, loops, self_stress
+from tolstat.model.view import (
+    Axis,
+    Chart,
+    Curve,
+    Level,
+    Listing,
+    Offer,
+    Panel,
+    Span,
+    peaks_of,
+)
 
 POWERS = {
     "drive": "power of the drive on gear 13",
@@ -56,3 +69,69 @@ def chart_of(
             Panel("Losses", losses),
         ),
     )
+
+
+LOADED = {
+    "rod_1": "N", "mesh_1": "N", "shaft_12": "N m", "shaft_9": "N m", "guide": "N m",
+}  # fmt: skip
+SMALL = 1e-3  # m, rad: the deviation whose loads are shown
+
+
+def indeterminacy(_: Array, settings: Settings) -> Listing:
+    """Return self-stress and the loads of deviations, with the guides free and touched.
+
+    Crank 1 stands at 90 deg.
+    """
+    rows: list[tuple[str | float, ...]] = []
+    degrees = []
+    for touched, guides in ((False, "free"), (True, "touched")):
+        at = loops(settings, np.pi / 2, touched=touched)
+        stress = self_stress(at)
+        degrees.append(len(stress))
+        named = [
+            (f"self-stress {i} of {len(stress)}", "1 kN", 1e3 * each)
+            for i, each in enumerate(stress, 1)
+        ]
+        for name, load in loads(at).items():
+            per = "1 mrad" if name.startswith("crank_angle") else "1 mm"
+            if load.any() and not name.endswith(("_2", "_8", "_11")):
+                named.append((name, per, SMALL * load))
+        for name, per, load in named:
+            found = dict(zip(at.members, load, strict=True))
+            each = [found.get(member, 0.0) for member in LOADED]
+            rows.append((guides, name, per, *each))
+    texts = [(name, "1", "") for name in ("guides", "deviation", "of")]
+    heads = [*texts, *((name, unit, f"k{unit}") for name, unit in LOADED.items())]
+    columns = zip(*rows, strict=True) if rows else [()] * len(heads)
+    return Listing.of(
+        "a deviation and the loads that it causes, crank 1 at 90 deg; those of chain 2 "
+        f"are opposite. Degree of static indeterminacy: {degrees[0]} with the guides "
+        f"free, {degrees[1]} touched",
+        *((*h, np.array(column)) for h, column in zip(heads, columns, strict=True)),
+    )
+
+
+def indeterminacy_turn(_: Array, settings: Settings) -> Chart:
+    """Return the loads of deviations of chain 1 over a turn, guides touched."""
+    turn = np.linspace(0.0, 2 * np.pi, 181)
+    every = [loads(loops(settings, phi, touched=True)) for phi in turn]
+    members = loops(settings, 0.0, touched=True).members
+    shown, panels = [], []
+    for member in ("rod_1", "shaft_9"):
+        curves = [
+            Curve(
+                f"{member}, {name}", LOADED[member], "dN", "load of 1 mm or 1 mrad",
+                SMALL * np.array([each[name][members.index(member)] for each in every]),
+            )
+            for name in every[0] if name.endswith("_1") or name == "guide_clearance"
+        ]  # fmt: skip
+        shown += curves
+        panels.append(Panel.of(f"Load of {member}, by 1 mm or 1 mrad", *curves))
+    axis = Axis("crank position", "rad", "deg")
+    return Chart(axis, turn, tuple(shown), panels=tuple(panels))
+
+
+OFFERS = (
+    Offer("indeterminacy", "loads that deviations alone cause, at rest", indeterminacy),
+    Offer("indeterminacy_turn", "these loads over a turn", indeterminacy_turn),
+)
