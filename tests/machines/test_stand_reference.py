@@ -78,6 +78,56 @@ def test_the_link_makes_both_rod_forces_equal(found):
         assert row["guide_energy"] == row["yaw"] == row["jam_share"] == 0
 
 
+# peak moment of shaft 9, N m, cranks 1 mm apart: settings, contact yaw, known
+FIG2 = [
+    ({}, 5.8e-4, "1834.535"),
+    ({}, None, "2077.644"),
+    ({}, 1e-4, "1394.760"),
+    ({}, 1e-3, "2050.783"),
+    ({"drive": "balanced"}, 5.8e-4, "2109.640"),
+    ({"drive": "balanced"}, None, "1231.600"),
+    ({"variant": "equalized"}, 5.8e-4, "1991.544"),
+    ({"variant": "equalized"}, None, "1991.544"),
+    ({"variant": "equalized", "drive": "balanced"}, 5.8e-4, "26.78843"),
+    ({"variant": "equalized", "drive": "balanced"}, None, "26.78843"),
+]
+
+
+@pytest.mark.parametrize(("settings", "yaw", "known"), FIG2)
+def test_fig_2(settings, yaw, known):
+    chosen = {**settings, **TIGHT, "contact_yaw": yaw}
+    found = tolstat.evaluate("stand", {"crank_difference": 1e-3}, chosen)
+    digits = len(known.partition(".")[2])
+    assert found["shaft_9_moment"][0] == pytest.approx(
+        float(known), abs=1.1 * 10.0**-digits, rel=2e-7
+    )
+
+
+def test_fig_2_with_the_rods_of_the_machine():
+    deviations = {"crank_difference": 1e-3, "rod_difference": 1.2e-3}
+    for yaw, known in ((5.8e-4, 3231.717), (None, 2145.056)):
+        found = tolstat.evaluate("stand", deviations, {**TIGHT, "contact_yaw": yaw})
+        assert found["shaft_9_moment"][0] == pytest.approx(known, abs=1.1e-3)
+
+
+def test_the_yaw_at_which_fig_2_reverses():
+    """Below, the machine as built loads shaft 9 less than the equalized one."""
+    for yaw, sign in ((7.5112e-4, 1), (7.5114e-4, -1)):
+        built, equalized = (
+            tolstat.evaluate(
+                "stand",
+                {"crank_difference": 1e-3},
+                {"variant": variant, "contact_yaw": yaw, **TIGHT},
+            )["shaft_9_moment"][0]
+            for variant in ("indeterminate", "equalized")
+        )
+        assert sign * (equalized - built) > 0
+    free = tolstat.evaluate(
+        "stand", {"crank_difference": 1e-3}, {"contact_yaw": 1.15e-3, **TIGHT}
+    )
+    assert free["jam_share"][0] == 0
+
+
 def test_fig_4():
     differences = np.array(list(FIG4))
     rows = tolstat.evaluate(

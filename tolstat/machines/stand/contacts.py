@@ -46,16 +46,6 @@ def rates(moment, y, p, out):
 
 
 @compiled(rates_signature)
-def watch(moment, y, p, out):
-    """Fill the watched rows alone."""
-    p = named(Parameters, p)
-    joints = joints_of(named(Contacts, y[N:]), p)
-    at = motion(named(Moment, moment), named(State, y), p, joints)
-    free = (0.5 - joints.touch1, 0.5 - joints.touch2)
-    write(out, 0, (at.loads, excess_of(play_of(at.rods, p)), at.jam, free))
-
-
-@compiled(rates_signature)
 def jump(moment, y, p, out):
     """Fill the states with the contacts behind a crossing, and the sides."""
     p = named(Parameters, p)
@@ -70,7 +60,6 @@ def jump(moment, y, p, out):
 SYSTEM = System(
     rates,
     np.array([*SCALE, *(1.0 for _ in Contacts._fields)]),
-    watch,
     n_quadratures=len(Powers._fields),
     n_extremes=len(Loads._fields) + len(Excess._fields),
     n_above=3,
