@@ -35,8 +35,9 @@ yaw at which the guides touch. It holds below 7.511e-4 rad and reverses above.
 
 {moment}
 
-Opening the second loop alone lowers the moment only above 0.63 mrad. The curves are in the [gallery](README.md#the-stand). *`python
-runs/pictures/loads.py`, `tolstat run runs/khpt75-fig2.toml`*
+Opening the second loop alone lowers the moment only above 0.63 mrad. The curves are in
+the [gallery](README.md#the-stand). *`python runs/pictures/loads.py`, `tolstat run
+runs/khpt75-fig2.toml`*
 
 ### Fig. 3: the forces in the rods
 

@@ -99,7 +99,7 @@ def test_histories(machine):
 
 def test_a_history_without_yaw():
     settings = Settings(variant="equalized", drive="balanced")
-    chart, _ = Stand().history(np.zeros(31), settings, 1e-3)
+    chart, _ = Stand().history(np.zeros(46), settings, 1e-3)
     figure = draw_view(chart, "balanced")
     nothing_overlaps(figure)
 

@@ -7,6 +7,7 @@ import pytest
 
 import tolstat
 from tolstat.machines.stand.declarations import Settings
+from tolstat.machines.stand.machine import Stand
 from tolstat.machines.stand.statics import loads, loops, self_stress
 
 UP = np.pi / 2
@@ -105,6 +106,10 @@ def test_rods_of_different_length_in_closed_form(phi31):
         ("hinge_height_1", sin4),
     ):
         assert found[name][rod] == pytest.approx(elongation / yielding, rel=1e-9)
+
+
+def test_a_stand_that_cannot_be_mounted_has_no_numbers():
+    assert Stand().numbers(Settings(l=0.6), {}) == ()
 
 
 def test_the_view_and_the_numbers_of_a_study(tmp_path):

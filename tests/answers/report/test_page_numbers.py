@@ -111,7 +111,7 @@ def test_summary_numbers_are_in_their_columns(report, mill):
         "response", "unit", "nominal", "mean *", "sigma *", "least", *SHARES, "largest",
     ]  # fmt: skip
     rows = rows_of(table)
-    assert len(rows) == 24
+    assert len(rows) == 30
     for (name, each), row in zip(report.answer.responses.items(), rows, strict=True):
         assert as_text(row["response"].main) == name
         known = {"nominal": each.nominal, "mean *": each.mean, "sigma *": each.sigma}

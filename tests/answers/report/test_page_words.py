@@ -52,8 +52,8 @@ def test_the_page_has_its_parts_in_order(report):
     focus = list(report.answer.focus)
     assert focus == list(report.answer.limits) and len(focus) == 5
     assert heads == [
-        "Contents", "Tolerances and assumptions", "Summary", *focus,
-        "Provenance",
+        "Contents", "Tolerances and assumptions", "Summary", "Numbers of the study",
+        *focus, "Provenance",
     ]  # fmt: skip
     below = re.findall(r"<h3>(.*?)</h3>", report.text)
     picture = "Fraction out of limit against what is permitted"

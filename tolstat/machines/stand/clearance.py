@@ -62,10 +62,7 @@ def excess_of(play: Play) -> Excess:
 def met(
     contacts: Contacts, sides: Excess, play: Play, counts: Truths | bool
 ) -> Contacts:
-    """Return the contacts behind a change of sides, each above 0 beyond the play.
-
-    `counts` tells whether a joint that closes is counted.
-    """
+    """Return the contacts behind new sides, above 0 beyond the play; count or not."""
     pressed1 = np.where(sides.pressed_1 > 0.0, -1.0, 0.0)
     pressed2 = np.where(sides.pressed_2 > 0.0, -1.0, 0.0)
     s_1 = np.where(sides.pulled_1 > 0.0, 1.0, pressed1)

@@ -149,8 +149,8 @@ RESPONSES = (
     _R("contacts_2", "1", "n_2", "times that the joints of rod 2 close", "d_2 in (2), rod 4", shown="count"),
     _R("approach_1", "m/s", "|d_1'|", "greatest speed at which the joints of rod 1 close", "d_1 in (2), rod 3"),
     _R("approach_2", "m/s", "|d_2'|", "greatest speed at which the joints of rod 2 close", "d_2 in (2), rod 4"),
-    _R("free_share_1", "1", "tau_1", "share of time in which rod 1 carries nothing, in its play", "d_1 in (2), rod 3", range=SHARE),
-    _R("free_share_2", "1", "tau_2", "share of time in which rod 2 carries nothing, in its play", "d_2 in (2), rod 4", range=SHARE),
+    _R("free_share_1", "1", "tau_1", "share of time in which rod 1 carries nothing, in its play", "d_1 in (2), rod 3"),
+    _R("free_share_2", "1", "tau_2", "share of time in which rod 2 carries nothing, in its play", "d_2 in (2), rod 4"),
     _R("jam_share", "1", "tau", "share of time in contact with the side guides", "(6)", range=SHARE),
 )  # fmt: skip
 

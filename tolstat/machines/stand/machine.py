@@ -51,17 +51,20 @@ class Stand(Model):
     def numbers(
         self, settings: Settings, spreads: Spreads, *, independent: bool = True
     ) -> tuple[StudyNumber, ...]:
-        found = []
+        found: list[StudyNumber] = []
+        if settings.l <= settings.r + settings.h:  # cannot be mounted
+            return ()
         for touched, guides in ((False, "free"), (True, "touched")):
             at = loops(settings, np.pi / 2, touched=touched)
             words = f"degree of static indeterminacy, guides {guides}"
             degree = len(self_stress(at))
             found.append(StudyNumber(f"degree_{guides}", "1", degree, words, "count"))
         for name, dN in loads(at).items():
-            if dN.any() and name in spreads and not name.endswith("_2"):
+            load = float(dN[at.members.index("rod_1")])
+            if load and name in spreads and not name.endswith("_2"):
                 per, shown = ("rad", "mrad") if "angle" in name else ("m", "mm")
-                load, words = dN[at.members.index("rod_1")], "in rod 1, guides touched"
-                number = (f"load_{name}", f"N/{per}", float(load), words, f"kN/{shown}")
+                words = "in rod 1, guides touched, crank at 90 deg"
+                number = (f"load_{name}", f"N/{per}", load, words, f"kN/{shown}")
                 found.append(StudyNumber(*number))
         return tuple(found)
 

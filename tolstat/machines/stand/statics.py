@@ -32,11 +32,7 @@ class Loops(NamedTuple):
 
 
 def loops(N: Settings, phi31: float, *, touched: bool) -> Loops:
-    """Return the members that close loops with the crank at phi31, rad.
-
-    `touched` says whether the guides hold the yaw; behind the equalizing link there is
-    none.
-    """
+    """Return the members with the cranks at phi31, rad; touched guides hold the yaw."""
     linked, balanced = N.variant == "equalized", N.drive == "balanced"
     sin4 = (N.h - N.r * np.sin(phi31)) / N.l
     cos4 = np.sqrt(1 - sin4**2)
@@ -80,7 +76,6 @@ def loops(N: Settings, phi31: float, *, touched: bool) -> Loops:
         }
     if N.contact_yaw is None:
         G["guide_clearance"] = dF(guide=-1 / N.dh)
-        G["guide_length"] = dF(guide=N.dL / N.dh**2)
     K, J = zip(*table.values(), strict=True)
     return Loops(members, np.array(J, float), np.array(K), G)
 

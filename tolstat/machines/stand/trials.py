@@ -40,15 +40,12 @@ def simulated(
     start, table = start_of(p, settings), np.stack(p, axis=1)
 
     def solved(system: System, start: Array, those: Truths) -> Solution:
+        marks = np.tile(marks_of(settings), (len(start), 1))
+        accuracy = Accuracy(settings.rtol, settings.max_step)
         return integrate(
-            system,
-            start,
-            table[those],
-            np.tile(marks_of(settings), (len(start), 1)),
-            Accuracy(settings.rtol, settings.max_step),
-            watch_from=WINDOW,
-            samples=samples,
-        )
+            system, start, table[those], marks, accuracy,
+            watch_from=WINDOW, samples=samples,
+        )  # fmt: skip
 
     loose = (p.half_c1 > 0) | (p.half_c2 > 0)
     found = solved(SYSTEM, start[~loose], ~loose)
@@ -134,7 +131,7 @@ def responses_of(
     lost = sum(energy[1:])
     residual = energy.drive - (stored(END) - stored(WINDOW)) - lost
     # a time that is summed step by step may exceed the window by some ulps
-    shares = np.minimum(solution.above / (marks[END] - marks[WINDOW]), 1.0)
+    shares = np.minimum(solution.above.T / (marks[END] - marks[WINDOW]), 1.0)
     contacts = Contacts(*solution.states[:, END, len(State._fields) :].T)
     return {
         "extra_loss": energy.guide / energy.drive,
@@ -146,8 +143,6 @@ def responses_of(
         "rod_tension_2": np.maximum(greatest.rod_force_2, 0.0),
         "rod_compression_1": np.maximum(-least.rod_force_1, 0.0),
         "rod_compression_2": np.maximum(-least.rod_force_2, 0.0),
-        "jam_share": shares[:, 0],
-        "free_share_1": shares[:, 1],
-        "free_share_2": shares[:, 2],
+        **dict(zip(("jam_share", "free_share_1", "free_share_2"), shares, strict=True)),
         **{name: each for name, each in contacts._asdict().items() if name[0] != "s"},
     }

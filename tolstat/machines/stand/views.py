@@ -71,37 +71,30 @@ def chart_of(
     )
 
 
-LOADED = {
-    "rod_1": "N", "mesh_1": "N", "shaft_12": "N m", "shaft_9": "N m", "guide": "N m",
-}  # fmt: skip
+LOADED = dict.fromkeys(("rod_1", "mesh_1"), "N")
+LOADED |= dict.fromkeys(("shaft_12", "shaft_9", "guide"), "N m")
 SMALL = 1e-3  # m, rad: the deviation whose loads are shown
 
 
 def indeterminacy(_: Array, settings: Settings) -> Listing:
-    """Return self-stress and the loads of deviations, with the guides free and touched.
-
-    Crank 1 stands at 90 deg.
-    """
+    """Return self-stress and the loads of deviations, with the cranks at 90 deg."""
     rows: list[tuple[str | float, ...]] = []
     degrees = []
     for touched, guides in ((False, "free"), (True, "touched")):
         at = loops(settings, np.pi / 2, touched=touched)
         stress = self_stress(at)
-        degrees.append(len(stress))
-        named = [
-            (f"self-stress {i} of {len(stress)}", "1 kN", 1e3 * each)
-            for i, each in enumerate(stress, 1)
-        ]
+        degrees.append(n := len(stress))
+        own = [f"self-stress {i} of {n}" for i in range(1, n + 1)]
+        named = list(zip(own, ["1 kN"] * n, 1e3 * stress, strict=True))
         for name, load in loads(at).items():
-            per = "1 mrad" if name.startswith("crank_angle") else "1 mm"
             if load.any() and not name.endswith(("_2", "_8", "_11")):
+                per = "1 mrad" if name.startswith("crank_angle") else "1 mm"
                 named.append((name, per, SMALL * load))
         for name, per, load in named:
             found = dict(zip(at.members, load, strict=True))
-            each = [found.get(member, 0.0) for member in LOADED]
-            rows.append((guides, name, per, *each))
-    texts = [(name, "1", "") for name in ("guides", "deviation", "of")]
-    heads = [*texts, *((name, unit, f"k{unit}") for name, unit in LOADED.items())]
+            rows.append((guides, name, per, *(found.get(m, 0.0) for m in LOADED)))
+    heads = [(name, "1", "") for name in ("guides", "deviation", "of")]
+    heads += [(name, unit, f"k{unit}") for name, unit in LOADED.items()]
     columns = zip(*rows, strict=True) if rows else [()] * len(heads)
     return Listing.of(
         "a deviation and the loads that it causes, crank 1 at 90 deg; those of chain 2 "
