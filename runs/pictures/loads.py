@@ -32,7 +32,8 @@ figure, (upper, lower) = plt.subplots(
 )
 for (name, frame), colour in zip(moved.items(), COLOURS, strict=True):
     upper.plot(frame["shaft_9_moment"] / 1e3, color=colour, label=name)
-upper.set_title("Fig. 2: moment of shaft 9, cranks 1 mm apart", loc="left")
+title = "Fig. 2: moment of shaft 9, cranks 1 mm apart, guides that touch at 5.8e-4 rad"
+upper.set_title(title, loc="left")
 upper.set_ylabel("kN m")
 frame = moved["indeterminate"]
 lower.plot(frame["rod_force_1"] / 1e3, color=COLOURS[0], label="rod 1, indeterminate")

@@ -60,6 +60,18 @@ def test_a_history_shows_the_play(case):
         assert closes == told[f"contacts_{rod}"]
 
 
+def test_a_stand_that_starts_loaded_touches():
+    """At rest the force is that of the rod without play, less k c/2."""
+    turned, c = {"crank_angle_1": 0.02}, 1e-6
+    without, loose = (
+        tolstat.trajectory("stand", each)["rod_force_1"].iloc[0]
+        for each in (turned, turned | {"joint_clearance": c})
+    )
+    play = Settings().k * c / 2
+    assert abs(without) > 2 * play
+    assert abs(loose) == pytest.approx(abs(without) - play, rel=1e-6)
+
+
 def test_play_is_never_negative():
     found = tolstat.evaluate("stand", {"joint_clearance_2": -1e-6})
     assert found["status"][0] == "no part left"

@@ -81,6 +81,14 @@ def test_loads_of_deviations(row):
     assert found["mesh_0"] == 0
 
 
+def test_the_pairs_are_sums_of_single_parts():
+    found = loads(loops(Settings(), 1.0, touched=True))
+    rods = found["rod_length_1"] - found["rod_length_2"]
+    np.testing.assert_allclose(found["rod_difference"], rods, rtol=1e-12)
+    cranks = (found["crank_radius_2"] - found["crank_radius_1"]) / 2
+    np.testing.assert_allclose(found["crank_difference"], cranks, rtol=1e-12)
+
+
 def test_loads_with_the_differential():
     at = loops(Settings(drive="balanced"), UP, touched=True)
     found = named(at, loads(at)["rod_length_1"])

@@ -54,8 +54,9 @@ def play_of(rods: Rods, p: Parameters) -> Play:
 
 
 def excess_of(play: Play) -> Excess:
-    """Return by how much the rods are beyond their play."""
-    D1, D2, w1, w2 = play.D1, play.D2, play.w1, play.w2
+    """Return by how much the rods are beyond their play; without it, a constant."""
+    D1, w1 = np.where(play.w1 > 0.0, play.D1, 1.0), play.w1
+    D2, w2 = np.where(play.w2 > 0.0, play.D2, 1.0), play.w2
     return Excess(D1 - w1, -D1 - w1, D2 - w2, -D2 - w2)
 
 
