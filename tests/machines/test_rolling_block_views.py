@@ -105,6 +105,7 @@ def test_meshes_of_many_teeth_have_no_resonance():
     chart = shown("campbell", orders=(20.0,))
     assert [panel.title for panel in chart.panels] == [
         "Excitations and modes without resonance", "Whether the drive resonates",
+        "Rolling speed",
     ]  # fmt: skip
     assert not chart.frame()["resonating"].any()
 

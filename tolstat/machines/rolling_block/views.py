@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
-from tolstat.machines.rolling_block.frequency_response import frequency_response, poles
+from tolstat.machines.rolling_block.frequency_response import (
+    channels,
+    damping,
+    frequency_response,
+    poles,
+)
 from tolstat.machines.rolling_block.modes import (
     contributions,
     moments,
@@ -17,12 +22,16 @@ from tolstat.machines.rolling_block.modes import (
     unit_shapes,
 )
 from tolstat.machines.rolling_block.parameters import drives, nominal
-from tolstat.machines.rolling_block.resonance import campbell, free_speeds, resonances
+from tolstat.machines.rolling_block.resonance import (
+    campbell,
+    fastest,
+    free_speeds,
+    resonances,
+    rolling_speeds,
+)
 from tolstat.machines.rolling_block.structure import (
-    COMBINATIONS,
     LINK_NAMES,
     STANDS,
-    ratios,
 )
 from tolstat.model.view import (
     Axis,
@@ -84,26 +93,37 @@ def chart_of(time: Array, loaded: Array, pulsed: Array, settings: Settings) -> C
 
 def combinations(_: Array, settings: Settings) -> Listing:
     """Return natural frequencies and free speeds of the nominal drives."""
-    each = [replace(settings, combination=those) for those in COMBINATIONS]
+    each = _all_of(settings)
     omega = np.concatenate([nominal(one).modes.omega for one in each])
     free = [free_speeds(w[None], one) for w, one in zip(omega, each, strict=True)]
     total, widest = np.array(free)[:, :, 0].T
+    rolling = settings.working_speed * np.array([rolling_speeds(one) for one in each]).T
     return Listing.of(
         "positions of the stages A, B, C, D; motor speed over roll speed",
-        *_named(),
+        *_named(each),
         *((f"f{r}", "Hz", "Hz", w / (2 * np.pi)) for r, w in enumerate(omega.T, 1)),
         ("free speeds", "rad/s", "rpm", total),
         ("widest", "rad/s", "rpm", widest),
+        ("condition f8/f1", "1", "1", omega[:, -1] / omega[:, 0]),
+        *((f"v{s}", "m/s", "m/s", v) for s, v in zip(STANDS, rolling, strict=True)),
+        ("limit of v34", "rad/s", "rpm", np.array([fastest(one) for one in each])),
     )
+
+
+def _all_of(settings: Settings) -> list[Settings]:
+    """Return the settings with each combination of the gearbox."""
+    every = settings.gearbox.combinations
+    return [replace(settings, combination=those) for those in every]
 
 
 def gearbox(_: Array, settings: Settings) -> Listing:
     """Return ratios, and inertias and stiffnesses of the nominal drives."""
-    each = [nominal(replace(settings, combination=those)) for those in COMBINATIONS]
-    Q, C = (np.concatenate([one[i] for one in each]) for i in range(2))
+    each = _all_of(settings)
+    built = [nominal(one) for one in each]
+    Q, C = (np.concatenate([one[i] for one in built]) for i in range(2))
     return Listing.of(
         "positions of the stages A, B, C, D; all reduced to the motor shaft",
-        *_named(),
+        *_named(each),
         ("sum of Q", "kg m^2", "kg m^2", Q.sum(axis=1)),
         *((f"Q{i}", "kg m^2", "kg m^2", q) for i, q in enumerate(Q.T, start=1)),
         *(
@@ -113,14 +133,15 @@ def gearbox(_: Array, settings: Settings) -> Listing:
     )
 
 
-def _named() -> tuple[tuple[str, str, str, NDArray[np.generic]], ...]:
+def _named(
+    each: list[Settings],
+) -> tuple[tuple[str, str, str, NDArray[np.generic]], ...]:
     """Return the name of each combination, with its ratios of motor to roll."""
-    every = [ratios(each) for each in COMBINATIONS]
-    names = [" ".join(map(str, each)) for each in COMBINATIONS]
+    names = [" ".join(map(str, one.combination)) for one in each]
     return (
         ("combination", "1", "", np.array(names)),
-        ("i31", "1", "1", np.array([each.i31 for each in every])),
-        ("i34", "1", "1", np.array([each.i34 for each in every])),
+        ("i31", "1", "1", np.array([one.ratios.i31 for one in each])),
+        ("i34", "1", "1", np.array([one.ratios.i34 for one in each])),
     )
 
 
@@ -229,6 +250,8 @@ OFFERS = (
         frequency_response,
         SOME,
     ),
+    Offer("channels", "each input and where its answers are largest", channels),
+    Offer("damping", "frequencies and damping ratios, modal or by link", damping),
     Offer("poles", "poles and zeros of these, modes that do not reach the link", poles),
     Offer("shapes", "mode shapes", shapes, SOME),
     Offer("pulses", "moments after the pulse, and after others", pulses, SOME),
