@@ -207,6 +207,21 @@ def test_condition_numbers_as_computed_elsewhere():
     assert (found > 10).sum() == 64
 
 
+def test_masses_that_may_go():
+    frame = tolstat.view("rolling_block", "masses").frame()
+    known = [25.989893, 116.230337, 136.292151, 59.016232, 61.640444,
+             31.830989, 31.830989, 25.164606, 25.164606]  # fmt: skip
+    np.testing.assert_allclose(frame["partial frequency"], known, atol=5.1e-7)
+    gone = frame[frame["may go"] == "yes"]
+    assert gone["mass"].tolist() == ["stage A", "stage B"]
+    np.testing.assert_array_equal(np.round(gone["f4 over it"], 2), [0.27, 0.23])
+    errors = 100 * frame["error of mode"].dropna()
+    np.testing.assert_allclose(errors, [0.46392, 0.05900, 0, 0], atol=5.1e-6)
+    every = tolstat.view("rolling_block", "masses", settings={"kept_modes": 8}).frame()
+    assert (every["may go"] == "no").all()
+    np.testing.assert_allclose(every["error of mode"].dropna(), 0.0, atol=1e-12)
+
+
 def test_another_gearbox():
     """Ranges are met and the reference is not reduced; q and p as defined."""
     settings = Settings(

@@ -235,16 +235,6 @@ def stability(deviations: Array, settings: Asked) -> Chart:
 
 
 OFFERS = (
-    Offer(
-        "spectrum",
-        "frequencies and growth of the ring alone over speed",
-        spectrum,
-        MACHINES,
-    ),
-    Offer(
-        "stability",
-        "growth of ring and tool, and of the ring alone",
-        stability,
-        MACHINES,
-    ),
+    Offer("spectrum", "frequencies and growth of the ring alone", spectrum, MACHINES),
+    Offer("stability", "growth of ring and tool, and alone", stability, MACHINES),
 )

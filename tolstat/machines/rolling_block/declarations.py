@@ -72,6 +72,7 @@ class Settings:
     response_input: str = setting(LOADS, "input of the view response: loads are response_loads, 1 N m each; a mesh has an error of 1 rad at the motor shaft, a tension is 1 N", choices=(LOADS, *(f"mesh {ij}" for ij in structure.MESHES), *(f"tension {gap}" for gap in structure.GAPS)))
     response_output: str = setting(MOMENT, "output of the view response: the moment in response_link, the stretch of the strip in a gap, angle or speed of a mass", choices=(MOMENT, *structure.GAPS, *(f"{kind} {i}" for kind in ("angle", "speed") for i in range(1, 10))))
     response_link: str = setting("12", "link of the views response and pulses", choices=structure.LINK_NAMES)
+    kept_modes: int = setting(4, "view masses: how many of the lowest modes are wanted", at_least=1, at_most=8)
     rtol: float = setting(1e-9, "integration tolerance, relative to the twists of the static load", above=0.0)
     # fmt: on
 

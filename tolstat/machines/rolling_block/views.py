@@ -15,6 +15,7 @@ from tolstat.machines.rolling_block.frequency_response import (
     frequency_response,
     poles,
 )
+from tolstat.machines.rolling_block.masses import masses
 from tolstat.machines.rolling_block.modes import (
     contributions,
     moments,
@@ -228,31 +229,15 @@ def pulses(deviations: Array, settings: Settings) -> Chart:
 
 
 OFFERS = (
-    Offer(
-        "campbell", "frequencies and excitations over the motor's speed", campbell, MANY
-    ),
-    Offer(
-        "resonances", "speeds at which excitations meet frequencies", resonances, MANY
-    ),
-    Offer(
-        "combinations",
-        "frequencies and free speeds of the 128 combinations",
-        combinations,
-    ),
-    Offer(
-        "gearbox",
-        "ratios, reduced inertias, stiffnesses of the 128 combinations",
-        gearbox,
-    ),
-    Offer(
-        "response",
-        "frequency response, response_link to response_loads",
-        frequency_response,
-        SOME,
-    ),
+    Offer("campbell", "frequencies and excitations over the speed", campbell, MANY),
+    Offer("resonances", "speeds that resonate, and why", resonances, MANY),
+    Offer("combinations", "frequencies and speeds of each", combinations),
+    Offer("gearbox", "ratios, inertias and stiffnesses of all combinations", gearbox),
+    Offer("response", "frequency response, input to output", frequency_response, SOME),
     Offer("channels", "each input and where its answers are largest", channels),
     Offer("damping", "frequencies and damping ratios, modal or by link", damping),
-    Offer("poles", "poles and zeros of these, modes that do not reach the link", poles),
+    Offer("poles", "poles and zeros of a moment over loads", poles),
+    Offer("masses", "partial frequencies, and which masses may go", masses),
     Offer("shapes", "mode shapes", shapes, SOME),
     Offer("pulses", "moments after the pulse, and after others", pulses, SOME),
 )
