@@ -30,6 +30,10 @@ MESH = {
     ),
 }
 
+SPECTRUM = {
+    "frequency": column("frequency", unit="Hz", at_least=0.0),
+    "density": column("one-sided density", unit="N^2 m^2 s", at_least=0.0),
+}
 LOADS, MOMENT = "loads", "moment"  # as named by response_loads, response_link
 
 # identified from Table 1 of the paper; their common scale is an assumption
@@ -72,6 +76,10 @@ class Settings:
     response_input: str = setting(LOADS, "input of the view response: loads are response_loads, 1 N m each; a mesh has an error of 1 rad at the motor shaft, a tension is 1 N", choices=(LOADS, *(f"mesh {ij}" for ij in structure.MESHES), *(f"tension {gap}" for gap in structure.GAPS)))
     response_output: str = setting(MOMENT, "output of the view response: the moment in response_link, the stretch of the strip in a gap, angle or speed of a mass", choices=(MOMENT, *structure.GAPS, *(f"{kind} {i}" for kind in ("angle", "speed") for i in range(1, 10))))
     response_link: str = setting("12", "link of the views response and pulses", choices=structure.LINK_NAMES)
+    stand_distance: float | None = setting(None, "view travel: distance between stands; own: the pulse follows delay", unit="m", above=0.0, presets={"own": None})
+    torque_density: float = setting(1.0, "views torques, rms: one-sided density of the random torque on each stand, at the motor shaft", unit="N^2 m^2 s", above=0.0)
+    torque_corner: float | None = setting(None, "corner of its spectrum, 1/(1 + (f/corner)^2)", unit="Hz", above=0.0, presets={"white": None})
+    torque_spectrum: tuple[dict[str, Any], ...] = setting((), "its spectrum as points instead, 0 behind the last", columns=SPECTRUM)
     kept_modes: int = setting(4, "view masses: how many of the lowest modes are wanted", at_least=1, at_most=8)
     rtol: float = setting(1e-9, "integration tolerance, relative to the twists of the static load", above=0.0)
     # fmt: on

@@ -24,7 +24,7 @@ from tolstat.machines.rolling_block.channels import (
 )
 from tolstat.machines.rolling_block.declarations import LOADS, MOMENT, Settings
 from tolstat.machines.rolling_block.modes import contributions
-from tolstat.machines.rolling_block.parameters import drives
+from tolstat.machines.rolling_block.parameters import Drive, drives
 from tolstat.machines.rolling_block.resonance import named_orders
 from tolstat.machines.rolling_block.structure import GAPS, LINK_NAMES, MESHES, STANDS
 from tolstat.model.view import Axis, Chart, Curve, Listing, Panel, Span, bands_of
@@ -89,14 +89,17 @@ def _loads(settings: Settings) -> dict[str, tuple[int, ...]]:
     }
 
 
+def frequencies(drive: Drive) -> Array:
+    """Return the axis, Hz, with the peaks of the first where they are finite."""
+    omega = drive.modes.omega[0] / (2 * np.pi)
+    even = np.geomspace(BELOW * omega[0], BEYOND * omega[-1], POINTS)
+    return np.unique(np.append(even, omega)) if drive.zeta[0] > 0 else even
+
+
 def frequency_response(deviations: Array, settings: Settings) -> Chart:
     """Return amplitude and phase of the output per unit of the input."""
     drive = drives(deviations, settings)
-    omega = drive.modes.omega[0] / (2 * np.pi)
-    even = np.geomspace(BELOW * omega[0], BEYOND * omega[-1], POINTS)
-    # the points include the peaks, where they are finite
-    damped = drive.zeta[0] > 0
-    frequency = np.unique(np.concatenate([even, omega])) if damped else even
+    frequency = frequencies(drive)
     name, link = settings.response_output, settings.response_link
     answer = output_of(link if name == MOMENT else name, settings)
     title = (
@@ -179,9 +182,7 @@ def damping(deviations: Array, settings: Settings) -> Listing:
 def channels(deviations: Array, settings: Settings) -> Listing:
     """Return where each input excites a link, and a gap's strip, the most."""
     drive = drives(deviations[:1], settings)
-    omega = drive.modes.omega[0] / (2 * np.pi)
-    even = np.geomspace(BELOW * omega[0], BEYOND * omega[-1], POINTS)
-    frequency = np.unique(np.concatenate([even, omega]))
+    frequency = frequencies(drive)
     sources = {
         "motor": loads(1),
         **{f"rolls {stand}": loads(stand) for stand in STANDS},

@@ -34,6 +34,7 @@ from tolstat.machines.rolling_block.structure import (
     LINK_NAMES,
     STANDS,
 )
+from tolstat.machines.rolling_block.torques import beats, rms, torques, travel
 from tolstat.model.view import (
     Axis,
     Band,
@@ -240,4 +241,8 @@ OFFERS = (
     Offer("masses", "partial frequencies, and which masses may go", masses),
     Offer("shapes", "mode shapes", shapes, SOME),
     Offer("pulses", "moments after the pulse, and after others", pulses, SOME),
+    Offer("travel", "peaks of a pulse that travels from stand to stand", travel),
+    Offer("beats", "beats of pairs of modes", beats),
+    Offer("torques", "spectrum of a moment under random rolling torques", torques),
+    Offer("rms", "rms of the moments under random rolling torques", rms),
 )
