@@ -257,10 +257,7 @@ def test_the_printed_inertias_would_need_another_motor():
     assert rest / Q[1] == pytest.approx(1.0117510, abs=5.1e-8)
 
 
-def test_the_views_of_channels():
-    frame = tolstat.view("rolling_block", "channels").frame().set_index("input")
-    assert len(frame) == 11
-    assert frame.loc["tension 33-34", "at frequency"] == pytest.approx(25.16, abs=0.01)
+def test_the_view_of_a_channel():
     given = {"response_input": "mesh 23", "response_output": "31-32"}
     chart = tolstat.view("rolling_block", "response", settings=given)
     assert chart.curves[0].unit == "m/rad"

@@ -105,8 +105,8 @@ def scale_of(settings: Asked) -> Array:
     return settings.depth * unit
 
 
-def depth_of_cut(rings: Rings, states: Array, time: float) -> Array:
-    """Return t_R of states[trial, state] at a time, s, float64[trial], m."""
+def depth_of_cut(rings: Rings, states: Array, time: Array | float) -> Array:
+    """Return t_R, m, of states[trial, state] at a time, s; one trial's at several."""
     n = rings.on.s.shape[1]
     moved = rings.at.u_a * states[:, :n] + rings.at.u_b * states[:, n : 2 * n]
     return rings.t_R0 + states[:, 4 * n] + total(moved) + out_of_roundness(rings, time)

@@ -23,7 +23,7 @@ from tolstat.machines.ring.motion import (
     reactions,
 )
 from tolstat.machines.ring.parameters import Rings, build, out_of_roundness, values_of
-from tolstat.machines.ring.trials import Trials, rows_of
+from tolstat.machines.ring.trials import Trials, depth_of_cut, rows_of
 from tolstat.model.view import (
     Axis,
     Band,
@@ -52,13 +52,9 @@ def chart_of(time: Array, trials: Trials, settings: Asked) -> Chart:
     rings, states = trials.rings, trials.solution.history[0]
     static = float(static_depth(rings, settings.hoop)[0])
     n = rings.on.s.shape[1]
-    U = np.zeros(len(time))
-    for j in range(n):
-        moved = rings.at.u_a[0, j] * states[:, j]
-        U = U + moved + rings.at.u_b[0, j] * states[:, n + j]
-    X = states[:, 4 * n]
-    blank = out_of_roundness(rings, time)
-    t_R = rings.t_R0[0] + U + X + blank
+    X, blank = states[:, 4 * n], out_of_roundness(rings, time)
+    t_R = depth_of_cut(rings, states, time)
+    U = t_R - rings.t_R0 - X - blank
     P_R, P_T = cutting_forces(t_R, rings)
     machine = rows_of(rings, settings)[0, : HEAD + RING * n]
     tool_, ring_ = Tool(*machine[:HEAD]), Ring(*machine[HEAD:].reshape(RING, n))
@@ -256,20 +252,12 @@ def stability(deviations: Array, settings: Asked) -> Chart:
 
 
 def critical(deviations: Array, settings: Asked) -> Listing:
-    """Return the speeds at which M_j is zero, with growth and hoop tension there.
-
-    Raises
-    ------
-    ModelError
-        With hoop tension, which leaves M_j its stiffness at any speed.
-    """
-    if settings.hoop:
-        raise ModelError("hoop = true: M_j is never zero; leave hoop out")
+    """Return the speeds at which M_j is zero without hoop tension, and that tension."""
     j = np.arange(2.0, settings.harmonics + 1.0)
     rows = np.repeat(deviations[:1], len(j), axis=0)
     of, rings = values_of(rows, settings), build(rows, settings)
     Omega = j * np.sqrt(rings.nu)
-    growth = ring_eigenvalues(rings, Omega, hoop=False).real.max(axis=1)
+    growth = ring_eigenvalues(rings, Omega, settings.hoop).real.max(axis=1)
     # where the eigenvalue is zero twice its growth is rounding
     growth = np.where(np.abs(growth) > NOTICED * Omega, growth, 0.0)
     stress = of["density"] * (Omega * of["radius"]) ** 2

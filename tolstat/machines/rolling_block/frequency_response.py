@@ -1,4 +1,4 @@
-"""Views of frequency functions: response, poles and zeros, damping, all channels.
+"""Views of frequency functions: response, poles and zeros, damping.
 
 Of the moment in a link, with modal damping and loads per 1 N m, they are
 
@@ -26,7 +26,7 @@ from tolstat.machines.rolling_block.declarations import LOADS, MOMENT, Settings
 from tolstat.machines.rolling_block.modes import contributions
 from tolstat.machines.rolling_block.parameters import Drive, drives
 from tolstat.machines.rolling_block.resonance import named_orders
-from tolstat.machines.rolling_block.structure import GAPS, LINK_NAMES, MESHES, STANDS
+from tolstat.machines.rolling_block.structure import GAPS, LINK_NAMES
 from tolstat.model.view import Axis, Chart, Curve, Listing, Panel, Span, bands_of
 
 POINTS = 1200
@@ -176,39 +176,4 @@ def damping(deviations: Array, settings: Settings) -> Listing:
         ("frequency", "Hz", "Hz", frequency[0]),
         ("damping ratio", "1", "%", zeta[0]),
         ("undamped", "Hz", "Hz", undamped),
-    )
-
-
-def channels(deviations: Array, settings: Settings) -> Listing:
-    """Return where each input excites a link, and a gap's strip, the most."""
-    drive = drives(deviations[:1], settings)
-    frequency = frequencies(drive)
-    sources = {
-        "motor": loads(1),
-        **{f"rolls {stand}": loads(stand) for stand in STANDS},
-    }
-    named = (*(f"mesh {ij}" for ij in MESHES), *(f"tension {gap}" for gap in GAPS))
-    sources |= {name: input_of(name, settings) for name in named}
-    rows = []
-    for words, source in sources.items():
-        row: list[object] = [words, source.unit]
-        for several in (LINK_NAMES, GAPS):
-            answers = [output_of(name, settings) for name in several]
-            size = np.abs(transfer(frequency, drive, settings, source, *answers))[0]
-            which, peak = np.unravel_index(np.argmax(size), size.shape)
-            row += [several[which], size[which, peak], frequency[peak]]
-        rows.append(row)
-    name, unit, link, moment, at, gap, strip, at_gap = map(
-        np.array, zip(*rows, strict=True)
-    )
-    return Listing.of(
-        "an input and its largest answers, per unit of the input",
-        ("input", "1", "", name),
-        ("of 1", "1", "", unit),
-        ("link", "1", "", link),
-        ("moment", "N m", "N m", moment),
-        ("at", "Hz", "Hz", at),
-        ("gap", "1", "", gap),
-        ("stretch of the strip", "m", "m", strip),
-        ("at frequency", "Hz", "Hz", at_gap),
     )

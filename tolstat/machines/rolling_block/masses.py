@@ -1,7 +1,7 @@
 """Which masses a model of the lowest modes may leave out.
 
-A mass may go where the highest frequency wanted is far below its partial frequency,
-which it has with all others held. "Far" is assumed: a third.
+A mass may go where the highest frequency wanted is far below its partial frequency
+sqrt(K_ii/Q_i)/(2 pi), which it has with all others held. "Far" is assumed: a third.
 
 References
 ----------
@@ -21,13 +21,6 @@ from tolstat.model.view import Listing
 FAR = 1 / 3
 
 
-def partial_frequencies(drive: Drive) -> Array:
-    """Return sqrt(K_ii/Q_i)/(2 pi), Hz, float64[trial, mass]."""
-    K = np.diagonal(stiffness_matrix(drive.C), axis1=1, axis2=2)
-    found: Array = np.sqrt(K / drive.Q) / (2 * np.pi)
-    return found
-
-
 def without(goes: Truths, drive: Drive) -> Array:
     """Return the elastic frequencies, Hz, of the first drive without some inertias."""
     K, root = stiffness_matrix(drive.C)[0], np.sqrt(drive.Q[0, ~goes])
@@ -43,7 +36,8 @@ def masses(deviations: Array, settings: Settings) -> Listing:
     """Return each mass, whether it may go, and the error of each mode without them."""
     drive = drives(deviations[:1], settings)
     frequency = drive.modes.omega[0] / (2 * np.pi)
-    n, partial = settings.kept_modes, partial_frequencies(drive)[0]
+    n, K = settings.kept_modes, np.diag(stiffness_matrix(drive.C)[0])
+    partial = np.sqrt(K / drive.Q[0]) / (2 * np.pi)
     ratio = frequency[n - 1] / partial
     goes = ratio < FAR
     error = np.full(len(MASSES), np.nan)

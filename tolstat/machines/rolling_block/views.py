@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from tolstat.arrays import Array
 from tolstat.machines.rolling_block.declarations import RESPONSES, Settings
 from tolstat.machines.rolling_block.frequency_response import (
-    channels,
     damping,
     frequency_response,
     poles,
@@ -235,7 +234,6 @@ OFFERS = (
     Offer("combinations", "frequencies and speeds of each", combinations),
     Offer("gearbox", "ratios, inertias and stiffnesses of all combinations", gearbox),
     Offer("response", "frequency response, input to output", frequency_response, SOME),
-    Offer("channels", "each input and where its answers are largest", channels),
     Offer("damping", "frequencies and damping ratios, modal or by link", damping),
     Offer("poles", "poles and zeros of a moment over loads", poles),
     Offer("masses", "partial frequencies, and which masses may go", masses),
